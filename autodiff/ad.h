@@ -1,0 +1,259 @@
+/* autodiff: a tape that is a small compiler.
+ *
+ *   record      ad_input, ad_parameter, ad_mul, ad_tanh, ... append operations to a tape
+ *   transform   ad_taylor, ad_derivative (forward, any order) and ad_reverse (adjoints) append the
+ *               operations that compute derivatives; every rule is written in terms of the same
+ *               operations, so transforms compose in any order
+ *   simplify    happens while recording: common subexpressions, constants, the algebra of 0 and 1
+ *   compile     ad_compile keeps what the outputs need and gives every value a place
+ *   execute     ad_execute replays the program over tiles of points, on all threads of a pool
+ *
+ * A value is a block of `rows` scalars, either one block per point of a batch (AD_BATCH) or one
+ * block for all points (AD_UNIFORM: constants, parameters, scalars of the scene). In memory a batch
+ * value is [rows][points], points contiguous; a matrix [m][k] is a uniform value of m*k rows,
+ * row-major.
+ *
+ * Elementwise operations take values of equal rows, or one of a single row, which is repeated;
+ * a uniform value meets a batch value by being the same at every point.
+ *
+ * Errors while recording are sticky: the first one stays on the tape, later operations return
+ * values that may be passed on but compute nothing, and ad_compile refuses the tape. So physics
+ * can be written as formulas, with one check at the end.
+ *
+ * Every operation's derivative at its singular point is defined: see the operations. */
+#ifndef AD_H
+#define AD_H
+
+#include "autodiff/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct ad_tape ad_tape;
+
+/* Passed and copied by value; valid as long as its tape. */
+typedef struct ad_value {
+    ad_tape *tape;
+    int id;
+} ad_value;
+
+typedef enum ad_extent { AD_UNIFORM, AD_BATCH } ad_extent;
+
+/* ---- tape ---------------------------------------------------------------------------------- */
+
+/* An empty tape, owned by the caller; NULL when memory runs out. */
+ad_tape *ad_tape_create(void);
+void ad_tape_free(ad_tape *tape);
+
+/* The first error of the recording, AD_OK when there is none. `error` may be NULL. */
+ad_status ad_tape_status(const ad_tape *tape, ad_error *error);
+
+/* Note an error from a layer above (a bad shape in a network, say) as if an operation had it. */
+void ad_tape_fail(ad_tape *tape, ad_status status, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+typedef struct ad_tape_counts {
+    size_t recorded; /* operations asked for, by physics and by transforms */
+    size_t folded;   /* of these, answered by a constant or by an argument (0 * x, 1 * x, x + 0) */
+    size_t shared;   /* of these, answered by an equal operation already on the tape */
+    size_t stored;   /* operations on the tape now */
+} ad_tape_counts;
+
+ad_tape_counts ad_tape_count(const ad_tape *tape);
+
+int ad_rows(ad_value x); /* 0 for a failed value */
+ad_extent ad_extent_of(ad_value x);
+bool ad_is_constant(ad_value x, double value); /* every row known to equal `value` */
+bool ad_is_valid(ad_value x);
+
+/* ---- leaves -------------------------------------------------------------------------------- */
+
+/* One block per point, given at every run; inputs are numbered in the order of recording. */
+ad_value ad_input(ad_tape *tape, const char *name, int rows);
+
+/* One block for all points, given at every run; numbered in the order of recording. */
+ad_value ad_uniform(ad_tape *tape, const char *name, int rows);
+
+/* rows numbers of the flat parameter vector, from `offset` on. */
+ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset);
+
+ad_value ad_constant(ad_tape *tape, int rows, const double *values);
+ad_value ad_scalar(ad_tape *tape, double value);
+ad_value ad_zeros(ad_tape *tape, int rows);
+
+/* The number of points of the run, a uniform scalar. */
+ad_value ad_points(ad_tape *tape);
+
+/* ---- elementwise --------------------------------------------------------------------------- */
+
+ad_value ad_add(ad_value a, ad_value b);
+ad_value ad_sub(ad_value a, ad_value b);
+ad_value ad_mul(ad_value a, ad_value b);
+ad_value ad_div(ad_value a, ad_value b); /* a times the IEEE reciprocal of b */
+ad_value ad_neg(ad_value a);
+ad_value ad_scale(ad_value a, double factor);
+ad_value ad_square(ad_value a);
+
+ad_value ad_tanh(ad_value a);
+ad_value ad_sin(ad_value a);
+ad_value ad_cos(ad_value a);
+ad_value ad_exp(ad_value a);
+ad_value ad_log(ad_value a);
+ad_value ad_erf(ad_value a);
+ad_value ad_sqrt(ad_value a);                   /* derivative at 0 defined as 0 */
+ad_value ad_reciprocal(ad_value a);             /* IEEE: 1/0 is infinite */
+ad_value ad_reciprocal_or_zero(ad_value a);     /* 1/a, and 0 (with all derivatives) at a = 0 */
+ad_value ad_power(ad_value a, double exponent); /* libm's pow; d = exponent a^(exponent-1) */
+ad_value ad_abs(ad_value a);                    /* derivative sign(a), 0 at 0 */
+ad_value ad_sign(ad_value a);                   /* -1, 0, 1; derivative 0 */
+ad_value ad_atan2(ad_value y, ad_value x);      /* derivatives at the origin defined as 0 */
+ad_value ad_acos(ad_value a);                   /* derivative at -1 and 1 defined as 0 */
+ad_value ad_asin(ad_value a);                   /* the same */
+
+/* Stumpff function c_k(a) = sum_i (-a)^i / (2i+k)!, entire: c_0(x^2) = cos x, c_1(x^2) = sin(x)/x,
+ * so rotation formulas have no singular angle. 0 <= k <= 12; a derivative of order j needs
+ * k + 2j within that range. */
+ad_value ad_stumpff(int k, ad_value a);
+
+/* condition > 0 ? a : b, per element; nothing flows through the condition. The adjoint of the
+ * branch not taken is 0, which times an infinite partial derivative is NaN, as everywhere in IEEE
+ * arithmetic: keep both branches finite. */
+ad_value ad_select(ad_value condition, ad_value a, ad_value b);
+ad_value ad_max(ad_value a, ad_value b);
+ad_value ad_min(ad_value a, ad_value b);
+
+/* Smooth functions made of the above, for networks. */
+ad_value ad_sigmoid(ad_value a);
+ad_value ad_silu(ad_value a); /* a sigmoid(a) */
+ad_value ad_gelu(ad_value a); /* a Phi(a), with erf */
+
+/* ---- rows, points, matrices ---------------------------------------------------------------- */
+
+ad_value ad_row(ad_value a, int row);                /* 1 row */
+ad_value ad_slice(ad_value a, int first, int rows);  /* rows first .. first+rows-1 */
+ad_value ad_stack(int count, const ad_value *parts); /* parts above one another */
+ad_value ad_pad(ad_value a, int before, int rows);   /* a within `rows` rows of zeros */
+ad_value ad_repeat(ad_value a, int rows);            /* 1 row -> rows */
+ad_value ad_sum_rows(ad_value a);                    /* rows -> 1 */
+ad_value ad_sum_points(ad_value a);                  /* batch -> uniform; fixed order */
+
+ad_value ad_matvec(ad_value w, ad_value x);            /* [m*k] x [k] -> [m] */
+ad_value ad_matvec_transposed(ad_value w, ad_value y); /* [m*k]^T x [m] -> [k] */
+ad_value ad_outer(ad_value y, ad_value x);             /* [m] x [k] -> [m*k] */
+
+/* ---- vectors and quaternions (vector.c): 3 rows; quaternions 4 rows, scalar first ------------ */
+
+ad_value ad_vector(ad_value x, ad_value y, ad_value z);
+ad_value ad_vector_constant(ad_tape *tape, double x, double y, double z);
+ad_value ad_dot(ad_value a, ad_value b);
+ad_value ad_norm(ad_value a);      /* gradient at 0 defined as 0 */
+ad_value ad_normalize(ad_value a); /* 0 for the zero vector */
+ad_value ad_cross(ad_value a, ad_value b);
+ad_value ad_quaternion(ad_value scalar, ad_value vector);
+ad_value ad_quaternion_multiply(ad_value p, ad_value q);
+ad_value ad_quaternion_conjugate(ad_value q);
+ad_value ad_quaternion_exp(ad_value rotation_vector); /* exp(w/2), smooth at angle 0 */
+ad_value ad_rotate(ad_value q, ad_value x);           /* R(q) x, q a unit quaternion */
+ad_value ad_rotate_inverse(ad_value q, ad_value x);   /* R(q)^T x */
+
+/* ---- transforms ---------------------------------------------------------------------------- */
+
+/* Taylor coefficients c_0 .. c_order of each y along x + tau * direction, where
+ * y(x + tau direction) = sum_k c_k tau^k. coefficients is [count][order + 1]. x is an input, uniform
+ * or parameter; direction is any value of its rows (or of 1 row). */
+ad_status ad_taylor(int count, const ad_value *y, ad_value x, ad_value direction, int order,
+                    ad_value *coefficients);
+
+/* d^order y / dx^order for a scalar x (1 row): order! times the Taylor coefficient. */
+ad_value ad_derivative(ad_value y, ad_value x, int order);
+
+/* Adjoints d root / d wrt[i] for a scalar root, each with the rows of wrt[i]; wrt are inputs,
+ * uniforms or parameters.
+ * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant) and
+ * adjoints of uniform values are summed over the points.
+ * AD_PER_POINT: the root is a batch scalar and adjoints stay per point, so that adjoints of
+ * parameters are rows of a Jacobian. */
+typedef enum ad_reduction { AD_SUMMED, AD_PER_POINT } ad_reduction;
+
+ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction reduction,
+                     ad_value *adjoints);
+
+/* y with x, an input, uniform or parameter, replaced wherever it occurs; simplified anew. */
+ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
+
+/* Does one of `count` values need any row of x? Constants are needed by none. Together with a
+ * derivative recorded anew (and so shared) it tells what a formula really uses. */
+bool ad_uses(int count, const ad_value *y, ad_value x);
+
+/* ---- compile and execute ------------------------------------------------------------------- */
+
+/* Threads that take work; shared by any number of programs, one run at a time. 1 thread: none is
+ * started. NULL when threads or memory run out. */
+typedef struct ad_pool ad_pool;
+ad_pool *ad_pool_create(int threads);
+void ad_pool_free(ad_pool *pool);
+int ad_pool_threads(const ad_pool *pool);
+
+typedef struct ad_settings {
+    int tile;  /* points per tile, 0: chosen to keep the workspace in the L2 cache */
+    int piece; /* numbers per piece of an elementwise group */
+    bool fuse; /* stack matrix products that share a matrix, contract a*b+c; off only to
+                * compare: results agree to rounding */
+} ad_settings;
+
+ad_settings ad_settings_default(void);
+
+typedef struct ad_program ad_program;
+
+typedef struct ad_program_info {
+    size_t instructions;    /* after dead code is gone */
+    size_t dead;            /* operations on the tape that no output needs */
+    size_t groups;          /* groups of elementwise instructions */
+    size_t products;        /* matrix products per tile */
+    size_t flops_per_point; /* of the matrix products */
+    size_t passes;          /* passes over the points */
+    size_t workspace_bytes; /* per thread */
+    size_t reduced;         /* numbers summed over points */
+    int tile;
+} ad_program_info;
+
+/* Compile what `outputs` need. The tape may be freed afterwards; `pool` must outlive the program.
+ */
+ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *settings, ad_pool *pool,
+                     ad_program **program, ad_error *error);
+void ad_program_free(ad_program *program);
+ad_program_info ad_program_inspect(const ad_program *program);
+
+typedef struct ad_run {
+    size_t points;
+    const double *const *inputs;   /* per ad_input of the tape: [rows][points] */
+    const double *const *uniforms; /* per ad_uniform of the tape: [rows] */
+    const double *parameters;      /* flat vector */
+    double *const *outputs;        /* per output: [rows] if uniform, [rows][points] if batch; NULL:
+                                    * not wanted this time */
+} ad_run;
+
+/* Replay. Allocates nothing after the first run with a given or larger number of points. The
+ * result is the same to the last bit for any number of threads. */
+ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
+
+/* ---- gradient check ------------------------------------------------------------------------ */
+
+/* value and, when gradient is not NULL, gradient [count] at x [count]; 0 on success. */
+typedef int (*ad_function)(void *context, const double *x, double *value, double *gradient);
+
+typedef struct ad_check {
+    double worst_error;      /* largest |difference - gradient| / max(|gradient|_inf, tiny) */
+    size_t worst_entry;      /* where */
+    double worst_gradient;   /* the entry, by reverse mode */
+    double worst_difference; /* the entry, by differences */
+    double dot_error;        /* relative error of gradient . direction against differences */
+} ad_check;
+
+/* Compare a gradient with central differences of sixth order in each of `entries` coordinates
+ * (0: all; otherwise evenly spread), and along one seeded random direction (dot-product test).
+ * x is [count], restored on return. step: relative to max(1, |x_i|). */
+ad_status ad_check_gradient(ad_function function, void *context, double *x, size_t count,
+                            size_t entries, double step, ad_check *check, ad_error *error);
+
+#endif

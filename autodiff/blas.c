@@ -1,0 +1,80 @@
+/* OpenBLAS chooses its kernels once, when it is loaded, from the processor's family number; older
+ * releases do not know recent processors and then take kernels of half the speed. The environment
+ * variable OPENBLAS_CORETYPE overrides the choice, but only before loading. So the library is
+ * loaded here, on first use, with the variable set for the time of loading unless the user has set
+ * it. The same holds for OPENBLAS_NUM_THREADS: threads are the pool's, one matrix product each. */
+#include "autodiff/blas.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+static struct {
+    pthread_once_t once;
+    blas loaded;
+    ad_error error;
+} state = {.once = PTHREAD_ONCE_INIT};
+
+/* The kernels for AVX-512 that every release has; NULL: leave the choice to OpenBLAS. */
+static const char *preferred_core(void)
+{
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+        __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl")) {
+        return "SkylakeX";
+    }
+#endif
+    return NULL;
+}
+
+static void *load_with(const char *variable, const char *value, void *(*next)(void))
+{
+    bool set = value && !getenv(variable);
+    if (set) {
+        setenv(variable, value, 1);
+    }
+    void *result = next();
+    if (set) {
+        unsetenv(variable);
+    }
+    return result;
+}
+
+static void *load_library(void)
+{
+    return dlopen(AD_OPENBLAS_LIBRARY, RTLD_NOW | RTLD_LOCAL);
+}
+
+static void *load_single_threaded(void)
+{
+    return load_with("OPENBLAS_NUM_THREADS", "1", load_library);
+}
+
+static void load(void)
+{
+    void *library = load_with("OPENBLAS_CORETYPE", preferred_core(), load_single_threaded);
+    void *gemm = library ? dlsym(library, "cblas_dgemm") : NULL;
+    if (!gemm) {
+        const char *why = dlerror();
+        ad_fail(&state.error, AD_NO_BLAS, "OpenBLAS: %s", why ? why : "no cblas_dgemm");
+        return;
+    }
+    memcpy(&state.loaded.gemm, &gemm, sizeof gemm);
+    void *core = dlsym(library, "openblas_get_corename");
+    char *(*corename)(void) = NULL;
+    memcpy(&corename, &core, sizeof core);
+    state.loaded.core = corename ? corename() : "unknown";
+}
+
+const blas *blas_load(ad_error *error)
+{
+    pthread_once(&state.once, load);
+    if (state.error.status != AD_OK) {
+        if (error) {
+            *error = state.error;
+        }
+        return NULL;
+    }
+    return &state.loaded;
+}

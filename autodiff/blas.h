@@ -1,0 +1,23 @@
+/* Matrix products: OpenBLAS, loaded so that it picks kernels that fit the processor. Private. */
+#ifndef AD_BLAS_H
+#define AD_BLAS_H
+
+#include "autodiff/ad.h"
+
+/* c[m][n] (row stride ldc) = a b + beta c, row-major; `a` is stored [k][m] when transpose_a, `b`
+ * [n][k] when transpose_b. Single-threaded: several threads may call it at once. */
+typedef void (*blas_gemm)(int order, int transpose_a, int transpose_b, int m, int n, int k,
+                          double alpha, const double *a, int lda, const double *b, int ldb,
+                          double beta, double *c, int ldc);
+
+enum { BLAS_ROW_MAJOR = 101, BLAS_NORMAL = 111, BLAS_TRANSPOSED = 112 };
+
+typedef struct blas {
+    blas_gemm gemm;
+    const char *core; /* the kernels OpenBLAS chose, as it names them */
+} blas;
+
+/* Loaded once per process, on first use; NULL with an error when it cannot be. */
+const blas *blas_load(ad_error *error);
+
+#endif

@@ -1,0 +1,478 @@
+/* From a tape to a program: what is needed, in which pass, which instructions. */
+#include "autodiff/program.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { TILE_MAX = 128 };
+
+ad_settings ad_settings_default(void)
+{
+    return (ad_settings){.tile = 0, .piece = 512, .fuse = true};
+}
+
+/* Working memory of one compilation; arrays by node id. */
+typedef struct compilation {
+    ad_program *program;
+    ad_tape *tape;
+    bool *needed;
+    int *stage; /* passes that must be over before the node can be evaluated */
+    int *uses;
+    int *sum_of; /* reductions and sums of reductions: the node that holds the whole sum, or -1 */
+    bool *in;    /* needed in the pass at hand */
+    int stages;
+} compilation;
+
+static ad_status no_memory(ad_error *error)
+{
+    return ad_fail(error, AD_NO_MEMORY, "out of memory while compiling a tape");
+}
+
+static void *copy_of(const void *from, size_t count, size_t item)
+{
+    void *to = malloc((count + 1) * item);
+    if (to && count) {
+        memcpy(to, from, count * item);
+    }
+    return to;
+}
+
+/* What a program keeps of its tape: nodes, arguments, numbers, rows of inputs. */
+static ad_tape *tape_copy(const ad_tape *tape)
+{
+    ad_tape *copy = calloc(1, sizeof *copy);
+    if (!copy) {
+        return NULL;
+    }
+    copy->count = tape->count;
+    copy->inputs = tape->inputs;
+    copy->uniforms = tape->uniforms;
+    copy->nodes = copy_of(tape->nodes, (size_t)tape->count, sizeof *tape->nodes);
+    copy->arguments =
+        copy_of(tape->arguments, (size_t)tape->argument_count, sizeof *tape->arguments);
+    copy->numbers = copy_of(tape->numbers, tape->number_count, sizeof *tape->numbers);
+    copy->input_rows = copy_of(tape->input_rows, (size_t)tape->inputs, sizeof(int));
+    copy->uniform_rows = copy_of(tape->uniform_rows, (size_t)tape->uniforms, sizeof(int));
+    if (!copy->nodes || !copy->arguments || !copy->numbers || !copy->input_rows ||
+        !copy->uniform_rows) {
+        ad_tape_free(copy);
+        return NULL;
+    }
+    return copy;
+}
+
+static int argument(const compilation *c, int id, int i)
+{
+    return c->tape->arguments[c->tape->nodes[id].first + i];
+}
+
+/* ---- what is needed, and when --------------------------------------------------------------- */
+
+static void mark_needed(compilation *c)
+{
+    for (int i = 0; i < c->program->outputs; i++) {
+        c->needed[c->program->output_ids[i]] = true;
+        c->uses[c->program->output_ids[i]] += 2; /* never absorbed by a user */
+    }
+    for (int id = c->tape->count - 1; id >= 0; id--) {
+        for (int i = 0; c->needed[id] && i < c->tape->nodes[id].count; i++) {
+            c->needed[argument(c, id, i)] = true;
+            c->uses[argument(c, id, i)]++;
+        }
+    }
+}
+
+static void assign_stages(compilation *c)
+{
+    for (int id = 0; id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        for (int i = 0; c->needed[id] && i < n->count; i++) {
+            int before = c->stage[argument(c, id, i)] + op_is_reduction(n->op);
+            c->stage[id] = before > c->stage[id] ? before : c->stage[id];
+        }
+        c->stages = c->needed[id] && c->stage[id] > c->stages ? c->stage[id] : c->stages;
+        if (c->needed[id] && n->extent == AD_BATCH && c->stage[id] >= c->stages) {
+            c->stages = c->stage[id] + 1;
+        }
+    }
+}
+
+/* A sum of sums over points is summed in one place: reductions are the leaves of a tree of
+ * additions without other users, whose root holds the sum. */
+static void assign_sums(compilation *c)
+{
+    for (int id = 0; id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        c->sum_of[id] = c->needed[id] && op_is_reduction(n->op) ? id : -1;
+        if (!c->needed[id] || n->op != OP_ADD || n->extent != AD_UNIFORM) {
+            continue;
+        }
+        int a = argument(c, id, 0), b = argument(c, id, 1);
+        bool tree = c->sum_of[a] >= 0 && c->sum_of[b] >= 0 && c->uses[a] == 1 && c->uses[b] == 1;
+        if (tree && c->stage[a] == c->stage[b] && c->tape->nodes[a].rows == n->rows &&
+            c->tape->nodes[b].rows == n->rows) {
+            c->sum_of[id] = id;
+        }
+    }
+    for (int id = c->tape->count - 1; id >= 0; id--) {
+        for (int i = 0; c->sum_of[id] >= 0 && c->tape->nodes[id].op == OP_ADD && i < 2; i++) {
+            c->sum_of[argument(c, id, i)] = c->sum_of[id];
+        }
+    }
+}
+
+/* ---- uniform values ------------------------------------------------------------------------- */
+
+static place uniform_place(compilation *c, int rows)
+{
+    place p = {.kind = PLACE_UNIFORM, .offset = c->program->uniform_count, .stride = 1};
+    p.rows = rows;
+    c->program->uniform_count += rows;
+    return p;
+}
+
+/* The sums of one pass lie side by side, then every other uniform value. */
+static void place_uniforms(compilation *c)
+{
+    ad_program *program = c->program;
+    program->uniform_count = 1; /* number 0 is a zero, for padding */
+    for (int s = 0; s < program->pass_count; s++) {
+        program->passes[s].reduced_offset = program->uniform_count;
+        for (int id = 0; id < c->tape->count; id++) {
+            if (c->sum_of[id] == id && c->stage[id] == s + 1) {
+                program->places[id] = uniform_place(c, c->tape->nodes[id].rows);
+            }
+        }
+        program->passes[s].reduced = program->uniform_count - program->passes[s].reduced_offset;
+        program->info.reduced += (size_t)program->passes[s].reduced;
+    }
+    for (int id = 0; id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        if (!c->needed[id] || n->extent == AD_BATCH || c->sum_of[id] >= 0) {
+            continue;
+        }
+        if (n->op == OP_PARAMETER) {
+            program->places[id] = (place){
+                .kind = PLACE_PARAMETER, .offset = (int)n->offset, .stride = 1, .rows = n->rows};
+        } else if (n->op == OP_SLICE) {
+            program->places[id] = program->places[argument(c, id, 0)];
+            program->places[id].offset += n->whole;
+            program->places[id].rows = n->rows;
+        } else {
+            program->places[id] = uniform_place(c, n->rows);
+        }
+    }
+}
+
+static bool write_constants(compilation *c)
+{
+    ad_program *program = c->program;
+    program->uniform = calloc((size_t)program->uniform_count, sizeof(double));
+    for (int id = 0; program->uniform && id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        for (int row = 0; c->needed[id] && n->op == OP_CONSTANT && row < n->rows; row++) {
+            program->uniform[program->places[id].offset + row] =
+                n->splat ? n->number : c->tape->numbers[n->offset + (size_t)row];
+        }
+    }
+    return program->uniform != NULL;
+}
+
+static bool list_uniforms(compilation *c, pass *p, int stage)
+{
+    p->uniforms = malloc(((size_t)c->tape->count + 1) * sizeof *p->uniforms);
+    for (int id = 0; p->uniforms && id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        bool computed = n->op != OP_CONSTANT && n->op != OP_PARAMETER && n->op != OP_SLICE;
+        if (c->needed[id] && n->extent == AD_UNIFORM && c->stage[id] == stage && computed &&
+            c->sum_of[id] < 0) {
+            p->uniforms[p->uniform_count++] = id;
+        }
+    }
+    return p->uniforms != NULL;
+}
+
+/* ---- passes --------------------------------------------------------------------------------- */
+
+static void mark_pass(compilation *c, int stage)
+{
+    memset(c->in, 0, (size_t)c->tape->count * sizeof *c->in);
+    for (int i = 0; i < c->program->outputs; i++) {
+        int id = c->program->output_ids[i];
+        c->in[id] = c->tape->nodes[id].extent == AD_BATCH && c->stage[id] == stage;
+    }
+    for (int id = c->tape->count - 1; id >= 0; id--) {
+        const node *n = &c->tape->nodes[id];
+        bool reduction = c->needed[id] && op_is_reduction(n->op) && c->stage[id] == stage + 1;
+        c->in[id] = c->in[id] || reduction;
+        for (int i = 0; c->in[id] && i < n->count; i++) {
+            int x = argument(c, id, i);
+            c->in[x] = c->in[x] || c->tape->nodes[x].extent == AD_BATCH;
+        }
+    }
+}
+
+static void fill_plan(const compilation *c, pass_plan *plan)
+{
+    memset(plan->uses, 0, (size_t)plan->count * sizeof *plan->uses);
+    for (int id = 0; id < plan->count; id++) {
+        plan->nodes[id] = c->tape->nodes[id];
+        if (!c->in[id]) {
+            plan->nodes[id].op = OP_COUNT;
+            plan->nodes[id].count = 0;
+            continue;
+        }
+        for (int i = 0; i < plan->nodes[id].count; i++) {
+            plan->uses[argument(c, id, i)]++;
+            if (i < AD_ARITY_MAX) {
+                plan->arguments[id][i] = argument(c, id, i);
+            }
+        }
+    }
+    for (int i = 0; i < c->program->outputs; i++) {
+        plan->uses[c->program->output_ids[i]]++;
+    }
+}
+
+static bool list_outputs(compilation *c, const pass_plan *plan, pass *p, int stage)
+{
+    ad_program *program = c->program;
+    p->outputs = malloc(((size_t)program->outputs + 1) * sizeof *p->outputs);
+    for (int i = 0; p->outputs && i < program->outputs; i++) {
+        int id = program->output_ids[i];
+        if (c->tape->nodes[id].extent == AD_BATCH && c->stage[id] == stage) {
+            p->outputs[p->output_count++] = (batch_output){i, plan->places[id]};
+        }
+    }
+    for (int id = 0; p->outputs && id < plan->count; id++) {
+        if (plan->nodes[id].op == OP_INPUT) {
+            program->input_units[stage * c->tape->inputs + plan->nodes[id].whole] =
+                plan->places[id].offset;
+        }
+    }
+    return p->outputs != NULL;
+}
+
+static void plan_free(pass_plan *plan)
+{
+    free(plan->nodes);
+    free(plan->arguments);
+    free(plan->uses);
+    free(plan->places);
+}
+
+static bool compile_pass(compilation *c, int stage)
+{
+    pass *p = &c->program->passes[stage];
+    size_t count = (size_t)c->tape->count + 1;
+    enum { INTEGERS = 9 }; /* integer arrays by id */
+    pass_plan plan = {.program = c->program, .tape = c->tape, .count = c->tape->count};
+    plan.nodes = malloc(count * sizeof *plan.nodes);
+    plan.arguments = malloc(count * sizeof *plan.arguments);
+    plan.uses = calloc(INTEGERS * count, sizeof *plan.uses);
+    plan.places = calloc(count, sizeof *plan.places);
+    bool ok = plan.nodes && plan.arguments && plan.uses && plan.places;
+    if (ok) {
+        plan.level = plan.uses + count;
+        plan.order = plan.uses + 2 * count;
+        plan.position = plan.uses + 3 * count;
+        plan.parent = plan.uses + 4 * count;
+        plan.row = plan.uses + 5 * count;
+        plan.panel = plan.uses + 6 * count;
+        plan.column = plan.uses + 7 * count;
+        plan.panel_columns = plan.uses + 8 * count;
+        plan.sum_of = c->sum_of;
+        mark_pass(c, stage);
+        fill_plan(c, &plan);
+        ok = plan_layout(&plan, p) && emit_pass(&plan, p) && list_outputs(c, &plan, p, stage);
+    }
+    plan_free(&plan);
+    return ok;
+}
+
+/* ---- the program ---------------------------------------------------------------------------- */
+
+static void count_instructions(ad_program *program)
+{
+    ad_program_info *info = &program->info;
+    for (int s = 0; s < program->pass_count; s++) {
+        const pass *p = &program->passes[s];
+        info->instructions += (size_t)p->count;
+        info->passes++;
+        for (int g = 0; g < p->group_count; g++) {
+            info->groups += p->groups[g].pieces;
+        }
+        for (int i = 0; i < p->count; i++) {
+            const instruction *now = &p->instructions[i];
+            size_t scratch = execute_scratch(now);
+            program->scratch = scratch > program->scratch ? scratch : program->scratch;
+            if (now->columns) {
+                size_t a = (size_t)now->in[0].rows, b = (size_t)now->in[1].rows;
+                size_t product = now->op == OP_OUTER_SUM ? a * b : a;
+                info->products += now->op != OP_SUM_POINTS;
+                info->flops_per_point +=
+                    now->op == OP_SUM_POINTS ? 0 : 2 * product * (size_t)now->columns;
+            }
+        }
+        program->most_reduced =
+            p->reduced > program->most_reduced ? p->reduced : program->most_reduced;
+        program->most_units = p->units > program->most_units ? p->units : program->most_units;
+    }
+}
+
+static int choose_tile(const ad_program *program)
+{
+    if (program->settings.tile > 0) {
+        int steps = (program->settings.tile + TILE_STEP - 1) / TILE_STEP;
+        return steps * TILE_STEP;
+    }
+    long cache = sysconf(_SC_LEVEL2_CACHE_SIZE);
+    size_t budget = cache > 0 ? (size_t)cache : 1u << 20;
+    size_t per_point = (size_t)program->most_units * sizeof(double);
+    size_t tile = per_point ? budget / per_point / TILE_STEP * TILE_STEP : TILE_MAX;
+    return tile < TILE_MIN ? TILE_MIN : tile > TILE_MAX ? TILE_MAX : (int)tile;
+}
+
+static bool allocate_workspaces(ad_program *program)
+{
+    int threads = ad_pool_threads(program->pool);
+    program->tile = choose_tile(program);
+    program->info.tile = program->tile;
+    size_t numbers = (size_t)program->most_units * (size_t)program->tile;
+    program->workspace_numbers = numbers;
+    numbers += program->scratch;
+    program->info.workspace_bytes = numbers * sizeof(double);
+    program->workspaces = calloc((size_t)threads, sizeof *program->workspaces);
+    for (int i = 0; program->workspaces && i < threads; i++) {
+        void *memory = NULL;
+        if (posix_memalign(&memory, 64, (numbers + TILE_STEP) * sizeof(double)) != 0) {
+            return false;
+        }
+        memset(memory, 0, (numbers + TILE_STEP) * sizeof(double));
+        program->workspaces[i] = memory;
+    }
+    return program->workspaces != NULL;
+}
+
+static bool build(compilation *c)
+{
+    ad_program *program = c->program;
+    size_t count = (size_t)c->tape->count + 1;
+    c->needed = calloc(count, sizeof *c->needed);
+    c->in = calloc(count, sizeof *c->in);
+    c->stage = calloc(3 * count, sizeof *c->stage);
+    program->places = calloc(count, sizeof *program->places);
+    if (!c->needed || !c->in || !c->stage || !program->places) {
+        return false;
+    }
+    c->uses = c->stage + count;
+    c->sum_of = c->stage + 2 * count;
+    mark_needed(c);
+    assign_stages(c);
+    assign_sums(c);
+    size_t inputs = (size_t)c->stages * (size_t)c->tape->inputs + 1;
+    program->passes = calloc((size_t)c->stages + 1, sizeof *program->passes);
+    program->input_units = malloc(inputs * sizeof *program->input_units);
+    if (!program->passes || !program->input_units) {
+        return false;
+    }
+    memset(program->input_units, -1, inputs * sizeof *program->input_units);
+    program->pass_count = c->stages;
+    place_uniforms(c);
+    bool ok = write_constants(c);
+    for (int s = 0; ok && s <= c->stages; s++) {
+        ok = list_uniforms(c, &program->passes[s], s) && (s == c->stages || compile_pass(c, s));
+    }
+    for (int id = 0; id < c->tape->count; id++) {
+        program->info.dead += !c->needed[id];
+    }
+    count_instructions(program);
+    return ok && allocate_workspaces(program);
+}
+
+static ad_status check_outputs(int count, const ad_value *outputs, ad_error *error)
+{
+    if (count < 1 || !outputs[0].tape) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "compile: no outputs");
+    }
+    if (ad_tape_status(outputs[0].tape, error) != AD_OK) {
+        return outputs[0].tape->error.status;
+    }
+    for (int i = 0; i < count; i++) {
+        if (!ad_is_valid(outputs[i]) || outputs[i].tape != outputs[0].tape) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "compile: output %d is not of this tape", i);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *settings, ad_pool *pool,
+                     ad_program **result, ad_error *error)
+{
+    *result = NULL;
+    ad_status status = check_outputs(count, outputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const blas *library = blas_load(error);
+    if (!library) {
+        return AD_NO_BLAS;
+    }
+    ad_program *program = calloc(1, sizeof *program);
+    if (!program) {
+        return no_memory(error);
+    }
+    program->pool = pool;
+    program->blas = library;
+    program->kernels = kernels_select();
+    program->settings = settings ? *settings : ad_settings_default();
+    program->outputs = count;
+    program->output_ids = malloc((size_t)count * sizeof *program->output_ids);
+    program->tape = tape_copy(outputs[0].tape);
+    compilation c = {.program = program, .tape = program->tape};
+    bool ok = program->output_ids && program->tape;
+    for (int i = 0; ok && i < count; i++) {
+        program->output_ids[i] = outputs[i].id;
+    }
+    ok = ok && build(&c);
+    free(c.needed);
+    free(c.in);
+    free(c.stage);
+    if (!ok) {
+        ad_program_free(program);
+        return no_memory(error);
+    }
+    *result = program;
+    return AD_OK;
+}
+
+void ad_program_free(ad_program *program)
+{
+    if (!program) {
+        return;
+    }
+    for (int s = 0; program->passes && s <= program->pass_count; s++) {
+        free(program->passes[s].uniforms);
+        free(program->passes[s].instructions);
+        free(program->passes[s].groups);
+        free(program->passes[s].outputs);
+    }
+    for (int i = 0; program->workspaces && i < ad_pool_threads(program->pool); i++) {
+        free(program->workspaces[i]);
+    }
+    ad_tape_free(program->tape);
+    free(program->places);
+    free(program->uniform);
+    free(program->passes);
+    free(program->input_units);
+    free(program->output_ids);
+    free(program->workspaces);
+    free(program->sums);
+    free(program);
+}
+
+ad_program_info ad_program_inspect(const ad_program *program)
+{
+    return program->info;
+}

@@ -1,0 +1,40 @@
+/* Elementwise loops, compiled once per instruction set and chosen at run time. Private. */
+#ifndef AD_KERNELS_H
+#define AD_KERNELS_H
+
+#include "autodiff/tape.h"
+
+/* Row `r` of an operand starts at `at + r * stride`: one number per point, or, for an operand that
+ * is uniform, a single number. */
+typedef struct kernel_operand {
+    const double *at;
+    ptrdiff_t stride;
+} kernel_operand;
+
+/* out[r][j] = op(x[0][r][j], ...) for r < rows, j < points; points is a multiple of 8, rows of
+ * `out` and of per-point operands are aligned to 64 bytes. */
+typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, const kernel_operand *x,
+                       int whole, double number);
+
+enum { KERNEL_MASKS = 8 };
+
+typedef struct kernel_set {
+    const char *name;
+    /* by operation and by which operands are uniform: bit i set for operand i */
+    kernel loops[OP_ELEMENTWISE_END][KERNEL_MASKS];
+    /* sum[r] += sum over the first `points` of x[r], in an order fixed by `points` alone */
+    void (*sum_points)(int rows, int points, double *sum, kernel_operand x);
+    /* out[j * stride + r] = x[r][j]; `out` aligned to 64 bytes, stride a multiple of 8 */
+    void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
+} kernel_set;
+
+extern const kernel_set kernels_baseline;
+#if defined(__x86_64__)
+extern const kernel_set kernels_avx2;
+extern const kernel_set kernels_avx512;
+#endif
+
+/* The widest set this processor runs. */
+const kernel_set *kernels_select(void);
+
+#endif

@@ -1,0 +1,159 @@
+/* Threads that wait for numbered items of work. Which thread takes which item is left to chance;
+ * results must not depend on it. A worker spins for a moment before it sleeps, because the next
+ * training step usually follows at once. */
+#include "autodiff/program.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+enum { SPINS = 2000, THREADS_MAX = 1024 };
+
+struct ad_pool {
+    int threads; /* including the caller */
+    int started;
+    pthread_t *handles;
+    struct worker *workers;
+    pthread_mutex_t mutex;
+    pthread_cond_t wake, done;
+    atomic_uint round; /* grows by one for every job */
+    atomic_int next;   /* item */
+    atomic_int busy;   /* workers not yet finished with this round */
+    int count;
+    pool_work work;
+    void *context;
+    bool quit;
+};
+
+struct worker {
+    ad_pool *pool;
+    int thread;
+};
+
+static void take_items(ad_pool *pool, int thread)
+{
+    for (int item; (item = atomic_fetch_add(&pool->next, 1)) < pool->count;) {
+        pool->work(pool->context, item, thread);
+    }
+}
+
+static void pause_briefly(void)
+{
+#if defined(__x86_64__)
+    __builtin_ia32_pause();
+#endif
+}
+
+static void *worker_main(void *argument)
+{
+    struct worker *self = argument;
+    ad_pool *pool = self->pool;
+    unsigned seen = 0;
+    for (;;) {
+        for (int i = 0; i < SPINS && atomic_load(&pool->round) == seen; i++) {
+            pause_briefly();
+        }
+        pthread_mutex_lock(&pool->mutex);
+        while (atomic_load(&pool->round) == seen) {
+            pthread_cond_wait(&pool->wake, &pool->mutex);
+        }
+        seen = atomic_load(&pool->round);
+        bool quit = pool->quit;
+        pthread_mutex_unlock(&pool->mutex);
+        if (quit) {
+            return NULL;
+        }
+        take_items(pool, self->thread);
+        if (atomic_fetch_sub(&pool->busy, 1) == 1) {
+            pthread_mutex_lock(&pool->mutex);
+            pthread_cond_signal(&pool->done);
+            pthread_mutex_unlock(&pool->mutex);
+        }
+    }
+}
+
+static void start_round(ad_pool *pool)
+{
+    pthread_mutex_lock(&pool->mutex);
+    atomic_fetch_add(&pool->round, 1);
+    pthread_cond_broadcast(&pool->wake);
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+void pool_run(ad_pool *pool, int count, pool_work work, void *context)
+{
+    pool->work = work;
+    pool->context = context;
+    pool->count = count;
+    atomic_store(&pool->next, 0);
+    if (pool->started == 0 || count == 1) {
+        take_items(pool, 0);
+        return;
+    }
+    atomic_store(&pool->busy, pool->started);
+    start_round(pool);
+    take_items(pool, 0);
+    for (int i = 0; i < SPINS && atomic_load(&pool->busy) > 0; i++) {
+        pause_briefly();
+    }
+    pthread_mutex_lock(&pool->mutex);
+    while (atomic_load(&pool->busy) > 0) {
+        pthread_cond_wait(&pool->done, &pool->mutex);
+    }
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+ad_pool *ad_pool_create(int threads)
+{
+    if (threads < 1 || threads > THREADS_MAX) {
+        return NULL;
+    }
+    ad_pool *pool = calloc(1, sizeof *pool);
+    if (!pool) {
+        return NULL;
+    }
+    pool->threads = threads;
+    pthread_mutex_init(&pool->mutex, NULL);
+    pthread_cond_init(&pool->wake, NULL);
+    pthread_cond_init(&pool->done, NULL);
+    pool->handles = calloc((size_t)threads, sizeof *pool->handles);
+    pool->workers = calloc((size_t)threads, sizeof *pool->workers);
+    if (!pool->handles || !pool->workers) {
+        ad_pool_free(pool);
+        return NULL;
+    }
+    for (int i = 0; i < threads - 1; i++) {
+        pool->workers[i] = (struct worker){pool, i + 1};
+        if (pthread_create(&pool->handles[i], NULL, worker_main, &pool->workers[i]) != 0) {
+            ad_pool_free(pool);
+            return NULL;
+        }
+        pool->started++;
+    }
+    return pool;
+}
+
+void ad_pool_free(ad_pool *pool)
+{
+    if (!pool) {
+        return;
+    }
+    pool->quit = true;
+    if (pool->started > 0) {
+        start_round(pool);
+    }
+    for (int i = 0; i < pool->started; i++) {
+        pthread_join(pool->handles[i], NULL);
+    }
+    pthread_mutex_destroy(&pool->mutex);
+    pthread_cond_destroy(&pool->wake);
+    pthread_cond_destroy(&pool->done);
+    free(pool->handles);
+    free(pool->workers);
+    free(pool);
+}
+
+int ad_pool_threads(const ad_pool *pool)
+{
+    return pool->threads;
+}

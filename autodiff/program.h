@@ -1,0 +1,134 @@
+/* Inside of a compiled program. Private to autodiff.
+ *
+ * A run is a sequence of passes; pass p evaluates the uniform values that do not need sums of pass
+ * p or later, then replays its instructions over all tiles, then sums. Most programs have one pass.
+ *
+ * Places. A tile of T points lives in a workspace of `units * T` doubles per thread. A value there
+ * is `rows` rows of T numbers; row r starts at (offset + r * stride) * T. Values that are
+ * multiplied by the same matrix are columns of one panel, so that one matrix product serves all:
+ * their stride is the number of columns. Uniform values are `rows` numbers at `offset` of the
+ * uniform memory or of the parameter vector. */
+#ifndef AD_PROGRAM_H
+#define AD_PROGRAM_H
+
+#include "autodiff/blas.h"
+#include "autodiff/kernels.h"
+#include "autodiff/tape.h"
+
+typedef enum place_kind { PLACE_TILE, PLACE_UNIFORM, PLACE_PARAMETER } place_kind;
+
+typedef struct place {
+    place_kind kind;
+    int offset;
+    int stride; /* between rows: columns of the panel; 1 if uniform; 0: one row for all */
+    int rows;
+    int column; /* within a panel */
+    bool local; /* lives in one group: every piece of the group uses the same first rows */
+} place;
+
+enum { TILE_MIN = 32, TILE_STEP = 8 };
+
+typedef struct instruction {
+    int op;
+    int columns; /* of a matrix product: values side by side in one panel */
+    int whole;
+    double number;
+    kernel loop;
+    place out;
+    place in[AD_ARITY_MAX];
+} instruction;
+
+/* instructions[first .. first+count-1]; elementwise ones of equal many rows are worked on piece by
+ * piece, all instructions on one piece before the next. */
+typedef struct group {
+    int first, count;
+    bool pieces;
+} group;
+
+typedef struct batch_output {
+    int number; /* of the output */
+    place from;
+} batch_output;
+
+typedef struct pass {
+    int *uniforms; /* ids of uniform nodes to evaluate before the pass, in order */
+    int uniform_count;
+    instruction *instructions;
+    int count, capacity;
+    group *groups;
+    int group_count;
+    batch_output *outputs;
+    int output_count;
+    int reduced_offset, reduced; /* sums: a range of the uniform memory */
+    int units;                   /* of workspace */
+} pass;
+
+struct ad_program {
+    ad_pool *pool;
+    const blas *blas;
+    const kernel_set *kernels;
+    ad_settings settings;
+    ad_program_info info;
+
+    /* uniform values: the nodes they came from, kept to evaluate them */
+    ad_tape *tape; /* a private copy of what is needed */
+    place *places; /* [tape->count]; of uniform nodes */
+    double *uniform;
+    int uniform_count;
+
+    pass *passes; /* [pass_count + 1]: the last has only uniform values */
+    int pass_count;
+    int *input_units; /* [passes][inputs]: offset in the workspace, -1: not needed */
+
+    int outputs;
+    int *output_ids; /* [outputs] */
+
+    /* memory of a run */
+    int tile;            /* largest */
+    double **workspaces; /* per thread: tile * most_units numbers, then `scratch` */
+    size_t workspace_numbers, scratch;
+    double *sums;        /* [chunk_capacity][most reduced] */
+    size_t chunk_capacity;
+    int most_reduced, most_units;
+};
+
+/* Lay out and order one pass (layout.c). `needed` marks the nodes of the pass. */
+typedef struct pass_plan {
+    ad_program *program;
+    const ad_tape *tape;
+    int count;   /* nodes of the tape */
+    node *nodes; /* copies that may have been contracted; op OP_COUNT: not in this pass */
+    int (*arguments)[AD_ARITY_MAX]; /* of contracted nodes; stacks keep the tape's */
+    int *uses;
+    int *level;
+    int *order; /* [ordered] node ids in order of execution */
+    int ordered;
+    int *position; /* in order, by id */
+    int *sum_of;   /* reductions: the uniform node they are added to, by id */
+    /* placement */
+    int *parent;        /* the stack or viewed value a node lives in, -1 */
+    int *row;           /* within the parent */
+    int *panel;         /* number of panel, -1 */
+    int *column;        /* within the panel */
+    int *panel_columns; /* by panel */
+    int panels;
+    place *places; /* final, by id */
+} pass_plan;
+
+bool plan_layout(pass_plan *plan, pass *p);
+bool emit_pass(const pass_plan *plan, pass *p); /* emit.c */
+int plan_argument(const pass_plan *plan, int id, int i);
+bool plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
+
+/* Evaluate the uniform nodes of a pass, in order (uniform.c). */
+void uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
+const double *uniform_at(const ad_program *program, int id, const ad_run *run);
+
+/* Numbers of memory beside the workspace that an instruction needs while it runs (execute.c). */
+size_t execute_scratch(const instruction *i);
+
+/* Run work(context, item, thread) for items 0 .. count-1 on the pool's threads (pool.c). */
+typedef void (*pool_work)(void *context, int item, int thread);
+void pool_run(ad_pool *pool, int count, pool_work work, void *context);
+
+#endif

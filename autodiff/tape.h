@@ -1,0 +1,171 @@
+/* Inside of the tape: nodes and the table of operations. Private to autodiff. */
+#ifndef AD_TAPE_H
+#define AD_TAPE_H
+
+#include "autodiff/ad.h"
+
+#include <stdint.h>
+
+/* How an operation is differentiated; transforms know these kinds and nothing else.
+ *   LEAF      no arguments
+ *   LINEAR    coefficient by coefficient; adjoint by its rule
+ *   BILINEAR  convolution of coefficients; adjoint by its rule
+ *   SMOOTH    y' = sum_i partial_i x_i'; both transforms follow from the partials
+ *   SELECT    linear in its last two arguments, the first frozen
+ *   FLAT      derivative zero */
+typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, SELECT, FLAT } op_kind;
+
+typedef enum op_code {
+    OP_CONSTANT,
+    OP_INPUT,
+    OP_UNIFORM,
+    OP_PARAMETER,
+    OP_POINTS,
+    /* elementwise; kernels.c has one loop each, in this order */
+    OP_ADD,
+    OP_SUB,
+    OP_MUL,
+    OP_TANH,
+    OP_SIN,
+    OP_COS,
+    OP_EXP,
+    OP_LOG,
+    OP_ERF,
+    OP_SQRT,
+    OP_RECIPROCAL,
+    OP_RECIPROCAL_OR_ZERO,
+    OP_POWER,
+    OP_ABS,
+    OP_SIGN,
+    OP_ATAN2,
+    OP_STUMPFF,
+    OP_SELECT,
+    OP_REPEAT,
+    /* appear only in programs: contractions found by the compiler, copies of parts of a stack */
+    OP_MUL_ADD, /* a b + c */
+    OP_MUL_SUB, /* a b - c */
+    OP_SUB_MUL, /* c - a b */
+    OP_COPY,
+    OP_ELEMENTWISE_END,
+    /* rows, points, matrices */
+    OP_SLICE = OP_ELEMENTWISE_END,
+    OP_STACK,
+    OP_PAD,
+    OP_SUM_ROWS,
+    OP_SUM_POINTS,
+    OP_MATVEC,
+    OP_MATVEC_TRANSPOSED,
+    OP_OUTER,
+    OP_OUTER_SUM, /* sum over points of outer */
+    OP_COUNT
+} op_code;
+
+static inline bool op_is_elementwise(int op)
+{
+    return op >= OP_ADD && op < OP_ELEMENTWISE_END;
+}
+
+static inline bool op_is_reduction(int op)
+{
+    return op == OP_SUM_POINTS || op == OP_OUTER_SUM;
+}
+
+/* Of one argument, and smooth everywhere. */
+static inline bool op_is_regular(int op)
+{
+    return op == OP_TANH || op == OP_SIN || op == OP_COS || op == OP_EXP || op == OP_ERF;
+}
+
+enum { AD_ARITY_MAX = 3, AD_ARITY_ANY = -1, AD_STUMPFF_MAX = 12 };
+
+typedef struct node {
+    uint16_t op;
+    uint8_t extent; /* ad_extent */
+    bool splat;     /* constant with all rows equal to `number` */
+    int rows;
+    int first; /* of its arguments in tape->arguments */
+    int count;
+    int whole; /* integer attribute: slice first row, pad rows before, Stumpff k, input number */
+    double number; /* attribute: power's exponent, splat constant */
+    size_t offset; /* constant: into tape->numbers; parameter: into the flat vector */
+    int partials;  /* 1 + index of its first known partial derivative, 0: none are noted */
+} node;
+
+/* d value / d argument = partial, elementwise; all that a value has together replace its
+ * operation's adjoint rule. */
+typedef struct known_partial {
+    int argument, partial;
+    int next; /* of the same value, as in node */
+} known_partial;
+
+struct ad_tape {
+    node *nodes;
+    int count, capacity;
+    int *arguments;
+    int argument_count, argument_capacity;
+    double *numbers;
+    size_t number_count, number_capacity;
+    known_partial *partials;
+    int partial_count, partial_capacity;
+    int *table; /* hash table of node ids, -1 empty; capacity a power of two */
+    int table_capacity;
+    int inputs, uniforms;
+    int *input_rows, *uniform_rows; /* by number */
+    ad_tape_counts counts;
+    ad_error error;
+};
+
+/* One row per operation (ops.c). Rules append to the tape; y is the node's own value. */
+typedef struct op_row {
+    const char *name;
+    int arity;
+    op_kind kind;
+    /* SMOOTH: d y / d argument i. */
+    ad_value (*partial)(ad_value y, int i);
+    /* LINEAR, BILINEAR: contribution of the adjoint of y to argument i. */
+    ad_value (*adjoint)(ad_value y, ad_value adjoint, int i);
+} op_row;
+
+extern const op_row op_table[OP_COUNT];
+
+/* The scalar meaning of an elementwise operation: folds constants, evaluates uniform values, and is
+ * what the kernels are tested against. */
+double op_evaluate(int op, int whole, double number, const double *x);
+
+/* ---- recording (tape.c, simplify.c) -------------------------------------------------------- */
+
+static inline const node *node_of(ad_value x)
+{
+    return &x.tape->nodes[x.id];
+}
+
+static inline ad_value value_of(ad_tape *tape, int id)
+{
+    return (ad_value){tape, id};
+}
+
+static inline ad_value argument_of(ad_value x, int i)
+{
+    return value_of(x.tape, x.tape->arguments[node_of(x)->first + i]);
+}
+
+ad_value tape_failed(ad_tape *tape); /* the value of a failed operation */
+
+/* Append (or find) a node as it is: the end of every recording. */
+ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments);
+
+/* Record an operation on valid arguments: shapes checked, simplified, shared. `rows` only for
+ * operations whose rows do not follow from the arguments (slice, pad, repeat). */
+ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
+                     double number, int rows);
+
+/* Rules of algebra; false: none applies. `prototype` has rows and extent filled in. */
+bool simplify(ad_tape *tape, const node *prototype, const ad_value *arguments, ad_value *result);
+
+double constant_row(ad_value x, int row); /* of an OP_CONSTANT */
+bool is_constant(ad_value x);
+
+/* Grow *array to hold `needed` items; false when memory runs out (array unchanged). */
+bool tape_grow(void **array, int *capacity, int needed, size_t item);
+
+#endif
