@@ -1,0 +1,72 @@
+/* nn: dense networks recorded on a tape, their parameters one flat vector with named views. */
+#ifndef NN_H
+#define NN_H
+
+#include "autodiff/ad.h"
+#include "nn/rng.h"
+
+enum { NN_HIDDEN_MAX = 16, NN_NAME_MAX = 48 };
+
+#define NN_ACTIVATION_LIST(X)                                                                      \
+    X(NN_TANH, "tanh")                                                                             \
+    X(NN_SIN, "sin")                                                                               \
+    X(NN_SILU, "silu")                                                                             \
+    X(NN_GELU, "gelu")
+#define NN_INITIALIZATION_LIST(X)                                                                  \
+    X(NN_GLOROT, "glorot")   /* Glorot & Bengio 2010: normal, variance 2/(inputs+outputs) */       \
+    X(NN_UNIFORM, "uniform") /* uniform within 1/sqrt(inputs) */
+
+#define NN_ENUM(name, text) name,
+typedef enum nn_activation { NN_ACTIVATION_LIST(NN_ENUM) } nn_activation;
+typedef enum nn_initialization { NN_INITIALIZATION_LIST(NN_ENUM) } nn_initialization;
+#undef NN_ENUM
+
+typedef struct nn_mlp_settings {
+    int inputs;
+    int outputs;
+    int hidden_count;
+    int hidden[NN_HIDDEN_MAX]; /* widths */
+    nn_activation activation;
+    nn_initialization initialization;
+    int fourier_features; /* pairs sin, cos of random projections of the inputs; 0: none */
+    double fourier_scale; /* standard deviation of the projections' frequencies (Tancik 2020) */
+} nn_mlp_settings;
+
+/* hidden 3 x 32, tanh, glorot, no Fourier features. */
+nn_mlp_settings nn_mlp_settings_default(void);
+
+/* NULL, or the name of the field that is out of range with what is allowed (static text). */
+const char *nn_mlp_settings_check(const nn_mlp_settings *settings);
+
+/* A named part of the flat parameter vector. */
+typedef struct nn_view {
+    char name[NN_NAME_MAX]; /* "layer0/weight" */
+    size_t offset;
+    int rows;
+    int columns; /* 1 for a bias */
+} nn_view;
+
+typedef struct nn_mlp nn_mlp;
+
+/* Owned by the caller. The Fourier frequencies come from `rng` and are fixed numbers. */
+ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **mlp,
+                        ad_error *error);
+void nn_mlp_free(nn_mlp *mlp);
+
+size_t nn_mlp_parameters(const nn_mlp *mlp); /* length of the flat vector */
+int nn_mlp_views(const nn_mlp *mlp, const nn_view **views);
+
+/* Fill parameters [nn_mlp_parameters]. */
+void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters);
+
+/* The [features][inputs] Fourier frequencies, for a checkpoint; NULL when there are none. */
+double *nn_mlp_fourier(nn_mlp *mlp, size_t *count);
+
+/* Record the network on the tape of `input` ([inputs] rows, scaled to about [-1, 1]): [outputs]
+ * rows. `offset`: of its first parameter in the flat vector. */
+ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
+
+/* A unit quaternion from 4 outputs; defined (0) for the zero vector. */
+ad_value nn_rotation_quaternion(ad_value outputs);
+
+#endif
