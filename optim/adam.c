@@ -1,0 +1,239 @@
+/* Kingma & Ba, "Adam: a method for stochastic optimization", ICLR 2015, algorithm 1. */
+#include "internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Scalars live in one array of doubles so that the state is nothing but arrays. */
+enum { STEPS, EVALUATIONS, VALUE, GRADIENT_NORM, LEARNING_RATE, BEST_VALUE, SCALAR_COUNT };
+
+struct optim_adam {
+    optim_adam_settings settings;
+    size_t count;
+    double *x;        /* [count] */
+    double *mean;     /* [count], m of the paper */
+    double *square;   /* [count], v of the paper */
+    double *best_x;   /* [count] */
+    double *gradient; /* [count], work */
+    double *next_x;   /* [count], work */
+    double scalar[SCALAR_COUNT];
+};
+
+optim_adam_settings optim_adam_defaults(void)
+{
+    return (optim_adam_settings){.schedule = optim_schedule_defaults(),
+                                 .beta1 = 0.9,
+                                 .beta2 = 0.999,
+                                 .epsilon = 1e-8,
+                                 .clip_norm = 0,
+                                 .gradient_tolerance = 0};
+}
+
+/* Conditions are written so that a NaN fails them. */
+const char *optim_adam_check(const optim_adam_settings *settings)
+{
+    if (!(settings->beta1 >= 0 && settings->beta1 < 1)) {
+        return "beta1 must be in [0, 1)";
+    }
+    if (!(settings->beta2 >= 0 && settings->beta2 < 1)) {
+        return "beta2 must be in [0, 1)";
+    }
+    if (!(settings->epsilon > 0 && isfinite(settings->epsilon))) {
+        return "epsilon must be finite and > 0";
+    }
+    if (!(settings->clip_norm >= 0 && isfinite(settings->clip_norm))) {
+        return "clip_norm must be finite and >= 0 (0 turns clipping off)";
+    }
+    if (!(settings->gradient_tolerance >= 0 && isfinite(settings->gradient_tolerance))) {
+        return "gradient_tolerance must be finite and >= 0";
+    }
+    return optim_schedule_check(&settings->schedule);
+}
+
+void optim_adam_free(optim_adam *adam)
+{
+    if (adam) {
+        free(adam->x);
+        free(adam->mean);
+        free(adam->square);
+        free(adam->best_x);
+        free(adam->gradient);
+        free(adam->next_x);
+        free(adam);
+    }
+}
+
+static optim_adam *allocate(size_t count)
+{
+    optim_adam *adam = calloc(1, sizeof *adam);
+    if (!adam) {
+        return NULL;
+    }
+    adam->count = count;
+    adam->x = optim_vector_create(1, count);
+    adam->mean = optim_vector_create(1, count);
+    adam->square = optim_vector_create(1, count);
+    adam->best_x = optim_vector_create(1, count);
+    adam->gradient = optim_vector_create(1, count);
+    adam->next_x = optim_vector_create(1, count);
+    if (!adam->x || !adam->mean || !adam->square || !adam->best_x || !adam->gradient ||
+        !adam->next_x) {
+        optim_adam_free(adam);
+        return NULL;
+    }
+    return adam;
+}
+
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings,
+                              const char **why)
+{
+    const char *problem = optim_adam_check(settings);
+    optim_adam *adam = NULL;
+    if (!problem && count == 0) {
+        problem = "count must be >= 1";
+    }
+    if (!problem && !optim_all_finite(count, x)) {
+        problem = "the starting point x must be finite";
+    }
+    if (!problem) {
+        adam = allocate(count);
+        problem = adam ? NULL : "out of memory";
+    }
+    if (adam) {
+        adam->settings = *settings;
+        memcpy(adam->x, x, count * sizeof *x);
+        memcpy(adam->best_x, x, count * sizeof *x);
+        adam->scalar[VALUE] = INFINITY;
+        adam->scalar[GRADIENT_NORM] = INFINITY;
+        adam->scalar[BEST_VALUE] = INFINITY;
+    }
+    if (why) {
+        *why = problem;
+    }
+    return adam;
+}
+
+/* m, v and then x; the new point is committed only when it is finite. */
+static optim_status update(optim_adam *adam, double gradient_norm)
+{
+    const optim_adam_settings *settings = &adam->settings;
+    const double steps = adam->scalar[STEPS] + 1;
+    const double beta1 = settings->beta1;
+    const double beta2 = settings->beta2;
+    const double rate = optim_schedule_rate(&settings->schedule, (int64_t)adam->scalar[STEPS]);
+    const double correction1 = 1 - pow(beta1, steps);
+    const double correction2 = 1 - pow(beta2, steps);
+    const int clipped = settings->clip_norm > 0 && gradient_norm > settings->clip_norm;
+    const double scale = clipped ? settings->clip_norm / gradient_norm : 1;
+    const double *restrict gradient = adam->gradient;
+    const double *restrict x = adam->x;
+    double *restrict mean = adam->mean;
+    double *restrict square = adam->square;
+    double *restrict next_x = adam->next_x;
+    for (size_t i = 0; i < adam->count; i++) {
+        const double g = scale * gradient[i];
+        mean[i] = beta1 * mean[i] + (1 - beta1) * g;
+        square[i] = beta2 * square[i] + (1 - beta2) * g * g;
+        next_x[i] = x[i] - rate * (mean[i] / correction1) /
+                               (sqrt(square[i] / correction2) + settings->epsilon);
+    }
+    if (!optim_all_finite(adam->count, next_x)) {
+        return OPTIM_NOT_FINITE;
+    }
+    memcpy(adam->x, next_x, adam->count * sizeof *next_x);
+    adam->scalar[STEPS] = steps;
+    adam->scalar[LEARNING_RATE] = rate;
+    return OPTIM_RUNNING;
+}
+
+static const char *check_scalars(const optim_adam *adam)
+{
+    if (!optim_is_counter(adam->scalar[STEPS], OPTIM_COUNTER_LIMIT) ||
+        !optim_is_counter(adam->scalar[EVALUATIONS], OPTIM_COUNTER_LIMIT)) {
+        return "scalars: a counter is not an integer in [0, 2^53]";
+    }
+    if (isnan(adam->scalar[BEST_VALUE])) {
+        return "scalars: the best value is not a number";
+    }
+    return NULL;
+}
+
+optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context)
+{
+    if (check_scalars(adam)) {
+        return OPTIM_BAD_STATE;
+    }
+    const optim_evaluator evaluator = {
+        adam->count, objective, context, &adam->scalar[EVALUATIONS], &adam->scalar[BEST_VALUE],
+        adam->best_x};
+    double value = 0;
+    const optim_status status = optim_evaluate(&evaluator, adam->x, &value, adam->gradient);
+    if (status != OPTIM_RUNNING) {
+        return status;
+    }
+    const double norm = sqrt(optim_dot(adam->count, adam->gradient, adam->gradient));
+    adam->scalar[VALUE] = value;
+    adam->scalar[GRADIENT_NORM] = norm;
+    if (optim_max_abs(adam->count, adam->gradient) <= adam->settings.gradient_tolerance) {
+        return OPTIM_GRADIENT_TOLERANCE;
+    }
+    return update(adam, norm);
+}
+
+void optim_adam_objective_changed(optim_adam *adam)
+{
+    adam->scalar[BEST_VALUE] = INFINITY;
+    memcpy(adam->best_x, adam->x, adam->count * sizeof *adam->x);
+}
+
+const double *optim_adam_x(const optim_adam *adam)
+{
+    return adam->x;
+}
+
+const double *optim_adam_best_x(const optim_adam *adam)
+{
+    return adam->best_x;
+}
+
+optim_adam_info optim_adam_get_info(const optim_adam *adam)
+{
+    return (optim_adam_info){.steps = (int64_t)adam->scalar[STEPS],
+                             .evaluations = (int64_t)adam->scalar[EVALUATIONS],
+                             .value = adam->scalar[VALUE],
+                             .gradient_norm = adam->scalar[GRADIENT_NORM],
+                             .learning_rate = adam->scalar[LEARNING_RATE],
+                             .best_value = adam->scalar[BEST_VALUE]};
+}
+
+int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity)
+{
+    const optim_array rows[] = {
+        {"x", adam->x, adam->count},
+        {"mean", adam->mean, adam->count},
+        {"square", adam->square, adam->count},
+        {"best_x", adam->best_x, adam->count},
+        {"scalars", adam->scalar, SCALAR_COUNT},
+    };
+    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
+}
+
+const char *optim_adam_state_check(const optim_adam *adam)
+{
+    if (!optim_all_finite(adam->count, adam->x)) {
+        return "x holds a number that is not finite";
+    }
+    if (!optim_all_finite(adam->count, adam->mean)) {
+        return "mean holds a number that is not finite";
+    }
+    for (size_t i = 0; i < adam->count; i++) {
+        if (!(adam->square[i] >= 0 && isfinite(adam->square[i]))) {
+            return "square holds a number that is negative or not finite";
+        }
+    }
+    if (!optim_all_finite(adam->count, adam->best_x)) {
+        return "best_x holds a number that is not finite";
+    }
+    return check_scalars(adam);
+}

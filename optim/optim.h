@@ -1,0 +1,240 @@
+/* Minimisers on flat vectors of doubles: Adam, L-BFGS with a strong Wolfe line search, and
+ * learning-rate schedules. Knows nothing of networks; needs libc and libm only.
+ *
+ *     const char *why;
+ *     optim_lbfgs_settings settings = optim_lbfgs_defaults();
+ *     optim_lbfgs *lbfgs = optim_lbfgs_create(count, start, &settings, &why);
+ *     optim_status status = OPTIM_RUNNING;
+ *     while (status == OPTIM_RUNNING)
+ *         status = optim_lbfgs_step(lbfgs, objective, context);
+ *     memcpy(result, optim_lbfgs_best_x(lbfgs), count * sizeof *result);
+ *     optim_lbfgs_free(lbfgs);
+ *
+ * Each optimiser owns a copy of its point. Steps allocate nothing, and all sums run in a fixed
+ * order, so equal state and an equal objective give equal bits. */
+#ifndef OPTIM_H
+#define OPTIM_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* ---- results ---- */
+
+/* One row per result of a step: code, short name, sentence. */
+#define OPTIM_STATUS_LIST(X)                                                                       \
+    X(OPTIM_RUNNING, "running", "No stopping criterion has been met.")                             \
+    X(OPTIM_GRADIENT_TOLERANCE, "gradient tolerance",                                              \
+      "The largest gradient component is within gradient_tolerance.")                              \
+    X(OPTIM_FUNCTION_TOLERANCE, "function tolerance",                                              \
+      "The last step changed the value relatively by no more than function_tolerance.")            \
+    X(OPTIM_STEP_TOLERANCE, "step tolerance",                                                      \
+      "The last step changed the point relatively by no more than step_tolerance.")                \
+    X(OPTIM_LINE_SEARCH_FAILED, "line search failed",                                              \
+      "No strong Wolfe point was found, along steepest descent either; rounding may be the "       \
+      "limit.")                                                                                    \
+    X(OPTIM_NO_FINITE_STEP, "no finite step",                                                      \
+      "Every trial point of the line search gave a value or gradient that is not finite.")         \
+    X(OPTIM_NOT_FINITE, "not finite",                                                              \
+      "The value or gradient at the current point is not finite, or the next point would not be.") \
+    X(OPTIM_UNBOUNDED, "unbounded",                                                                \
+      "The value was still falling at distance maximum_step along a line.")                        \
+    X(OPTIM_STOPPED_BY_OBJECTIVE, "stopped by objective", "The objective asked to stop.")          \
+    X(OPTIM_BAD_STATE, "bad state", "The restored state holds a number out of its range.")
+
+typedef enum optim_status {
+#define OPTIM_STATUS_ENUM(code, name, sentence) code,
+    OPTIM_STATUS_LIST(OPTIM_STATUS_ENUM)
+#undef OPTIM_STATUS_ENUM
+        OPTIM_STATUS_COUNT
+} optim_status;
+
+/* Short name and one-sentence explanation of a status; never NULL. */
+const char *optim_status_name(optim_status status);
+const char *optim_status_text(optim_status status);
+
+/* ---- objective ---- */
+
+/* What an objective returns. Any other nonzero number means the same as OPTIM_OBJECTIVE_STOP. */
+enum {
+    OPTIM_OBJECTIVE_OK = 0,
+    OPTIM_OBJECTIVE_NOT_FINITE = 1, /* no finite value here: a line search backs away from it */
+    OPTIM_OBJECTIVE_STOP = 2        /* end the run; the step returns OPTIM_STOPPED_BY_OBJECTIVE */
+};
+
+/* Writes f(x) to value[1] and df/dx to gradient[count] for x[count]. It must be a deterministic
+ * function of x between two calls of optim_*_objective_changed. It need not check for NaN or Inf:
+ * the optimisers do, on the value and on the squared gradient norm. */
+typedef int (*optim_objective)(void *context, const double *x, double *value, double *gradient);
+
+/* ---- state as a value ---- */
+
+/* A named piece of live state. A checkpoint writes data[count], and to restore, creates the
+ * optimiser with the same count and settings and fills data[count] in place. Pointers stay valid
+ * until the optimiser is freed. Integers among the scalars are stored as exact doubles; values may
+ * be +infinity before the first evaluation, so the file format has to carry that. */
+typedef struct optim_array {
+    const char *name; /* static text, unique within one optimiser */
+    double *data;     /* [count], owned by the optimiser */
+    size_t count;
+} optim_array;
+
+enum { OPTIM_STATE_CAPACITY = 12 }; /* enough room for every optimiser's arrays */
+
+/* ---- learning-rate schedules ---- */
+
+#define OPTIM_SCHEDULE_LIST(X)                                                                     \
+    X(OPTIM_SCHEDULE_CONSTANT, "constant")                                                         \
+    X(OPTIM_SCHEDULE_COSINE, "cosine")                                                             \
+    X(OPTIM_SCHEDULE_EXPONENTIAL, "exponential")
+
+typedef enum optim_schedule_kind {
+#define OPTIM_SCHEDULE_ENUM(code, name) code,
+    OPTIM_SCHEDULE_LIST(OPTIM_SCHEDULE_ENUM)
+#undef OPTIM_SCHEDULE_ENUM
+        OPTIM_SCHEDULE_COUNT
+} optim_schedule_kind;
+
+/* With w = warmup_steps, D = decay_steps, t = step - w, the rate at `step` is learning_rate times
+ *
+ * - warm-up, step < w: (step + 1) / (w + 1)
+ * - constant: 1
+ * - cosine: final_fraction + (1 - final_fraction) (1 + cos(pi min(t, D) / D)) / 2
+ *   (Loshchilov & Hutter 2017, eq. 5, a single period)
+ * - exponential: decay_factor ^ (t / D)
+ *
+ * All three are continuous at the end of the warm-up. */
+typedef struct optim_schedule {
+    optim_schedule_kind kind;
+    double learning_rate;  /* > 0 */
+    int64_t warmup_steps;  /* >= 0 */
+    int64_t decay_steps;   /* >= 1; cosine and exponential */
+    double final_fraction; /* [0, 1]; cosine */
+    double decay_factor;   /* (0, 1]; exponential */
+} optim_schedule;
+
+optim_schedule optim_schedule_defaults(void);
+
+/* NULL, or a static text that names the first bad field and its range. */
+const char *optim_schedule_check(const optim_schedule *schedule);
+
+/* The rate at step = 0, 1, 2, ...; a negative step counts as 0. The schedule has to pass the
+ * check. */
+double optim_schedule_rate(const optim_schedule *schedule, int64_t step);
+
+/* Name of a kind, never NULL; kind of a name, or OPTIM_SCHEDULE_COUNT when there is none. */
+const char *optim_schedule_kind_name(optim_schedule_kind kind);
+optim_schedule_kind optim_schedule_kind_of(const char *name);
+
+/* ---- Adam: Kingma & Ba 2015, algorithm 1 ---- */
+
+typedef struct optim_adam_settings {
+    optim_schedule schedule;
+    double beta1;              /* [0, 1) decay of the mean of the gradient */
+    double beta2;              /* [0, 1) decay of the mean of its square */
+    double epsilon;            /* > 0, added to sqrt(v_hat) */
+    double clip_norm;          /* >= 0; scale the gradient down to this 2-norm; 0: never */
+    double gradient_tolerance; /* >= 0; stop when max |g_i| is no larger */
+} optim_adam_settings;
+
+typedef struct optim_adam_info {
+    int64_t steps;        /* completed updates */
+    int64_t evaluations;  /* calls of the objective */
+    double value;         /* before the last update: an Adam step evaluates, then moves */
+    double gradient_norm; /* 2-norm at that point, before clipping */
+    double learning_rate; /* used by the last update */
+    double best_value;    /* lowest value evaluated; +infinity before the first */
+} optim_adam_info;
+
+typedef struct optim_adam optim_adam;
+
+optim_adam_settings optim_adam_defaults(void);
+const char *optim_adam_check(const optim_adam_settings *settings);
+
+/* Copies x[count] and the settings. Returns NULL when something is wrong and then sets *why (unless
+ * why is NULL) to a static text; nothing is left allocated. */
+optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_settings *settings,
+                              const char **why);
+void optim_adam_free(optim_adam *adam); /* NULL is fine */
+
+/* One evaluation and one update. On anything but OPTIM_RUNNING the point has not moved. */
+optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context);
+
+/* Call when the objective is no longer the same function and its values no longer compare: forgets
+ * the best point. The moments stay, since averaging gradients of a varying objective is what Adam
+ * is for. When points are merely resampled from one distribution the call may be left out. */
+void optim_adam_objective_changed(optim_adam *adam);
+
+const double *optim_adam_x(const optim_adam *adam);      /* [count], current point */
+const double *optim_adam_best_x(const optim_adam *adam); /* [count], where best_value was found */
+optim_adam_info optim_adam_get_info(const optim_adam *adam);
+
+/* Fills at most `capacity` rows and returns how many there are. */
+int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity);
+
+/* After a restore: NULL, or a static text saying which array holds an impossible number. */
+const char *optim_adam_state_check(const optim_adam *adam);
+
+/* ---- L-BFGS: Liu & Nocedal 1989; Nocedal & Wright 2006, algorithms 7.4, 7.5, 3.5, 3.6 ---- */
+
+typedef struct optim_lbfgs_settings {
+    int memory;                   /* 1 to 1000 pairs (s, y) kept */
+    double sufficient_decrease;   /* c1 in (0, 0.5) of the Wolfe conditions */
+    double curvature;             /* c2 in (c1, 1) of the strong Wolfe conditions */
+    int maximum_line_evaluations; /* 2 to 1000 in one line search */
+    double maximum_step;          /* > 0; 2-norm of a step beyond which a still falling line
+                                     counts as unbounded below */
+    double gradient_tolerance;    /* >= 0; stop when max |g_i| is no larger */
+    double function_tolerance;    /* [0, 1); stop when |f - f_before| is no larger than this
+                                     times max(|f|, |f_before|); 0: only when f is unchanged */
+    double step_tolerance;        /* [0, 1); stop when max |s_i| is no larger than this times
+                                     max |x_i| */
+    double curvature_threshold;   /* [0, 1); drop a pair unless s.y is larger than this times
+                                     |s| |y| */
+} optim_lbfgs_settings;
+
+typedef struct optim_lbfgs_info {
+    int64_t iterations;  /* completed, each ending in a strong Wolfe point */
+    int64_t evaluations; /* calls of the objective */
+    int64_t pairs;       /* pairs (s, y) in the history */
+    int64_t skipped;     /* updates dropped by curvature_threshold */
+    int64_t resets;      /* histories dropped after a failed line search */
+    double value;        /* at the current point; +infinity before the first evaluation */
+    double gradient_max; /* max |g_i| at the current point; +infinity before the first */
+    double step;         /* multiple of the search direction taken last */
+    double best_value;   /* lowest value evaluated, trial points included; +infinity before */
+} optim_lbfgs_info;
+
+typedef struct optim_lbfgs optim_lbfgs;
+
+optim_lbfgs_settings optim_lbfgs_defaults(void);
+const char *optim_lbfgs_check(const optim_lbfgs_settings *settings);
+
+/* As optim_adam_create. Memory: (2 memory + 7) count doubles. */
+optim_lbfgs *optim_lbfgs_create(size_t count, const double *x, const optim_lbfgs_settings *settings,
+                                const char **why);
+void optim_lbfgs_free(optim_lbfgs *lbfgs); /* NULL is fine */
+
+/* One iteration with its line search. A line search that finds no strong Wolfe point keeps what
+ * decrease it found, drops the history and is repeated once along steepest descent; when that
+ * fails as well the step says so. The current point, its value and its gradient always belong
+ * together, whatever is returned, and its value never rises while the objective stays the same.
+ * A step may be called again after any status. */
+optim_status optim_lbfgs_step(optim_lbfgs *lbfgs, optim_objective objective, void *context);
+
+/* Has to be called between steps when the objective has become another function (new loss weights,
+ * new points). The next step evaluates the current point anew; the best point is forgotten, since
+ * values of two functions do not compare; the history is dropped, since its pairs hold the
+ * curvature of the old function, and the next y would be a difference of two functions' gradients.
+ */
+void optim_lbfgs_objective_changed(optim_lbfgs *lbfgs);
+
+const double *optim_lbfgs_x(const optim_lbfgs *lbfgs); /* [count], current point */
+const double *
+optim_lbfgs_best_x(const optim_lbfgs *lbfgs); /* [count], where best_value was found */
+optim_lbfgs_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs);
+
+/* As optim_adam_state and optim_adam_state_check. The pairs are a ring of fixed size [memory]. */
+int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity);
+const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs);
+
+#endif
