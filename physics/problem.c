@@ -1,0 +1,412 @@
+/* The loss as a sum over point sets; each set has its points and one program. */
+#include "physics/problem_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static double weight_of(const problem_settings *settings, rod_residual_kind kind)
+{
+    switch (kind) {
+    case ROD_STRAIN:
+        return settings->strain_weight;
+    case ROD_CURVATURE:
+        return settings->curvature_weight;
+    case ROD_FORCE:
+        return settings->force_weight;
+    case ROD_MOMENT:
+        return settings->moment_weight;
+    case ROD_INITIAL:
+        return settings->initial_weight;
+    default:
+        return settings->boundary_weight;
+    }
+}
+
+/* The terms of a set are those residuals that the scene has and that carry weight. */
+static void list_terms(problem *p, problem_set *set)
+{
+    static const struct {
+        problem_set_kind kind;
+        rod_residual_kind first, last;
+    } owned[] = {{SET_INTERIOR, ROD_STRAIN, ROD_MOMENT},
+                 {SET_START, ROD_START, ROD_START},
+                 {SET_END, ROD_END, ROD_END},
+                 {SET_INITIAL, ROD_INITIAL, ROD_INITIAL}};
+    for (int kind = (int)owned[set->kind].first; kind <= (int)owned[set->kind].last; kind++) {
+        double weight = weight_of(&p->settings, (rod_residual_kind)kind);
+        if (rod_residual_rows(&p->scene, (rod_residual_kind)kind) > 0 && weight > 0) {
+            p->terms[p->term_count] = (problem_term){(rod_residual_kind)kind, weight};
+            set->terms[set->term_count++] = p->term_count++;
+        }
+    }
+}
+
+static ad_status make_set(problem *p, problem_set_kind kind, ad_error *error)
+{
+    problem_set *set = &p->sets[p->set_count];
+    *set = (problem_set){.kind = kind};
+    list_terms(p, set);
+    if (set->term_count == 0) {
+        return AD_OK;
+    }
+    p->set_count++;
+    ad_status status = problem_set_sample(p, set, error);
+    return status == AD_OK ? problem_set_build(p, set, error) : status;
+}
+
+static bool make_causal(problem *p)
+{
+    int slices = p->settings.causal_slices;
+    if (slices == 0) {
+        return true;
+    }
+    p->slice_weights = malloc((size_t)slices * sizeof *p->slice_weights);
+    p->slice_losses = calloc((size_t)slices, sizeof *p->slice_losses);
+    p->slice_points = calloc((size_t)slices, sizeof *p->slice_points);
+    for (int i = 0; p->slice_weights && i < slices; i++) {
+        p->slice_weights[i] = i == 0; /* until the first update only the first slice counts */
+    }
+    return p->slice_weights && p->slice_losses && p->slice_points;
+}
+
+ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_settings *settings,
+                         uint64_t seed, ad_pool *pool, problem **result, ad_error *error)
+{
+    *result = NULL;
+    problem *p = calloc(1, sizeof *p);
+    if (!p) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
+    }
+    p->scene = *scene;
+    p->settings = *settings;
+    p->mlp = mlp;
+    p->pool = pool;
+    p->seed = seed;
+    p->parameters = nn_mlp_parameters(mlp);
+    p->scratch = malloc((p->parameters + 1) * sizeof *p->scratch);
+    rod_scales scales = rod_scales_of(scene);
+    p->length = scales.length;
+    p->time = scales.time;
+    p->duration = scene->duration / scales.time;
+    ad_status status = p->scratch && make_causal(p)
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
+    for (int kind = 0; status == AD_OK && kind < SET_COUNT; kind++) {
+        status = make_set(p, (problem_set_kind)kind, error);
+    }
+    if (status == AD_OK && p->set_count == 0) {
+        status = ad_fail(error, AD_BAD_INPUT, "every loss term has weight 0: nothing to learn");
+    }
+    if (status != AD_OK) {
+        problem_free(p);
+        return status;
+    }
+    *result = p;
+    return AD_OK;
+}
+
+void problem_free(problem *p)
+{
+    if (!p) {
+        return;
+    }
+    for (int i = 0; i < PROBLEM_SETS; i++) {
+        problem_set_clear(&p->sets[i]);
+    }
+    free(p->scratch);
+    free(p->slice_weights);
+    free(p->slice_losses);
+    free(p->slice_points);
+    free(p);
+}
+
+/* ---- what there is --------------------------------------------------------------------------- */
+
+size_t problem_parameters(const problem *p)
+{
+    return p->parameters;
+}
+
+int problem_terms(const problem *p)
+{
+    return p->term_count;
+}
+
+const char *problem_term_name(const problem *p, int term)
+{
+    return rod_residual_name(p->terms[term].kind);
+}
+
+double problem_term_weight(const problem *p, int term)
+{
+    return p->terms[term].weight;
+}
+
+const double *problem_losses(const problem *p)
+{
+    return p->losses;
+}
+
+int problem_sets(const problem *p)
+{
+    return p->set_count;
+}
+
+problem_set_info problem_set_inspect(const problem *p, int set)
+{
+    static const char *const names[SET_COUNT] = {"interior", "start", "end", "initial"};
+    const problem_set *s = &p->sets[set];
+    return (problem_set_info){names[s->kind], s->trained.count, s->held_out.count, s->counts,
+                              ad_program_inspect(s->gradient)};
+}
+
+const char *problem_derivatives(const problem *p)
+{
+    return p->derivatives;
+}
+
+size_t problem_bytes(const problem *p)
+{
+    size_t bytes = 2 * p->parameters * sizeof(double);
+    int threads = ad_pool_threads(p->pool);
+    for (int i = 0; i < p->set_count; i++) {
+        const problem_set *s = &p->sets[i];
+        const ad_program *programs[2] = {s->gradient, s->value};
+        bytes += 3 * (s->trained.count + s->held_out.count) * sizeof(double);
+        for (int k = 0; k < 2; k++) {
+            ad_program_info info = ad_program_inspect(programs[k]);
+            bytes += (size_t)threads * info.workspace_bytes + 8 * info.reduced * sizeof(double);
+        }
+    }
+    return bytes;
+}
+
+/* ---- evaluating ------------------------------------------------------------------------------ */
+
+/* The trained points through the program with the gradient; adds to *loss and gradient. */
+static ad_status evaluate_set(problem *p, problem_set *set, const double *x, bool first,
+                              double *loss, double *gradient, ad_error *error)
+{
+    double *to = !gradient ? NULL : first ? gradient : p->scratch;
+    double total = 0;
+    ad_status status =
+        problem_set_run(set, set->gradient, &set->trained, x, p->losses, &total, to, error);
+    if (status == AD_OK && gradient && !first) {
+        for (size_t i = 0; i < p->parameters; i++) {
+            gradient[i] += p->scratch[i];
+        }
+    }
+    *loss += total;
+    return status;
+}
+
+static bool all_finite(const double *x, size_t count)
+{
+    double sum = 0; /* 0 * x is NaN for NaN and infinity alike */
+    for (size_t i = 0; i < count; i++) {
+        sum += 0 * x[i];
+    }
+    return sum == 0;
+}
+
+ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gradient,
+                           ad_error *error)
+{
+    *loss = 0;
+    for (int i = 0; i < p->set_count; i++) {
+        ad_status status = evaluate_set(p, &p->sets[i], x, i == 0, loss, gradient, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    if (!isfinite(*loss) || (gradient && !all_finite(gradient, p->parameters))) {
+        return ad_fail(error, AD_NOT_FINITE, "the loss or its gradient is not finite");
+    }
+    return AD_OK;
+}
+
+static problem_set *set_of_term(problem *p, int term)
+{
+    for (int i = 0; i < p->set_count; i++) {
+        for (int k = 0; k < p->sets[i].term_count; k++) {
+            if (p->sets[i].terms[k] == term) {
+                return &p->sets[i];
+            }
+        }
+    }
+    return NULL;
+}
+
+ad_status problem_evaluate_term(problem *p, int term, const double *x, double *loss,
+                                double *gradient, ad_error *error)
+{
+    problem_set *set = set_of_term(p, term);
+    return problem_set_run_term(p, set, term, x, loss, gradient, error);
+}
+
+ad_status problem_held_out(problem *p, const double *x, double *loss, double *terms,
+                           ad_error *error)
+{
+    double values[PROBLEM_TERMS];
+    *loss = 0;
+    for (int i = 0; i < p->set_count; i++) {
+        problem_set *set = &p->sets[i];
+        double total;
+        ad_status status =
+            problem_set_run(set, set->value, &set->held_out, x, values, &total, NULL, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    for (int k = 0; k < p->term_count; k++) {
+        *loss += p->terms[k].weight * values[k];
+        if (terms) {
+            terms[k] = values[k];
+        }
+    }
+    return AD_OK;
+}
+
+ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_error *error)
+{
+    *place = (problem_place){.term = -1};
+    for (int i = 0; i < p->set_count && place->term < 0; i++) {
+        ad_status status = problem_set_locate(p, &p->sets[i], x, place, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- points and causal weights over time ------------------------------------------------------
+ */
+
+static int slice_at(const problem *p, double t)
+{
+    int slice = (int)(t / p->duration * p->settings.causal_slices);
+    int last = p->settings.causal_slices - 1;
+    return slice < 0 ? 0 : slice > last ? last : slice;
+}
+
+static void spread_weights(problem *p)
+{
+    problem_set *set = &p->sets[0];
+    for (size_t i = 0; set->point_weights && i < set->trained.count; i++) {
+        set->point_weights[i] = p->slice_weights[slice_at(p, set->trained.t[i])];
+    }
+}
+
+/* w_i = exp(-epsilon sum_{k<i} L_k) from the losses at the points of the last evaluation. */
+static void update_weights(problem *p)
+{
+    problem_set *set = &p->sets[0];
+    int slices = p->settings.causal_slices;
+    memset(p->slice_losses, 0, (size_t)slices * sizeof *p->slice_losses);
+    memset(p->slice_points, 0, (size_t)slices * sizeof *p->slice_points);
+    for (size_t i = 0; i < set->trained.count; i++) {
+        int slice = slice_at(p, set->trained.t[i]);
+        p->slice_losses[slice] += set->point_losses[i];
+        p->slice_points[slice]++;
+    }
+    double before = 0, least = 1;
+    for (int i = 0; i < slices; i++) {
+        p->slice_weights[i] = exp(-p->settings.causal_epsilon[(int)p->epsilon_index] * before);
+        least = fmin(least, p->slice_weights[i]);
+        before += p->slice_points[i] ? p->slice_losses[i] / p->slice_points[i] : 0;
+    }
+    if (least > p->settings.causal_threshold &&
+        (int)p->epsilon_index + 1 < p->settings.causal_epsilon_count) {
+        p->epsilon_index++;
+    }
+    spread_weights(p);
+}
+
+static const problem_points *points_of(const problem *p, const problem_set *set)
+{
+    return set->kind == SET_INTERIOR  ? &p->settings.interior
+           : set->kind == SET_INITIAL ? &p->settings.initial
+                                      : &p->settings.boundary;
+}
+
+ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error)
+{
+    *changed = false;
+    if (p->settings.causal_slices && step > 1 &&
+        (step - 1) % p->settings.causal_update_every == 0) {
+        update_weights(p);
+        *changed = true;
+    }
+    for (int i = 0; i < p->set_count; i++) {
+        int every = points_of(p, &p->sets[i])->resample_every;
+        if (every > 0 && step > 1 && (step - 1) % every == 0) {
+            ad_status status = problem_set_resample(p, &p->sets[i], error);
+            if (status != AD_OK) {
+                return status;
+            }
+            *changed = true;
+            spread_weights(p);
+        }
+    }
+    return AD_OK;
+}
+
+double problem_causal_epsilon(const problem *p)
+{
+    return p->settings.causal_slices ? p->settings.causal_epsilon[(int)p->epsilon_index] : 0;
+}
+
+double problem_causal_least_weight(const problem *p)
+{
+    double least = 1;
+    for (int i = 0; i < p->settings.causal_slices; i++) {
+        least = fmin(least, p->slice_weights[i]);
+    }
+    return least;
+}
+
+/* ---- state ----------------------------------------------------------------------------------- */
+
+int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
+                  int *generator_count)
+{
+    static const char *const points[SET_COUNT] = {"points/interior", "points/start", "points/end",
+                                                  "points/initial"};
+    static const char *const generator[SET_COUNT] = {"interior", "start", "end", "initial"};
+    int count = 0;
+    *generator_count = 0;
+    for (int i = 0; i < p->set_count; i++) {
+        problem_set *set = &p->sets[i];
+        arrays[count++] = (problem_array){points[set->kind], set->trained.s, 2, set->trained.count};
+        generators[(*generator_count)++] = (problem_generator){generator[set->kind], &set->rng};
+    }
+    if (p->settings.causal_slices) {
+        size_t slices = (size_t)p->settings.causal_slices;
+        arrays[count++] = (problem_array){"causal/weights", p->slice_weights, 1, slices};
+        arrays[count++] = (problem_array){"causal/epsilon_index", &p->epsilon_index, 1, 1};
+        arrays[count++] = (problem_array){"causal/point_weights", p->sets[0].point_weights, 1,
+                                          p->sets[0].trained.count};
+        arrays[count++] = (problem_array){"causal/point_losses", p->sets[0].point_losses, 1,
+                                          p->sets[0].trained.count};
+    }
+    return count;
+}
+
+ad_status problem_state_check(const problem *p, ad_error *error)
+{
+    for (int i = 0; i < p->set_count; i++) {
+        const problem_cloud *c = &p->sets[i].trained;
+        for (size_t k = 0; k < c->count; k++) {
+            if (!(c->s[k] >= 0 && c->s[k] <= 1 && c->t[k] >= 0 && c->t[k] <= p->duration)) {
+                return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
+            }
+        }
+    }
+    if (!(p->epsilon_index >= 0 && p->epsilon_index <= p->settings.causal_epsilon_count)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: causal/epsilon_index is out of range");
+    }
+    return AD_OK;
+}

@@ -1,0 +1,136 @@
+/* A scene to be learned: its loss terms, their points, one program each.
+ *
+ *   loss = sum over terms of weight * mean over points of |residual|^2
+ *
+ * The residuals are those of physics/rod.h, dimensionless. Terms that share points (the equations
+ * inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris 2024) the points inside
+ * carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where L_k is the mean
+ * weighted loss of slice k at the last update; the weights are not differentiated. */
+#ifndef PHYSICS_PROBLEM_H
+#define PHYSICS_PROBLEM_H
+
+#include "nn/nn.h"
+#include "physics/rod.h"
+#include "physics/sampling.h"
+
+#include <stdint.h>
+
+enum { PROBLEM_EPSILONS_MAX = 16 };
+
+/* Where the points of one set come from. */
+typedef struct problem_points {
+    int points;
+    sampling_kind sampler;
+    int resample_every; /* steps between new points; 0: never */
+} problem_points;
+
+typedef struct problem_settings {
+    problem_points interior; /* s and t inside: strain, curvature, force, moment */
+    double strain_weight;    /* R^T r_s = v; mixed form */
+    double curvature_weight; /* 2 vec(q* q_s) = u; mixed form */
+    double force_weight;     /* balance of force */
+    double moment_weight;    /* balance of moment */
+    problem_points boundary; /* t at both ends, where the ansatz leaves conditions open */
+    double boundary_weight;
+    problem_points initial; /* s at t = 0, soft enforcement */
+    double initial_weight;
+    int held_out_points; /* per set, never trained on */
+
+    int causal_slices; /* of time; 0: no causal weighting */
+    int causal_epsilon_count;
+    double causal_epsilon[PROBLEM_EPSILONS_MAX]; /* in turn */
+    double causal_threshold; /* the next epsilon when every weight exceeds this */
+    int causal_update_every; /* steps between updates of the weights */
+} problem_settings;
+
+typedef struct problem problem;
+
+/* Record, transform, compile and sample; every random number follows from `seed`. `settings` and
+ * `scene` are copied (the scene's texts must live on), `mlp` and `pool` must outlive the problem.
+ */
+ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_settings *settings,
+                         uint64_t seed, ad_pool *pool, problem **result, ad_error *error);
+void problem_free(problem *p);
+
+size_t problem_parameters(const problem *p); /* length of x */
+
+/* The terms of this scene, in a fixed order, by index. */
+int problem_terms(const problem *p);
+const char *problem_term_name(const problem *p, int term);
+double problem_term_weight(const problem *p, int term);
+
+/* Loss and gradient [parameters] (NULL: not wanted) at x. Allocates nothing after the first call.
+ * AD_NOT_FINITE when the loss or its gradient is not. */
+ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gradient,
+                           ad_error *error);
+
+/* The loss terms of the last problem_evaluate, unweighted: [problem_terms]. */
+const double *problem_losses(const problem *p);
+
+/* Value and gradient of one term alone, unweighted; for gradient checks. Slower. */
+ad_status problem_evaluate_term(problem *p, int term, const double *x, double *loss,
+                                double *gradient, ad_error *error);
+
+/* The weighted loss on the points never trained on; terms [problem_terms] may be NULL. */
+ad_status problem_held_out(problem *p, const double *x, double *loss, double *terms,
+                           ad_error *error);
+
+/* What is due before step `step` = 1, 2, ...: new points, new causal weights. *changed says that
+ * the loss is another function now. */
+ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error);
+
+/* Causal weighting: the epsilon in force and the smallest weight; 0 and 1 without. */
+double problem_causal_epsilon(const problem *p);
+double problem_causal_least_weight(const problem *p);
+
+/* Where a loss term stops being finite at x, in SI units; *term = -1 if every term is finite. */
+typedef struct problem_place {
+    int term;
+    double s, t; /* m, s */
+} problem_place;
+
+ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_error *error);
+
+/* ---- state as a value ---------------------------------------------------------------------- */
+
+/* Live memory that a checkpoint writes, and fills in place to restore: point sets
+ * [coordinates][points], causal weights, and the states of the generators. */
+typedef struct problem_array {
+    const char *name;
+    double *data;
+    size_t rows, columns;
+} problem_array;
+
+typedef struct problem_generator {
+    const char *name;
+    nn_rng *rng;
+} problem_generator;
+
+enum { PROBLEM_STATE_MAX = 8 };
+
+int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
+                  int *generator_count);
+
+/* After a restore: AD_BAD_INPUT when a point or weight lies where none can be. */
+ad_status problem_state_check(const problem *p, ad_error *error);
+
+/* ---- what was built ------------------------------------------------------------------------- */
+
+/* One set of points and the program that serves it. */
+typedef struct problem_set_info {
+    const char *name;
+    size_t points, held_out;
+    ad_tape_counts tape;     /* before: recorded; after simplification: stored */
+    ad_program_info program; /* value and gradient */
+} problem_set_info;
+
+int problem_sets(const problem *p);
+problem_set_info problem_set_inspect(const problem *p, int set);
+
+/* The derivatives of the unknowns that the equations inside use, as text: "r_s r_tt q_s ...". */
+const char *problem_derivatives(const problem *p);
+
+/* Bytes that the problem holds: points, workspaces, sums. */
+size_t problem_bytes(const problem *p);
+
+#endif

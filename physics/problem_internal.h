@@ -1,0 +1,86 @@
+/* What the files of the problem share; not for others. */
+#ifndef PHYSICS_PROBLEM_INTERNAL_H
+#define PHYSICS_PROBLEM_INTERNAL_H
+
+#include "physics/problem.h"
+
+enum {
+    PROBLEM_TERMS = ROD_RESIDUAL_COUNT,
+    PROBLEM_SETS = 4,
+    PROBLEM_SET_TERMS = 4,
+    PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2
+};
+
+typedef enum problem_set_kind {
+    SET_INTERIOR,
+    SET_START,
+    SET_END,
+    SET_INITIAL,
+    SET_COUNT
+} problem_set_kind;
+
+typedef struct problem_term {
+    rod_residual_kind kind;
+    double weight;
+} problem_term;
+
+/* Dimensionless; one allocation, `s` owns it. */
+typedef struct problem_cloud {
+    double *s, *t; /* [count] */
+    size_t count;
+} problem_cloud;
+
+/* Outputs of a set's programs, in this order: the weighted loss; per term the mean of its squared
+ * residual; per point the weighted loss (gradient, causal only) or per term and point the squared
+ * residual (value); per view of the parameters the gradient. */
+typedef struct problem_set {
+    problem_set_kind kind;
+    int terms[PROBLEM_SET_TERMS]; /* numbers of terms of the problem */
+    int term_count;
+    problem_cloud trained, held_out;
+    nn_rng rng;
+    ad_program *gradient, *value;
+    ad_program *term_gradient[PROBLEM_SET_TERMS]; /* made when asked for */
+    int view_count;
+    size_t view_offsets[PROBLEM_VIEWS];
+    double *point_weights; /* causal: [trained] */
+    double *point_losses;  /* causal: [trained], of the last evaluation */
+    ad_tape_counts counts;
+} problem_set;
+
+struct problem {
+    scene scene;
+    problem_settings settings;
+    const nn_mlp *mlp;
+    ad_pool *pool;
+    uint64_t seed;
+    size_t parameters;
+    double length, time, duration; /* scales in SI; duration in units of time */
+    problem_term terms[PROBLEM_TERMS];
+    int term_count;
+    problem_set sets[PROBLEM_SETS];
+    int set_count;
+    double losses[PROBLEM_TERMS];
+    double *scratch;                                     /* [parameters] */
+    double *slice_weights, *slice_losses, *slice_points; /* [slices] */
+    double epsilon_index;
+    char derivatives[160];
+};
+
+/* problem_set.c */
+ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
+ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
+ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);
+void problem_set_clear(problem_set *set);
+
+/* Run one of the set's programs over a cloud: terms by number, the weighted total, and, when
+ * gradient is not NULL, the gradient. */
+ad_status problem_set_run(problem_set *set, ad_program *program, const problem_cloud *cloud,
+                          const double *x, double *terms, double *total, double *gradient,
+                          ad_error *error);
+ad_status problem_set_run_term(problem *p, problem_set *set, int term, const double *x,
+                               double *loss, double *gradient, ad_error *error);
+ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
+                             ad_error *error);
+
+#endif

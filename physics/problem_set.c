@@ -1,0 +1,339 @@
+/* One set of points: sampled, recorded, compiled, run. */
+#include "physics/problem_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- points ---------------------------------------------------------------------------------- */
+
+static const char *const set_names[SET_COUNT] = {"interior", "start", "end", "initial"};
+
+/* Which of s and t vary over the set; what does not vary is the end or the initial time. */
+static int dimension_of(const problem *p, const problem_set *set, bool *varies_s, bool *varies_t)
+{
+    bool dynamic = scene_is_dynamic(&p->scene);
+    *varies_s = set->kind == SET_INTERIOR || set->kind == SET_INITIAL;
+    *varies_t = dynamic && set->kind != SET_INITIAL;
+    return *varies_s + *varies_t;
+}
+
+static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            sampling_kind kind, nn_rng *rng, ad_error *error)
+{
+    bool varies_s, varies_t;
+    int dimension = dimension_of(p, set, &varies_s, &varies_t);
+    if (dimension > 0) {
+        ad_status status = sampling_fill(kind, rng, dimension, cloud->count, cloud->s, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    if (varies_t && !varies_s) {
+        memcpy(cloud->t, cloud->s, cloud->count * sizeof *cloud->t);
+    }
+    for (size_t i = 0; i < cloud->count; i++) {
+        cloud->s[i] = varies_s ? cloud->s[i] : set->kind == SET_END;
+        cloud->t[i] = varies_t ? cloud->t[i] * p->duration : 0;
+    }
+    return AD_OK;
+}
+
+static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            const problem_points *points, nn_rng *rng, ad_error *error)
+{
+    bool varies_s, varies_t;
+    int dimension = dimension_of(p, set, &varies_s, &varies_t);
+    cloud->count = 1;
+    if (dimension > 0) {
+        ad_status status = sampling_count(points->sampler, dimension, (size_t)points->points, NULL,
+                                          &cloud->count, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    cloud->s = calloc(2 * cloud->count, sizeof *cloud->s);
+    if (!cloud->s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
+    }
+    cloud->t = cloud->s + cloud->count;
+    return cloud_fill(p, set, cloud, points->sampler, rng, error);
+}
+
+static const problem_points *points_of(const problem *p, const problem_set *set)
+{
+    return set->kind == SET_INTERIOR  ? &p->settings.interior
+           : set->kind == SET_INITIAL ? &p->settings.initial
+                                      : &p->settings.boundary;
+}
+
+/* Every set has a generator of its own, and its held-out points another. */
+ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
+{
+    char stream[64];
+    snprintf(stream, sizeof stream, "points/%s", set_names[set->kind]);
+    set->rng = nn_rng_split(p->seed, stream);
+    snprintf(stream, sizeof stream, "held_out/%s", set_names[set->kind]);
+    nn_rng held_out = nn_rng_split(p->seed, stream);
+    problem_points unseen = {p->settings.held_out_points, SAMPLING_SOBOL, 0};
+    ad_status status = cloud_make(p, set, &set->trained, points_of(p, set), &set->rng, error);
+    if (status == AD_OK) {
+        status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+    }
+    if (status == AD_OK && set->kind == SET_INTERIOR && p->settings.causal_slices) {
+        set->point_weights = malloc(set->trained.count * sizeof *set->point_weights);
+        set->point_losses = calloc(set->trained.count, sizeof *set->point_losses);
+        if (!set->point_weights || !set->point_losses) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for causal weights");
+        }
+        for (size_t i = 0; i < set->trained.count; i++) {
+            set->point_weights[i] = 1;
+        }
+    }
+    return status;
+}
+
+ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
+{
+    return cloud_fill(p, set, &set->trained, points_of(p, set)->sampler, &set->rng, error);
+}
+
+void problem_set_clear(problem_set *set)
+{
+    free(set->trained.s);
+    free(set->held_out.s);
+    free(set->point_weights);
+    free(set->point_losses);
+    ad_program_free(set->gradient);
+    ad_program_free(set->value);
+    for (int i = 0; i < PROBLEM_SET_TERMS; i++) {
+        ad_program_free(set->term_gradient[i]);
+    }
+}
+
+/* ---- recording ------------------------------------------------------------------------------- */
+
+/* A recording of the set: inputs s, t and, if causal, the weights of points. */
+typedef struct recording {
+    ad_tape *tape;
+    ad_value s, t, point_weight;
+    rod_state state;
+    ad_value squares[PROBLEM_SET_TERMS]; /* per point */
+    ad_value views[PROBLEM_VIEWS];
+} recording;
+
+static bool is_causal(const problem *p, const problem_set *set)
+{
+    return set->kind == SET_INTERIOR && p->settings.causal_slices > 0;
+}
+
+static bool record_begin(const problem *p, problem_set *set, recording *r)
+{
+    r->tape = ad_tape_create();
+    if (!r->tape) {
+        return false;
+    }
+    r->s = ad_input(r->tape, "s", 1);
+    ad_value t = ad_input(r->tape, "t", 1);
+    r->t = scene_is_dynamic(&p->scene) ? t : ad_scalar(r->tape, 0);
+    r->point_weight =
+        is_causal(p, set) ? ad_input(r->tape, "causal weight", 1) : ad_scalar(r->tape, 1);
+    ad_value outputs = nn_mlp_record(p->mlp, rod_network_input(&p->scene, r->s, r->t), 0);
+    r->state = rod_ansatz(&p->scene, outputs, r->s, r->t);
+    for (int i = 0; i < set->term_count; i++) {
+        rod_residual_kind kind = p->terms[set->terms[i]].kind;
+        ad_value residual = rod_residual(&p->scene, kind, r->state, r->s, r->t);
+        r->squares[i] = ad_dot(residual, residual);
+    }
+    const nn_view *views;
+    set->view_count = nn_mlp_views(p->mlp, &views);
+    for (int i = 0; i < set->view_count; i++) {
+        set->view_offsets[i] = views[i].offset;
+        r->views[i] =
+            ad_parameter(r->tape, views[i].name, views[i].rows * views[i].columns, views[i].offset);
+    }
+    return true;
+}
+
+static ad_value mean(ad_value per_point)
+{
+    return ad_div(ad_sum_points(per_point), ad_points(per_point.tape));
+}
+
+/* Name the derivatives of r, q, N, m that appear among what the terms need. */
+static void note_derivatives(problem *p, const recording *r, const problem_set *set)
+{
+    const struct {
+        const char *name;
+        ad_value field;
+    } fields[] = {{"r", r->state.position},
+                  {"q", r->state.rotation},
+                  {"N", r->state.force},
+                  {"m", r->state.moment}};
+    static const struct {
+        const char *name;
+        int s, t;
+    } orders[] = {{"s", 1, 0}, {"ss", 2, 0}, {"t", 0, 1}, {"tt", 0, 2}, {"st", 1, 1}};
+    bool dynamic = scene_is_dynamic(&p->scene);
+    bool mixed = p->scene.formulation == SCENE_MIXED;
+    size_t used = 0;
+    for (int f = 0; f < (mixed ? 4 : 2); f++) {
+        for (int o = 0; o < 5 && (dynamic || orders[o].t == 0 || o < 2); o++) {
+            ad_value d = fields[f].field;
+            d = orders[o].s ? ad_derivative(d, r->s, orders[o].s) : d;
+            d = orders[o].t ? ad_derivative(d, r->t, orders[o].t) : d;
+            if (ad_uses(set->term_count, r->squares, d) && used < sizeof p->derivatives) {
+                used +=
+                    (size_t)snprintf(p->derivatives + used, sizeof p->derivatives - used, "%s%s_%s",
+                                     used ? " " : "", fields[f].name, orders[o].name);
+            }
+        }
+    }
+}
+
+/* outputs: weighted loss, means, extra per-point values, gradient per view */
+static ad_status compile_gradient(problem *p, problem_set *set, recording *r, ad_error *error)
+{
+    ad_value outputs[2 + PROBLEM_SET_TERMS + PROBLEM_VIEWS];
+    ad_value per_point = ad_zeros(r->tape, 1);
+    int count = 1;
+    for (int i = 0; i < set->term_count; i++) {
+        per_point = ad_add(per_point, ad_scale(r->squares[i], p->terms[set->terms[i]].weight));
+        outputs[count++] = mean(r->squares[i]);
+    }
+    outputs[0] = mean(ad_mul(r->point_weight, per_point));
+    if (is_causal(p, set)) {
+        outputs[count++] = per_point;
+    }
+    ad_reverse(outputs[0], set->view_count, r->views, AD_SUMMED, outputs + count);
+    set->counts = ad_tape_count(r->tape);
+    return ad_compile(count + set->view_count, outputs, NULL, p->pool, &set->gradient, error);
+}
+
+/* outputs: weighted loss (unused: 0), means, squares per point */
+static ad_status compile_value(problem *p, problem_set *set, recording *r, ad_error *error)
+{
+    ad_value outputs[1 + 2 * PROBLEM_SET_TERMS];
+    int count = 1;
+    outputs[0] = ad_scalar(r->tape, 0);
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[count++] = mean(r->squares[i]);
+    }
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[count++] = r->squares[i];
+    }
+    return ad_compile(count, outputs, NULL, p->pool, &set->value, error);
+}
+
+ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
+{
+    recording r;
+    if (!record_begin(p, set, &r)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_status status = compile_gradient(p, set, &r, error);
+    if (status == AD_OK) {
+        status = compile_value(p, set, &r, error);
+    }
+    if (status == AD_OK && set->kind == SET_INTERIOR) {
+        note_derivatives(p, &r, set);
+    }
+    ad_tape_free(r.tape);
+    return status;
+}
+
+/* ---- running --------------------------------------------------------------------------------- */
+
+static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
+                     const double *x, double **outputs, ad_error *error)
+{
+    const double *inputs[3] = {cloud->s, cloud->t, set->point_weights};
+    ad_run r = {.points = cloud->count, .inputs = inputs, .parameters = x, .outputs = outputs};
+    return ad_execute(program, &r, error);
+}
+
+ad_status problem_set_run(problem_set *set, ad_program *program, const problem_cloud *cloud,
+                          const double *x, double *terms, double *total, double *gradient,
+                          ad_error *error)
+{
+    double means[PROBLEM_SET_TERMS];
+    double *outputs[2 + 2 * PROBLEM_SET_TERMS + PROBLEM_VIEWS] = {total};
+    int count = 1;
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[count++] = &means[i];
+    }
+    if (program == set->gradient) {
+        if (set->point_losses) {
+            outputs[count++] = set->point_losses;
+        }
+        for (int i = 0; i < set->view_count; i++) {
+            outputs[count++] = gradient ? gradient + set->view_offsets[i] : NULL;
+        }
+    }
+    ad_status status = run(set, program, cloud, x, outputs, error);
+    for (int i = 0; i < set->term_count; i++) {
+        terms[set->terms[i]] = means[i];
+    }
+    return status;
+}
+
+static ad_status compile_term(problem *p, problem_set *set, int index, ad_error *error)
+{
+    recording r;
+    if (!record_begin(p, set, &r)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value outputs[1 + PROBLEM_VIEWS];
+    outputs[0] = mean(r.squares[index]);
+    ad_reverse(outputs[0], set->view_count, r.views, AD_SUMMED, outputs + 1);
+    ad_status status =
+        ad_compile(1 + set->view_count, outputs, NULL, p->pool, &set->term_gradient[index], error);
+    ad_tape_free(r.tape);
+    return status;
+}
+
+ad_status problem_set_run_term(problem *p, problem_set *set, int term, const double *x,
+                               double *loss, double *gradient, ad_error *error)
+{
+    int index = 0;
+    while (set->terms[index] != term) {
+        index++;
+    }
+    if (!set->term_gradient[index]) {
+        ad_status status = compile_term(p, set, index, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    double *outputs[1 + PROBLEM_VIEWS] = {loss};
+    for (int i = 0; i < set->view_count; i++) {
+        outputs[1 + i] = gradient ? gradient + set->view_offsets[i] : NULL;
+    }
+    return run(set, set->term_gradient[index], &set->trained, x, outputs, error);
+}
+
+ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
+                             ad_error *error)
+{
+    size_t points = set->trained.count;
+    double *squares = malloc((size_t)set->term_count * points * sizeof *squares);
+    if (!squares) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory while looking for a bad number");
+    }
+    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[1 + set->term_count + i] = squares + (size_t)i * points;
+    }
+    ad_status status = run(set, set->value, &set->trained, x, outputs, error);
+    for (int i = 0; status == AD_OK && i < set->term_count && place->term < 0; i++) {
+        for (size_t k = 0; k < points && place->term < 0; k++) {
+            if (!isfinite(squares[(size_t)i * points + k])) {
+                *place = (problem_place){set->terms[i], set->trained.s[k] * p->length,
+                                         set->trained.t[k] * p->time};
+            }
+        }
+    }
+    free(squares);
+    return status;
+}

@@ -1,0 +1,171 @@
+/* The physics of one Cosserat rod on the tape: what the network's outputs mean, and the residuals
+ * that vanish for the true solution.
+ *
+ * Equations: the special Cosserat rod (Antman, Nonlinear Problems of Elasticity, ch. 8), in the
+ * notation
+ *
+ *   r(s,t) position, world        q(s,t) rotation, unit quaternion, body to world
+ *   N = R(q) n  force, world      m  moment, body
+ *   v = R^T r_s                   u = 2 vec(q* q_s)         w = 2 vec(q* q_t)
+ *   n = Kse (v - v*) + Bse v_t                               internal force, body
+ *   m = Kbt (u - u*) + Bbt u_t                               internal moment, body
+ *   N_s + f = rhoA r_tt                                      balance of force, world
+ *   m_s + u x m + v x R^T N + l = rhoJ w_t + w x (rhoJ w)    balance of moment, body
+ *
+ * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
+ * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI); `s` and `t` below are
+ * sigma and tau. They are one-row values that the caller makes: batch inputs, or rows of one.
+ * Residuals and observables differentiate with respect to them, so they must not be constants;
+ * only in a static scene t is the constant 0, and every derivative by it is an exact 0. Absent
+ * physics (no damping, locked strain, no gravity) enters as a constant 0 and is folded away by the
+ * tape; there is one copy of each equation.
+ *
+ * Errors are sticky on the tape. Scenes must pass scene_check. */
+#ifndef PHYSICS_ROD_H
+#define PHYSICS_ROD_H
+
+#include "autodiff/ad.h"
+#include "physics/scene.h"
+
+/* ---- scales and numbers -------------------------------------------------------------------- */
+
+typedef struct rod_scales {
+    double length; /* m */
+    double time;   /* s: length^2 sqrt(rhoA/EI); the duration if there is no mass, 1 if static */
+    double force;  /* N: EI/length^2 */
+    double moment; /* N m: EI/length */
+} rod_scales;      /* EI: the smaller of the two bending stiffnesses that is finite */
+
+rod_scales rod_scales_of(const scene *scene);
+
+/* Dimensionless numbers that decide how hard a scene is. Infinite ratios: that strain is locked. */
+typedef struct rod_numbers {
+    double shear_ratio;       /* kGA L^2/EI, the smaller */
+    double axial_ratio;       /* EA L^2/EI */
+    double torsion_ratio;     /* GJ/EI */
+    double rotary_inertia;    /* rho I/(rhoA L^2), the larger of the two bending axes */
+    double tip_force;         /* |F| L^2/EI, largest over time */
+    double tip_moment;        /* |T| L/EI, largest over time */
+    double distributed_force; /* |f| L^3/EI, largest over s and t */
+    double weight;            /* rhoA |g| L^3/EI */
+    double strain_damping;    /* largest Bse L^2/(EI time) */
+    double curvature_damping; /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
+    double drag;              /* damping ratio of the first bending mode by drag: c/(2 rhoA w1) */
+    double duration;          /* in scales.time; 0: static */
+    double periods;           /* duration over 2 pi/3.516 time units: first bending periods */
+} rod_numbers;
+
+rod_numbers rod_numbers_of(const scene *scene);
+
+/* The physical terms of the equations and whether this scene has them. */
+typedef struct rod_term {
+    const char *name;
+    bool present;
+    const char *reason; /* why it is left out, a few words; NULL when present */
+} rod_term;
+
+enum { ROD_TERM_MAX = 24 };
+
+/* Fill terms [ROD_TERM_MAX], return how many; static texts. */
+int rod_terms(const scene *scene, rod_term *terms);
+
+/* Whether held ends agree with the initial state in value and velocity where both are hard: if
+ * not, the ansatz would shift the whole initial state. AD_BAD_INPUT: `key` (may be NULL) receives
+ * the dotted YAML key, static text. Also finds what only shows when a scene is recorded. */
+ad_status rod_check(const scene *scene, const char **key, ad_error *error);
+
+/* ---- network and state --------------------------------------------------------------------- */
+
+/* 1 (s) for a static scene, else 2 (s, t). */
+int rod_network_inputs(const scene *scene);
+
+/* mixed 13: r, q, N, m; displacement 7: r, q. */
+int rod_network_outputs(const scene *scene);
+
+/* s, t mapped to [-1, 1]: [rod_network_inputs] rows. */
+ad_value rod_network_input(const scene *scene, ad_value s, ad_value t);
+
+typedef struct rod_state {
+    ad_value position; /* r [3], world */
+    ad_value rotation; /* q [4], unit */
+    ad_value force;    /* N [3], world */
+    ad_value moment;   /* m [3], body */
+} rod_state;
+
+/* From the network's raw outputs to a state: field = lift + blend network, q normalised.
+ *
+ * Hard boundary conditions: the lift meets the data of the ends, the blend vanishes there: s,
+ * 1-s, s(1-s) or 1, per field by what the ends give. Hard initial conditions: the lift of r and q
+ * starts as the initial state with its velocity, and the blend carries (t/duration)^2. The
+ * prescribed motion of an end must agree with the initial state in value and velocity; where it
+ * does not, the end wins.
+ *   r = r_i + t v_i + sum over held ends of weight (r_end(t) - r_i(end) - t v_i(end)) + blend net
+ *   q = normalise(the same with q_i exp(t w_i))
+ *   N = F or R(q) F_body, m = R(q)^T T or T_body, + blend load_scale net; at s = 0 the outside
+ *       pulls the other way: N = -F, m = -T.
+ * Soft: undeformed shape (or initial state) + network, the conditions are residuals.
+ * Static scenes use the undeformed shape, from the held end on, in place of the initial state.
+ *
+ * Displacement form: N and m follow from r and q by the constitutive law; ends that give force or
+ * moment stay residuals (ROD_START, ROD_END) whatever the enforcement. */
+rod_state rod_ansatz(const scene *scene, ad_value outputs, ad_value s, ad_value t);
+
+/* ---- residuals ----------------------------------------------------------------------------- */
+
+#define ROD_RESIDUAL_LIST(X)                                                                       \
+    X(ROD_STRAIN, "strain")       /* v - v* - Kse^-1 (R^T N - Bse v_t), 3 rows, mixed */           \
+    X(ROD_CURVATURE, "curvature") /* u - u* - Kbt^-1 (m - Bbt u_t), 3 rows, mixed */               \
+    X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
+    X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows */                            \
+    X(ROD_START, "start")         /* conditions at s = 0 that the ansatz does not enforce */       \
+    X(ROD_END, "end")             /* the same at s = 1 */                                          \
+    X(ROD_INITIAL, "initial")     /* r, 2 vec(q_i* q), r_t, w at t = 0, 12 rows, soft */
+
+#define ROD_ENUM(name, text) name,
+typedef enum rod_residual_kind { ROD_RESIDUAL_LIST(ROD_ENUM) ROD_RESIDUAL_COUNT } rod_residual_kind;
+#undef ROD_ENUM
+
+/* "strain", ...; static. */
+const char *rod_residual_name(rod_residual_kind kind);
+
+/* Rows of a residual in this scene; 0: the scene has none of this kind. */
+int rod_residual_rows(const scene *scene, rod_residual_kind kind);
+
+/* Dimensionless, of order one, unweighted: [rod_residual_rows] rows. The points of `s` and `t` are
+ * the caller's: s = 0 for ROD_START, s = 1 for ROD_END, t = 0 for ROD_INITIAL. Asking for a kind
+ * that the scene does not have is an error on the tape. */
+ad_value rod_residual(const scene *scene, rod_residual_kind kind, rod_state state, ad_value s,
+                      ad_value t);
+
+/* ---- manufactured solutions ---------------------------------------------------------------- */
+
+/* The exact state; N and m from the constitutive law (finite stiffness). The residuals of a
+ * manufactured scene take ends and initial state from it, and rod_manufactured_load as the
+ * distributed load. */
+rod_state rod_manufactured(const scene *scene, ad_value s, ad_value t);
+
+typedef struct rod_load {
+    ad_value force;  /* f [3], world, by EI/length^3 */
+    ad_value moment; /* l [3], world, by EI/length^2 */
+} rod_load;
+
+/* What must be added to gravity, drag and the scene's own distributed loads. */
+rod_load rod_manufactured_load(const scene *scene, ad_value s, ad_value t);
+
+/* ---- observables --------------------------------------------------------------------------- */
+
+/* In SI units. */
+typedef struct rod_observables {
+    ad_value position;         /* [3] m, world */
+    ad_value rotation;         /* [4] */
+    ad_value strain;           /* v [3] */
+    ad_value curvature;        /* u [3] 1/m */
+    ad_value force;            /* n [3] N, body */
+    ad_value moment;           /* m [3] N m, body */
+    ad_value velocity;         /* r_t [3] m/s, world; zeros in a static scene */
+    ad_value angular_velocity; /* w [3] 1/s, body; zeros in a static scene */
+} rod_observables;
+
+rod_observables rod_observe(const scene *scene, rod_state state, ad_value s, ad_value t);
+
+#endif

@@ -1,0 +1,180 @@
+/* From raw network outputs to a state that meets the conditions of the scene by construction. */
+#include "physics/rod_internal.h"
+
+#include <math.h>
+
+int rod_network_inputs(const scene *rod_scene)
+{
+    return scene_is_dynamic(rod_scene) ? 2 : 1;
+}
+
+int rod_network_outputs(const scene *rod_scene)
+{
+    return rod_scene->formulation == SCENE_MIXED ? 13 : 7;
+}
+
+ad_value rod_network_input(const scene *rod_scene, ad_value s, ad_value t)
+{
+    rod_context rod = rod_context_of(rod_scene, s, t);
+    ad_value one = ad_scalar(s.tape, 1);
+    ad_value space = ad_sub(ad_scale(s, 2), one);
+    if (!rod.dynamic)
+        return space;
+    return ad_stack(2, (ad_value[]){space, ad_sub(ad_scale(t, 2 / rod.duration), one)});
+}
+
+/* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
+ * of the network that vanishes where data are given. */
+typedef struct rod_blend {
+    ad_value start_weight, end_weight, factor;
+} rod_blend;
+
+static rod_blend rod_blend_of(const rod_context *rod, bool start, bool end)
+{
+    ad_value one = ad_scalar(rod->tape, 1), zero = ad_scalar(rod->tape, 0);
+    ad_value s = rod->s, rest = ad_sub(one, s);
+    rod_blend blend = {zero, zero, one};
+    if (start && end)
+        blend = (rod_blend){rest, s, ad_mul(s, rest)};
+    else if (start)
+        blend = (rod_blend){one, zero, s};
+    else if (end)
+        blend = (rod_blend){zero, one, rest};
+    return blend;
+}
+
+static bool rod_is_hard(const scene *rod_scene)
+{
+    return rod_scene->boundary_enforcement == SCENE_HARD;
+}
+
+static bool rod_starts_hard(const rod_context *rod)
+{
+    return rod->dynamic && rod->scene->initial_enforcement == SCENE_HARD;
+}
+
+/* Pose to start from: r_i + t v_i and q_i exp(t w_i), or the undeformed shape. */
+static rod_pose rod_lift(const rod_context *rod, ad_value s)
+{
+    if (!rod_starts_hard(rod)) {
+        if (!scene_is_manufactured(rod->scene))
+            return rod_undeformed(rod, s);
+        ad_value straight = ad_vector(ad_zeros(s.tape, 1), ad_zeros(s.tape, 1), s);
+        return (rod_pose){straight, ad_constant(s.tape, 4, (double[]){1, 0, 0, 0})};
+    }
+    rod_initial_data initial = rod_initial_of(rod, s);
+    ad_value spun = ad_quaternion_exp(ad_mul(rod->t, initial.spin));
+    return (rod_pose){.position = ad_add(initial.position, ad_mul(rod->t, initial.velocity)),
+                      .rotation = ad_quaternion_multiply(initial.rotation, spun)};
+}
+
+/* q or -q, whichever is on the side of `near` at t = 0: the scene's author may write either. */
+static ad_value rod_align(ad_value q, ad_value q_at_zero, ad_value near)
+{
+    ad_value one = ad_scalar(q.tape, 1);
+    ad_value sign = ad_select(ad_neg(ad_dot(q_at_zero, near)), ad_neg(one), one);
+    return ad_mul(sign, q);
+}
+
+/* end data - lift at the end, for position and rotation. */
+static rod_pose rod_correction(const rod_context *rod, int end)
+{
+    rod_end_data data = rod_end_of(rod, end, rod->t);
+    ad_value s = ad_scalar(rod->tape, end), rotation = data.rotation;
+    rod_pose lift = rod_lift(rod, s);
+    if (rod_starts_hard(rod) && data.holds_rotation) {
+        rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
+        rod_initial_data initial = rod_initial_of(rod, s);
+        rotation = rod_align(rotation, first.rotation, initial.rotation);
+    }
+    return (rod_pose){ad_sub(data.position, lift.position), ad_sub(rotation, lift.rotation)};
+}
+
+/* lift + weighted corrections + factor network. */
+static ad_value rod_assemble(ad_value lift, const rod_blend *blend, ad_value at_start,
+                             ad_value at_end, ad_value network)
+{
+    ad_value corrected = ad_add(
+        lift, ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end)));
+    return ad_add(corrected, ad_mul(blend->factor, network));
+}
+
+static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value position, ad_value rotation)
+{
+    bool hard = rod_is_hard(rod->scene);
+    rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
+    rod_blend along = rod_blend_of(rod, hard && start.holds_position, hard && end.holds_position);
+    rod_blend around = rod_blend_of(rod, hard && start.holds_rotation, hard && end.holds_rotation);
+    rod_pose lift = rod_lift(rod, rod->s);
+    rod_pose at_start = rod_correction(rod, 0), at_end = rod_correction(rod, 1);
+    if (rod_starts_hard(rod)) {
+        ad_value since = ad_square(ad_scale(rod->t, 1 / rod->duration));
+        along.factor = ad_mul(since, along.factor);
+        around.factor = ad_mul(since, around.factor);
+    }
+    ad_value raw =
+        rod_assemble(lift.rotation, &around, at_start.rotation, at_end.rotation, rotation);
+    return (rod_pose){.position = rod_assemble(lift.position, &along, at_start.position,
+                                               at_end.position, position),
+                      .rotation = ad_normalize(raw)};
+}
+
+/* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
+ * appear in the other. */
+static rod_wrench rod_ansatz_wrench(const rod_context *rod, ad_value rotation, ad_value force,
+                                    ad_value moment)
+{
+    bool hard = rod_is_hard(rod->scene);
+    rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
+    rod_blend pull = rod_blend_of(rod, hard && !start.holds_position, hard && !end.holds_position);
+    rod_blend turn = rod_blend_of(rod, hard && !start.holds_rotation, hard && !end.holds_rotation);
+    ad_value zeros = ad_zeros(rod->tape, 3);
+    return (rod_wrench){.force = rod_assemble(zeros, &pull, rod_end_force(&start, rotation),
+                                              rod_end_force(&end, rotation), force),
+                        .moment = rod_assemble(zeros, &turn, rod_end_moment(&start, rotation),
+                                               rod_end_moment(&end, rotation), moment)};
+}
+
+static bool rod_is_locked(const scene_properties *properties)
+{
+    for (int i = 0; i < 3; i++) {
+        if (isinf(properties->strain_stiffness[i]) || isinf(properties->curvature_stiffness[i]))
+            return true;
+    }
+    return false;
+}
+
+static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
+{
+    if (rod_is_locked(&rod->properties)) {
+        ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
+                     "formulation displacement: a locked strain has no constitutive law; use the "
+                     "mixed formulation or finite stiffness");
+    }
+    rod_kinematics k = rod_kinematics_of(rod, pose.position, pose.rotation);
+    rod_wrench wrench = rod_constitutive(rod, &k);
+    return (rod_state){.position = pose.position,
+                       .rotation = pose.rotation,
+                       .force = ad_rotate(pose.rotation, wrench.force),
+                       .moment = wrench.moment};
+}
+
+rod_state rod_ansatz(const scene *rod_scene, ad_value outputs, ad_value s, ad_value t)
+{
+    rod_context rod = rod_context_of(rod_scene, s, t);
+    int rows = rod_network_outputs(rod_scene);
+    if (ad_is_valid(outputs) && ad_rows(outputs) != rows) {
+        ad_tape_fail(s.tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
+                     ad_rows(outputs), rows);
+    }
+    rod_pose pose = rod_ansatz_pose(&rod, ad_slice(outputs, 0, 3), ad_slice(outputs, 3, 4));
+    if (rod_scene->formulation == SCENE_DISPLACEMENT)
+        return rod_displacement_state(&rod, pose);
+    ad_value force = ad_scale(ad_slice(outputs, 7, 3), rod_force_scale(rod_scene));
+    ad_value moment = ad_scale(ad_slice(outputs, 10, 3), rod_moment_scale(rod_scene));
+    rod_wrench wrench = rod_ansatz_wrench(&rod, pose.rotation, force, moment);
+    return (rod_state){.position = pose.position,
+                       .rotation = pose.rotation,
+                       .force = wrench.force,
+                       .moment = wrench.moment};
+}

@@ -1,0 +1,102 @@
+/* Held ends against the initial state: where both are exact by construction they must agree. */
+#include "physics/rod_internal.h"
+
+#include <math.h>
+
+/* Dimensionless; well above rounding, well below what training resolves. */
+static const double ROD_MISMATCH = 1e-8;
+
+enum { MISMATCHES = 4 };
+
+typedef struct rod_mismatch {
+    const char *key, *what, *unit;
+    double factor; /* to the unit */
+    bool asked;
+    ad_value rows; /* [3], a function of t alone */
+} rod_mismatch;
+
+/* End data minus initial state, in value and rate. */
+static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
+{
+    rod_end_data data = rod_end_of(rod, end, rod->t);
+    rod_initial_data initial = rod_initial_of(rod, ad_scalar(rod->tape, end));
+    ad_value velocity = rod_time_derivative(rod, data.position, 1);
+    ad_value spin = rod_rate(data.rotation, rod_time_derivative(rod, data.rotation, 1));
+    double length = rod->scales.length, time = rod->scales.time;
+    bool moves = data.holds_position, turns = data.holds_rotation;
+    list[0] = (rod_mismatch){"initial.position",
+                             "position",
+                             "m",
+                             length,
+                             moves,
+                             ad_sub(data.position, initial.position)};
+    list[1] = (rod_mismatch){
+        "initial.rotation", "rotation", "rad", 1, turns, rod_rate(initial.rotation, data.rotation)};
+    list[2] = (rod_mismatch){"initial.velocity", "velocity", "m/s",
+                             length / time,      moves,      ad_sub(velocity, initial.velocity)};
+    list[3] = (rod_mismatch){"initial.angular_velocity", "angular velocity", "1/s", 1 / time, turns,
+                             ad_sub(spin, initial.spin)};
+}
+
+/* sizes [MISMATCHES]: norm of each mismatch at t = 0. */
+static ad_status rod_measure(const rod_mismatch *list, double *sizes, ad_error *error)
+{
+    ad_value values[MISMATCHES];
+    double numbers[MISMATCHES][3] = {{0}}, zero = 0;
+    double *outputs[MISMATCHES];
+    for (int i = 0; i < MISMATCHES; i++) {
+        values[i] = list[i].rows;
+        outputs[i] = numbers[i];
+    }
+    ad_settings settings = ad_settings_default();
+    ad_program *program = NULL;
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status = pool ? ad_compile(MISMATCHES, values, &settings, pool, &program, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    ad_run run = {.points = 1, .inputs = (const double *const[]){&zero, &zero}, .outputs = outputs};
+    if (status == AD_OK)
+        status = ad_execute(program, &run, error);
+    for (int i = 0; i < MISMATCHES; i++)
+        sizes[i] = hypot(hypot(numbers[i][0], numbers[i][1]), numbers[i][2]);
+    ad_program_free(program);
+    ad_pool_free(pool);
+    return status;
+}
+
+static ad_status rod_check_end(const scene *rod_scene, int end, const char **key, ad_error *error)
+{
+    ad_tape *tape = ad_tape_create();
+    if (!tape)
+        return ad_fail(error, AD_NO_MEMORY, "out of memory");
+    ad_value s = ad_input(tape, "s", 1);
+    rod_context rod = rod_context_of(rod_scene, s, ad_input(tape, "t", 1));
+    rod_mismatch list[MISMATCHES];
+    double sizes[MISMATCHES] = {0};
+    rod_mismatches(&rod, end, list);
+    ad_status status = rod_measure(list, sizes, error);
+    for (int i = 0; i < MISMATCHES && status == AD_OK; i++) {
+        if (list[i].asked && !(sizes[i] <= ROD_MISMATCH)) {
+            *key = list[i].key;
+            status = ad_fail(error, AD_BAD_INPUT,
+                             "at t = 0 the %s differs by %.3g %s from that of the %s; they must "
+                             "agree, or the initial state be enforced softly",
+                             list[i].what, sizes[i] * list[i].factor, list[i].unit,
+                             end ? "held end" : "held start");
+        }
+    }
+    ad_tape_free(tape);
+    return status;
+}
+
+ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
+{
+    bool both_exact = rod_scene->boundary_enforcement == SCENE_HARD &&
+                      rod_scene->initial_enforcement == SCENE_HARD;
+    const char *ignored = NULL;
+    ad_status status = AD_OK;
+    if (!scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene) || !both_exact)
+        return AD_OK;
+    for (int end = 0; end <= 1 && status == AD_OK; end++)
+        status = rod_check_end(rod_scene, end, key ? key : &ignored, error);
+    return status;
+}

@@ -1,0 +1,105 @@
+/* What is prescribed at the ends and at the start of time, as the scene or the manufactured
+ * solution gives it. */
+#include "physics/rod_internal.h"
+
+static const double ROD_ZEROS[3] = {0, 0, 0}, ROD_UPRIGHT[4] = {1, 0, 0, 0};
+
+/* N in the world frame, for the rod's own rotation at or near the end. */
+ad_value rod_end_force(const rod_end_data *end, ad_value rotation)
+{
+    bool turn = end->force_is_body && !ad_is_constant(end->force, 0);
+    return turn ? ad_rotate(rotation, end->force) : end->force;
+}
+
+ad_value rod_end_moment(const rod_end_data *end, ad_value rotation)
+{
+    bool turn = end->moment_is_world && !ad_is_constant(end->moment, 0);
+    return turn ? ad_rotate_inverse(rotation, end->moment) : end->moment;
+}
+
+/* The exact solution at s = end, time t. */
+static void rod_manufactured_end(const rod_context *rod, int end, ad_value t, rod_end_data *data)
+{
+    rod_state exact = rod_manufactured(rod->scene, rod->s, rod->t);
+    ad_value *fields[4] = {&data->position, &data->rotation, &data->force, &data->moment};
+    ad_value values[4] = {exact.position, exact.rotation, exact.force, exact.moment};
+    for (int i = 0; i < 4; i++) {
+        ad_value at_end = ad_substitute(values[i], rod->s, ad_scalar(rod->tape, end));
+        bool other_time = rod->dynamic && t.id != rod->t.id;
+        *fields[i] = other_time ? ad_substitute(at_end, rod->t, t) : at_end;
+    }
+    data->force_is_body = false; /* N world, m body, as rod_state has them */
+    data->moment_is_world = false;
+}
+
+/* At s = 0 the outside exerts F = -N(0), T = -M(0). */
+static void rod_loaded_end(const rod_context *rod, int end, ad_value t, rod_end_data *data)
+{
+    const scene_load *load = end ? &rod->scene->loads.tip : &rod->scene->loads.base;
+    double sign = end ? 1 : -1;
+    ad_value s = ad_scalar(rod->tape, end);
+    data->force = rod_expressions(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
+    data->moment =
+        rod_expressions(rod, 3, load->moment, ROD_ZEROS, sign / rod->scales.moment, s, t);
+    data->force_is_body = load->frame == SCENE_FOLLOWER;
+    data->moment_is_world = load->frame == SCENE_DEAD;
+}
+
+rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
+{
+    const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
+    ad_value zeros = ad_zeros(rod->tape, 3);
+    rod_end_data data = {.force = zeros, .moment = zeros};
+    bool held = given->type == SCENE_CLAMPED || given->type == SCENE_DRIVEN;
+    data.holds_rotation = held;
+    data.holds_position = held || given->type == SCENE_PINNED;
+    if (scene_is_manufactured(rod->scene)) {
+        rod_manufactured_end(rod, end, t, &data);
+        return data;
+    }
+    ad_value s = ad_scalar(rod->tape, end);
+    data.position =
+        rod_expressions(rod, 3, given->position, ROD_ZEROS, 1 / rod->scales.length, s, t);
+    data.rotation = ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
+    if (given->type == SCENE_LOADED)
+        rod_loaded_end(rod, end, t, &data);
+    return data;
+}
+
+static rod_initial_data rod_manufactured_initial(const rod_context *rod, ad_value s)
+{
+    rod_state exact = rod_manufactured(rod->scene, rod->s, rod->t);
+    ad_value rotation_rate = rod_time_derivative(rod, exact.rotation, 1);
+    ad_value values[4] = {exact.position, exact.rotation,
+                          rod_time_derivative(rod, exact.position, 1),
+                          rod_rate(exact.rotation, rotation_rate)};
+    for (int i = 0; i < 4; i++) {
+        values[i] = ad_substitute(values[i], rod->t, ad_scalar(rod->tape, 0));
+        if (s.id != rod->s.id)
+            values[i] = ad_substitute(values[i], rod->s, s);
+    }
+    return (rod_initial_data){values[0], values[1], values[2], values[3]};
+}
+
+/* Needs a dynamic scene. What the scene does not give: at rest, undeformed. */
+rod_initial_data rod_initial_of(const rod_context *rod, ad_value s)
+{
+    if (scene_is_manufactured(rod->scene))
+        return rod_manufactured_initial(rod, s);
+    const scene_initial *given = &rod->scene->initial;
+    const rod_scales *scale = &rod->scales;
+    ad_value zero = ad_scalar(rod->tape, 0);
+    rod_pose pose = rod_undeformed(rod, s);
+    if (given->position[0])
+        pose.position =
+            rod_expressions(rod, 3, given->position, ROD_ZEROS, 1 / scale->length, s, zero);
+    if (given->rotation[0])
+        pose.rotation =
+            ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, zero));
+    return (rod_initial_data){
+        .position = pose.position,
+        .rotation = pose.rotation,
+        .velocity = rod_expressions(rod, 3, given->velocity, ROD_ZEROS, scale->time / scale->length,
+                                    s, zero),
+        .spin = rod_expressions(rod, 3, given->angular_velocity, ROD_ZEROS, scale->time, s, zero)};
+}

@@ -1,0 +1,96 @@
+/* What the files of the rod physics share; not for others. Everything dimensionless. */
+#ifndef PHYSICS_ROD_INTERNAL_H
+#define PHYSICS_ROD_INTERNAL_H
+
+#include "physics/rod.h"
+
+/* A scene at work on a tape. */
+typedef struct rod_context {
+    const scene *scene;
+    ad_tape *tape;
+    bool dynamic;
+    rod_scales scales;
+    scene_properties properties; /* SI */
+    double duration;             /* in scales.time */
+    ad_value s, t;
+} rod_context;
+
+/* Constants of the equations; a term that the scene lacks has a constant 0. */
+typedef struct rod_coefficients {
+    ad_value strain_compliance;    /* [3] Kse^-1, 0: locked */
+    ad_value curvature_compliance; /* [3] Kbt^-1, 0: locked */
+    ad_value strain_stiffness;     /* [3] Kse, 0 where locked */
+    ad_value curvature_stiffness;  /* [3] Kbt, 0 where locked */
+    ad_value strain_damping;       /* [3] Bse */
+    ad_value curvature_damping;    /* [3] Bbt */
+    ad_value mass;                 /* rhoA: 1, or 0 */
+    ad_value rotary_inertia;       /* [3] rhoJ */
+    ad_value weight;               /* [3] rhoA g */
+    ad_value drag;                 /* c */
+    ad_value rest_strain;          /* [3] v*(s) */
+    ad_value rest_curvature;       /* [3] u*(s) */
+} rod_coefficients;
+
+/* Strains and rates of a pose field. Rates are constant zeros in a static scene. */
+typedef struct rod_kinematics {
+    ad_value strain, curvature;           /* v, u, body */
+    ad_value strain_rate, curvature_rate; /* v_t, u_t */
+    ad_value velocity, acceleration;      /* r_t, r_tt, world */
+    ad_value spin, spin_rate;             /* w, w_t, body */
+} rod_kinematics;
+
+typedef struct rod_wrench {
+    ad_value force;  /* n [3], body */
+    ad_value moment; /* m [3], body */
+} rod_wrench;
+
+/* What is prescribed at one end. N(end) = force (world) if force_is_body is false, else R(q)
+ * force; m(end) = R(q)^T moment if moment_is_world, else moment. Signs are those of the internal
+ * force and moment. */
+typedef struct rod_end_data {
+    bool holds_position, holds_rotation; /* what is not held has a force, a moment */
+    ad_value position, rotation;
+    ad_value force, moment;
+    bool force_is_body, moment_is_world;
+} rod_end_data;
+
+/* Position, rotation and their rates at t = 0. */
+typedef struct rod_initial_data {
+    ad_value position, rotation, velocity, spin;
+} rod_initial_data;
+
+typedef struct rod_pose {
+    ad_value position, rotation;
+} rod_pose;
+
+/* rod_scale.c */
+rod_context rod_context_of(const scene *scene, ad_value s, ad_value t);
+rod_coefficients rod_coefficients_of(const rod_context *rod);
+double rod_force_scale(const scene *scene);
+double rod_moment_scale(const scene *scene);
+
+/* `count` expressions at dimensionless s, t as one value, times factor; `fallback` [count] are the
+ * numbers, already dimensionless, of those that are not given. */
+ad_value rod_expressions(const rod_context *rod, int count, const char *const *text,
+                         const double *fallback, double factor, ad_value s, ad_value t);
+
+/* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0. */
+rod_pose rod_undeformed(const rod_context *rod, ad_value s);
+
+/* rod_ends.c. `end`: 0 or 1. */
+rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t);
+rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);
+ad_value rod_end_force(const rod_end_data *end, ad_value rotation);  /* N, world */
+ad_value rod_end_moment(const rod_end_data *end, ad_value rotation); /* m, body */
+
+/* rod_balance.c */
+ad_value rod_space_derivative(const rod_context *rod, ad_value y);
+ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
+ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
+rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
+rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
+/* Left sides minus right sides of the two balance laws, without a manufactured load. */
+ad_value rod_force_balance(const rod_context *rod, rod_state state);
+ad_value rod_moment_balance(const rod_context *rod, rod_state state);
+
+#endif

@@ -1,0 +1,224 @@
+/* Scales, dimensionless numbers and the constants of the equations. */
+#include "physics/expression.h"
+#include "physics/rod_internal.h"
+
+#include <math.h>
+
+/* First bending mode of a cantilever: angular frequency 3.516 / time (beta_1^2, 1.8751^2). */
+static const double ROD_FIRST_MODE = 3.516015268523;
+static const double ROD_PI = 3.14159265358979323846;
+
+enum { ROD_TIME_SAMPLES = 64, ROD_SPACE_SAMPLES = 8 };
+
+/* A number the scene may lack (NaN: a static scene without density) counts as 0. */
+static double rod_or_zero(double x)
+{
+    return isfinite(x) ? x : 0;
+}
+
+static double rod_bending_stiffness(const scene_properties *properties)
+{
+    double smallest = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        bool last_resort = i == 2 && !isfinite(smallest); /* torsion, when bending is locked */
+        if (i < 2 || last_resort)
+            smallest = fmin(smallest, properties->curvature_stiffness[i]);
+    }
+    return isfinite(smallest) ? smallest : 1;
+}
+
+rod_scales rod_scales_of(const scene *rod_scene)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    double stiffness = rod_bending_stiffness(&properties);
+    double length = rod_scene->rod.length, mass = rod_or_zero(properties.mass_per_length);
+    rod_scales scales = {.length = length,
+                         .time = 1,
+                         .force = stiffness / (length * length),
+                         .moment = stiffness / length};
+    if (scene_is_dynamic(rod_scene))
+        scales.time = mass > 0 ? length * length * sqrt(mass / stiffness) : rod_scene->duration;
+    return scales;
+}
+
+rod_context rod_context_of(const scene *rod_scene, ad_value s, ad_value t)
+{
+    rod_context rod = {.scene = rod_scene,
+                       .tape = s.tape,
+                       .dynamic = scene_is_dynamic(rod_scene),
+                       .scales = rod_scales_of(rod_scene),
+                       .properties = scene_properties_of(rod_scene),
+                       .s = s,
+                       .t = t};
+    rod.duration = rod.dynamic ? rod_scene->duration / rod.scales.time : 0;
+    return rod;
+}
+
+ad_value rod_expressions(const rod_context *rod, int count, const char *const *text,
+                         const double *fallback, double factor, ad_value s, ad_value t)
+{
+    ad_value arc_length = ad_scale(s, rod->scales.length), time = ad_scale(t, rod->scales.time);
+    ad_value parts[4];
+    for (int i = 0; i < count; i++) {
+        parts[i] = text[i] ? ad_scale(expression_record(text[i], arc_length, time), factor)
+                           : ad_scalar(rod->tape, fallback[i]);
+    }
+    return ad_stack(count, parts);
+}
+
+/* ---- constants of the equations -------------------------------------------------------------- */
+
+typedef double rod_ratio(double x, double unit);
+
+static double rod_divide(double x, double unit)
+{
+    return x / unit;
+}
+
+/* 0 for a locked strain. */
+static double rod_stiffness(double x, double unit)
+{
+    return isfinite(x) ? x / unit : 0;
+}
+
+static double rod_compliance(double x, double unit)
+{
+    return isfinite(x) ? unit / x : 0;
+}
+
+static ad_value rod_constants(const rod_context *rod, rod_ratio *ratio, const double *x,
+                              double unit)
+{
+    return ad_vector_constant(rod->tape, ratio(x[0], unit), ratio(x[1], unit), ratio(x[2], unit));
+}
+
+rod_coefficients rod_coefficients_of(const rod_context *rod)
+{
+    const scene *rod_scene = rod->scene;
+    const rod_scales *scale = &rod->scales;
+    double length = scale->length, force = scale->force, moment = scale->moment;
+    double rate = rod->dynamic ? 1 / scale->time : 0; /* 0: what needs time is absent */
+    double mass = rod_or_zero(rod->properties.mass_per_length);
+    double inertia[3], strain_damping[3], curvature_damping[3], weight[3];
+    for (int i = 0; i < 3; i++) {
+        inertia[i] = rod_or_zero(rod->properties.rotary_inertia[i]) * rate * rate;
+        strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
+        curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
+        weight[i] = mass * rod_scene->loads.gravity[i] * length;
+    }
+    const double straight[3] = {0, 0, 1}, none[3] = {0, 0, 0};
+    ad_value zero = ad_scalar(rod->tape, 0);
+    return (rod_coefficients){
+        .strain_compliance =
+            rod_constants(rod, rod_compliance, rod->properties.strain_stiffness, force),
+        .curvature_compliance = rod_constants(rod, rod_compliance,
+                                              rod->properties.curvature_stiffness, moment * length),
+        .strain_stiffness =
+            rod_constants(rod, rod_stiffness, rod->properties.strain_stiffness, force),
+        .curvature_stiffness =
+            rod_constants(rod, rod_stiffness, rod->properties.curvature_stiffness, moment * length),
+        .strain_damping = rod_constants(rod, rod_divide, strain_damping, force),
+        .curvature_damping = rod_constants(rod, rod_divide, curvature_damping, moment),
+        .mass = ad_scalar(rod->tape, rod->dynamic && mass > 0), /* by the choice of the time */
+        .rotary_inertia = rod_constants(rod, rod_divide, inertia, force),
+        .weight = rod_constants(rod, rod_divide, weight, force),
+        .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
+        .rest_strain =
+            rod_expressions(rod, 3, rod_scene->rod.rest_strain, straight, 1, rod->s, zero),
+        .rest_curvature =
+            rod_expressions(rod, 3, rod_scene->rod.rest_curvature, none, length, rod->s, zero)};
+}
+
+/* ---- numbers --------------------------------------------------------------------------------- */
+
+/* Largest norm of a vector expression over samples of arc length and time (SI). */
+static double rod_largest(const scene *rod_scene, const char *const *text, int space_samples)
+{
+    if (!text[0] && !text[1] && !text[2])
+        return 0;
+    int time_samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
+    double largest = 0;
+    for (int i = 0; i <= space_samples; i++) {
+        double s = space_samples ? rod_scene->rod.length * i / space_samples : 0;
+        for (int j = 0; j <= time_samples; j++) {
+            double t = time_samples ? rod_scene->duration * j / time_samples : 0, square = 0;
+            for (int k = 0; k < 3; k++) {
+                double x = text[k] ? expression_evaluate(text[k], s, t) : 0;
+                square += x * x;
+            }
+            largest = fmax(largest, sqrt(square));
+        }
+    }
+    return largest;
+}
+
+static double rod_largest_end(const scene *rod_scene, const char *const *base,
+                              const char *const *tip)
+{
+    double at_base = rod_scene->start.type == SCENE_LOADED ? rod_largest(rod_scene, base, 0) : 0;
+    double at_tip = rod_scene->end.type == SCENE_LOADED ? rod_largest(rod_scene, tip, 0) : 0;
+    return fmax(at_base, at_tip);
+}
+
+static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
+                                rod_numbers *numbers)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    double mass = rod_or_zero(properties.mass_per_length), length = scale->length;
+    double stiffness = scale->moment * length, frequency = ROD_FIRST_MODE / scale->time;
+    for (int i = 0; i < 3; i++) {
+        double strain = rod_scene->rod.strain_damping[i] / (scale->force * scale->time);
+        double curvature = rod_scene->rod.curvature_damping[i] * frequency / (2 * stiffness);
+        numbers->strain_damping = fmax(numbers->strain_damping, strain);
+        if (i < 2)
+            numbers->curvature_damping = fmax(numbers->curvature_damping, curvature);
+    }
+    if (mass > 0) {
+        double inertia = fmax(rod_or_zero(properties.rotary_inertia[0]),
+                              rod_or_zero(properties.rotary_inertia[1]));
+        numbers->rotary_inertia = inertia / (mass * length * length);
+        numbers->drag = rod_scene->loads.drag / (2 * mass * frequency);
+    }
+    numbers->duration = rod_scene->duration / scale->time;
+    numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * ROD_PI);
+}
+
+rod_numbers rod_numbers_of(const scene *rod_scene)
+{
+    rod_scales scale = rod_scales_of(rod_scene);
+    scene_properties properties = scene_properties_of(rod_scene);
+    const double *strain = properties.strain_stiffness, *gravity = rod_scene->loads.gravity;
+    double mass = rod_or_zero(properties.mass_per_length);
+    double pull = sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
+    rod_numbers numbers = {
+        .shear_ratio = fmin(strain[0], strain[1]) / scale.force,
+        .axial_ratio = strain[2] / scale.force,
+        .torsion_ratio = properties.curvature_stiffness[2] / (scale.moment * scale.length),
+        .tip_force =
+            rod_largest_end(rod_scene, rod_scene->loads.base.force, rod_scene->loads.tip.force) /
+            scale.force,
+        .tip_moment =
+            rod_largest_end(rod_scene, rod_scene->loads.base.moment, rod_scene->loads.tip.moment) /
+            scale.moment,
+        .distributed_force = rod_largest(rod_scene, rod_scene->loads.force, ROD_SPACE_SAMPLES) *
+                             scale.length / scale.force,
+        .weight = mass * pull * scale.length / scale.force};
+    if (scene_is_dynamic(rod_scene))
+        rod_dynamic_numbers(rod_scene, &scale, &numbers);
+    return numbers;
+}
+
+/* Magnitude of the internal force, at least 1: what one network output stands for. */
+double rod_force_scale(const scene *rod_scene)
+{
+    rod_numbers numbers = rod_numbers_of(rod_scene);
+    return fmax(1, fmax(numbers.tip_force, numbers.distributed_force + numbers.weight));
+}
+
+/* The same of the internal moment; forces act on levers of at most the length. */
+double rod_moment_scale(const scene *rod_scene)
+{
+    rod_numbers numbers = rod_numbers_of(rod_scene);
+    double lever = fmax(numbers.tip_force, 0.5 * (numbers.distributed_force + numbers.weight));
+    return fmax(1, fmax(numbers.tip_moment, lever));
+}

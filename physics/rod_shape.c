@@ -1,0 +1,225 @@
+/* The unloaded rod: v = v*, u = u* from a held end on. Exact exponentials for constant v*, u*; for
+ * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. */
+#include "physics/expression.h"
+#include "physics/rod_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    SHAPE_DEGREE = 40, /* of the polynomials; coefficients at rounding level are cut off */
+    SHAPE_STEPS = 16,  /* of the integrator between two Chebyshev points */
+    SHAPE_ROWS = 7     /* r, q */
+};
+
+static const double SHAPE_PI = 3.14159265358979323846;
+
+/* ---- numbers --------------------------------------------------------------------------------- */
+
+typedef struct shape_twist {
+    double u[3], v[3];
+} shape_twist;
+
+typedef struct shape_pose {
+    double r[3], q[4];
+} shape_pose;
+
+static void cross(double *result, const double *a, const double *b)
+{
+    for (int i = 0; i < 3; i++)
+        result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 8 terms reach rounding for a < 1. */
+static double shape_stumpff(int k, double a)
+{
+    double term = 1, sum = 0;
+    for (int i = 2; i <= k; i++)
+        term /= i;
+    for (int i = 0; i < 10; i++) {
+        sum += term;
+        term *= -a / ((2 * i + k + 1) * (2 * i + k + 2));
+    }
+    return sum;
+}
+
+/* pose exp(twist): translation (1 + c_2 u^ + c_3 u^ u^) v, rotation exp(u/2). */
+static void shape_advance(shape_pose *pose, const shape_twist *twist)
+{
+    const double *u = twist->u, *v = twist->v;
+    double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], uv[3], uuv[3], step[3];
+    cross(uv, u, v);
+    cross(uuv, u, uv);
+    for (int i = 0; i < 3; i++)
+        step[i] = v[i] + shape_stumpff(2, square) * uv[i] + shape_stumpff(3, square) * uuv[i];
+    double *q = pose->q, half = 0.5 * shape_stumpff(1, square / 4), turned[3], twice[3];
+    cross(turned, q + 1, step);
+    for (int i = 0; i < 3; i++)
+        turned[i] *= 2;
+    cross(twice, q + 1, turned);
+    for (int i = 0; i < 3; i++)
+        pose->r[i] += step[i] + q[0] * turned[i] + twice[i];
+    double p[4] = {shape_stumpff(0, square / 4), half * u[0], half * u[1], half * u[2]}, side[3];
+    double scalar = q[0] * p[0] - q[1] * p[1] - q[2] * p[2] - q[3] * p[3];
+    cross(side, q + 1, p + 1);
+    for (int i = 0; i < 3; i++)
+        q[i + 1] = q[0] * p[i + 1] + p[0] * q[i + 1] + side[i];
+    q[0] = scalar;
+}
+
+static shape_twist shape_rest(const rod_context *rod, double s)
+{
+    const scene_rod *given = &rod->scene->rod;
+    double length = rod->scales.length;
+    shape_twist twist;
+    for (int i = 0; i < 3; i++) {
+        const char *strain = given->rest_strain[i], *curvature = given->rest_curvature[i];
+        twist.v[i] = strain ? expression_evaluate(strain, s * length, 0) : i == 2;
+        twist.u[i] = curvature ? length * expression_evaluate(curvature, s * length, 0) : 0;
+    }
+    return twist;
+}
+
+/* One step of the Magnus method of order 4 with Gauss points (Iserles et al., Acta Numerica 2000,
+ * section 4.2), for g' = g twist. */
+static void shape_step(const rod_context *rod, shape_pose *pose, double s, double h)
+{
+    double offset = sqrt(3.0) / 6;
+    shape_twist a = shape_rest(rod, s + (0.5 - offset) * h);
+    shape_twist b = shape_rest(rod, s + (0.5 + offset) * h), sum;
+    double uu[3], uv[3], vu[3], bracket = sqrt(3.0) / 12 * h * h;
+    cross(uu, a.u, b.u);
+    cross(uv, a.u, b.v);
+    cross(vu, a.v, b.u);
+    for (int i = 0; i < 3; i++) {
+        sum.u[i] = 0.5 * h * (a.u[i] + b.u[i]) + bracket * uu[i];
+        sum.v[i] = 0.5 * h * (a.v[i] + b.v[i]) + bracket * (uv[i] + vu[i]);
+    }
+    shape_advance(pose, &sum);
+}
+
+/* values [SHAPE_DEGREE + 1][SHAPE_ROWS] of the pose at the Chebyshev points of [0, 1], ascending,
+ * from the identity at 0. */
+static void shape_solve(const rod_context *rod, double (*values)[SHAPE_ROWS])
+{
+    shape_pose pose = {.q = {1, 0, 0, 0}};
+    double s = 0;
+    for (int j = 0; j <= SHAPE_DEGREE; j++) {
+        double next = 0.5 - 0.5 * cos(SHAPE_PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
+        for (int i = 0; i < SHAPE_STEPS && j > 0; i++)
+            shape_step(rod, &pose, s + i * h, h);
+        s = next;
+        memcpy(values[j], pose.r, sizeof pose.r);
+        memcpy(values[j] + 3, pose.q, sizeof pose.q);
+    }
+}
+
+/* Coefficients of sum_k c_k T_k(2s - 1); returns the degree that matters. */
+static int shape_coefficients(double (*values)[SHAPE_ROWS], double (*c)[SHAPE_ROWS])
+{
+    int degree = 1;
+    for (int k = 0; k <= SHAPE_DEGREE; k++) {
+        for (int row = 0; row < SHAPE_ROWS; row++) {
+            double sum = 0;
+            for (int j = 0; j <= SHAPE_DEGREE; j++) {
+                double end = j == 0 || j == SHAPE_DEGREE ? 0.5 : 1;
+                sum += end * values[SHAPE_DEGREE - j][row] * cos(SHAPE_PI * j * k / SHAPE_DEGREE);
+            }
+            c[k][row] = sum * (k == 0 || k == SHAPE_DEGREE ? 1.0 : 2.0) / SHAPE_DEGREE;
+            if (fabs(c[k][row]) > 1e-15 && k > degree)
+                degree = k;
+        }
+    }
+    return degree;
+}
+
+/* ---- on the tape ----------------------------------------------------------------------------- */
+
+/* Clenshaw's recurrence on all seven rows at once. */
+static ad_value shape_clenshaw(ad_value s, double (*c)[SHAPE_ROWS], int degree)
+{
+    ad_value x = ad_sub(ad_scale(s, 2), ad_scalar(s.tape, 1)), twice = ad_scale(x, 2);
+    ad_value b1 = ad_zeros(s.tape, SHAPE_ROWS), b2 = b1;
+    for (int k = degree; k >= 1; k--) {
+        ad_value coefficient = ad_constant(s.tape, SHAPE_ROWS, c[k]);
+        ad_value b0 = ad_add(coefficient, ad_sub(ad_mul(twice, b1), b2));
+        b2 = b1;
+        b1 = b0;
+    }
+    return ad_add(ad_constant(s.tape, SHAPE_ROWS, c[0]), ad_sub(ad_mul(x, b1), b2));
+}
+
+/* From the identity at s = 0, constant twist: r = (s + s^2 c_2 u^ + s^3 c_3 u^ u^) v with c_k at
+ * |s u|^2, q = exp(s u/2). */
+static rod_pose shape_helix(const shape_twist *twist, ad_value s)
+{
+    ad_value u = ad_vector_constant(s.tape, twist->u[0], twist->u[1], twist->u[2]);
+    ad_value v = ad_vector_constant(s.tape, twist->v[0], twist->v[1], twist->v[2]);
+    ad_value turn = ad_mul(s, u), square = ad_dot(turn, turn);
+    ad_value once = ad_cross(turn, v), again = ad_cross(turn, once);
+    ad_value mean = ad_add(
+        v, ad_add(ad_mul(ad_stumpff(2, square), once), ad_mul(ad_stumpff(3, square), again)));
+    return (rod_pose){.position = ad_mul(s, mean), .rotation = ad_quaternion_exp(turn)};
+}
+
+/* Constant if no expression mentions s. */
+static bool shape_is_uniform(const scene_rod *rod)
+{
+    for (int i = 0; i < 3; i++) {
+        expression_use use = {.s = false};
+        const char *texts[2] = {rod->rest_strain[i], rod->rest_curvature[i]};
+        for (int k = 0; k < 2; k++) {
+            if (texts[k] && expression_check(texts[k], &use, NULL) == AD_OK && use.s)
+                return false;
+        }
+    }
+    return true;
+}
+
+/* Poses at several arc lengths, from one numerical solution. */
+static void shape_poses(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
+{
+    if (shape_is_uniform(&rod->scene->rod)) {
+        shape_twist twist = shape_rest(rod, 0);
+        for (int i = 0; i < count; i++)
+            poses[i] = shape_helix(&twist, s[i]);
+        return;
+    }
+    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS];
+    shape_solve(rod, values);
+    int degree = shape_coefficients(values, c);
+    for (int i = 0; i < count; i++) {
+        ad_value rows = shape_clenshaw(s[i], c, degree);
+        poses[i].position = ad_slice(rows, 0, 3);
+        poses[i].rotation = ad_normalize(ad_slice(rows, 3, 4));
+    }
+}
+
+/* The end whose pose places the rod: the first that holds the rotation, else the start. */
+static int shape_anchor(const scene *rod_scene)
+{
+    scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
+    bool start_holds = start == SCENE_CLAMPED || start == SCENE_DRIVEN;
+    bool end_holds = end == SCENE_CLAMPED || end == SCENE_DRIVEN;
+    bool end_places = end == SCENE_PINNED && start != SCENE_PINNED;
+    return !start_holds && (end_holds || end_places) ? 1 : 0;
+}
+
+/* Relative to the anchor's pose (r_e, q_e) at t = 0, with p = q_e q(e)^-1:
+ * q(s) = p q(s), r(s) = r_e + R(p) (r(s) - r(e)). */
+rod_pose rod_undeformed(const rod_context *rod, ad_value s)
+{
+    int anchor = shape_anchor(rod->scene);
+    const scene_end *end = anchor ? &rod->scene->end : &rod->scene->start;
+    const double origin[3] = {0, 0, 0}, upright[4] = {1, 0, 0, 0};
+    ad_value zero = ad_scalar(rod->tape, 0), at = ad_scalar(rod->tape, anchor);
+    ad_value position =
+        rod_expressions(rod, 3, end->position, origin, 1 / rod->scales.length, at, zero);
+    ad_value rotation = ad_normalize(rod_expressions(rod, 4, end->rotation, upright, 1, at, zero));
+    rod_pose poses[2];
+    shape_poses(rod, 2, (ad_value[]){s, at}, poses);
+    ad_value turn = ad_quaternion_multiply(rotation, ad_quaternion_conjugate(poses[1].rotation));
+    ad_value from_anchor = ad_sub(poses[0].position, poses[1].position);
+    return (rod_pose){.position = ad_add(position, ad_rotate(turn, from_anchor)),
+                      .rotation = ad_quaternion_multiply(turn, poses[0].rotation)};
+}

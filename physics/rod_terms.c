@@ -1,0 +1,119 @@
+/* Which physical terms a scene has, for people: the tape drops the others by folding constants. */
+#include "physics/expression.h"
+#include "physics/rod.h"
+
+#include <math.h>
+
+typedef struct term_list {
+    rod_term *terms;
+    int count;
+} term_list;
+
+/* Present when reason is NULL. */
+static void term_add(term_list *list, const char *name, const char *reason)
+{
+    list->terms[list->count++] = (rod_term){name, reason == NULL, reason};
+}
+
+/* NULL, or the first reason that applies. */
+static const char *reason_if(bool applies, const char *reason, const char *otherwise)
+{
+    return applies ? reason : otherwise;
+}
+
+/* Whether a formula is the number `value` for all s and t. */
+static bool text_is(const char *text, double fallback, double value)
+{
+    if (!text)
+        return fallback == value;
+    expression_use use = {.s = false, .t = false};
+    bool constant = expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t;
+    return constant && expression_evaluate(text, 0, 0) == value;
+}
+
+static bool texts_are_zero(const char *const *text)
+{
+    return text_is(text[0], 0, 0) && text_is(text[1], 0, 0) && text_is(text[2], 0, 0);
+}
+
+static bool numbers_are_zero(const double *x)
+{
+    return x[0] == 0 && x[1] == 0 && x[2] == 0;
+}
+
+static void terms_of_stiffness(term_list *list, const char *const *names, const double *stiffness)
+{
+    for (int i = 0; i < 3; i++)
+        term_add(list, names[i], reason_if(isinf(stiffness[i]), "infinite stiffness", NULL));
+}
+
+static void terms_of_strains(const scene *rod_scene, term_list *list)
+{
+    static const char *const strains[3] = {"shear along d1", "shear along d2", "stretch"};
+    static const char *const curvatures[3] = {"bending about d1", "bending about d2", "twist"};
+    scene_properties properties = scene_properties_of(rod_scene);
+    terms_of_stiffness(list, strains, properties.strain_stiffness);
+    terms_of_stiffness(list, curvatures, properties.curvature_stiffness);
+    const scene_rod *rod = &rod_scene->rod;
+    bool unstrained = text_is(rod->rest_strain[0], 0, 0) && text_is(rod->rest_strain[1], 0, 0) &&
+                      text_is(rod->rest_strain[2], 1, 1);
+    term_add(list, "rest strain", reason_if(unstrained, "not given", NULL));
+    term_add(list, "rest curvature",
+             reason_if(texts_are_zero(rod->rest_curvature), "not given", NULL));
+}
+
+static void terms_of_time(const scene *rod_scene, term_list *list)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    const double *inertia = properties.rotary_inertia;
+    const scene_rod *rod = &rod_scene->rod;
+    const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
+    bool massless = !(properties.mass_per_length > 0), pointlike = numbers_are_zero(inertia);
+    bool round = inertia[0] == inertia[1] && inertia[1] == inertia[2];
+    const char *no_inertia = reason_if(pointlike, "rho I = 0", still);
+    term_add(list, "translational inertia", still ? still : reason_if(massless, "rho A = 0", NULL));
+    term_add(list, "rotary inertia", still ? still : no_inertia);
+    term_add(list, "gyroscopic moment",
+             still ? still : reason_if(round, "rho I equal about all axes", no_inertia));
+    term_add(list, "strain damping",
+             still ? still : reason_if(numbers_are_zero(rod->strain_damping), "not given", NULL));
+    term_add(list, "curvature damping",
+             still ? still
+                   : reason_if(numbers_are_zero(rod->curvature_damping), "not given", NULL));
+    term_add(list, "drag",
+             still ? still : reason_if(rod_scene->loads.drag == 0, "not given", NULL));
+}
+
+static const char *load_reason(scene_end_type type, const scene_load *load)
+{
+    if (type != SCENE_LOADED)
+        return "the end is not loaded";
+    return reason_if(texts_are_zero(load->force) && texts_are_zero(load->moment), "zero", NULL);
+}
+
+static void terms_of_loads(const scene *rod_scene, term_list *list)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    bool massless = !(scene_properties_of(rod_scene).mass_per_length > 0);
+    bool weightless = numbers_are_zero(loads->gravity);
+    term_add(list, "gravity",
+             reason_if(weightless, "not given", reason_if(massless, "rho A = 0", NULL)));
+    term_add(list, "distributed force", reason_if(texts_are_zero(loads->force), "not given", NULL));
+    term_add(list, "distributed moment",
+             reason_if(texts_are_zero(loads->moment), "not given", NULL));
+    if (scene_is_manufactured(rod_scene)) {
+        term_add(list, "manufactured loads", NULL);
+        return;
+    }
+    term_add(list, "base load", load_reason(rod_scene->start.type, &loads->base));
+    term_add(list, "tip load", load_reason(rod_scene->end.type, &loads->tip));
+}
+
+int rod_terms(const scene *rod_scene, rod_term *terms)
+{
+    term_list list = {.terms = terms, .count = 0};
+    terms_of_strains(rod_scene, &list);
+    terms_of_time(rod_scene, &list);
+    terms_of_loads(rod_scene, &list);
+    return list.count;
+}

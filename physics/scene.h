@@ -1,0 +1,187 @@
+/* The scene as its author wrote it: one rod, what holds it, what loads it, in SI units.
+ *
+ * Arc length s in [0, length] of the undeformed rod (m), time t in [0, duration] (s). Vectors are
+ * in the world frame unless a field says body. Quaternions are scalar first (w, x, y, z), unit,
+ * body to world; director d3 is the tangent of the undeformed rod. An `expression` is a formula of
+ * s and t in SI units, as text (physics/expression.h); NULL means not given. Strings belong to
+ * whoever fills the scene and must outlive it. */
+#ifndef PHYSICS_SCENE_H
+#define PHYSICS_SCENE_H
+
+#include "autodiff/error.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Every enumeration is one list of rows (name in C, name in YAML); scene_*_names give the texts. */
+#define SCENE_MODEL_LIST(X)                                                                        \
+    X(SCENE_COSSERAT, "cosserat")         /* bends, twists, shears, stretches */                   \
+    X(SCENE_INEXTENSIBLE, "inextensible") /* no stretch */                                         \
+    X(SCENE_KIRCHHOFF, "kirchhoff")       /* no shear and no stretch */
+#define SCENE_SECTION_LIST(X)                                                                      \
+    X(SCENE_SECTION_NONE, "none") /* stiffness and inertia are given instead */                    \
+    X(SCENE_CIRCLE, "circle")                                                                      \
+    X(SCENE_TUBE, "tube")                                                                          \
+    X(SCENE_RECTANGLE, "rectangle")
+#define SCENE_END_LIST(X)                                                                          \
+    X(SCENE_CLAMPED, "clamped") /* position and rotation held */                                   \
+    X(SCENE_PINNED, "pinned")   /* position held, no moment */                                     \
+    X(SCENE_FREE, "free")       /* no force, no moment */                                          \
+    X(SCENE_LOADED, "loaded")   /* the force and moment of loads.base or loads.tip */              \
+    X(SCENE_DRIVEN, "driven")   /* position and rotation given functions of t */
+#define SCENE_FRAME_LIST(X)                                                                        \
+    X(SCENE_DEAD, "dead")         /* fixed in the world frame */                                   \
+    X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
+#define SCENE_FORMULATION_LIST(X)                                                                  \
+    X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
+    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s */
+#define SCENE_ENFORCEMENT_LIST(X)                                                                  \
+    X(SCENE_HARD, "hard") /* exact by construction */                                              \
+    X(SCENE_SOFT, "soft") /* a weighted loss term */
+
+#define SCENE_ENUM(name, text) name,
+typedef enum scene_model { SCENE_MODEL_LIST(SCENE_ENUM) } scene_model;
+typedef enum scene_section { SCENE_SECTION_LIST(SCENE_ENUM) } scene_section;
+typedef enum scene_end_type { SCENE_END_LIST(SCENE_ENUM) } scene_end_type;
+typedef enum scene_frame { SCENE_FRAME_LIST(SCENE_ENUM) } scene_frame;
+typedef enum scene_formulation { SCENE_FORMULATION_LIST(SCENE_ENUM) } scene_formulation;
+typedef enum scene_enforcement { SCENE_ENFORCEMENT_LIST(SCENE_ENUM) } scene_enforcement;
+#undef SCENE_ENUM
+
+typedef struct scene_rod {
+    scene_model model;
+    double length; /* m, > 0 */
+
+    scene_section section;
+    double radius;       /* m: circle, tube (outer) */
+    double inner_radius; /* m: tube */
+    double width;        /* m: rectangle, along d1 */
+    double height;       /* m: rectangle, along d2 */
+
+    double youngs_modulus;   /* Pa */
+    double poissons_ratio;   /* -1 < nu <= 0.5 */
+    double density;          /* kg/m^3 */
+    double shear_correction; /* kappa; 0: Cowper's for the section */
+
+    /* Given instead of section and material, or to override what follows from them; NaN: not
+     * given. Infinite stiffness is allowed: that strain is then locked. */
+    double shear_stiffness[2];   /* kappa G A along d1, d2; N */
+    double axial_stiffness;      /* E A; N */
+    double bending_stiffness[2]; /* E I about d1, d2; N m^2 */
+    double torsional_stiffness;  /* G J; N m^2 */
+    double mass_per_length;      /* rho A; kg/m */
+    double rotary_inertia[3];    /* rho I about d1, d2, d3; kg m */
+
+    const char *rest_strain[3];    /* v*, expressions of s; default 0, 0, 1 */
+    const char *rest_curvature[3]; /* u*, expressions of s; 1/m; default 0 */
+
+    double strain_damping[3];    /* Bse, Kelvin-Voigt; N s */
+    double curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s */
+} scene_rod;
+
+/* A concentrated load at one end; expressions of t. The force and moment that the outside exerts
+ * on the rod. */
+typedef struct scene_load {
+    const char *force[3];  /* N */
+    const char *moment[3]; /* N m */
+    scene_frame frame;
+} scene_load;
+
+typedef struct scene_loads {
+    double gravity[3];     /* m/s^2 */
+    double drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
+    const char *force[3];  /* distributed, expressions of s, t; N/m */
+    const char *moment[3]; /* distributed, expressions of s, t; N m/m */
+    scene_frame frame;     /* of the distributed force and moment */
+    scene_load base;       /* at s = 0 */
+    scene_load tip;        /* at s = length */
+} scene_loads;
+
+typedef struct scene_end {
+    scene_end_type type;
+    const char *position[3]; /* m; numbers, for a driven end expressions of t */
+    const char *rotation[4]; /* quaternion, normalised when read; numbers, or expressions of t */
+} scene_end;
+
+/* The state at t = 0; expressions of s. All NULL: at rest in the undeformed shape that the clamped
+ * end implies. */
+typedef struct scene_initial {
+    const char *position[3];         /* m */
+    const char *rotation[4];         /* quaternion */
+    const char *velocity[3];         /* m/s, world frame */
+    const char *angular_velocity[3]; /* 1/s, body frame */
+} scene_initial;
+
+/* A solution chosen by the author; loads, ends and initial state that make it exact are derived on
+ * the tape. rotation: quaternion, or three angles (rad) of rotations about body axes 1, 2, 3 in
+ * turn: q = q1(a) q2(b) q3(c). All NULL: none. */
+typedef struct scene_manufactured {
+    const char *position[3]; /* m */
+    const char *rotation[4];
+    const char *angles[3];
+} scene_manufactured;
+
+typedef struct scene {
+    scene_rod rod;
+    scene_loads loads;
+    scene_end start; /* s = 0 */
+    scene_end end;   /* s = length */
+    double duration; /* s; 0: static */
+    scene_initial initial;
+    scene_manufactured manufactured;
+    scene_formulation formulation;
+    scene_enforcement boundary_enforcement;
+    scene_enforcement initial_enforcement;
+} scene;
+
+/* What follows from section and material, every number filled in (kirchhoff: infinite stiffness).
+ */
+typedef struct scene_properties {
+    double strain_stiffness[3];    /* Kse; N */
+    double curvature_stiffness[3]; /* Kbt; N m^2 */
+    double mass_per_length;        /* rho A; kg/m */
+    double rotary_inertia[3];      /* rho J; kg m */
+} scene_properties;
+
+/* Defaults: a straight Cosserat rod, clamped at s = 0 at the origin along +z, free at the other
+ * end, static, mixed form, hard enforcement. Numbers without a default are NaN. */
+void scene_defaults(scene *rod_scene);
+
+/* AD_BAD_INPUT for a scene that contradicts itself or lacks something: `key` receives the dotted
+ * YAML key that is to blame (static text), `error` the line without a place. */
+ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error);
+
+/* Needs a scene that passes scene_check. */
+scene_properties scene_properties_of(const scene *rod_scene);
+
+static inline bool scene_is_dynamic(const scene *rod_scene)
+{
+    return rod_scene->duration > 0;
+}
+
+bool scene_is_manufactured(const scene *rod_scene);
+
+/* Texts of each enumeration in the order of its values, NULL at the end. */
+const char *const *scene_model_names(void);
+const char *const *scene_section_names(void);
+const char *const *scene_end_names(void);
+const char *const *scene_frame_names(void);
+const char *const *scene_formulation_names(void);
+const char *const *scene_enforcement_names(void);
+
+/* ---- cross-sections (section.c) ------------------------------------------------------------ */
+
+/* Geometry of a filled-in section; all NaN for SCENE_SECTION_NONE. */
+typedef struct scene_section_geometry {
+    double area;             /* m^2 */
+    double second_moment[2]; /* about d1, d2; m^4 */
+    double torsion_constant; /* m^4; Saint-Venant */
+} scene_section_geometry;
+
+scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
+
+/* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; NaN
+ * when either is missing. */
+double scene_shear_correction(const scene_rod *rod);
+
+#endif

@@ -1,0 +1,411 @@
+/* What a scene has to satisfy before physics is recorded from it. Every refusal names the YAML key
+ * to blame and says what is allowed. */
+#include "physics/expression.h"
+#include "physics/scene_internal.h"
+
+#include <math.h>
+
+ad_status scene_refuse(const scene_checker *check, const char *key, const char *sentence)
+{
+    if (check->key) {
+        *check->key = key;
+    }
+    return ad_fail(check->error, AD_BAD_INPUT, "%s", sentence);
+}
+
+static bool is_dynamic(const scene_checker *check)
+{
+    return scene_is_dynamic(check->scene);
+}
+
+/* ---- expressions --------------------------------------------------------------------------- */
+
+static bool any_given(int count, const char *const *texts)
+{
+    for (int i = 0; i < count; i++) {
+        if (texts[i]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Whether a text depends on neither s nor t, and its value. */
+static bool is_number(const char *text, double *value)
+{
+    expression_use use = {true, true};
+    *value = NAN;
+    if (text && expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t) {
+        *value = expression_evaluate(text, 0, 0);
+        return true;
+    }
+    return false;
+}
+
+static bool all_zero(int count, const char *const *texts)
+{
+    for (int i = 0; i < count; i++) {
+        double value = 0;
+        if (texts[i] && (!is_number(texts[i], &value) || value != 0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* A group of expressions under one key: all given or none, each parses, and uses only the
+ * variables it may. */
+typedef struct group {
+    const char *key;
+    int count;
+    const char *const *texts;
+    bool s_allowed;
+    bool t_allowed;
+    const char *s_sentence; /* what to say when s is used all the same */
+    const char *t_sentence;
+} group;
+
+static ad_status check_group(const scene_checker *check, const group *entries)
+{
+    if (!any_given(entries->count, entries->texts)) {
+        return AD_OK;
+    }
+    for (int i = 0; i < entries->count; i++) {
+        expression_use use = {false, false};
+        if (!entries->texts[i]) {
+            return scene_refuse(check, entries->key, "some entries are missing; give all or none");
+        }
+        ad_status status = expression_check(entries->texts[i], &use, check->error);
+        if (status != AD_OK) {
+            *check->key = entries->key;
+            return status;
+        }
+        double value = 0;
+        if (is_number(entries->texts[i], &value) && !isfinite(value)) {
+            return scene_refuse(check, entries->key, "is a number that is not finite");
+        }
+        if (use.s && !entries->s_allowed) {
+            return scene_refuse(check, entries->key, entries->s_sentence);
+        }
+        if (use.t && !entries->t_allowed) {
+            return scene_refuse(check, entries->key, entries->t_sentence);
+        }
+        if (use.t && !is_dynamic(check)) {
+            return scene_refuse(check, entries->key,
+                                "depends on t, but the scene is static; give time.duration, or a "
+                                "formula without t");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_groups(const scene_checker *check, int count, const group *groups)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        status = check_group(check, &groups[i]);
+    }
+    return status;
+}
+
+#define AT_END           "depends on s, but it belongs to one end; allowed: a formula of t"
+#define AT_START_OF_TIME "depends on t, but it holds at t = 0; allowed: a formula of s"
+#define AT_REST          "depends on t, but the unstressed shape is fixed; allowed: a formula of s"
+
+static ad_status check_expressions(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    const scene_loads *loads = &rod_scene->loads;
+    const scene_initial *initial = &rod_scene->initial;
+    const scene_manufactured *exact = &rod_scene->manufactured;
+    const group groups[] = {
+        {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, false, NULL, AT_REST},
+        {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, false, NULL, AT_REST},
+        {"loads.force", 3, loads->force, true, true, NULL, NULL},
+        {"loads.moment", 3, loads->moment, true, true, NULL, NULL},
+        {"loads.base.force", 3, loads->base.force, false, true, AT_END, NULL},
+        {"loads.base.moment", 3, loads->base.moment, false, true, AT_END, NULL},
+        {"loads.tip.force", 3, loads->tip.force, false, true, AT_END, NULL},
+        {"loads.tip.moment", 3, loads->tip.moment, false, true, AT_END, NULL},
+        {"initial.position", 3, initial->position, true, false, NULL, AT_START_OF_TIME},
+        {"initial.rotation", 4, initial->rotation, true, false, NULL, AT_START_OF_TIME},
+        {"initial.velocity", 3, initial->velocity, true, false, NULL, AT_START_OF_TIME},
+        {"initial.angular_velocity", 3, initial->angular_velocity, true, false, NULL,
+         AT_START_OF_TIME},
+        {"manufactured.position", 3, exact->position, true, true, NULL, NULL},
+        {"manufactured.rotation", 4, exact->rotation, true, true, NULL, NULL},
+        {"manufactured.angles", 3, exact->angles, true, true, NULL, NULL},
+    };
+    return check_groups(check, (int)(sizeof groups / sizeof *groups), groups);
+}
+
+/* ---- loads and ends ------------------------------------------------------------------------ */
+
+static ad_status check_frames(const scene_checker *check)
+{
+    const scene_loads *loads = &check->scene->loads;
+    const struct {
+        const char *key;
+        scene_frame frame;
+        const char *const *force;
+        const char *const *moment;
+    } rows[] = {
+        {"loads.frame", loads->frame, loads->force, loads->moment},
+        {"loads.base.frame", loads->base.frame, loads->base.force, loads->base.moment},
+        {"loads.tip.frame", loads->tip.frame, loads->tip.force, loads->tip.moment},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].frame == SCENE_FOLLOWER && !any_given(3, rows[i].force) &&
+            !any_given(3, rows[i].moment)) {
+            return scene_refuse(
+                check, rows[i].key,
+                "follower, but there is no force or moment to follow; give one, or leave "
+                "frame out");
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        if (!isfinite(loads->gravity[i])) {
+            return scene_refuse(check, "loads.gravity", "must be finite");
+        }
+    }
+    if (!(loads->drag >= 0 && isfinite(loads->drag))) {
+        return scene_refuse(check, "loads.drag", "must be finite and >= 0");
+    }
+    return AD_OK;
+}
+
+static bool holds_position(const scene_end *end)
+{
+    return end->type == SCENE_CLAMPED || end->type == SCENE_PINNED || end->type == SCENE_DRIVEN;
+}
+
+static bool holds_rotation(const scene_end *end)
+{
+    return end->type == SCENE_CLAMPED || end->type == SCENE_DRIVEN;
+}
+
+/* One end with the keys that speak of it. */
+typedef struct end_keys {
+    const scene_end *end;
+    const scene_load *load;
+    const char *type;
+    const char *position;
+    const char *rotation;
+    const char *force;
+    const char *moment;
+} end_keys;
+
+static ad_status check_end_load(const scene_checker *check, const end_keys *keys)
+{
+    scene_end_type type = keys->end->type;
+    bool force = any_given(3, keys->load->force);
+    bool moment = any_given(3, keys->load->moment);
+    const char *held = "acts on an end that is held against it; allowed: an end of type loaded";
+    const char *free_end = "acts on an end declared free; allowed: an end of type loaded";
+    if (type == SCENE_LOADED) {
+        return force || moment || scene_is_manufactured(check->scene)
+                   ? AD_OK
+                   : scene_refuse(check, keys->type,
+                                  "loaded, but no load is given there; say free");
+    }
+    if (force || moment) {
+        return scene_refuse(check, force ? keys->force : keys->moment,
+                            type == SCENE_FREE ? free_end : held);
+    }
+    return AD_OK;
+}
+
+static ad_status check_rotation_number(const scene_checker *check, const end_keys *keys)
+{
+    double square = 0;
+    for (int i = 0; i < 4; i++) {
+        double value = 0;
+        if (!is_number(keys->end->rotation[i], &value)) {
+            return AD_OK;
+        }
+        square += value * value;
+    }
+    return square > 0
+               ? AD_OK
+               : scene_refuse(check, keys->rotation,
+                              "is zero; allowed: a quaternion (w, x, y, z) that is not zero");
+}
+
+static ad_status check_end(const scene_checker *check, const end_keys *keys)
+{
+    const scene_end *end = keys->end;
+    bool driven = end->type == SCENE_DRIVEN;
+    const char *fixed = "depends on t, but the end stands still; allowed: numbers, or an end of "
+                        "type driven";
+    const group groups[] = {
+        {keys->position, 3, end->position, false, driven, AT_END, fixed},
+        {keys->rotation, 4, end->rotation, false, driven, AT_END, fixed},
+    };
+    ad_status status = check_groups(check, 2, groups);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!scene_is_manufactured(check->scene)) {
+        if (holds_position(end) && !end->position[0]) {
+            return scene_refuse(check, keys->position, "missing; the type of this end needs it");
+        }
+        if (holds_rotation(end) && !end->rotation[0]) {
+            return scene_refuse(check, keys->rotation, "missing; the type of this end needs it");
+        }
+        status = holds_rotation(end) ? check_rotation_number(check, keys) : AD_OK;
+    }
+    return status != AD_OK ? status : check_end_load(check, keys);
+}
+
+static bool loads_something(const scene_loads *loads)
+{
+    return loads->gravity[0] != 0 || loads->gravity[1] != 0 || loads->gravity[2] != 0 ||
+           !all_zero(3, loads->force) || !all_zero(3, loads->moment);
+}
+
+/* Static equilibrium has to be unique up to buckling: no rigid motion may be left free. */
+static ad_status check_rigid_motion(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    scene_properties properties = scene_properties_of(rod_scene);
+    bool round = properties.curvature_stiffness[0] == properties.curvature_stiffness[1] &&
+                 all_zero(3, rod_scene->rod.rest_curvature);
+    if (is_dynamic(check) || holds_rotation(&rod_scene->start) || holds_rotation(&rod_scene->end)) {
+        return AD_OK;
+    }
+    if (!holds_position(&rod_scene->start) && !holds_position(&rod_scene->end)) {
+        return scene_refuse(
+            check, "boundary",
+            "nothing holds the rod, so a static scene leaves its position and rotation "
+            "open; clamp one end");
+    }
+    if (!holds_position(&rod_scene->start) || !holds_position(&rod_scene->end)) {
+        return scene_refuse(
+            check, "boundary",
+            "one pinned end leaves the rotation of a static rod open; clamp one end");
+    }
+    if (round || !loads_something(&rod_scene->loads)) {
+        return scene_refuse(
+            check, "boundary",
+            "two pinned ends leave this static rod free to spin about its line; clamp "
+            "one end");
+    }
+    return AD_OK;
+}
+
+static ad_status check_ends(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    const end_keys ends[2] = {
+        {&rod_scene->start, &rod_scene->loads.base, "boundary.start.type",
+         "boundary.start.position", "boundary.start.rotation", "loads.base.force",
+         "loads.base.moment"},
+        {&rod_scene->end, &rod_scene->loads.tip, "boundary.end.type", "boundary.end.position",
+         "boundary.end.rotation", "loads.tip.force", "loads.tip.moment"},
+    };
+    ad_status status = check_end(check, &ends[0]);
+    if (status == AD_OK) {
+        status = check_end(check, &ends[1]);
+    }
+    return status == AD_OK ? check_rigid_motion(check) : status;
+}
+
+/* ---- time and the manufactured solution ---------------------------------------------------- */
+
+static ad_status check_initial(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    const scene_initial *initial = &rod_scene->initial;
+    bool position = any_given(3, initial->position);
+    bool rotation = any_given(4, initial->rotation);
+    bool velocity = any_given(3, initial->velocity);
+    if (!(rod_scene->duration >= 0 && isfinite(rod_scene->duration))) {
+        return scene_refuse(check, "time.duration", "must be finite and >= 0; 0 is a static scene");
+    }
+    if (!is_dynamic(check) &&
+        (position || rotation || velocity || any_given(3, initial->angular_velocity))) {
+        return scene_refuse(
+            check, "initial",
+            "a static scene has no initial state; give time.duration, or leave it out");
+    }
+    if (position != rotation) {
+        return scene_refuse(check, position ? "initial.rotation" : "initial.position",
+                            "missing; position and rotation at t = 0 come together or not at all");
+    }
+    if (!is_dynamic(check) || position || scene_is_manufactured(rod_scene)) {
+        return AD_OK;
+    }
+    if (!holds_rotation(&rod_scene->start) && !holds_rotation(&rod_scene->end)) {
+        return scene_refuse(
+            check, "initial.position",
+            "missing; without a clamped or driven end the pose at t = 0 is unknown");
+    }
+    for (int i = 0; i < 3; i++) {
+        expression_use strain = {false, false};
+        expression_use curvature = {false, false};
+        expression_check(rod_scene->rod.rest_strain[i], &strain, NULL);
+        expression_check(rod_scene->rod.rest_curvature[i], &curvature, NULL);
+        if (strain.s || curvature.s) {
+            return scene_refuse(check, "initial.position",
+                                "missing; the rest shape follows by itself only from constant "
+                                "rod.rest.strain and rod.rest.curvature");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_manufactured(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    const scene_manufactured *exact = &rod_scene->manufactured;
+    const scene_loads *loads = &rod_scene->loads;
+    const scene_initial *initial = &rod_scene->initial;
+    bool rotation = any_given(4, exact->rotation);
+    bool angles = any_given(3, exact->angles);
+    const char *derived = "follows from the manufactured solution; leave it out";
+    const struct {
+        const char *key;
+        bool is_given;
+    } rows[] = {
+        {"loads.force", any_given(3, loads->force)},
+        {"loads.moment", any_given(3, loads->moment)},
+        {"loads.base", any_given(3, loads->base.force) || any_given(3, loads->base.moment)},
+        {"loads.tip", any_given(3, loads->tip.force) || any_given(3, loads->tip.moment)},
+        {"initial", any_given(3, initial->position) || any_given(4, initial->rotation) ||
+                        any_given(3, initial->velocity) || any_given(3, initial->angular_velocity)},
+        {"boundary.end",
+         any_given(3, rod_scene->end.position) || any_given(4, rod_scene->end.rotation)},
+    };
+    if (!scene_is_manufactured(rod_scene)) {
+        return rotation || angles
+                   ? scene_refuse(check, "manufactured.position",
+                                  "missing; a manufactured solution needs the position")
+                   : AD_OK;
+    }
+    if (rotation == angles) {
+        return scene_refuse(check, rotation ? "manufactured.angles" : "manufactured.rotation",
+                            rotation ? "given beside rotation; allowed: one of the two"
+                                     : "missing; give rotation or angles");
+    }
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].is_given) {
+            return scene_refuse(check, rows[i].key, derived);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
+{
+    static ad_status (*const parts[])(const scene_checker *) = {
+        scene_check_rod, check_expressions, check_manufactured,
+        check_frames,    check_ends,        check_initial,
+    };
+    const char *ignored = NULL;
+    const scene_checker check = {rod_scene, key ? key : &ignored, error};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
+        status = parts[i](&check);
+    }
+    return status;
+}

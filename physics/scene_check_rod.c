@@ -1,0 +1,211 @@
+/* What scene_check asks of the rod itself. */
+#include "physics/scene_internal.h"
+
+#include <math.h>
+
+static bool given(double value)
+{
+    return !isnan(value);
+}
+
+/* A dimension of the section: the shapes (bits) that have it. */
+static ad_status check_section(const scene_checker *check)
+{
+    const scene_rod *rod = &check->scene->rod;
+    const struct {
+        const char *key;
+        double value;
+        unsigned shapes;
+    } rows[] = {
+        {"rod.section.radius", rod->radius, 1U << SCENE_CIRCLE | 1U << SCENE_TUBE},
+        {"rod.section.inner_radius", rod->inner_radius, 1U << SCENE_TUBE},
+        {"rod.section.width", rod->width, 1U << SCENE_RECTANGLE},
+        {"rod.section.height", rod->height, 1U << SCENE_RECTANGLE},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        bool has = rows[i].shapes >> rod->section & 1;
+        if (has && !(rows[i].value > 0 && isfinite(rows[i].value))) {
+            return scene_refuse(check, rows[i].key,
+                                given(rows[i].value) ? "must be a finite number > 0"
+                                                     : "missing; the section's shape needs it");
+        }
+        if (!has && given(rows[i].value)) {
+            return scene_refuse(
+                check, rows[i].key,
+                "the section's shape has no such size; circle: radius, tube: radius and "
+                "inner_radius, rectangle: width and height");
+        }
+    }
+    if (rod->section == SCENE_TUBE && !(rod->inner_radius < rod->radius)) {
+        return scene_refuse(check, "rod.section.inner_radius",
+                            "must be less than rod.section.radius");
+    }
+    return AD_OK;
+}
+
+/* One row per stiffness: what it is made of when it is not given, and whether the model locks it.
+ */
+typedef struct stiffness_row {
+    const char *key;
+    int count;
+    const double *values;
+    bool locked;
+    bool needs_poisson;
+} stiffness_row;
+
+static ad_status check_derived_stiffness(const scene_checker *check, const stiffness_row *row)
+{
+    const scene_rod *rod = &check->scene->rod;
+    if (rod->section == SCENE_SECTION_NONE) {
+        return scene_refuse(check, row->key,
+                            "missing; give rod.section and rod.material, or this stiffness itself");
+    }
+    if (!given(rod->youngs_modulus)) {
+        return scene_refuse(check, "rod.material.youngs_modulus",
+                            "missing; the stiffness of the section follows from it");
+    }
+    if (row->needs_poisson && !given(rod->poissons_ratio)) {
+        return scene_refuse(check, "rod.material.poissons_ratio",
+                            "missing; shear and torsional stiffness follow from it");
+    }
+    return AD_OK;
+}
+
+static ad_status check_stiffness_row(const scene_checker *check, const stiffness_row *row)
+{
+    int found = 0;
+    for (int i = 0; i < row->count; i++) {
+        double value = row->values[i];
+        found += given(value);
+        if (given(value) && !(value > 0)) {
+            return scene_refuse(check, row->key, "must be > 0; .inf locks that strain");
+        }
+        if (row->locked && given(value) && isfinite(value)) {
+            return scene_refuse(
+                check, row->key,
+                "contradicts rod.model, which locks this strain; leave it out, or take "
+                "model cosserat");
+        }
+    }
+    if (found != 0 && found != row->count) {
+        return scene_refuse(check, row->key, "some entries are missing; give all or none");
+    }
+    return found || row->locked ? AD_OK : check_derived_stiffness(check, row);
+}
+
+static ad_status check_stiffness(const scene_checker *check)
+{
+    const scene_rod *rod = &check->scene->rod;
+    const stiffness_row rows[] = {
+        {"rod.stiffness.bending", 2, rod->bending_stiffness, false, false},
+        {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, false, true},
+        {"rod.stiffness.axial", 1, &rod->axial_stiffness, rod->model != SCENE_COSSERAT, false},
+        {"rod.stiffness.shear", 2, rod->shear_stiffness, rod->model == SCENE_KIRCHHOFF, true},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ad_status status = check_stiffness_row(check, &rows[i]);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    scene_properties properties = scene_properties_of(check->scene);
+    bool locked = false;
+    for (int i = 0; i < 3; i++) {
+        locked = locked || isinf(properties.strain_stiffness[i]) ||
+                 isinf(properties.curvature_stiffness[i]);
+    }
+    if (isinf(properties.curvature_stiffness[0]) && isinf(properties.curvature_stiffness[1])) {
+        return scene_refuse(check, "rod.stiffness.bending",
+                            "at least one of the two must be finite");
+    }
+    if (locked && check->scene->formulation == SCENE_DISPLACEMENT) {
+        return scene_refuse(check, "formulation",
+                            "displacement computes forces from strains and needs finite stiffness; "
+                            "allowed for this rod: mixed");
+    }
+    if (locked && scene_is_manufactured(check->scene)) {
+        return scene_refuse(check, "rod.model",
+                            "a manufactured solution computes forces from strains and needs finite "
+                            "stiffness; allowed: cosserat");
+    }
+    return AD_OK;
+}
+
+static ad_status check_material(const scene_checker *check)
+{
+    const scene_rod *rod = &check->scene->rod;
+    if (!(rod->length > 0 && isfinite(rod->length))) {
+        return scene_refuse(check, "rod.length",
+                            given(rod->length) ? "must be a finite number > 0"
+                                               : "missing; the length of the undeformed rod in m");
+    }
+    if (given(rod->youngs_modulus) && !(rod->youngs_modulus > 0)) {
+        return scene_refuse(check, "rod.material.youngs_modulus", "must be > 0");
+    }
+    if (given(rod->poissons_ratio) && !(rod->poissons_ratio > -1 && rod->poissons_ratio <= 0.5)) {
+        return scene_refuse(check, "rod.material.poissons_ratio", "must be > -1 and <= 0.5");
+    }
+    if (given(rod->shear_correction) && !(rod->shear_correction > 0)) {
+        return scene_refuse(check, "rod.material.shear_correction", "must be > 0");
+    }
+    if (given(rod->density) && !(rod->density > 0)) {
+        return scene_refuse(check, "rod.material.density", "must be > 0");
+    }
+    return AD_OK;
+}
+
+static ad_status check_inertia(const scene_checker *check)
+{
+    const scene *rod_scene = check->scene;
+    const scene_rod *rod = &rod_scene->rod;
+    const double *gravity = rod_scene->loads.gravity;
+    bool heavy = gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0;
+    bool follows = rod->section != SCENE_SECTION_NONE && given(rod->density);
+    int rotary = 0;
+    for (int i = 0; i < 3; i++) {
+        rotary += given(rod->rotary_inertia[i]);
+        if (rod->rotary_inertia[i] < 0 || isinf(rod->rotary_inertia[i])) {
+            return scene_refuse(check, "rod.inertia.rotary", "must be finite and >= 0");
+        }
+        if (!(rod->strain_damping[i] >= 0 && isfinite(rod->strain_damping[i]))) {
+            return scene_refuse(check, "rod.damping.strain", "must be finite and >= 0");
+        }
+        if (!(rod->curvature_damping[i] >= 0 && isfinite(rod->curvature_damping[i]))) {
+            return scene_refuse(check, "rod.damping.curvature", "must be finite and >= 0");
+        }
+    }
+    if (rotary != 0 && rotary != 3) {
+        return scene_refuse(check, "rod.inertia.rotary",
+                            "some entries are missing; give all or none");
+    }
+    if (given(rod->mass_per_length) && !(rod->mass_per_length >= 0)) {
+        return scene_refuse(check, "rod.inertia.mass_per_length", "must be >= 0");
+    }
+    if ((heavy || scene_is_dynamic(check->scene)) && !follows && !(rod->mass_per_length > 0)) {
+        return scene_refuse(check,
+                            rod->section == SCENE_SECTION_NONE ? "rod.inertia.mass_per_length"
+                                                               : "rod.material.density",
+                            scene_is_dynamic(check->scene)
+                                ? "missing; a dynamic scene needs the rod's mass"
+                                : "missing; loads.gravity needs the rod's mass");
+    }
+    if (scene_is_dynamic(check->scene) && !follows && rotary == 0) {
+        return scene_refuse(
+            check, "rod.inertia.rotary",
+            "missing; give rho I about d1, d2, d3, or [0, 0, 0] to leave rotary inertia "
+            "out");
+    }
+    return AD_OK;
+}
+
+ad_status scene_check_rod(const scene_checker *check)
+{
+    ad_status status = check_material(check);
+    if (status == AD_OK) {
+        status = check_section(check);
+    }
+    if (status == AD_OK) {
+        status = check_stiffness(check);
+    }
+    return status == AD_OK ? check_inertia(check) : status;
+}
