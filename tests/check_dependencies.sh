@@ -1,0 +1,76 @@
+#!/bin/sh
+# Dependencies between folders point one way, tools -> physics -> nn -> autodiff, with optim by
+# itself, and a header that is not installed stays within its folder.
+#   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
+# Prints the offending lines; exit status 1 when there are any.
+set -eu
+cd "$1"
+shift
+
+find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
+    grep -nHE '^[[:space:]]*#[[:space:]]*include' {} + | LC_ALL=C sort |
+    awk -v public_headers="$*" '
+    function refuse(why) {
+        print file ":" line ": " included ": " why
+        bad++
+    }
+    function folder_of(path) {
+        sub("/.*", "", path)
+        return path
+    }
+    function exists(path, first) {
+        if (!(path in found)) {
+            found[path] = (getline first < path) >= 0
+            close(path)
+        }
+        return found[path]
+    }
+    BEGIN {
+        may["autodiff"] = " autodiff "
+        may["optim"] = " optim "
+        may["nn"] = " nn autodiff "
+        may["physics"] = " physics nn autodiff "
+        may["tools"] = " tools physics nn autodiff optim "
+        may["tests"] = " tests tools physics nn autodiff optim "
+        count = split(public_headers, list, " ")
+        for (i = 1; i <= count; i++)
+            is_public[list[i]] = 1
+    }
+    {
+        split($0, part, ":")
+        file = part[1]
+        line = part[2]
+        if (!match($0, /["<][^">]*[">]/))
+            next
+        included = substr($0, RSTART + 1, RLENGTH - 2)
+        from = folder_of(file)
+        directory = file
+        sub("/[^/]*$", "", directory)
+        path = included
+        while (sub(/^\.\.\//, "", path))
+            if (!sub("/[^/]*$", "", directory))
+                directory = ""
+        if (path != included && directory != "")
+            path = directory "/" path
+        else if (index(path, "/") == 0)
+            path = directory "/" path
+        to = folder_of(path)
+        if (!(to in may) || !exists(path))
+            next
+        seen++
+        if (index(may[from], " " to " ") == 0)
+            refuse(from " must not depend on " to)
+        if (path in is_public)
+            next
+        if (file in is_public)
+            refuse("a public header includes a private one")
+        if (to != from && from != "tests" && index(file, "tools/bench/") != 1)
+            refuse("private to " to)
+    }
+    END {
+        if (count == 0 || seen == 0) {
+            print "nothing to check: " count " public headers, " seen + 0 " includes"
+            exit 1
+        }
+        exit bad > 0
+    }'

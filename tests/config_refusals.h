@@ -1,0 +1,579 @@
+/* Bad scene files and the exact line each of them is refused with. */
+#ifndef TESTS_CONFIG_REFUSALS_H
+#define TESTS_CONFIG_REFUSALS_H
+
+#include <stddef.h>
+
+/* A static rod that is accepted; what follows it begins on line 4. */
+#define BASE                                                                                       \
+    "rod:\n"                                                                                       \
+    "  length: 1\n"                                                                                \
+    "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+
+/* A dynamic one; what follows begins on line 6. */
+#define DYNAMIC                                                                                    \
+    BASE "  inertia: {mass_per_length: 1, rotary: [0.1, 0.1, 0.1]}\n"                              \
+         "time: {duration: 1}\n"
+
+/* One that the closed forms hold for; what follows begins on line 5. */
+#define KIRCHHOFF                                                                                  \
+    "rod:\n"                                                                                       \
+    "  length: 1\n"                                                                                \
+    "  model: kirchhoff\n"                                                                         \
+    "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
+
+typedef struct refusal {
+    const char *text;
+    const char *override; /* NULL: none */
+    const char *line;
+} refusal;
+
+static const refusal refusals[] = {
+    {"", NULL, "scene.yaml: is empty; allowed: the sections of a scene file"},
+    {"# only a comment\n", NULL, "scene.yaml: is empty; allowed: the sections of a scene file"},
+    {"rod: [1, 2\n", NULL,
+     "scene.yaml:2:1: not valid YAML: did not find expected ',' or ']' while parsing a flow "
+     "sequence"},
+    {"rod:\n"
+     "\tlength: 1\n",
+     NULL, "scene.yaml:2:1: a tab indents this line; YAML allows spaces only"},
+    {"a: b: c\n", NULL,
+     "scene.yaml:1:5: not valid YAML: mapping values are not allowed in this context"},
+    {"--- \n"
+     "rod: {}\n"
+     "---\n"
+     "rod: {}\n",
+     NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
+    {"just text\n", NULL,
+     "scene.yaml:1:1: is a single value; allowed: a section with the keys name, rod, loads, "
+     "boundary, initial, time, manufactured, formulation, enforcement, network, losses, training, "
+     "checkpoint, output, reference"},
+    {"[1, 2]\n", NULL,
+     "scene.yaml:1:1: is a list; allowed: a section with the keys name, rod, loads, boundary, "
+     "initial, time, manufactured, formulation, enforcement, network, losses, training, "
+     "checkpoint, output, reference"},
+    {"rod:\n"
+     "  \001length: 1\n",
+     NULL, "scene.yaml:2:3: not valid YAML: control characters are not allowed"},
+    {"rod: &a {length: 1}\n"
+     "name: *b\n",
+     NULL, "scene.yaml:2:7: not valid YAML: found undefined alias"},
+    {"rod: {length: 1}\n"
+     "rod: {length: 2}\n",
+     NULL, "scene.yaml:2:1: rod: is given twice in this section; allowed: once"},
+    {"rod: {length: 1, length: 2}\n", NULL,
+     "scene.yaml:1:18: rod.length: is given twice in this section; allowed: once"},
+    {"rod:\n"
+     "  length: 1\n",
+     NULL,
+     "scene.yaml:2:3: rod.stiffness.bending: missing; give rod.section and rod.material, or this "
+     "stiffness itself"},
+    {"rod:\n"
+     "  section: {shape: circle}\n",
+     NULL, "scene.yaml:2:3: rod.length: missing; the length of the undeformed rod in m"},
+    {"boundary:\n"
+     "  end: {type: free}\n",
+     NULL, "scene.yaml:1:1: rod.length: missing; the length of the undeformed rod in m"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: circle, radius: 0.01}\n",
+     NULL,
+     "scene.yaml:2:3: rod.material.youngs_modulus: missing; the stiffness of the section follows "
+     "from it"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: circle, radius: 0.01}\n"
+     "  material: {youngs_modulus: 1e6}\n",
+     NULL,
+     "scene.yaml:4:13: rod.material.poissons_ratio: missing; shear and torsional stiffness follow "
+     "from it"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: circle}\n",
+     NULL, "scene.yaml:3:12: rod.section.radius: missing; the section's shape needs it"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: tube, radius: 0.01, inner_radius: 0.02}\n",
+     NULL, "scene.yaml:3:54: rod.section.inner_radius: must be less than rod.section.radius"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: rectangle, width: 0.01, height: 0.02, radius: 0.1}\n",
+     NULL,
+     "scene.yaml:3:66: rod.section.radius: the section's shape has no such size; circle: radius, "
+     "tube: radius and inner_radius, rectangle: width and height"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  model: kirchhoff\n"
+     "  stiffness: {axial: 9, bending: [1, 1], torsion: 0.8}\n",
+     NULL,
+     "scene.yaml:4:22: rod.stiffness.axial: contradicts rod.model, which locks this strain; leave "
+     "it out, or take model cosserat"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  model: kirchhoff\n"
+     "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
+     "formulation: displacement\n",
+     NULL,
+     "scene.yaml:5:14: formulation: displacement computes forces from strains and needs finite "
+     "stiffness; allowed for this rod: mixed"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  stiffness: {shear: [5, 5], axial: 9, bending: [.inf, .inf], torsion: 0.8}\n",
+     NULL, "scene.yaml:3:49: rod.stiffness.bending: at least one of the two must be finite"},
+    {"rod: &r\n"
+     "  <<: *r\n"
+     "  length: 1\n",
+     NULL, "scene.yaml:1:6: rod: << merges are nested too deeply or refer to themselves"},
+    {"rod: {<<: 5, length: 1}\n", NULL,
+     "scene.yaml:1:11: rod: << needs an alias of a section, as <<: *name"},
+    {"rod: {<<: [5], length: 1}\n", NULL,
+     "scene.yaml:1:12: rod: << needs a list of aliases of sections"},
+    {"rod: {<<: {}, <<: {}, length: 1}\n", NULL,
+     "scene.yaml:1:15: rod: << is given twice; allowed: <<: [*a, *b]"},
+    {"? [1, 2]\n"
+     ": 3\n",
+     NULL, "scene.yaml:1:3: a key here is not a word; allowed: key: value"},
+    {"a: &a [x, x]\n"
+     "b: &b [*a, *a]\n",
+     NULL,
+     "scene.yaml:1:1: a: unknown key; allowed in the file: name, rod, loads, boundary, initial, "
+     "time, manufactured, formulation, enforcement, network, losses, training, checkpoint, output, "
+     "reference"},
+    {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+     "  inertia: {mass_per_length: 1, rotary: [0, 0, 0]}\n"
+     "  rest: {curvature: [s, 0, 0]}\n"
+     "time: {duration: 1}\n",
+     NULL,
+     "scene.yaml:1:1: initial.position: missing; the rest shape follows by itself only from "
+     "constant rod.rest.strain and rod.rest.curvature"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+     "  rest: {curvature: [t, 0, 0]}\n",
+     NULL,
+     "scene.yaml:4:21: rod.rest.curvature: depends on t, but the unstressed shape is fixed; "
+     "allowed: a formula of s"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+     "  inertia: {mass_per_length: 1}\n"
+     "time: {duration: 1}\n",
+     NULL,
+     "scene.yaml:4:12: rod.inertia.rotary: missing; give rho I about d1, d2, d3, or [0, 0, 0] to "
+     "leave rotary inertia out"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  model: kirchhoff\n"
+     "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
+     "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n",
+     NULL,
+     "scene.yaml:3:10: rod.model: a manufactured solution computes forces from strains and needs "
+     "finite stiffness; allowed: cosserat"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: circle, radius: 1e-2}\n"
+     "  material: {youngs_modulus: 1e6, poissons_ratio: 0.7}\n",
+     NULL,
+     "scene.yaml:4:51: rod.material.poissons_ratio: is 0.7, which is out of range; allowed: a "
+     "finite number > -1 and <= 0.5"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  section: {shape: circle, radius: 1e-2}\n"
+     "  material: {youngs_modulus: 1e6, poissons_ratio: 0.3}\n"
+     "loads: {gravity: [0, 0, -9.81]}\n",
+     NULL, "scene.yaml:4:13: rod.material.density: missing; loads.gravity needs the rod's mass"},
+    {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
+    {BASE "name: a/b\n", NULL,
+     "scene.yaml:4:7: name: names a folder in runs; allowed: up to 100 bytes, no slash, not "
+     "beginning with a point"},
+    {BASE "name: ''\n", NULL,
+     "scene.yaml:4:7: name: is the text '', which is empty or longer than 1000 bytes; allowed: "
+     "text"},
+    {BASE "name: [a]\n", NULL, "scene.yaml:4:7: name: is a list; allowed: text"},
+    {BASE "name: \"a\\u0001\"\n", NULL,
+     "scene.yaml:4:7: name: is the text 'a?', which holds a control character; allowed: text"},
+    {BASE "training: {seed: -1}\n", NULL,
+     "scene.yaml:4:18: training.seed: is -1, which is out of range; allowed: a whole number 0 to "
+     "9007199254740992"},
+    {BASE "training: {seed: 1.5}\n", NULL,
+     "scene.yaml:4:18: training.seed: is 1.5, which is not a whole number; allowed: a whole number "
+     "0 to 9007199254740992"},
+    {BASE "training: {stages: {}}\n", NULL,
+     "scene.yaml:4:20: training.stages: is not a list; allowed: a list of 1 to 32 stages"},
+    {BASE "training: {stages: []}\n", NULL,
+     "scene.yaml:4:20: training.stages: is empty; allowed: a list of 1 to 32 stages"},
+    {BASE "training: {stages: [{steps: 5}]}\n", NULL,
+     "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: adam, lbfgs"},
+    {BASE "training: {stages: [{optimizer: adam, memory: 5}]}\n", NULL,
+     "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
+     "adam; leave it out"},
+    {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
+     "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, but this stage "
+     "runs lbfgs; leave it out"},
+    {BASE "training: {stages: [{optimizer: sgd}]}\n", NULL,
+     "scene.yaml:4:33: training.stages[0].optimizer: is sgd; allowed: one of adam, lbfgs"},
+    {BASE "training: {stages: [{optimizer: adam, steps: many}]}\n", NULL,
+     "scene.yaml:4:46: training.stages[0].steps: is many, which is not a number; allowed: a whole "
+     "number 1 to 1000000000"},
+    {BASE "training: {stages: [{optimizer: adam, stop: {los: 1}}]}\n", NULL,
+     "scene.yaml:4:46: training.stages[0].stop.los: unknown key; did you mean "
+     "training.stages[0].stop.loss?"},
+    {BASE "training: {stages: [{optimizer: lbfgs, sufficient_decrease: 0.4, curvature: 0.3}]}\n",
+     NULL, "scene.yaml:4:21: training.stages[0]: curvature must be in (sufficient_decrease, 1)"},
+    {BASE "training: {stages: [5]}\n", NULL,
+     "scene.yaml:4:21: training.stages[0]: is a single value; allowed: a section with the keys "
+     "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
+     "step_tolerance, curvature_threshold, stop"},
+    {BASE "training: {stages: [{optimizer: adam, beta1: 1}]}\n", NULL,
+     "scene.yaml:4:46: training.stages[0].beta1: is 1, which is out of range; allowed: a finite "
+     "number >= 0 and < 1"},
+    {BASE "network: {hidden: 32}\n", NULL,
+     "scene.yaml:4:19: network.hidden: is 32; allowed: a list of 1 to 16 whole numbers 1 to 4096"},
+    {BASE "network: {hidden: []}\n", NULL,
+     "scene.yaml:4:19: network.hidden: has 0 entries; allowed: a list of 1 to 16 whole numbers 1 "
+     "to 4096"},
+    {BASE "network: {hidden: [32, 0]}\n", NULL,
+     "scene.yaml:4:24: network.hidden[1]: is 0, which is out of range; allowed: a whole number 1 "
+     "to 4096"},
+    {BASE "network: {hidden: [32, 3.5]}\n", NULL,
+     "scene.yaml:4:24: network.hidden[1]: is 3.5, which is not a whole number; allowed: a whole "
+     "number 1 to 4096"},
+    {BASE "network: {activation: relu}\n", NULL,
+     "scene.yaml:4:23: network.activation: is relu; allowed: one of tanh, sin, silu, gelu"},
+    {BASE "network: {fourier: 16}\n", NULL,
+     "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
+     "features, scale"},
+    {BASE "network: {widths: [32]}\n", NULL,
+     "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
+     "initialization, fourier, rotation"},
+    {BASE "network: {fourier: {scale: 0}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 0, which is out of range; allowed: a finite "
+     "number > 0"},
+    {BASE "network: {fourier: {scale: 1e400}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 1e400, which is too large for a number; allowed: "
+     "a finite number > 0"},
+    {BASE "network: {fourier: {scale: 1e-400}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 1e-400, which is too small for a number; write 0; "
+     "allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: .nan}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is .nan, which is out of range; allowed: a finite "
+     "number > 0"},
+    {BASE "network: {fourier: {scale: .inf}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is .inf, which is out of range; allowed: a finite "
+     "number > 0"},
+    {BASE "network: {fourier: {scale: 010}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 010, which begins with 0, which some YAML readers "
+     "take for octal; leave the 0 out; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: 0x10}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 0x10, which is hexadecimal or octal; write it in "
+     "decimals; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: 1_000}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 1_000, which is not a number; allowed: a finite "
+     "number > 0"},
+    {BASE "network: {fourier: {scale: '5'}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is the text '5'; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: yes}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is yes, which is not a number; allowed: a finite "
+     "number > 0"},
+    {BASE "network: {fourier: {scale: }}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: has no value; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: !!foo 5}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: has a YAML tag; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: !mine 5}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: has a YAML tag; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {scale: {}}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is a section; allowed: a finite number > 0"},
+    {BASE "network: {fourier: {features: 2.5}}\n", NULL,
+     "scene.yaml:4:31: network.fourier.features: is 2.5, which is not a whole number; allowed: a "
+     "whole number 0 to 1024"},
+    {BASE "network: {fourier: {scale: 1:30}}\n", NULL,
+     "scene.yaml:4:28: network.fourier.scale: is 1:30, which is not a number; allowed: a finite "
+     "number > 0"},
+    {BASE "loads: {gravity: [0, 0]}\n", NULL,
+     "scene.yaml:4:18: loads.gravity: has 2 entries; allowed: a list of 3 finite numbers, in "
+     "m/s^2"},
+    {BASE "loads: {gravity: [0, 0, x]}\n", NULL,
+     "scene.yaml:4:25: loads.gravity[2]: is x, which is not a number; allowed: a finite number, in "
+     "m/s^2"},
+    {BASE "loads: {gravity: 9.81}\n", NULL,
+     "scene.yaml:4:18: loads.gravity: is 9.81; allowed: a list of 3 finite numbers, in m/s^2"},
+    {BASE "loads: {gravity: [0, 0, null]}\n", NULL,
+     "scene.yaml:4:25: loads.gravity[2]: is null; allowed: a finite number, in m/s^2"},
+    {BASE "loads: {gravity: [0, 0, -9.81]}\n", NULL,
+     "scene.yaml:2:3: rod.inertia.mass_per_length: missing; loads.gravity needs the rod's mass"},
+    {BASE "loads: {tip: {force: [0, 0, sin(]}}\n", NULL,
+     "scene.yaml:4:29: loads.tip.force[2]: column 5 of 'sin(': the formula ends where a number, a "
+     "name or ( is expected"},
+    {BASE "loads: {tip: {force: [0, 0, foo(t)]}}\n", NULL,
+     "scene.yaml:4:29: loads.tip.force[2]: column 1 of 'foo(t)': unknown name 'foo'; allowed are "
+     "s, t, pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, "
+     "min, max, step, where"},
+    {BASE "loads: {tip: {force: [0, 0, t]}}\n", NULL,
+     "scene.yaml:4:22: loads.tip.force: depends on t, but the scene is static; give time.duration, "
+     "or a formula without t"},
+    {BASE "loads: {tip: {force: [0, 0, s]}}\n", NULL,
+     "scene.yaml:4:22: loads.tip.force: depends on s, but it belongs to one end; allowed: a "
+     "formula of t"},
+    {BASE "loads: {tip: {force: [0, 0, .inf]}}\n", NULL,
+     "scene.yaml:4:29: loads.tip.force[2]: is .inf, which is not finite; allowed: a number or a "
+     "formula, in N"},
+    {BASE "loads: {tip: {force: [0, 0, 1/0]}}\n", NULL,
+     "scene.yaml:4:29: loads.tip.force[2]: column 1 of '1/0': the value is not a finite number"},
+    {BASE "loads: {tip: {force: [0, 0, where(1, 2, 3)]}}\n", NULL,
+     "scene.yaml:4:22: loads.tip.force: has 5 entries (a formula that contains a comma needs "
+     "quotes); allowed: a list of 3 numbers or formulas, in N"},
+    {BASE "loads: {tip: {force: [0, 0, [1]]}}\n", NULL,
+     "scene.yaml:4:29: loads.tip.force[2]: is a list; allowed: a number or a formula, in N"},
+    {BASE "loads: {tip: {force: 5}}\n", NULL,
+     "scene.yaml:4:22: loads.tip.force: is 5; allowed: a list of 3 numbers or formulas, in N"},
+    {BASE "loads: {tip: {forces: [0, 0, 1]}}\n", NULL,
+     "scene.yaml:4:15: loads.tip.forces: unknown key; did you mean loads.tip.force?"},
+    {BASE "loads: {tip: {frame: follower}}\n", NULL,
+     "scene.yaml:4:22: loads.tip.frame: follower, but there is no force or moment to follow; give "
+     "one, or leave frame out"},
+    {BASE "loads: {frame: follower}\n", NULL,
+     "scene.yaml:4:16: loads.frame: follower, but there is no force or moment to follow; give one, "
+     "or leave frame out"},
+    {BASE "loads: {base: {force: [0, 0, 1]}}\n", NULL,
+     "scene.yaml:4:23: loads.base.force: acts on an end that is held against it; allowed: an end "
+     "of type loaded"},
+    {BASE "loads: {tip: {force: [0, 0, 1]}}\n"
+          "boundary: {end: {type: free}}\n",
+     NULL,
+     "scene.yaml:4:22: loads.tip.force: acts on an end declared free; allowed: an end of type "
+     "loaded"},
+    {BASE "boundary: {end: {type: loaded}}\n", NULL,
+     "scene.yaml:4:24: boundary.end.type: loaded, but no load is given there; say free"},
+    {BASE "boundary: {end: {type: clamped}}\n", NULL,
+     "scene.yaml:4:17: boundary.end.position: missing; the type of this end needs it"},
+    {BASE "boundary: {end: {type: free, position: [0, 0, 1]}}\n", NULL,
+     "scene.yaml:4:40: boundary.end.position: is not held by an end of this type; leave it out, or "
+     "take clamped, pinned (position) or driven"},
+    {BASE "boundary: {start: {type: free}}\n", NULL,
+     "scene.yaml:4:11: boundary: nothing holds the rod, so a static scene leaves its position and "
+     "rotation open; clamp one end"},
+    {BASE "boundary: {start: {type: pinned}}\n", NULL,
+     "scene.yaml:4:11: boundary: one pinned end leaves the rotation of a static rod open; clamp "
+     "one end"},
+    {BASE "boundary: {start: {type: pinned}, end: {type: pinned, position: [0, 0, 1]}}\n", NULL,
+     "scene.yaml:4:11: boundary: two pinned ends leave this static rod free to spin about its "
+     "line; clamp one end"},
+    {BASE "boundary: {start: {rotation: [0, 0, 0, 0]}}\n", NULL,
+     "scene.yaml:4:30: boundary.start.rotation: is zero; allowed: a quaternion (w, x, y, z) that "
+     "is not zero"},
+    {BASE "boundary: {start: {position: [0, 0, s]}}\n", NULL,
+     "scene.yaml:4:30: boundary.start.position: depends on s, but it belongs to one end; allowed: "
+     "a formula of t"},
+    {BASE "boundary: {start: {position: [0, 0, t]}}\n"
+          "time: {duration: 1}\n",
+     NULL,
+     "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
+    {BASE "boundary: {start: {type: held}}\n", NULL,
+     "scene.yaml:4:26: boundary.start.type: is held; allowed: one of clamped, pinned, free, "
+     "loaded, driven"},
+    {BASE "loads: {tip: {moment: [0, 1, 0]}}\n"
+          "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n",
+     NULL,
+     "scene.yaml:4:23: loads.tip.moment: acts on an end that is held against it; allowed: an end "
+     "of type loaded"},
+    {BASE "rod: {}\n", NULL, "scene.yaml:4:1: rod: is given twice in this section; allowed: once"},
+    {BASE "radius: 5\n", NULL,
+     "scene.yaml:4:1: radius: unknown key; did you mean rod.section.radius?"},
+    {BASE "initial: {velocity: [0, 0, 0]}\n", NULL,
+     "scene.yaml:4:10: initial: a static scene has no initial state; give time.duration, or leave "
+     "it out"},
+    {BASE "time: {duration: -1}\n", NULL,
+     "scene.yaml:4:18: time.duration: is -1, which is out of range; allowed: a finite number >= 0, "
+     "in s"},
+    {BASE "time: {duration: 1}\n", NULL,
+     "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
+    {BASE "losses: {causal: {slices: 4}}\n", NULL,
+     "scene.yaml:4:27: losses.causal.slices: causal weighting follows time, but the scene is "
+     "static; give time.duration, or leave it out"},
+    {BASE "losses: {interior: {points: 1, sampler: chebyshev}}\n", NULL,
+     "scene.yaml:4:29: losses.interior.points: 1 points are too few for a tensor grid in 1 "
+     "dimensions of that aspect"},
+    {BASE "losses: {interior: {sampler: random}}\n", NULL,
+     "scene.yaml:4:30: losses.interior.sampler: is random; allowed: one of uniform, "
+     "latin_hypercube, sobol, chebyshev, chebyshev_lobatto, grid"},
+    {BASE "losses: {causal: {epsilon: [1, 0]}}\n", NULL,
+     "scene.yaml:4:32: losses.causal.epsilon[1]: is 0, which is out of range; allowed: a finite "
+     "number > 0"},
+    {BASE "losses: {causal: {threshold: 1}}\n", NULL,
+     "scene.yaml:4:30: losses.causal.threshold: is 1, which is out of range; allowed: a finite "
+     "number > 0 and < 1"},
+    {BASE "manufactured: {angles: [s, s, s]}\n", NULL,
+     "scene.yaml:4:15: manufactured.position: missing; a manufactured solution needs the position"},
+    {BASE "manufactured: {position: [0, 0, s]}\n", NULL,
+     "scene.yaml:4:15: manufactured.rotation: missing; give rotation or angles"},
+    {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
+          "loads: {force: [0, 0, 1]}\n",
+     NULL, "scene.yaml:5:16: loads.force: follows from the manufactured solution; leave it out"},
+    {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
+          "boundary: {start: {position: [0, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:5:30: boundary.start.position: follows from the manufactured solution; leave it "
+     "out"},
+    {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0], rotation: [1, 0, 0, 0]}\n", NULL,
+     "scene.yaml:4:45: manufactured.angles: given beside rotation; allowed: one of the two"},
+    {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
+          "loads: {tip: {force: [0, 0, 1]}}\n",
+     NULL, "scene.yaml:5:14: loads.tip: follows from the manufactured solution; leave it out"},
+    {BASE "reference: {analytic: elastica}\n", NULL,
+     "scene.yaml:4:23: reference.analytic: needs a clamped start and a loaded end"},
+    {BASE "reference: {analytic: manufactured}\n", NULL,
+     "scene.yaml:4:23: reference.analytic: needs the section manufactured"},
+    {BASE "reference: {file: /nothing/here.csv}\n", NULL,
+     "scene.yaml:4:19: reference.file: /nothing/here.csv is not a file; paths are relative to the "
+     "scene file"},
+    {BASE "reference: {analytic: rollup, file: a.csv}\n", NULL,
+     "scene.yaml:4:23: reference.analytic: given beside reference.file; allowed: one of the two"},
+    {BASE "reference: {analytic: circle}\n", NULL,
+     "scene.yaml:4:23: reference.analytic: is circle; allowed: one of none, elastica, rollup, "
+     "helix, manufactured"},
+    {BASE "reference: {analytic: elastica}\n"
+          "loads: {tip: {force: [1, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:4:23: reference.analytic: needs rod.model kirchhoff, without shear and stretch"},
+    {BASE "reference: {analytic: rollup}\n"
+          "loads: {tip: {force: [1, 0, 0]}}\n",
+     NULL, "scene.yaml:4:23: reference.analytic: needs a tip moment without a force"},
+    {BASE "reference: {analytic: rollup}\n"
+          "loads: {tip: {moment: [1, 0, 1]}}\n",
+     NULL,
+     "scene.yaml:4:23: reference.analytic: needs a tip moment perpendicular to the clamped "
+     "tangent; helix allows any"},
+    {BASE "reference: {analytic: helix}\n"
+          "loads: {tip: {moment: [1, 0, 1], frame: follower}}\n",
+     NULL, "scene.yaml:4:23: reference.analytic: needs a dead load at the tip"},
+    {BASE "checkpoint: {keep: 0}\n", NULL,
+     "scene.yaml:4:20: checkpoint.keep: is 0, which is out of range; allowed: a whole number 1 to "
+     "1000"},
+    {BASE "output: {every: 0}\n", NULL,
+     "scene.yaml:4:17: output.every: is 0, which is out of range; allowed: a whole number 1 to "
+     "1000000000, in steps"},
+    {BASE "formulation: weak\n", NULL,
+     "scene.yaml:4:14: formulation: is weak; allowed: one of mixed, displacement"},
+    {BASE "enforcement: {boundary: medium}\n", NULL,
+     "scene.yaml:4:25: enforcement.boundary: is medium; allowed: one of hard, soft"},
+    {BASE "checkpoint: {every: 1e3, seconds: 0}\n", NULL,
+     "scene.yaml:4:35: checkpoint.seconds: is 0, which is out of range; allowed: a finite number > "
+     "0, in s"},
+    {BASE "training: {stages: [{optimizer: adam, warmup: 3}]}\n", NULL,
+     "scene.yaml:4:39: training.stages[0].warmup: unknown key; allowed in training.stages[]: "
+     "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
+     "step_tolerance, curvature_threshold, stop"},
+    {DYNAMIC "boundary: {start: {position: [0, 0, t]}}\n", NULL,
+     "scene.yaml:6:30: boundary.start.position: depends on t, but the end stands still; allowed: "
+     "numbers, or an end of type driven"},
+    {DYNAMIC "boundary: {start: {type: driven, position: [0, 0, s]}}\n", NULL,
+     "scene.yaml:6:44: boundary.start.position: depends on s, but it belongs to one end; allowed: "
+     "a formula of t"},
+    {DYNAMIC "initial: {position: [0, 0, t], rotation: [1, 0, 0, 0]}\n", NULL,
+     "scene.yaml:6:21: initial.position: depends on t, but it holds at t = 0; allowed: a formula "
+     "of s"},
+    {DYNAMIC "initial: {position: [0, 0, s]}\n", NULL,
+     "scene.yaml:6:10: initial.rotation: missing; position and rotation at t = 0 come together or "
+     "not at all"},
+    {DYNAMIC "boundary: {start: {type: free}}\n", NULL,
+     "scene.yaml:1:1: initial.position: missing; without a clamped or driven end the pose at t = 0 "
+     "is unknown"},
+    {DYNAMIC "reference: {analytic: helix}\n"
+             "loads: {tip: {moment: [1, 0, 1]}}\n",
+     NULL, "scene.yaml:6:23: reference.analytic: is a static shape, but the scene has a duration"},
+    {DYNAMIC "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
+             "initial: {velocity: [0, 0, 0]}\n",
+     NULL, "scene.yaml:7:10: initial: follows from the manufactured solution; leave it out"},
+    {DYNAMIC "losses: {interior: {points: 3, sampler: grid}}\n", NULL,
+     "scene.yaml:6:29: losses.interior.points: 3 points are too few for a tensor grid in 2 "
+     "dimensions of that aspect"},
+    {DYNAMIC "rod2: &a {x: [1]}\n", NULL, "scene.yaml:6:1: rod2: unknown key; did you mean rod?"},
+    {KIRCHHOFF "reference: {analytic: elastica}\n"
+               "loads: {tip: {force: [0, 1, 1]}}\n",
+     NULL,
+     "scene.yaml:5:23: reference.analytic: needs a tip force perpendicular to the clamped tangent"},
+    {KIRCHHOFF "reference: {analytic: elastica}\n"
+               "loads: {tip: {force: [0, 1, 0], moment: [0, 1, 0]}}\n",
+     NULL, "scene.yaml:5:23: reference.analytic: needs a tip force without a moment"},
+    {KIRCHHOFF "reference: {analytic: elastica}\n"
+               "loads: {tip: {force: [0, 1, 0]}, force: [0, 0, 1]}\n",
+     NULL,
+     "scene.yaml:5:23: reference.analytic: needs a rod without gravity and distributed loads"},
+    {KIRCHHOFF "reference: {analytic: elastica}\n"
+               "loads: {tip: {force: [0, 1, 0], frame: follower}}\n",
+     NULL, "scene.yaml:5:23: reference.analytic: needs a dead load at the tip"},
+    {KIRCHHOFF "reference: {analytic: elastica}\n"
+               "loads: {tip: {force: [0, 0, 0]}}\n",
+     NULL, "scene.yaml:5:23: reference.analytic: needs a tip force that is not zero"},
+    {BASE, "rod.length", "--set rod.length: allowed: key=value, the key as in rod.length"},
+    {BASE, "=5", "--set =5: allowed: key=value, the key as in rod.length"},
+    {BASE, "rod.lenght=5", "--set rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
+    {BASE, "rod.length=", "--set rod.length=: is empty; allowed: key=value"},
+    {BASE, "rod.length=-5",
+     "--set rod.length=-5: rod.length: is -5, which is out of range; allowed: a finite number > 0, "
+     "in m"},
+    {BASE, "rod.length=[1",
+     "--set rod.length=[1: not valid YAML: did not find expected ',' or ']' while parsing a flow "
+     "sequence"},
+    {BASE, "rod={length: x}",
+     "--set rod={length: x}: rod.length: is x, which is not a number; allowed: a finite number > "
+     "0, in m"},
+    {BASE, "rod={lenght: 2}",
+     "--set rod={lenght: 2}: rod.lenght: unknown key; did you mean rod.length?"},
+    {BASE, "network.hidden=[64,-1]",
+     "--set network.hidden=[64,-1]: network.hidden[1]: is -1, which is out of range; allowed: a "
+     "whole number 1 to 4096"},
+    {BASE, "network.hidden[1]=0",
+     "--set network.hidden[1]=0: network.hidden[1]: is 0, which is out of range; allowed: a whole "
+     "number 1 to 4096"},
+    {BASE, "network.hidden[7]=3",
+     "--set network.hidden[7]=3: network.hidden: the list is shorter; entries count from 0"},
+    {BASE, "training.stages[5].steps=3",
+     "--set training.stages[5].steps=3: training.stages[5].steps: no such stage; allowed: 0 to 1"},
+    {BASE, "training.stages[0].steps=x",
+     "--set training.stages[0].steps=x: training.stages[0].steps: is x, which is not a number; "
+     "allowed: a whole number 1 to 1000000000"},
+    {BASE, "training.stages[].steps=1",
+     "--set training.stages[].steps=1: training.stages[].steps: needs an index, as in "
+     "training.stages[0].steps"},
+    {BASE, "training.stages[0]=5",
+     "--set training.stages[0]=5: training.stages[0]: is a single value; allowed: a section with "
+     "the keys optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, "
+     "final_fraction, decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, "
+     "curvature, maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
+     "step_tolerance, curvature_threshold, stop"},
+    {BASE, "loads.tip.force[2]=1",
+     "--set loads.tip.force[2]=1: loads.tip.force: the list is not given; set all of it"},
+    {BASE, "loads.tip.force=[0,0]",
+     "--set loads.tip.force=[0,0]: loads.tip.force: has 2 entries; allowed: a list of 3 numbers or "
+     "formulas, in N"},
+    {BASE, "time.duration=1",
+     "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
+    {BASE, "rod.length[0]=2",
+     "--set rod.length[0]=2: rod.length[0]: unknown key; did you mean rod.length?"},
+    {BASE, "reference.analytic=elastica",
+     "--set reference.analytic=elastica: reference.analytic: needs a clamped start and a loaded "
+     "end"},
+    {BASE, "training.stages[1].memory=0",
+     "--set training.stages[1].memory=0: training.stages[1].memory: is 0, which is out of range; "
+     "allowed: a whole number 1 to 1000"},
+    {BASE, "network.hidden=null null",
+     "--set network.hidden=null null: network.hidden: is null null; allowed: a list of 1 to 16 "
+     "whole numbers 1 to 4096"},
+    {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
+    {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
+     "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
+     "missing; allowed: adam, lbfgs"},
+    {BASE, "loads.tip.force=[0, 0, sin(]",
+     "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
+     "where a number, a name or ( is expected"},
+};
+
+#endif

@@ -1,0 +1,477 @@
+/* Scene files: what is accepted and what it means, what is refused and with which line, and that
+ * writing and reading an experiment changes nothing. Run from the project folder, or with
+ * CONFIGS_FOLDER set to where the shipped scenes are. */
+#include "config_refusals.h"
+#include "tools/config_keys.h"
+
+#include <locale.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* cmocka's own comparison rounds to float. */
+#define assert_close(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
+
+#ifndef CONFIGS_FOLDER
+#define CONFIGS_FOLDER "configs"
+#endif
+
+static config *read_text(const char *text, int count, const char *const *overrides)
+{
+    ad_error error = {AD_OK, ""};
+    config *experiment = NULL;
+    ad_status status = config_read("scene.yaml", text, count, overrides, &experiment, &error);
+    if (status != AD_OK) {
+        print_error("%s\n", error.message);
+    }
+    assert_int_equal(status, AD_OK);
+    assert_non_null(experiment);
+    return experiment;
+}
+
+static config *read_with(const char *text, const char *override)
+{
+    return read_text(text, override ? 1 : 0, &override);
+}
+
+/* The experiment as YAML, owned by the caller. */
+static char *written(const config *experiment, bool help)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    assert_int_equal(config_write(experiment, file, help), AD_OK);
+    fclose(file);
+    return text;
+}
+
+/* ---- refusals ------------------------------------------------------------------------------ */
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof refusals / sizeof *refusals; i++) {
+        const refusal *row = &refusals[i];
+        ad_error error = {AD_OK, ""};
+        config *experiment = NULL;
+        ad_status status = config_read("scene.yaml", row->text, row->override ? 1 : 0,
+                                       &row->override, &experiment, &error);
+        assert_string_equal(error.message, row->line);
+        assert_int_equal(status, AD_BAD_INPUT);
+        assert_null(experiment);
+    }
+}
+
+static void test_files(void **state)
+{
+    (void)state;
+    ad_error error = {AD_OK, ""};
+    config *experiment = NULL;
+    assert_int_equal(config_read("/nowhere/a.yaml", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_string_equal(error.message,
+                        "/nowhere/a.yaml: cannot be read: No such file or directory");
+    assert_int_equal(config_read("/", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_string_equal(error.message, "/: is a directory; allowed: a YAML file");
+    assert_int_equal(config_read("/dev/null", NULL, 0, NULL, &experiment, &error), AD_IO);
+    assert_string_equal(error.message, "/dev/null: is not a regular file; allowed: a YAML file");
+    assert_null(experiment);
+}
+
+/* Every row of the table, so that a new key is tested unasked: a section is refused where a value
+ * belongs, and numbers outside the range are. */
+static void test_every_key(void **state)
+{
+    (void)state;
+    for (int i = 0; i < config_key_count; i++) {
+        const config_key *key = &config_keys[i];
+        char path[CONFIG_PATH_MAX];
+        char override[2 * CONFIG_PATH_MAX];
+        char start[4 * CONFIG_PATH_MAX];
+        const char *given = override;
+        config *experiment = NULL;
+        ad_error error = {AD_OK, ""};
+        bool stage = config_key_in_stage(key);
+        snprintf(path, sizeof path, "%s%s", stage ? "training.stages[0]." : "",
+                 stage ? strstr(key->path, "[].") + 3 : key->path);
+        snprintf(override, sizeof override, "%s={a: b}", path);
+        snprintf(start, sizeof start, "--set %s: %s: is a section; allowed: ", override, path);
+        assert_int_equal(config_read("scene.yaml", BASE, 1, &given, &experiment, &error),
+                         AD_BAD_INPUT);
+        assert_memory_equal(error.message, start, strlen(start));
+        if (key->type <= CONFIG_LONG && isfinite(key->low) && key->entries_max == 0) {
+            snprintf(override, sizeof override, "%s=%.17g", path, key->low - 1);
+            snprintf(start, sizeof start, "--set %s: %s: is ", override, path);
+            assert_int_equal(config_read("scene.yaml", BASE, 1, &given, &experiment, &error),
+                             AD_BAD_INPUT);
+            assert_memory_equal(error.message, start, strlen(start));
+        }
+        assert_true(strlen(key->help) > 3);
+        assert_ptr_equal(config_key_find(key->path), key);
+    }
+}
+
+/* ---- aliases ------------------------------------------------------------------------------- */
+
+static void test_aliases(void **state)
+{
+    (void)state;
+    config *experiment = read_with("rod:\n"
+                                   "  length: &one 1\n"
+                                   "  stiffness: {shear: &pair [5, 5], axial: 9, bending: *pair,"
+                                   " torsion: *one}\n"
+                                   "training:\n"
+                                   "  stages:\n"
+                                   "    - &first {optimizer: adam, steps: 7, stop: {loss: 0.5}}\n"
+                                   "    - &second {<<: *first, steps: 8, stop: {error: 0.1}}\n"
+                                   "    - {<<: [{optimizer: lbfgs}, *second]}\n",
+                                   NULL);
+    assert_close(experiment->scene.rod.bending_stiffness[1], 5, 0);
+    assert_close(experiment->scene.rod.torsional_stiffness, 1, 0);
+    assert_int_equal(experiment->stage_count, 3);
+    assert_int_equal(experiment->stages[1].optimizer, CONFIG_ADAM);
+    assert_int_equal(experiment->stages[1].steps, 8);
+    assert_close(experiment->stages[0].stop_loss, 0.5, 0);
+    assert_close(experiment->stages[1].stop_loss, 0, 0); /* a section is replaced whole */
+    assert_close(experiment->stages[1].stop_error, 0.1, 0);
+    assert_int_equal(experiment->stages[2].optimizer, CONFIG_LBFGS); /* the earlier one wins */
+    assert_int_equal(experiment->stages[2].steps, 8);
+    config_free(experiment);
+}
+
+/* Nine merges of nine merges of ...: refused after a bounded number of entries. */
+static void test_alias_bomb(void **state)
+{
+    (void)state;
+    char text[4000] = "rod: &a0 {length: 1}\n";
+    ad_error error = {AD_OK, ""};
+    config *experiment = NULL;
+    static const char *const sections[] = {"time",     "output", "reference", "checkpoint",
+                                           "training", "losses", "network"};
+    for (int i = 0; i < 7; i++) {
+        size_t at = strlen(text);
+        snprintf(text + at, sizeof text - at,
+                 "%s: &a%d {<<: [*a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d]}\n",
+                 sections[i], i + 1, i, i, i, i, i, i, i, i, i);
+    }
+    assert_int_equal(config_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    snprintf(text, sizeof text, "rod: &a0 {}\n");
+    for (int i = 0; i < 7; i++) {
+        size_t at = strlen(text);
+        snprintf(text + at, sizeof text - at,
+                 "%s: &a%d {<<: [*a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d, *a%d]}\n",
+                 sections[i], i + 1, i, i, i, i, i, i, i, i, i);
+    }
+    assert_int_equal(config_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "aliases expand to too many entries"));
+}
+
+/* ---- meaning ------------------------------------------------------------------------------- */
+
+static void test_numbers(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        double value;
+    } rows[] = {{"1e6", 1e6},  {"1.5E-3", 1.5e-3}, {"+2", 2},
+                {".5", 0.5},   {"3.", 3},          {"1e300", 1e300},
+                {"0.25", .25}, {"1e-300", 1e-300}, {"2.50e+1", 25.0}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char override[64];
+        snprintf(override, sizeof override, "network.fourier.scale=%s", rows[i].text);
+        config *experiment = read_with(BASE, override);
+        assert_true(experiment->network.fourier_scale == rows[i].value);
+        config_free(experiment);
+    }
+    config *experiment = read_with(BASE, "training.seed=9007199254740992");
+    assert_true(experiment->seed == UINT64_C(9007199254740992));
+    config_free(experiment);
+    experiment = read_with(BASE, "rod.stiffness.shear=[.inf, .inf]");
+    assert_true(isinf(experiment->scene.rod.shear_stiffness[0]));
+    config_free(experiment);
+}
+
+/* A user whose language writes a comma in numbers reads the same experiment. */
+static void test_locale(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"de_DE.UTF-8", "fr_FR.UTF-8", "de_DE.utf8"};
+    const char *found = NULL;
+    for (int i = 0; i < 3 && !found; i++) {
+        found = setlocale(LC_ALL, names[i]);
+    }
+    config *experiment = read_with(BASE, "loads.tip={force: [0, 0, 1.5], frame: dead}");
+    char *text = written(experiment, false);
+    assert_non_null(strstr(text, "force: [0, 0, 1.5]"));
+    assert_non_null(strstr(text, "learning_rate: 0.005"));
+    setlocale(LC_ALL, "C");
+    free(text);
+    config_free(experiment);
+}
+
+static void test_defaults(void **state)
+{
+    (void)state;
+    config *experiment = read_with(BASE, NULL);
+    assert_string_equal(experiment->name, "scene");
+    assert_int_equal(experiment->scene.start.type, SCENE_CLAMPED);
+    assert_string_equal(experiment->scene.start.rotation[0], "1");
+    assert_int_equal(experiment->scene.end.type, SCENE_FREE);
+    assert_int_equal(experiment->losses.interior.points, 256);
+    assert_int_equal(experiment->stage_count, 2);
+    assert_int_equal(experiment->stages[0].optimizer, CONFIG_ADAM);
+    assert_int_equal(experiment->stages[0].steps, 1000);
+    assert_close(experiment->stages[0].adam.schedule.learning_rate, 5e-3, 0);
+    assert_int_equal(experiment->stages[0].adam.schedule.kind, OPTIM_SCHEDULE_COSINE);
+    assert_int_equal(experiment->stages[0].adam.schedule.decay_steps, 1000);
+    assert_int_equal(experiment->stages[1].optimizer, CONFIG_LBFGS);
+    assert_int_equal(experiment->stages[1].steps, 2000);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, "loads.tip.force=[0, 0, t]");
+    assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
+    assert_int_equal(experiment->losses.interior.points, 1024);
+    assert_int_equal(experiment->losses.held_out_points, 1024);
+    config_free(experiment);
+}
+
+static void test_overrides(void **state)
+{
+    (void)state;
+    static const char *const overrides[] = {
+        "network.hidden=[64,64]",
+        "network.hidden[1]=48",
+        "training.stages[0].steps=100",
+        "training.stages[0]={warmup_steps: 10}",
+        "loads.tip.force=[0, 0, \"min(1, 2)*3\"]",
+        "loads.tip.force[2]=-7",
+        "rod={length: 2, rest: {curvature: [0, 0.5, 0]}}",
+        "name=other",
+        "name=null",
+        "rod.stiffness.torsion=1.0",
+        "boundary.start.rotation=[0, 3, 0, 4]",
+    };
+    config *experiment = read_text(BASE, 11, overrides);
+    assert_int_equal(experiment->network.hidden_count, 2);
+    assert_int_equal(experiment->network.hidden[0], 64);
+    assert_int_equal(experiment->network.hidden[1], 48);
+    assert_int_equal(experiment->stages[0].steps, 100);
+    assert_int_equal(experiment->stages[0].adam.schedule.decay_steps, 90);
+    assert_string_equal(experiment->scene.loads.tip.force[2], "-7");
+    assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
+    assert_close(experiment->scene.rod.length, 2, 0);
+    assert_string_equal(experiment->scene.rod.rest_curvature[1], "0.5");
+    assert_string_equal(experiment->name, "scene");
+    assert_string_equal(experiment->scene.start.rotation[1], "0.6");
+    assert_string_equal(experiment->scene.start.rotation[3], "0.8");
+    config_free(experiment);
+    experiment = read_with(BASE, "training.stages=[{optimizer: lbfgs, steps: 5}]");
+    assert_int_equal(experiment->stage_count, 1);
+    assert_int_equal(experiment->stages[0].optimizer, CONFIG_LBFGS);
+    config_free(experiment);
+}
+
+static void test_load_units(void **state)
+{
+    (void)state;
+    static const char *const overrides[] = {
+        "rod={length: 2, stiffness: {bending: [3, 5]}}",
+        "loads={units: EI, force: [s, 0, 0], moment: [0, 8, 0]}",
+        "loads.tip={force: [4, 0, t*0], moment: [0, 2*2, 0]}",
+        "time.duration=1",
+        "rod.inertia={mass_per_length: 1, rotary: [0, 0, 0]}",
+    };
+    config *experiment = read_text(BASE, 5, overrides);
+    const scene_loads *loads = &experiment->scene.loads;
+    assert_int_equal(experiment->load_units, CONFIG_UNITS_SI);
+    assert_string_equal(loads->force[0], "(s)*0.375"); /* 3/2^3 */
+    assert_string_equal(loads->moment[1], "6");        /* 8 * 3/2^2 */
+    assert_string_equal(loads->tip.force[0], "3");     /* 4 * 3/2^2 */
+    assert_string_equal(loads->tip.force[2], "(t*0)*0.75");
+    assert_string_equal(loads->tip.moment[1], "6"); /* 4 * 3/2 */
+    config_free(experiment);
+}
+
+/* ---- round trip ---------------------------------------------------------------------------- */
+
+static void assert_round_trip(const config *experiment)
+{
+    for (int help = 0; help < 2; help++) {
+        char *first = written(experiment, help);
+        config *again = read_with(first, NULL);
+        char *second = written(again, help);
+        scene_properties a = scene_properties_of(&experiment->scene);
+        scene_properties b = scene_properties_of(&again->scene);
+        assert_string_equal(first, second);
+        assert_memory_equal(&a, &b, sizeof a);
+        assert_memory_equal(&experiment->losses.interior, &again->losses.interior,
+                            sizeof(problem_points));
+        config_free(again);
+        free(first);
+        free(second);
+    }
+}
+
+static void test_shipped_configs(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"elastica",
+                                        "rollup",
+                                        "helix",
+                                        "heavy_cantilever",
+                                        "cantilever_dynamic",
+                                        "manufactured_dynamic"};
+    for (int i = 0; i < 6; i++) {
+        char path[512];
+        ad_error error = {AD_OK, ""};
+        config *experiment = NULL;
+        snprintf(path, sizeof path, "%s/%s.yaml", CONFIGS_FOLDER, names[i]);
+        if (config_read(path, NULL, 0, NULL, &experiment, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        assert_string_equal(experiment->name, names[i]);
+        assert_true(experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file);
+        assert_round_trip(experiment);
+        config_free(experiment);
+    }
+}
+
+/* The numbers the shipped scenes are about. */
+static void test_shipped_numbers(void **state)
+{
+    (void)state;
+    config *experiment = NULL;
+    const char *path = CONFIGS_FOLDER "/heavy_cantilever.yaml";
+    assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    const scene_rod *rod = &experiment->scene.rod;
+    double weight = rod->mass_per_length * 9.81 * pow(rod->length, 3) / rod->bending_stiffness[0];
+    assert_close(weight, 5, 1e-12); /* rounding of a few operations */
+    config_free(experiment);
+    path = CONFIGS_FOLDER "/helix.yaml";
+    assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    rod = &experiment->scene.rod;
+    assert_close(rod->torsional_stiffness / rod->bending_stiffness[0], 1 / 1.3, 1e-14);
+    config_free(experiment);
+    path = CONFIGS_FOLDER "/cantilever_dynamic.yaml";
+    assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    assert_close(strtod(experiment->scene.start.rotation[1], NULL), sqrt(0.5), 1e-15);
+    assert_close(strtod(experiment->scene.start.rotation[3], NULL), sqrt(0.5), 1e-15);
+    config_free(experiment);
+}
+
+static void test_round_trip_of_texts(void **state)
+{
+    (void)state;
+    static const char *const overrides[] = {
+        "name=\"quo\\\"te \\\\ \\u00e9\"",
+        "loads.tip.force=[0, \"max(t, 0.1)\", 1e300]",
+        "boundary.start={type: driven, position: [t, 0, sin(t)], rotation: [1, 0, 0, t]}",
+        "initial={position: [0, 0, s], rotation: [1, 0, 0, 0], velocity: [s, 0, 0]}",
+        "training.stages=[{optimizer: adam, stop: {loss: 1e-9}}, {optimizer: lbfgs}]",
+        "training.stages[0]={schedule: exponential, decay_factor: 0.5}",
+        "losses={causal: {slices: 8, epsilon: [1, 2, 3]}, boundary: {sampler: chebyshev}}",
+        "enforcement={boundary: soft, initial: soft}",
+    };
+    config *experiment = read_text(DYNAMIC, 8, overrides);
+    assert_round_trip(experiment);
+    config_free(experiment);
+}
+
+static void test_help(void **state)
+{
+    (void)state;
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    config_help(file);
+    fclose(file);
+    for (int i = 0; i < config_key_count; i++) {
+        char row[CONFIG_PATH_MAX + 4];
+        snprintf(row, sizeof row, "  %s: ", config_keys[i].path);
+        assert_non_null(strstr(text, row));
+    }
+    free(text);
+}
+
+/* ---- mutation ------------------------------------------------------------------------------ */
+
+/* Random bytes in a valid file: accepted or refused with one line, never a crash. */
+static void test_mutations(void **state)
+{
+    (void)state;
+    char original[8192];
+    FILE *file = fopen(CONFIGS_FOLDER "/elastica.yaml", "rb");
+    assert_non_null(file);
+    size_t size = fread(original, 1, sizeof original - 1, file);
+    fclose(file);
+    nn_rng rng = nn_rng_seed(20240607);
+    static const char interesting[] = "[]{}:,&*!|>'\"#-?%@`\n\t <\\\x80\xff.0e";
+    for (int round = 0; round < 3000; round++) {
+        char text[sizeof original];
+        ad_error error = {AD_OK, ""};
+        config *experiment = NULL;
+        memcpy(text, original, size);
+        text[size] = '\0';
+        for (uint64_t changes = 1 + nn_rng_below(&rng, 8); changes > 0; changes--) {
+            uint64_t byte = 1 + nn_rng_below(&rng, 255);
+            bool random = nn_rng_below(&rng, 2) == 0;
+            char with = interesting[nn_rng_below(&rng, sizeof interesting - 1)];
+            text[nn_rng_below(&rng, size)] = random ? (char)byte : with;
+        }
+        ad_status status =
+            config_read(CONFIGS_FOLDER "/elastica.yaml", text, 0, NULL, &experiment, &error);
+        if (status == AD_OK) {
+            config_free(experiment);
+        } else {
+            assert_null(experiment);
+            assert_true(strlen(error.message) > 10);
+            assert_null(strchr(error.message, '\n'));
+        }
+    }
+}
+
+/* Brackets nested a thousand deep are neither a crash nor a long wait. */
+static void test_deep_nesting(void **state)
+{
+    (void)state;
+    char text[4001];
+    static const char openings[] = "[{-";
+    for (int i = 0; i < 3; i++) {
+        ad_error error = {AD_OK, ""};
+        config *experiment = NULL;
+        for (size_t k = 0; k < sizeof text - 1; k++) {
+            text[k] = openings[i] == '-' ? "- "[k % 2] : openings[i];
+        }
+        text[sizeof text - 1] = '\0';
+        assert_int_not_equal(config_read("scene.yaml", text, 0, NULL, &experiment, &error), AD_OK);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_files),
+        cmocka_unit_test(test_every_key),
+        cmocka_unit_test(test_aliases),
+        cmocka_unit_test(test_alias_bomb),
+        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_defaults),
+        cmocka_unit_test(test_overrides),
+        cmocka_unit_test(test_load_units),
+        cmocka_unit_test(test_shipped_configs),
+        cmocka_unit_test(test_shipped_numbers),
+        cmocka_unit_test(test_round_trip_of_texts),
+        cmocka_unit_test(test_help),
+        cmocka_unit_test(test_mutations),
+        cmocka_unit_test(test_deep_nesting),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,231 @@
+/* Networks on the tape against the same network as plain loops. */
+#include "evaluate.h"
+
+#include "nn/nn.h"
+
+#define PI 3.14159265358979323846
+
+enum { POINTS = 7, WIDEST = 64, OFFSET = 3 };
+
+static double activate(nn_activation activation, double x)
+{
+    switch (activation) {
+    case NN_SIN:
+        return sin(x);
+    case NN_SILU:
+        return x / (1 + exp(-x));
+    case NN_GELU:
+        return 0.5 * x * (1 + erf(x / sqrt(2.0)));
+    default:
+        return tanh(x);
+    }
+}
+
+/* y [outputs] of x [inputs]; x is destroyed. */
+static void forward(const nn_mlp_settings *settings, nn_mlp *mlp, const double *parameters,
+                    double *x, double *y)
+{
+    const nn_view *views;
+    int count = nn_mlp_views(mlp, &views), features = settings->fourier_features;
+    const double *frequencies = nn_mlp_fourier(mlp, NULL);
+    for (int i = 0; i < features; i++) {
+        double phase = 0;
+        for (int k = 0; k < settings->inputs; k++)
+            phase += 2 * PI * frequencies[i * settings->inputs + k] * x[k];
+        x[settings->inputs + i] = sin(phase);
+        x[settings->inputs + features + i] = cos(phase);
+    }
+    for (int layer = 0; layer < count; layer += 2) {
+        const nn_view *weight = &views[layer];
+        for (int row = 0; row < weight->rows; row++) {
+            double sum = parameters[views[layer + 1].offset + (size_t)row];
+            for (int k = 0; k < weight->columns; k++)
+                sum += parameters[weight->offset + (size_t)(row * weight->columns + k)] * x[k];
+            y[row] = layer + 2 < count ? activate(settings->activation, sum) : sum;
+        }
+        memcpy(x, y, (size_t)weight->rows * sizeof *x);
+    }
+}
+
+static nn_mlp_settings small(nn_activation activation, int features)
+{
+    nn_mlp_settings settings = nn_mlp_settings_default();
+    settings.inputs = 2;
+    settings.outputs = 3;
+    settings.hidden_count = 2;
+    settings.hidden[0] = 11;
+    settings.hidden[1] = 6;
+    settings.activation = activation;
+    settings.initialization = NN_UNIFORM; /* biases are not 0 */
+    settings.fourier_features = features;
+    return settings;
+}
+
+static nn_mlp *create(const nn_mlp_settings *settings, uint64_t seed)
+{
+    nn_mlp *mlp = NULL;
+    ad_error error = {.message = ""};
+    nn_rng rng = nn_rng_seed(seed);
+    if (nn_mlp_create(settings, &rng, &mlp, &error) != AD_OK)
+        fail_msg("%s", error.message);
+    return mlp;
+}
+
+static void check_forward(nn_activation activation, int features)
+{
+    nn_mlp_settings settings = small(activation, features);
+    nn_mlp *mlp = create(&settings, 5);
+    size_t count = nn_mlp_parameters(mlp);
+    double *parameters = calloc(OFFSET + count, sizeof *parameters);
+    nn_rng rng = nn_rng_seed(7);
+    nn_mlp_initialize(mlp, &rng, parameters + OFFSET);
+    double input[2 * POINTS];
+    for (int i = 0; i < 2 * POINTS; i++)
+        input[i] = nn_rng_between(&rng, -1, 1);
+    ad_tape *tape = ad_tape_create();
+    ad_value output = nn_mlp_record(mlp, ad_input(tape, "x", 2), OFFSET);
+    assert_int_equal(ad_rows(output), 3);
+    double *result = evaluate_at(output, POINTS, input, NULL, parameters);
+    for (int point = 0; point < POINTS; point++) {
+        double x[WIDEST] = {input[point], input[POINTS + point]}, y[WIDEST];
+        forward(&settings, mlp, parameters + OFFSET, x, y);
+        for (int row = 0; row < 3; row++) /* sums of at most 11 + 8 terms of order 1 */
+            assert_near(result[row * POINTS + point], y[row], 1e-14);
+    }
+    free(result);
+    free(parameters);
+    ad_tape_free(tape);
+    nn_mlp_free(mlp);
+}
+
+static void test_forward(void **state)
+{
+    (void)state;
+    for (int activation = NN_TANH; activation <= NN_GELU; activation++) {
+        check_forward((nn_activation)activation, 0);
+        check_forward((nn_activation)activation, 4);
+    }
+}
+
+static void test_views(void **state)
+{
+    (void)state;
+    nn_mlp_settings settings = small(NN_TANH, 4);
+    nn_mlp *mlp = create(&settings, 1);
+    const nn_view *views;
+    assert_int_equal(nn_mlp_views(mlp, &views), 6);
+    assert_string_equal(views[0].name, "layer0/weight");
+    assert_string_equal(views[5].name, "layer2/bias");
+    assert_int_equal(views[0].columns, 2 + 2 * 4);
+    size_t next = 0;
+    for (int i = 0; i < 6; i++) {
+        assert_int_equal(views[i].offset, next);
+        next += (size_t)(views[i].rows * views[i].columns);
+    }
+    assert_int_equal(next, nn_mlp_parameters(mlp));
+    size_t count = 0;
+    assert_non_null(nn_mlp_fourier(mlp, &count));
+    assert_int_equal(count, 8);
+    nn_mlp_free(mlp);
+    nn_mlp_free(NULL);
+}
+
+static double mean_square(const double *x, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++)
+        sum += x[i] * x[i];
+    return sum / (double)count;
+}
+
+/* Variances of many weights: relative deviation about sqrt(2/4096), allowed four of these. */
+static void test_initialization(void **state)
+{
+    (void)state;
+    const double tolerance = 0.09;
+    for (int kind = 0; kind < 3; kind++) {
+        nn_mlp_settings settings = nn_mlp_settings_default();
+        settings.inputs = settings.outputs = settings.hidden[0] = settings.hidden[1] = 64;
+        settings.hidden_count = 2;
+        settings.initialization = kind == 1 ? NN_UNIFORM : NN_GLOROT;
+        settings.activation = kind == 2 ? NN_SIN : NN_TANH;
+        nn_mlp *mlp = create(&settings, 1);
+        double *parameters = malloc(nn_mlp_parameters(mlp) * sizeof *parameters);
+        nn_rng rng = nn_rng_seed(11);
+        nn_mlp_initialize(mlp, &rng, parameters);
+        const nn_view *views;
+        nn_mlp_views(mlp, &views);
+        double expected = kind == 1 ? 1.0 / 64 / 3 : 2.0 / 128;
+        double first = kind == 2 ? 9.0 / (64.0 * 64) / 3 : expected;
+        assert_near(mean_square(parameters, 4096) / first, 1, tolerance);
+        assert_near(mean_square(parameters + views[2].offset, 4096) / expected, 1, tolerance);
+        bool zero_bias = mean_square(parameters + views[3].offset, 64) == 0;
+        assert_int_equal(zero_bias, kind != 1);
+        free(parameters);
+        nn_mlp_free(mlp);
+    }
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    nn_mlp_settings bad[6];
+    for (int i = 0; i < 6; i++)
+        bad[i] = nn_mlp_settings_default();
+    bad[0].inputs = 0;
+    bad[1].outputs = -1;
+    bad[2].hidden_count = NN_HIDDEN_MAX + 1;
+    bad[3].hidden[1] = 0;
+    bad[4].fourier_features = -1;
+    bad[5].fourier_features = 2;
+    bad[5].fourier_scale = NAN;
+    const char *fields[6] = {"inputs", "outputs",          "hidden",
+                             "hidden", "fourier_features", "fourier_scale"};
+    nn_mlp_settings fine = nn_mlp_settings_default();
+    assert_null(nn_mlp_settings_check(&fine));
+    for (int i = 0; i < 6; i++) {
+        nn_mlp *mlp = NULL;
+        nn_rng rng = nn_rng_seed(1);
+        ad_error error;
+        assert_int_equal(nn_mlp_create(&bad[i], &rng, &mlp, &error), AD_BAD_ARGUMENT);
+        assert_null(mlp);
+        assert_non_null(strstr(error.message, fields[i]));
+    }
+    nn_mlp *mlp = create(&fine, 1);
+    ad_tape *tape = ad_tape_create();
+    nn_mlp_record(mlp, ad_input(tape, "x", 2), 0);
+    assert_int_equal(ad_tape_status(tape, NULL), AD_BAD_SHAPE);
+    ad_tape_free(tape);
+    nn_mlp_free(mlp);
+}
+
+static void test_rotation(void **state)
+{
+    (void)state;
+    const double raw[4 * 3] = {1, 0, 3, -2, 0, 4, 0, 0, 1e-3, 0.5, 0, -12};
+    ad_tape *tape = ad_tape_create();
+    ad_value q = nn_rotation_quaternion(ad_input(tape, "raw", 4));
+    double *unit = evaluate_at(q, 3, raw, NULL, NULL);
+    for (int point = 0; point < 3; point++) {
+        double square = 0, length = 0;
+        for (int row = 0; row < 4; row++) {
+            square += unit[3 * row + point] * unit[3 * row + point];
+            length += raw[3 * row + point] * raw[3 * row + point];
+        }
+        assert_near(square, length > 0 ? 1 : 0, 1e-15);
+        for (int row = 0; row < 4; row++)
+            assert_near(unit[3 * row + point] * sqrt(length), raw[3 * row + point], 1e-14);
+    }
+    free(unit);
+    ad_tape_free(tape);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_forward),        cmocka_unit_test(test_views),
+        cmocka_unit_test(test_initialization), cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_rotation),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

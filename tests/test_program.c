@@ -1,0 +1,473 @@
+/* Compiled programs against a naive interpreter: random graphs, several passes, any number of
+ * points, tiles and threads. */
+#include "ad_testing.h"
+
+#include <stdio.h>
+
+/* Products of up to 64 terms and a few hundred operations that do not amplify: rounding stays
+ * below some hundred units of 2e-16. */
+#define ROUNDING 2e-12
+
+enum { POOL_MAX = 200, OUTPUTS = 6, WIDTHS = 6 };
+
+static const int widths[WIDTHS] = {1, 2, 3, 4, 6, 9};
+
+/* ---- random graphs ----------------------------------------------------------------------------- */
+
+typedef struct garden {
+    ad_tape *tape;
+    uint64_t random;
+    ad_value values[POOL_MAX];
+    int count;
+    ad_value matrices[4]; /* 6 x 6, 9 x 6, 6 x 9, 6 x 6 */
+} garden;
+
+static void plant(garden *g, ad_value x)
+{
+    assert_tape_ok(g->tape);
+    if (g->count < POOL_MAX && ad_rows(x) <= 54)
+        g->values[g->count++] = x;
+}
+
+/* A value of `rows` rows, a recent one more likely. */
+static ad_value pick(garden *g, int rows)
+{
+    for (int attempt = 0; attempt < 40; attempt++) {
+        int window = attempt < 20 && g->count > 12 ? 12 : g->count;
+        ad_value x = g->values[g->count - 1 - random_below(&g->random, window)];
+        if (ad_rows(x) == rows)
+            return x;
+    }
+    return ad_repeat(ad_sum_rows(ad_tanh(g->values[random_below(&g->random, g->count)])), rows);
+}
+
+static ad_value pick_any(garden *g)
+{
+    return g->values[random_below(&g->random, g->count)];
+}
+
+static int random_width(garden *g)
+{
+    return widths[random_below(&g->random, WIDTHS)];
+}
+
+static ad_value grow_elementwise(garden *g)
+{
+    int rows = random_width(g);
+    ad_value a = pick(g, rows), b = random_below(&g->random, 4) ? pick(g, rows) : pick(g, 1);
+    ad_value one = ad_scalar(g->tape, 1);
+    switch (random_below(&g->random, 16)) {
+    case 0:
+        return ad_add(a, b);
+    case 1:
+        return ad_sub(b, a);
+    case 2:
+        return ad_tanh(ad_add(ad_mul(a, b), pick(g, rows)));
+    case 3:
+        return ad_tanh(ad_sub(ad_mul(a, b), pick(g, rows)));
+    case 4:
+        return ad_tanh(ad_sub(pick(g, rows), ad_mul(a, b)));
+    case 5:
+        return ad_sin(a);
+    case 6:
+        return ad_mul(ad_cos(a), ad_tanh(b));
+    case 7:
+        return ad_div(ad_tanh(a), ad_add(one, ad_square(b)));
+    case 8:
+        return ad_sqrt(ad_add(one, ad_square(ad_tanh(a))));
+    case 9:
+        return ad_atan2(a, ad_add(ad_scalar(g->tape, 2), ad_tanh(b)));
+    case 10:
+        return ad_add(ad_abs(a), ad_tanh(b));
+    case 11:
+        return ad_stumpff(random_below(&g->random, 5), ad_tanh(a));
+    case 12:
+        return ad_max(ad_tanh(a), ad_tanh(b));
+    case 13:
+        return ad_scale(ad_tanh(a), random_in(&g->random, -2, 2));
+    case 14:
+        return ad_exp(ad_neg(ad_square(a)));
+    default:
+        return ad_log(ad_add(one, ad_abs(a)));
+    }
+}
+
+static ad_value grow_rows(garden *g)
+{
+    ad_value a = pick_any(g), b = pick_any(g);
+    int rows = ad_rows(a), first = random_below(&g->random, rows);
+    switch (random_below(&g->random, 8)) {
+    case 0:
+        return ad_slice(a, first, 1 + random_below(&g->random, rows - first));
+    case 1:
+        return ad_stack(2, (ad_value[]){ad_tanh(a), b});
+    case 2:
+        return ad_stack(4, (ad_value[]){pick(g, 1), pick(g, 2), ad_sin(pick(g, 1)), pick(g, 2)});
+    case 3:
+        return ad_pad(a, first, rows + first + random_below(&g->random, 3));
+    case 4:
+        return ad_repeat(pick(g, 1), random_width(g));
+    case 5:
+        return ad_tanh(ad_sum_rows(a));
+    case 6:
+        return ad_tanh(ad_dot(pick(g, 3), pick(g, 3)));
+    default:
+        return ad_stack(5, (ad_value[]){pick(g, 2), pick(g, 1), ad_square(ad_tanh(pick(g, 1))),
+                                        pick(g, 1), pick(g, 1)});
+    }
+}
+
+static ad_value grow_product(garden *g)
+{
+    ad_value w = g->matrices[random_below(&g->random, 4)];
+    ad_value six = pick(g, 6), nine = pick(g, 9);
+    switch (random_below(&g->random, 9)) {
+    case 0:
+    case 1:
+        return ad_tanh(ad_matvec(g->matrices[0], six));
+    case 2:
+        return ad_tanh(ad_matvec(g->matrices[1], six));
+    case 3:
+        return ad_matvec(g->matrices[2], ad_tanh(nine));
+    case 4:
+        return ad_tanh(ad_matvec_transposed(g->matrices[1], nine));
+    case 5:
+        return ad_tanh(ad_matvec_transposed(w, ad_rows(w) == 36                  ? six
+                                               : w.id == g->matrices[1].id ? nine
+                                                                           : six));
+    case 6: /* a matrix of its own at every point */
+        return ad_tanh(ad_matvec(ad_outer(pick(g, 2), pick(g, 3)), ad_tanh(pick(g, 3))));
+    case 7:
+        return ad_tanh(ad_matvec_transposed(ad_outer(pick(g, 4), pick(g, 2)), pick(g, 4)));
+    default:
+        return ad_outer(ad_tanh(pick(g, 3)), ad_tanh(pick(g, 2)));
+    }
+}
+
+static ad_value grow_geometry(garden *g)
+{
+    ad_value u = pick(g, 3), v = pick(g, 3), q = ad_quaternion_exp(ad_tanh(v));
+    switch (random_below(&g->random, 4)) {
+    case 0:
+        return ad_tanh(ad_cross(u, v));
+    case 1:
+        return ad_rotate(q, ad_tanh(u));
+    case 2:
+        return ad_quaternion_multiply(q, ad_tanh(pick(g, 4)));
+    default:
+        return ad_cross(u, ad_vector_constant(g->tape, 0, 0, 1));
+    }
+}
+
+/* Sums over points divided by their number, so that they stay near 1 (1 + n: n may be 0). */
+static ad_value grow_sum(garden *g)
+{
+    ad_value scale = ad_reciprocal(ad_add(ad_points(g->tape), ad_scalar(g->tape, 1)));
+    ad_value sum;
+    switch (random_below(&g->random, 3)) {
+    case 0:
+        sum = ad_sum_points(pick_any(g));
+        break;
+    case 1:
+        sum = ad_sum_points(ad_outer(ad_tanh(pick(g, 2)), ad_tanh(pick(g, 3))));
+        break;
+    default:
+        sum = ad_add(ad_sum_points(ad_outer(ad_tanh(pick(g, 2)), ad_tanh(pick(g, 3)))),
+                     ad_sum_points(ad_outer(ad_sin(pick(g, 2)), ad_tanh(pick(g, 3)))));
+    }
+    return ad_tanh(ad_mul(scale, sum));
+}
+
+static void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
+{
+    *g = (garden){.tape = ad_tape_create(), .random = seed};
+    ad_value all = ad_parameter(g->tape, "all", 54 + 54 + 72, 0);
+    g->matrices[0] = ad_slice(all, 0, 36);
+    g->matrices[1] = ad_slice(all, 36, 54);
+    g->matrices[2] = ad_parameter(g->tape, "matrix", 54, 300);
+    g->matrices[3] = ad_tanh(ad_parameter(g->tape, "matrix", 36, 400));
+    plant(g, ad_parameter(g->tape, "offset", 6, 500));
+    plant(g, ad_slice(all, 90, 9));
+    plant(g, ad_uniform(g->tape, "scalar", 1));
+    plant(g, ad_uniform(g->tape, "vector", 3));
+    for (int i = 0; i < WIDTHS; i++)
+        plant(g, ad_input(g->tape, "input", widths[i]));
+    plant(g, ad_constant(g->tape, 3, (double[]){1, 0, -1}));
+    for (int i = 0; i < operations; i++) {
+        int kind = random_below(&g->random, 20);
+        plant(g, kind < 9    ? grow_elementwise(g)
+                 : kind < 12 ? grow_rows(g)
+                 : kind < 17 ? grow_product(g)
+                 : kind < 19 || !sums ? grow_geometry(g)
+                                      : grow_sum(g));
+    }
+}
+
+/* Some values, a Taylor coefficient and a gradient. */
+static int garden_outputs(garden *g, ad_value *outputs)
+{
+    int count = 0;
+    for (; count < OUTPUTS - 3; count++)
+        outputs[count] = g->values[g->count - 1 - count * count];
+    ad_value input = g->values[4 + random_below(&g->random, 3)];
+    ad_value coefficients[2];
+    ad_value last = ad_tanh(ad_sum_rows(outputs[0]));
+    if (ad_taylor(1, &last, input, ad_scalar(g->tape, 0.5), 1, coefficients) == AD_OK)
+        outputs[count++] = coefficients[1];
+    ad_value loss = ad_sum_points(ad_add(ad_square(last), ad_square(coefficients[1])));
+    ad_value wrt[2] = {ad_parameter(g->tape, "all", 54 + 54 + 72, 0),
+                       ad_parameter(g->tape, "matrix", 54, 300)};
+    if (ad_reverse(loss, 2, wrt, AD_SUMMED, outputs + count) == AD_OK)
+        count += 2;
+    assert_tape_ok(g->tape);
+    return count;
+}
+
+static void check_garden(uint64_t seed, int operations, bool sums)
+{
+    static const size_t points[] = {1, 7, 8, 9, 31, 33, 40, 100};
+    static const int tiles[] = {0, 8, 32, 40, 64}, pieces[] = {512, 1, 64, 100000};
+    garden g;
+    garden_plant(&g, seed, operations, sums);
+    ad_value outputs[OUTPUTS];
+    int count = garden_outputs(&g, outputs);
+    run_data data;
+    data_fill(&data, g.tape, points[seed % 8], -1, 1, &g.random);
+    naive n = naive_run(g.tape, &data);
+    for (int fuse = 0; fuse < 2; fuse++) {
+        ad_settings settings = {.tile = tiles[seed / 8 % 5], .piece = pieces[seed / 3 % 4]};
+        settings.fuse = fuse;
+        compiled c = run_compiled(count, outputs, &settings, 1, &data);
+        double error = compiled_error(&c, outputs, &n);
+        if (!(error <= ROUNDING))
+            fail_msg("graph %llu of %d operations, fuse %d: off by %g", (unsigned long long)seed,
+                     operations, fuse, error);
+        compiled_free(&c);
+    }
+    naive_free(&n);
+    data_free(&data);
+    ad_tape_free(g.tape);
+}
+
+static void test_random_graphs(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 400; seed++)
+        check_garden(seed, 6 + (int)(seed % 60), seed % 3 == 0);
+}
+
+/* ---- points, tiles, threads -------------------------------------------------------------------- */
+
+static void test_number_of_points(void **state)
+{
+    (void)state;
+    static const size_t points[] = {0, 1, 7, 8, 9, 31, 32, 33, 127, 128, 129, 1000};
+    garden g;
+    garden_plant(&g, 77, 50, true);
+    ad_value outputs[OUTPUTS];
+    int count = garden_outputs(&g, outputs);
+    ad_settings settings = ad_settings_default();
+    compiled c = compile_values(count, outputs, &settings, 1);
+    for (int round = 0; round < 2; round++) {
+        for (int i = 0; i < 12; i++) { /* one program for all, up and down */
+            run_data data;
+            data_fill(&data, g.tape, points[round ? 11 - i : i], -1, 1, &g.random);
+            naive n = naive_run(g.tape, &data);
+            compiled_execute(&c, outputs, &data);
+            assert_near(compiled_error(&c, outputs, &n), 0, ROUNDING);
+            naive_free(&n);
+            data_free(&data);
+        }
+    }
+    compiled_free(&c);
+    ad_tape_free(g.tape);
+}
+
+static void assert_same_bits(const compiled *a, const compiled *b)
+{
+    for (int i = 0; i < a->count; i++)
+        assert_memory_equal(a->results[i], b->results[i], a->sizes[i] * sizeof(double));
+}
+
+static void test_threads_give_the_same_bits(void **state)
+{
+    (void)state;
+    static const size_t points[] = {33, 1000, 3000};
+    for (int i = 0; i < 3; i++) {
+        garden g;
+        garden_plant(&g, 1000 + (uint64_t)i, 40, true);
+        ad_value outputs[OUTPUTS];
+        int count = garden_outputs(&g, outputs);
+        run_data data;
+        data_fill(&data, g.tape, points[i], -1, 1, &g.random);
+        ad_settings settings = {.tile = 32, .piece = 512, .fuse = true};
+        compiled one = run_compiled(count, outputs, &settings, 1, &data);
+        for (int threads = 1; threads <= 3; threads++) {
+            compiled c = run_compiled(count, outputs, &settings, threads, &data);
+            assert_same_bits(&one, &c);
+            compiled_execute(&c, outputs, &data); /* run twice */
+            assert_same_bits(&one, &c);
+            compiled_free(&c);
+        }
+        compiled_free(&one);
+        data_free(&data);
+        ad_tape_free(g.tape);
+    }
+}
+
+static void test_tiles_agree_to_rounding(void **state)
+{
+    (void)state;
+    garden g;
+    garden_plant(&g, 4242, 60, true);
+    ad_value outputs[OUTPUTS];
+    int count = garden_outputs(&g, outputs);
+    run_data data;
+    data_fill(&data, g.tape, 700, -1, 1, &g.random);
+    naive n = naive_run(g.tape, &data);
+    for (int tile = 8; tile <= 1000; tile = 2 * tile + 1) {
+        ad_settings settings = {.tile = tile, .piece = 256, .fuse = true};
+        compiled c = run_compiled(count, outputs, &settings, 2, &data);
+        assert_near(compiled_error(&c, outputs, &n), 0, ROUNDING);
+        compiled_free(&c);
+    }
+    naive_free(&n);
+    data_free(&data);
+    ad_tape_free(g.tape);
+}
+
+/* ---- special programs -------------------------------------------------------------------------- */
+
+static void check_values(ad_tape *tape, int count, const ad_value *values, size_t points)
+{
+    uint64_t random = 9;
+    run_data data;
+    assert_tape_ok(tape);
+    data_fill(&data, tape, points, 0.5, 1.5, &random);
+    naive n = naive_run(tape, &data);
+    for (int fuse = 0; fuse < 2; fuse++) {
+        ad_settings settings = {.tile = 16, .piece = 64, .fuse = fuse};
+        compiled c = run_compiled(count, values, &settings, 2, &data);
+        assert_near(compiled_error(&c, values, &n), 0, ROUNDING);
+        compiled_free(&c);
+    }
+    naive_free(&n);
+    data_free(&data);
+}
+
+/* x normalised by mean and variance of all points, then the gradient of the log of a sum. */
+static void test_several_passes(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 3), p = ad_parameter(tape, "p", 3, 0);
+    ad_value count = ad_points(tape), y = ad_mul(x, p);
+    ad_value mean = ad_div(ad_sum_points(y), count);
+    ad_value off = ad_sub(y, mean);
+    ad_value variance = ad_div(ad_sum_points(ad_square(off)), count);
+    ad_value normal = ad_mul(off, ad_power(ad_add(variance, ad_scalar(tape, 0.1)), -0.5));
+    ad_value third = ad_sum_points(ad_exp(ad_scale(ad_dot(normal, normal), 0.1)));
+    ad_value loss = ad_log(third), gradient[2];
+    assert_int_equal(ad_reverse(loss, 1, &p, AD_SUMMED, gradient), AD_OK);
+    ad_value weighted = ad_mul(ad_row(normal, 1), gradient[0]); /* batch again, after the sums */
+    ad_value values[] = {normal, loss, gradient[0], weighted, x, off};
+    check_values(tape, 6, values, 75);
+    ad_settings settings = ad_settings_default();
+    compiled c = compile_values(1, &normal, &settings, 1);
+    assert_int_equal(ad_program_inspect(c.program).passes, 3); /* mean; variance; result */
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+static void test_inputs_and_views_as_outputs(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 4), unused = ad_input(tape, "unused", 2);
+    ad_value middle = ad_slice(x, 1, 2), values[3] = {x, middle, x};
+    check_values(tape, 1, &x, 20);
+    check_values(tape, 1, &middle, 20);
+    check_values(tape, 3, values, 20);
+    ad_value two[2] = {ad_stack(2, (ad_value[]){unused, x}), ad_stack(2, (ad_value[]){x, x})};
+    check_values(tape, 2, two, 20);
+    ad_tape_free(tape);
+}
+
+static void test_uniform_programs(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value w = ad_parameter(tape, "w", 12, 5), u = ad_uniform(tape, "u", 3);
+    ad_value y = ad_matvec(w, ad_tanh(u)), z = ad_matvec_transposed(w, ad_sin(y));
+    ad_value gradient, loss = ad_dot(z, z);
+    assert_int_equal(ad_reverse(loss, 1, &w, AD_SUMMED, &gradient), AD_OK);
+    ad_value values[] = {y,
+                         z,
+                         loss,
+                         gradient,
+                         w,
+                         u,
+                         ad_slice(w, 3, 4),
+                         ad_points(tape),
+                         ad_pad(u, 1, 6),
+                         ad_scalar(tape, 3),
+                         ad_outer(u, y),
+                         ad_stack(2, (ad_value[]){ad_slice(w, 1, 2), u})};
+    check_values(tape, 12, values, 20);
+    check_values(tape, 12, values, 0);
+    ad_settings settings = ad_settings_default();
+    compiled c = compile_values(3, values, &settings, 1);
+    assert_int_equal(ad_program_inspect(c.program).passes, 0);
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+static void test_outputs_not_wanted(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 1), y = ad_sin(x), sum = ad_sum_points(y);
+    ad_value values[2] = {y, sum};
+    compiled c = compile_values(2, values, NULL, 1);
+    double points[3] = {1, 2, 3}, result = 0;
+    const double *inputs[] = {points};
+    double *outputs[] = {NULL, &result};
+    ad_run run = {.points = 3, .inputs = inputs, .outputs = outputs};
+    assert_int_equal(ad_execute(c.program, &run, NULL), AD_OK);
+    assert_near(result, sin(1) + sin(2) + sin(3), 1e-15); /* 4 units in the last place of 1 */
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+/* A constant as the sum over points: no batch value at all, but the number of points. */
+static void test_sum_of_constants(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 1);
+    ad_value slope = ad_derivative(ad_scale(x, 3), x, 1);
+    ad_value values[2] = {ad_sum_points(slope), ad_sum_points(ad_add(x, slope))};
+    check_values(tape, 2, values, 20);
+    run_data data;
+    uint64_t random = 1;
+    data_fill(&data, tape, 20, 0, 1, &random);
+    assert_near(compiled_number(values[0], &data), 60, 0);
+    data_free(&data);
+    ad_tape_free(tape);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_random_graphs),
+        cmocka_unit_test(test_number_of_points),
+        cmocka_unit_test(test_threads_give_the_same_bits),
+        cmocka_unit_test(test_tiles_agree_to_rounding),
+        cmocka_unit_test(test_several_passes),
+        cmocka_unit_test(test_inputs_and_views_as_outputs),
+        cmocka_unit_test(test_uniform_programs),
+        cmocka_unit_test(test_outputs_not_wanted),
+        cmocka_unit_test(test_sum_of_constants),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,200 @@
+/* Sections against the literature, properties that follow from them, and scenes built in C. The
+ * many ways a scene file can contradict itself are in test_config.c. */
+#include "physics/scene.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+/* cmocka's own comparison rounds to float. */
+#define assert_close(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
+
+static scene steel_rod(void)
+{
+    scene rod_scene;
+    scene_defaults(&rod_scene);
+    rod_scene.rod.length = 1;
+    rod_scene.rod.section = SCENE_CIRCLE;
+    rod_scene.rod.radius = 0.01;
+    rod_scene.rod.youngs_modulus = 2e11;
+    rod_scene.rod.poissons_ratio = 0.3;
+    rod_scene.rod.density = 7800;
+    return rod_scene;
+}
+
+static void assert_refused(const scene *rod_scene, const char *expected_key)
+{
+    const char *key = "";
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(scene_check(rod_scene, &key, &error), AD_BAD_INPUT);
+    assert_string_equal(key, expected_key);
+    assert_true(strlen(error.message) > 10);
+    assert_int_equal(scene_check(rod_scene, NULL, NULL), AD_BAD_INPUT);
+}
+
+/* Cowper 1966, table 1: nu = 0.3 gives 0.886 (circle), 0.531 (thin tube), 0.850 (rectangle). */
+static void test_shear_correction(void **state)
+{
+    (void)state;
+    scene_rod rod = steel_rod().rod;
+    assert_close(scene_shear_correction(&rod), 0.886, 5e-4); /* printed digits */
+    assert_close(scene_shear_correction(&rod), 7.8 / 8.8, 1e-15);
+    rod.section = SCENE_TUBE;
+    rod.inner_radius = rod.radius * 0.9999;
+    assert_close(scene_shear_correction(&rod), 0.531, 5e-4);
+    rod.inner_radius = 0; /* a tube without a hole is a circle */
+    assert_close(scene_shear_correction(&rod), 7.8 / 8.8, 1e-15);
+    rod.section = SCENE_RECTANGLE;
+    assert_close(scene_shear_correction(&rod), 0.850, 5e-4);
+    rod.section = SCENE_SECTION_NONE;
+    assert_true(isnan(scene_shear_correction(&rod)));
+}
+
+/* Timoshenko and Goodier, table of k1 = J/(d c^3) with c <= d the sides. */
+static void test_rectangle_torsion(void **state)
+{
+    (void)state;
+    static const struct {
+        double ratio;
+        double k1;
+    } rows[] = {{1, 0.1406}, {1.2, 0.166}, {1.5, 0.196}, {2, 0.229},  {2.5, 0.249},
+                {3, 0.263},  {4, 0.281},   {5, 0.291},   {10, 0.312}, {1e6, 0.333}};
+    scene_rod rod = {.section = SCENE_RECTANGLE};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        rod.width = 0.02;
+        rod.height = 0.02 * rows[i].ratio;
+        double unit = rod.height * pow(rod.width, 3);
+        double upright = scene_section_geometry_of(&rod).torsion_constant;
+        assert_close(upright / unit, rows[i].k1, 6e-4); /* three digits in print */
+        rod.width = rod.height;
+        rod.height = 0.02;
+        assert_close(scene_section_geometry_of(&rod).torsion_constant / upright, 1, 1e-14);
+    }
+    /* The square to more digits, from the double sine series of Prandtl's stress function. */
+    rod.width = rod.height = 1;
+    assert_close(scene_section_geometry_of(&rod).torsion_constant, 0.1405770150, 1e-9);
+}
+
+/* width lies along d1, so bending about d1 is bending over the height. */
+static void test_rectangle_axes(void **state)
+{
+    (void)state;
+    scene_rod rod = {.section = SCENE_RECTANGLE, .width = 3, .height = 2};
+    scene_section_geometry section = scene_section_geometry_of(&rod);
+    assert_close(section.area, 6, 1e-15);
+    assert_close(section.second_moment[0], 2, 1e-15);   /* 3 * 2^3 / 12 */
+    assert_close(section.second_moment[1], 4.5, 1e-15); /* 2 * 3^3 / 12 */
+}
+
+static void test_properties(void **state)
+{
+    (void)state;
+    const double pi = 3.14159265358979323846;
+    scene rod_scene = steel_rod();
+    assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
+    scene_properties got = scene_properties_of(&rod_scene);
+    double area = pi * 1e-4;
+    double second_moment = pi * 1e-8 / 4;
+    double shear = 2e11 / 2.6;
+    /* relative rounding of a handful of products */
+    assert_close(got.strain_stiffness[2] / (2e11 * area), 1, 1e-14);
+    assert_close(got.strain_stiffness[0] / (7.8 / 8.8 * shear * area), 1, 1e-14);
+    assert_close(got.curvature_stiffness[1] / (2e11 * second_moment), 1, 1e-14);
+    assert_close(got.curvature_stiffness[2] / (shear * 2 * second_moment), 1, 1e-14);
+    assert_close(got.mass_per_length / (7800 * area), 1, 1e-14);
+    assert_close(got.rotary_inertia[0] / (7800 * second_moment), 1, 1e-14);
+    assert_close(got.rotary_inertia[2] / (7800 * 2 * second_moment), 1, 1e-14);
+    rod_scene.rod.bending_stiffness[0] = rod_scene.rod.bending_stiffness[1] = 7;
+    rod_scene.rod.model = SCENE_INEXTENSIBLE;
+    got = scene_properties_of(&rod_scene);
+    assert_close(got.curvature_stiffness[0], 7, 0);
+    assert_true(isinf(got.strain_stiffness[2]) && isfinite(got.strain_stiffness[0]));
+    rod_scene.rod.model = SCENE_KIRCHHOFF;
+    got = scene_properties_of(&rod_scene);
+    assert_true(isinf(got.strain_stiffness[0]) && isinf(got.strain_stiffness[2]));
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    scene rod_scene = steel_rod();
+    rod_scene.rod.length = -1;
+    assert_refused(&rod_scene, "rod.length");
+    rod_scene = steel_rod();
+    rod_scene.rod.radius = INFINITY;
+    assert_refused(&rod_scene, "rod.section.radius");
+    rod_scene = steel_rod();
+    rod_scene.rod.shear_stiffness[0] = 5;
+    assert_refused(&rod_scene, "rod.stiffness.shear");
+    rod_scene = steel_rod();
+    rod_scene.rod.curvature_damping[1] = -1;
+    assert_refused(&rod_scene, "rod.damping.curvature");
+    rod_scene = steel_rod();
+    rod_scene.loads.gravity[0] = NAN;
+    assert_refused(&rod_scene, "loads.gravity");
+    rod_scene = steel_rod();
+    rod_scene.loads.tip.force[0] = "1";
+    rod_scene.end.type = SCENE_LOADED;
+    assert_refused(&rod_scene, "loads.tip.force"); /* two entries are missing */
+    rod_scene.loads.tip.force[1] = rod_scene.loads.tip.force[2] = "0";
+    assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
+    rod_scene.loads.tip.force[2] = "sin(";
+    assert_refused(&rod_scene, "loads.tip.force");
+    rod_scene = steel_rod();
+    rod_scene.duration = INFINITY;
+    assert_refused(&rod_scene, "time.duration");
+}
+
+/* Two pinned ends are enough when the rod is bent and loaded, or in motion with a known start. */
+static void test_pinned(void **state)
+{
+    (void)state;
+    scene rod_scene = steel_rod();
+    rod_scene.start.type = rod_scene.end.type = SCENE_PINNED;
+    rod_scene.end.position[0] = rod_scene.end.position[1] = "0";
+    rod_scene.end.position[2] = "0.9";
+    assert_refused(&rod_scene, "boundary");
+    rod_scene.rod.rest_curvature[0] = "0.1";
+    assert_refused(&rod_scene, "boundary");
+    rod_scene.loads.gravity[1] = -9.81;
+    assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
+    rod_scene.duration = 1;
+    assert_refused(&rod_scene, "initial.position");
+    static const char *const position[3] = {"0", "0", "s*0.9"};
+    static const char *const rotation[4] = {"1", "0", "0", "0"};
+    memcpy(rod_scene.initial.position, position, sizeof position);
+    memcpy(rod_scene.initial.rotation, rotation, sizeof rotation);
+    assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
+}
+
+static void test_names(void **state)
+{
+    (void)state;
+    assert_string_equal(scene_model_names()[SCENE_KIRCHHOFF], "kirchhoff");
+    assert_string_equal(scene_section_names()[SCENE_RECTANGLE], "rectangle");
+    assert_string_equal(scene_end_names()[SCENE_DRIVEN], "driven");
+    assert_null(scene_end_names()[SCENE_DRIVEN + 1]);
+    assert_string_equal(scene_frame_names()[SCENE_FOLLOWER], "follower");
+    assert_string_equal(scene_formulation_names()[SCENE_DISPLACEMENT], "displacement");
+    assert_string_equal(scene_enforcement_names()[SCENE_SOFT], "soft");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_shear_correction),
+        cmocka_unit_test(test_rectangle_torsion),
+        cmocka_unit_test(test_rectangle_axes),
+        cmocka_unit_test(test_properties),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_pinned),
+        cmocka_unit_test(test_names),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

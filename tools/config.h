@@ -1,0 +1,82 @@
+/* An experiment: the YAML file, read, checked, every default filled in.
+ *
+ * One table of keys (config_keys.c) holds path, type, unit, default, range and help of every key
+ * and drives the reader, --set, --help, --print-config and the resolved config.yaml of a run. */
+#ifndef TOOLS_CONFIG_H
+#define TOOLS_CONFIG_H
+
+#include "nn/nn.h"
+#include "optim/optim.h"
+#include "physics/problem.h"
+#include "physics/scene.h"
+
+#include <stdint.h>
+#include <stdio.h>
+
+enum { CONFIG_HIDDEN_MAX = 16, CONFIG_STAGES_MAX = 32 };
+
+typedef enum config_optimizer { CONFIG_ADAM, CONFIG_LBFGS } config_optimizer;
+
+/* Units of the forces and moments under loads: SI, or EI/L^3, EI/L^2 (distributed force, moment)
+ * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
+typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_units;
+
+typedef enum config_rotation { CONFIG_ROTATION_QUATERNION } config_rotation;
+
+typedef struct config_stage {
+    config_optimizer optimizer;
+    int steps;
+    optim_adam_settings adam; /* its schedule included */
+    optim_lbfgs_settings lbfgs;
+    double stop_loss;    /* the stage ends when the loss falls below; 0: never */
+    double stop_error;   /* the same for the error against the reference */
+    double stop_seconds; /* and for its wall time; not reproducible */
+} config_stage;
+
+typedef enum config_reference {
+    CONFIG_REFERENCE_NONE,
+    CONFIG_REFERENCE_ELASTICA,
+    CONFIG_REFERENCE_ROLLUP,
+    CONFIG_REFERENCE_HELIX,
+    CONFIG_REFERENCE_MANUFACTURED
+} config_reference;
+
+typedef struct config {
+    const char *name;
+    scene scene; /* stiffness, inertia, loads in SI, whatever the YAML left out or scaled */
+    config_load_units load_units; /* SI once read: the scene's loads are already converted */
+    config_rotation rotation;
+    nn_mlp_settings network; /* inputs and outputs are filled in by the physics */
+    problem_settings losses;
+    uint64_t seed;
+    int stage_count;
+    config_stage stages[CONFIG_STAGES_MAX];
+    int checkpoint_every;      /* steps */
+    double checkpoint_seconds; /* or after so much wall time, whichever is first */
+    int checkpoint_keep;       /* how many checkpoints are kept */
+    int output_every;          /* steps between rows of history.csv */
+    config_reference reference;
+    const char *reference_file;   /* CSV or HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz];
+                                   * relative to the YAML file, absolute once read; NULL: none */
+    struct config_source *source; /* texts and places; opaque */
+} config;
+
+/* Read `path` (or `text` of that name when text is not NULL), then apply `count` overrides
+ * "key=value" in order; the value is YAML, so lists are [a, b], and null takes a key back to its
+ * default. Keys of a list count from 0: training.stages[0].steps, loads.tip.force[2]. Everything is
+ * checked, expressions and contradictions included. On failure *config is NULL and error->message
+ * is the whole line: `file:line:column: key: what is wrong; what is allowed`, where
+ * `--set key=value` stands for file:line:column when the override is to blame.
+ * AD_BAD_INPUT, AD_IO (file), AD_NO_MEMORY. The overrides are not kept. */
+ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
+                      config **config, ad_error *error);
+void config_free(config *config);
+
+/* The resolved experiment as YAML, every default filled in, each key with its help as a comment
+ * when `help` is set. Reading it back gives the same experiment. */
+ad_status config_write(const config *config, FILE *file, bool help);
+
+/* All keys by section: path, type, unit, default, range, help. */
+void config_help(FILE *file);
+
+#endif

@@ -1,0 +1,280 @@
+/* What is checked once everything is read: formulas with their places, the scene, the training, and
+ * whether a named reference is a solution of this scene. */
+#include "tools/config_parts.h"
+
+#include "physics/expression.h"
+
+#include <math.h>
+#include <string.h>
+#include <sys/stat.h>
+
+ad_status config_check_expressions(const config *experiment, ad_error *error)
+{
+    ad_error reason;
+    char path[CONFIG_PATH_MAX];
+    for (int i = 0; i < config_key_count; i++) {
+        const config_key *key = &config_keys[i];
+        const char *texts[4] = {NULL};
+        if (key->type != CONFIG_EXPRESSION) {
+            continue;
+        }
+        memcpy(texts, (const char *)experiment + key->offset,
+               (size_t)key->entries_max * sizeof *texts);
+        for (int k = 0; k < key->entries_max && texts[k]; k++) {
+            ad_status status = expression_check(texts[k], NULL, &reason);
+            if (status == AD_NO_MEMORY) {
+                return ad_fail(error, status, "%s", reason.message);
+            }
+            if (status != AD_OK) {
+                snprintf(path, sizeof path, "%s[%d]", key->path, k);
+                return config_blame(experiment->source, error, path, "%s", reason.message);
+            }
+        }
+    }
+    return AD_OK;
+}
+
+ad_status config_check_scene(const config *experiment, ad_error *error)
+{
+    ad_error reason;
+    const char *key = "";
+    ad_status status = scene_check(&experiment->scene, &key, &reason);
+    if (status == AD_NO_MEMORY) {
+        return ad_fail(error, status, "%s", reason.message);
+    }
+    if (status != AD_OK) {
+        return config_blame(experiment->source, error, key, "%s", reason.message);
+    }
+    return AD_OK;
+}
+
+ad_status config_check_ends(const config *experiment, ad_error *error)
+{
+    ad_error reason;
+    const char *key = "";
+    ad_status status = rod_check(&experiment->scene, &key, &reason);
+    if (status == AD_BAD_INPUT) {
+        return config_blame(experiment->source, error, key, "%s", reason.message);
+    }
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", reason.message);
+}
+
+/* ---- training ------------------------------------------------------------------------------ */
+
+/* A key of the other optimiser in a stage is a mistake, not something to pass over. */
+static ad_status check_stage_keys(const config *experiment, int stage, ad_error *error)
+{
+    bool adam = experiment->stages[stage].optimizer == CONFIG_ADAM;
+    unsigned foreign = adam ? CONFIG_FOR_LBFGS : CONFIG_FOR_ADAM;
+    char path[CONFIG_PATH_MAX];
+    for (int i = 0; i < config_key_count; i++) {
+        const config_key *key = &config_keys[i];
+        if (!config_key_in_stage(key) || !(key->flags & foreign)) {
+            continue;
+        }
+        snprintf(path, sizeof path, "training.stages[%d].%s", stage, strstr(key->path, "[].") + 3);
+        if (config_given(experiment->source, path)) {
+            return config_blame(experiment->source, error, path,
+                                "belongs to optimizer %s, but this stage runs %s; leave it out",
+                                adam ? "lbfgs" : "adam", adam ? "adam" : "lbfgs");
+        }
+    }
+    return AD_OK;
+}
+
+ad_status config_check_training(const config *experiment, ad_error *error)
+{
+    char path[CONFIG_PATH_MAX];
+    const char *problem = nn_mlp_settings_check(&experiment->network);
+    ad_status status = AD_OK;
+    if (problem) {
+        return config_blame(experiment->source, error, "network", "%s", problem);
+    }
+    if (experiment->losses.causal_slices > 0 && !scene_is_dynamic(&experiment->scene)) {
+        return config_blame(experiment->source, error, "losses.causal.slices",
+                            "causal weighting follows time, but the scene is static; give "
+                            "time.duration, or leave it out");
+    }
+    for (int i = 0; i < experiment->stage_count && status == AD_OK; i++) {
+        const config_stage *stage = &experiment->stages[i];
+        status = check_stage_keys(experiment, i, error);
+        problem = stage->optimizer == CONFIG_ADAM ? optim_adam_check(&stage->adam)
+                                                  : optim_lbfgs_check(&stage->lbfgs);
+        if (status == AD_OK && problem) {
+            snprintf(path, sizeof path, "training.stages[%d]", i);
+            status = config_blame(experiment->source, error, path, "%s", problem);
+        }
+    }
+    return status;
+}
+
+/* ---- reference ----------------------------------------------------------------------------- */
+
+static bool zero(const char *const *texts)
+{
+    for (int i = 0; i < 3; i++) {
+        if (texts[i] && expression_evaluate(texts[i], 0, 0) != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool straight(const scene_rod *rod)
+{
+    for (int i = 0; i < 3; i++) {
+        expression_use strain = {true, true};
+        expression_use curvature = {true, true};
+        expression_check(rod->rest_strain[i], &strain, NULL);
+        expression_check(rod->rest_curvature[i], &curvature, NULL);
+        if (strain.s || curvature.s || expression_evaluate(rod->rest_curvature[i], 0, 0) != 0 ||
+            expression_evaluate(rod->rest_strain[i], 0, 0) != (i == 2)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* d3 of the clamped start: the third column of R(q). */
+static void clamped_directors(const scene *rod_scene, double d[3][3])
+{
+    double q[4];
+    double square = 0;
+    for (int i = 0; i < 4; i++) {
+        q[i] = expression_evaluate(rod_scene->start.rotation[i], 0, 0);
+        square += q[i] * q[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        q[i] /= sqrt(square);
+    }
+    double w = q[0];
+    double x = q[1];
+    double y = q[2];
+    double z = q[3];
+    const double columns[3][3] = {
+        {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
+        {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
+        {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)},
+    };
+    memcpy(d, columns, sizeof columns);
+}
+
+/* Largest |load . director| over |load|, the load constant. */
+static double along(const scene *rod_scene, const char *const *load, int director)
+{
+    double d[3][3];
+    double dot = 0;
+    double square = 0;
+    clamped_directors(rod_scene, d);
+    for (int i = 0; i < 3; i++) {
+        double value = load[i] ? expression_evaluate(load[i], 0, 0) : 0;
+        dot += value * d[director][i];
+        square += value * value;
+    }
+    return square > 0 ? fabs(dot) / sqrt(square) : 0;
+}
+
+/* What all closed forms share: a static, straight, weightless rod, clamped at s = 0, loaded at the
+ * tip by a dead load. The sentence says what else there is, NULL when nothing. */
+static const char *common_obstacle(const scene *rod_scene)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    const double *gravity = loads->gravity;
+    if (scene_is_manufactured(rod_scene)) {
+        return "the scene has a manufactured solution; allowed: manufactured";
+    }
+    if (scene_is_dynamic(rod_scene)) {
+        return "is a static shape, but the scene has a duration";
+    }
+    if (rod_scene->start.type != SCENE_CLAMPED || rod_scene->end.type != SCENE_LOADED) {
+        return "needs a clamped start and a loaded end";
+    }
+    if (loads->tip.frame != SCENE_DEAD) {
+        return "needs a dead load at the tip";
+    }
+    if (!straight(&rod_scene->rod)) {
+        return "needs a rod that is straight when unloaded";
+    }
+    if (gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0 || loads->force[0] ||
+        loads->moment[0]) {
+        return "needs a rod without gravity and distributed loads";
+    }
+    return NULL;
+}
+
+static bool round_rod(const scene *rod_scene)
+{
+    const double *stiffness = rod_scene->rod.bending_stiffness;
+    return fabs(stiffness[0] - stiffness[1]) <= 1e-12 * stiffness[0];
+}
+
+static const char *elastica_obstacle(const scene *rod_scene)
+{
+    const scene_load *tip = &rod_scene->loads.tip;
+    if (rod_scene->rod.model != SCENE_KIRCHHOFF) {
+        return "needs rod.model kirchhoff, without shear and stretch";
+    }
+    if (!zero(tip->moment)) {
+        return "needs a tip force without a moment";
+    }
+    if (zero(tip->force)) {
+        return "needs a tip force that is not zero";
+    }
+    if (along(rod_scene, tip->force, 2) > 1e-12) {
+        return "needs a tip force perpendicular to the clamped tangent";
+    }
+    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+}
+
+static const char *couple_obstacle(const scene *rod_scene, bool planar)
+{
+    const scene_load *tip = &rod_scene->loads.tip;
+    if (!zero(tip->force)) {
+        return "needs a tip moment without a force";
+    }
+    if (zero(tip->moment)) {
+        return "needs a tip moment that is not zero";
+    }
+    if (planar && along(rod_scene, tip->moment, 2) > 1e-12) {
+        return "needs a tip moment perpendicular to the clamped tangent; helix allows any";
+    }
+    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+}
+
+static const char *reference_obstacle(const config *experiment)
+{
+    const scene *rod_scene = &experiment->scene;
+    const char *problem = NULL;
+    if (experiment->reference == CONFIG_REFERENCE_NONE) {
+        return NULL;
+    }
+    if (experiment->reference_file) {
+        return "given beside reference.file; allowed: one of the two";
+    }
+    if (experiment->reference == CONFIG_REFERENCE_MANUFACTURED) {
+        return scene_is_manufactured(rod_scene) ? NULL : "needs the section manufactured";
+    }
+    problem = common_obstacle(rod_scene);
+    if (problem) {
+        return problem;
+    }
+    return experiment->reference == CONFIG_REFERENCE_ELASTICA
+               ? elastica_obstacle(rod_scene)
+               : couple_obstacle(rod_scene, experiment->reference == CONFIG_REFERENCE_ROLLUP);
+}
+
+ad_status config_check_reference(const config *experiment, ad_error *error)
+{
+    struct stat status;
+    const char *problem = reference_obstacle(experiment);
+    if (problem) {
+        return config_blame(experiment->source, error, "reference.analytic", "%s", problem);
+    }
+    if (experiment->reference_file &&
+        (stat(experiment->reference_file, &status) != 0 || !S_ISREG(status.st_mode))) {
+        return config_blame(experiment->source, error, "reference.file",
+                            "%s is not a file; paths are relative to the scene file",
+                            experiment->reference_file);
+    }
+    return AD_OK;
+}

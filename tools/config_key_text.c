@@ -1,0 +1,233 @@
+/* Searching the table of keys, and what it says about a key in words. */
+#include "tools/config_keys.h"
+
+#include <math.h>
+#include <string.h>
+
+const config_key *config_key_find(const char *pattern)
+{
+    for (int i = 0; i < config_key_count; i++) {
+        if (strcmp(config_keys[i].path, pattern) == 0) {
+            return &config_keys[i];
+        }
+    }
+    return NULL;
+}
+
+/* What follows `section` in `path` ("length" for "rod"), NULL when path does not lie below it. */
+static const char *below(const char *path, const char *section)
+{
+    size_t length = strlen(section);
+    if (length == 0) {
+        return path;
+    }
+    return strncmp(path, section, length) == 0 && path[length] == '.' ? path + length + 1 : NULL;
+}
+
+bool config_key_is_section(const char *pattern)
+{
+    for (int i = 0; i < config_key_count; i++) {
+        if (below(config_keys[i].path, pattern)) {
+            return true;
+        }
+    }
+    return config_key_is_list(pattern);
+}
+
+bool config_key_is_list(const char *pattern)
+{
+    size_t length = strlen(pattern);
+    for (int i = 0; i < config_key_count; i++) {
+        const char *path = config_keys[i].path;
+        if (strncmp(path, pattern, length) == 0 && strncmp(path + length, "[].", 3) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
+{
+    size_t at = 0;
+    while (*path && at + 2 < CONFIG_PATH_MAX) {
+        pattern[at++] = *path;
+        if (*path == '[') {
+            size_t digits = strspn(path + 1, "0123456789");
+            path += digits;
+        }
+        path++;
+    }
+    pattern[at] = '\0';
+}
+
+bool config_key_in_stage(const config_key *key)
+{
+    return strstr(key->path, "[].") != NULL;
+}
+
+/* Levenshtein distance of two short texts; large for long ones. */
+static int distance(const char *a, size_t a_length, const char *b, size_t b_length)
+{
+    enum { LONGEST = 40 };
+    int row[LONGEST + 1];
+    if (a_length > LONGEST || b_length > LONGEST) {
+        return 1000;
+    }
+    for (size_t j = 0; j <= b_length; j++) {
+        row[j] = (int)j;
+    }
+    for (size_t i = 1; i <= a_length; i++) {
+        int diagonal = row[0];
+        row[0] = (int)i;
+        for (size_t j = 1; j <= b_length; j++) {
+            int replace = diagonal + (a[i - 1] != b[j - 1]);
+            int change = row[j] < row[j - 1] ? row[j] + 1 : row[j - 1] + 1;
+            diagonal = row[j];
+            row[j] = replace < change ? replace : change;
+        }
+    }
+    return row[b_length];
+}
+
+static size_t part_length(const char *part)
+{
+    return strcspn(part, ".[");
+}
+
+static const char *last_part(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+    return dot ? dot + 1 : path;
+}
+
+void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX])
+{
+    const char *name = last_part(pattern);
+    size_t length = strlen(name);
+    int best = 1 + (int)length / 3;
+    char section[CONFIG_PATH_MAX];
+    suggestion[0] = '\0';
+    snprintf(section, sizeof section, "%.*s", name > pattern ? (int)(name - pattern - 1) : 0,
+             pattern);
+    for (int i = 0; i < config_key_count; i++) {
+        const char *part = below(config_keys[i].path, section);
+        int far = part ? distance(name, length, part, part_length(part)) : 1000;
+        if (far < best || (far == best && !*suggestion)) {
+            best = far;
+            snprintf(suggestion, CONFIG_PATH_MAX, "%.*s",
+                     (int)(part - config_keys[i].path + (ptrdiff_t)part_length(part)),
+                     config_keys[i].path);
+        }
+    }
+    for (int i = 0; i < config_key_count && !*suggestion; i++) {
+        if (strcmp(last_part(config_keys[i].path), name) == 0) {
+            snprintf(suggestion, CONFIG_PATH_MAX, "%s", config_keys[i].path);
+        }
+    }
+}
+
+void config_key_siblings(const char *section, char *text, size_t size)
+{
+    size_t at = 0;
+    const char *before = "";
+    text[0] = '\0';
+    for (int i = 0; i < config_key_count && at < size; i++) {
+        const char *part = below(config_keys[i].path, section);
+        size_t length = part ? part_length(part) : 0;
+        if (part && !(strncmp(part, before, length) == 0 && part_length(before) == length)) {
+            int written =
+                snprintf(text + at, size - at, "%s%.*s", at ? ", " : "", (int)length, part);
+            at += written > 0 ? (size_t)written : 0;
+            before = part;
+        }
+    }
+}
+
+void config_key_range(const config_key *key, char *text, size_t size)
+{
+    const char *more = key->flags & CONFIG_LOW_OPEN ? ">" : ">=";
+    const char *less = key->flags & CONFIG_HIGH_OPEN ? "<" : "<=";
+    bool numeric =
+        key->type == CONFIG_NUMBER || key->type == CONFIG_INTEGER || key->type == CONFIG_LONG;
+    text[0] = '\0';
+    if (!numeric || (isinf(key->low) && isinf(key->high))) {
+        return;
+    }
+    if (isinf(key->high)) {
+        snprintf(text, size, "%s %.16g%s", more, key->low,
+                 key->flags & CONFIG_INFINITE ? " or .inf" : "");
+    } else if (key->flags & (CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN)) {
+        snprintf(text, size, "%s %.16g and %s %.16g", more, key->low, less, key->high);
+    } else {
+        snprintf(text, size, "%.16g to %.16g", key->low, key->high);
+    }
+}
+
+static const char *type_text(config_type type, bool many)
+{
+    switch (type) {
+    case CONFIG_NUMBER:
+        return many ? "finite numbers" : "a finite number";
+    case CONFIG_INTEGER:
+    case CONFIG_LONG:
+        return many ? "whole numbers" : "a whole number";
+    case CONFIG_EXPRESSION:
+        return many ? "numbers or formulas" : "a number or a formula";
+    case CONFIG_CHOICE:
+        return "one of";
+    case CONFIG_TEXT:
+        break;
+    }
+    return "text";
+}
+
+static void describe(const config_key *key, bool many, char *text, size_t size)
+{
+    char range[80];
+    const char *type = type_text(key->type, many);
+    config_key_range(key, range, sizeof range);
+    if (key->flags & CONFIG_INFINITE) {
+        type = many ? "numbers" : "a number";
+    }
+    size_t at = (size_t)snprintf(text, size, "%s%s%s%s%s", type, *range ? " " : "", range,
+                                 key->unit ? ", in " : "", key->unit ? key->unit : "");
+    for (int i = 0; key->names && key->names()[i] && at < size; i++) {
+        at += (size_t)snprintf(text + at, size - at, "%s%s", i ? ", " : " ", key->names()[i]);
+    }
+}
+
+void config_key_entry_allowed(const config_key *key, char *text, size_t size)
+{
+    describe(key, false, text, size);
+}
+
+void config_key_allowed(const config_key *key, char *text, size_t size)
+{
+    if (key->entries_max == 0) {
+        describe(key, false, text, size);
+        return;
+    }
+    char count[32];
+    char entries[200];
+    snprintf(count, sizeof count, key->entries_min == key->entries_max ? "%d" : "%d to %d",
+             key->entries_min, key->entries_max);
+    describe(key, true, entries, sizeof entries);
+    snprintf(text, size, "a list of %s %s", count, entries);
+}
+
+size_t config_key_entry_size(const config_key *key)
+{
+    switch (key->type) {
+    case CONFIG_NUMBER:
+        return sizeof(double);
+    case CONFIG_LONG:
+        return sizeof(int64_t);
+    case CONFIG_INTEGER:
+    case CONFIG_CHOICE:
+        return sizeof(int);
+    case CONFIG_TEXT:
+    case CONFIG_EXPRESSION:
+        break;
+    }
+    return sizeof(const char *);
+}

@@ -1,0 +1,79 @@
+/* The table of keys of a scene file: one row per key, in the order of --help. Internal to the
+ * config_*.c files. */
+#ifndef TOOLS_CONFIG_KEYS_H
+#define TOOLS_CONFIG_KEYS_H
+
+#include "tools/config.h"
+
+typedef enum config_type {
+    CONFIG_NUMBER,    /* double; NaN: not given */
+    CONFIG_INTEGER,   /* int */
+    CONFIG_LONG,      /* int64_t or uint64_t within its range */
+    CONFIG_CHOICE,    /* an enumeration */
+    CONFIG_TEXT,      /* const char *; NULL: not given */
+    CONFIG_EXPRESSION /* const char *, a formula; NULL: not given */
+} config_type;
+
+enum {
+    CONFIG_LOW_OPEN = 1,  /* low itself is not allowed */
+    CONFIG_HIGH_OPEN = 2, /* nor high */
+    CONFIG_INFINITE = 4,  /* .inf is allowed */
+    CONFIG_FOR_ADAM = 8,  /* of a stage: belongs to this optimiser only */
+    CONFIG_FOR_LBFGS = 16
+};
+
+enum { CONFIG_LIST_MAX = 16, CONFIG_PATH_MAX = 160 };
+
+typedef struct config_key {
+    const char *path; /* "rod.section.radius", "training.stages[].learning_rate" */
+    config_type type;
+    int entries_min; /* of a list; both 0: a single value */
+    int entries_max;
+    size_t offset;       /* into config, or into config_stage for a path with [] */
+    size_t count_offset; /* of the int that holds the length of a list of variable length */
+    const char *unit;
+    double low;
+    double high;
+    unsigned flags;
+    const char *const *(*names)(void); /* of a choice */
+    const char *fallback;              /* the default in words, when it depends on other keys */
+    const char *help;
+} config_key;
+
+extern const config_key config_keys[];
+extern const int config_key_count;
+
+/* Row of a path pattern ("training.stages[].steps"), NULL when there is none. */
+const config_key *config_key_find(const char *pattern);
+
+/* Whether keys lie below `pattern` ("rod", "training.stages", "training.stages[]"). */
+bool config_key_is_section(const char *pattern);
+
+/* Whether `pattern` names a list of sections ("training.stages"). */
+bool config_key_is_list(const char *pattern);
+
+/* "rod.x[3].y" becomes "rod.x[].y". */
+void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
+
+bool config_key_in_stage(const config_key *key);
+
+/* The known key closest to `pattern`: of the same section, or of the same last part elsewhere; ""
+ * when nothing is close. */
+void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX]);
+
+/* The names a section allows, "a, b, c", cut when they do not fit. */
+void config_key_siblings(const char *section, char *text, size_t size);
+
+/* "a number > 0", "a list of 3 numbers or formulas", "one of x, y". */
+void config_key_allowed(const config_key *key, char *text, size_t size);
+
+/* The same for one entry of a list. */
+void config_key_entry_allowed(const config_key *key, char *text, size_t size);
+
+/* "> 0", "0 to 1", "" when any number will do. */
+void config_key_range(const config_key *key, char *text, size_t size);
+
+/* Bytes of one entry. */
+size_t config_key_entry_size(const config_key *key);
+
+#endif

@@ -1,0 +1,110 @@
+/* What the config_*.c files share; not for others. */
+#ifndef TOOLS_CONFIG_PARTS_H
+#define TOOLS_CONFIG_PARTS_H
+
+#include "tools/config_keys.h"
+
+#include <yaml.h>
+
+/* ---- config_source.c: texts, and where each key stands ------------------------------------- */
+
+/* Where the text being read comes from: a file, or an override "key=value". */
+typedef struct config_origin {
+    const char *file;
+    const char *override; /* NULL: the file */
+} config_origin;
+
+typedef struct config_source config_source;
+
+config_source *config_source_create(const char *file);
+void config_source_free(config_source *source);
+const char *config_source_file(const config_source *source);
+
+/* A copy that lives as long as the source; NULL when memory runs out. */
+const char *config_keep(config_source *source, const char *text);
+
+/* Note that `path` ("network.hidden[1]") stands at `mark` of `origin`. False: out of memory. */
+bool config_place(config_source *source, const config_origin *origin, const char *path,
+                  yaml_mark_t mark);
+
+/* Forget where `path` and everything below stands: it is no longer given. */
+void config_unplace(config_source *source, const char *path);
+
+/* Whether `path` itself was given. */
+bool config_given(const config_source *source, const char *path);
+
+/* Write "file:line:column: path: message" to error, the place that of `path` or of the nearest
+ * section that has one; returns AD_BAD_INPUT. */
+ad_status config_blame(const config_source *source, ad_error *error, const char *path,
+                       const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* Control characters become '?', so that a message stays one line. */
+void config_one_line(char *text);
+
+/* ---- config_yaml.c: the document ----------------------------------------------------------- */
+
+/* Load `text` of `size` bytes as one YAML document; on success the caller deletes it. */
+ad_status config_document(const config_origin *origin, const char *text, size_t size,
+                          yaml_document_t *document, ad_error *error);
+
+/* Read a whole file into memory the caller frees, with a zero byte at the end. */
+ad_status config_file_text(const char *path, char **text, size_t *size, ad_error *error);
+
+/* ---- config_value.c: one value ------------------------------------------------------------- */
+
+/* NULL and *value, or what is wrong with the text as a number (static). Infinity and NaN are
+ * numbers here. Independent of the locale only within config_read. */
+const char *config_parse_number(const char *text, double *value);
+
+/* Shortest decimal text that reads back as the same number, with a point or exponent that YAML
+ * takes for a number. */
+void config_number_text(double value, char text[32]);
+
+/* Store the value at `node`, a scalar or list, into the field of `key`; `base` is the config or the
+ * stage it belongs to. */
+typedef struct config_reader {
+    config *experiment;
+    yaml_document_t *document;
+    config_origin origin;
+    ad_error *error;
+    int visits; /* entries seen; bounds what aliases may expand to */
+} config_reader;
+
+ad_status config_read_value(config_reader *reader, const config_key *key, const char *path,
+                            yaml_node_t *node);
+
+/* The same for entry `index` of a list that is given already. */
+ad_status config_read_entry(config_reader *reader, const config_key *key, const char *path,
+                            int index, yaml_node_t *node);
+
+/* Where the field of `key` lies; the stage is taken from the path. */
+void *config_field(config *experiment, const config_key *key, const char *path);
+
+bool config_is_plain(const yaml_node_t *node);
+bool config_is_empty(const yaml_node_t *node); /* nothing written after the colon */
+bool config_is_null(const yaml_node_t *node);  /* null or ~ */
+
+/* ---- config_read.c: the walk --------------------------------------------------------------- */
+
+ad_status config_read_document(config_reader *reader);
+ad_status config_read_override(config_reader *reader, const char *path);
+
+/* ---- config_resolve.c, config_check.c: after reading --------------------------------------- */
+
+void config_defaults(config *experiment);
+config_stage config_stage_defaults(void);
+
+/* Defaults that depend on other keys but on no physics: name, types of ends, counts. */
+ad_status config_resolve_choices(config *experiment, ad_error *error);
+
+/* Stiffness, inertia, loads in SI, unit quaternions; needs a scene that passes its check. */
+ad_status config_resolve_physics(config *experiment, ad_error *error);
+
+ad_status config_check_expressions(const config *experiment, ad_error *error);
+ad_status config_check_scene(const config *experiment, ad_error *error);
+/* Held ends against the initial state; needs resolved physics. */
+ad_status config_check_ends(const config *experiment, ad_error *error);
+ad_status config_check_training(const config *experiment, ad_error *error);
+ad_status config_check_reference(const config *experiment, ad_error *error);
+
+#endif

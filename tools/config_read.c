@@ -1,0 +1,356 @@
+/* The walk through a YAML document along the table of keys: sections, lists of sections, merge
+ * keys; and overrides, which are small documents put at one key. */
+#include "tools/config_parts.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { CONFIG_PAIRS_MAX = 64, CONFIG_VISITS_MAX = 20000, CONFIG_MERGES_MAX = 16 };
+
+/* The entries of a section after merging. */
+typedef struct section {
+    const char *path; /* "rod", "training.stages[1]", "" */
+    int count;
+    yaml_node_t *keys[CONFIG_PAIRS_MAX];
+    yaml_node_t *values[CONFIG_PAIRS_MAX];
+} section;
+
+static ad_status read_node(config_reader *reader, const char *path, yaml_node_t *node);
+
+static const char *scalar(const yaml_node_t *node)
+{
+    return (const char *)node->data.scalar.value;
+}
+
+static ad_status no_memory(const config_reader *reader)
+{
+    return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+}
+
+/* Blame `path`, which stands at `node`. */
+static ad_status blame_at(config_reader *reader, const yaml_node_t *node, const char *path,
+                          const char *sentence)
+{
+    config_unplace(reader->experiment->source, path);
+    if (!config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {
+        return no_memory(reader);
+    }
+    return config_blame(reader->experiment->source, reader->error, path, "%s", sentence);
+}
+
+static void child_path(const char *path, const char *name, char child[CONFIG_PATH_MAX])
+{
+    snprintf(child, CONFIG_PATH_MAX, "%.90s%s%.60s", path, *path ? "." : "", name);
+}
+
+/* ---- unknown keys -------------------------------------------------------------------------- */
+
+static bool is_known(const char *path)
+{
+    char pattern[CONFIG_PATH_MAX];
+    config_key_pattern(path, pattern);
+    return config_key_find(pattern) || config_key_is_section(pattern);
+}
+
+static void unknown_key_text(const char *path, char *text, size_t size)
+{
+    char pattern[CONFIG_PATH_MAX];
+    char suggestion[CONFIG_PATH_MAX];
+    char siblings[400];
+    config_key_pattern(path, pattern);
+    config_key_suggest(pattern, suggestion);
+    char *dot = strrchr(pattern, '.');
+    *(dot ? dot : pattern) = '\0';
+    config_key_siblings(pattern, siblings, sizeof siblings);
+    if (*suggestion) {
+        const char *index = strchr(path, '[');
+        const char *list = strstr(suggestion, "[]");
+        bool same = index && list && index - path == list - suggestion;
+        snprintf(text, size, "unknown key; did you mean %.*s%s?",
+                 same ? (int)strcspn(path, "]") + 1 : 0, path, same ? list + 2 : suggestion);
+    } else if (*siblings) {
+        snprintf(text, size, "unknown key; allowed in %s: %s", *pattern ? pattern : "the file",
+                 siblings);
+    } else {
+        snprintf(text, size, "unknown key; --help lists all keys");
+    }
+}
+
+static ad_status unknown_key(config_reader *reader, const yaml_node_t *node, const char *path)
+{
+    char text[600];
+    unknown_key_text(path, text, sizeof text);
+    return blame_at(reader, node, path, text);
+}
+
+/* ---- collecting the entries of a section --------------------------------------------------- */
+
+static int find_name(const section *into, const char *name, int from)
+{
+    for (int i = from; i < into->count; i++) {
+        if (strcmp(scalar(into->keys[i]), name) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static bool is_merge(const yaml_node_t *key)
+{
+    return config_is_plain(key) && strcmp(scalar(key), "<<") == 0;
+}
+
+/* Take one entry in, unless a section closer to the reader has that key. `from`: the first entry of
+ * the mapping being read, among which a repeated key is an error. */
+static ad_status take_entry(config_reader *reader, section *into, int from, bool merged,
+                            yaml_node_t *key, yaml_node_t *value)
+{
+    char path[CONFIG_PATH_MAX];
+    if (key->type != YAML_SCALAR_NODE || strlen(scalar(key)) != key->data.scalar.length ||
+        key->data.scalar.length == 0) {
+        return blame_at(reader, key, into->path, "a key here is not a word; allowed: key: value");
+    }
+    child_path(into->path, scalar(key), path);
+    if (!is_known(path) || strpbrk(scalar(key), ".[]")) {
+        return unknown_key(reader, key, path);
+    }
+    if (find_name(into, scalar(key), from) >= 0) {
+        return blame_at(reader, key, path, "is given twice in this section; allowed: once");
+    }
+    if (merged && find_name(into, scalar(key), 0) >= 0) {
+        return AD_OK;
+    }
+    if (into->count == CONFIG_PAIRS_MAX) {
+        return blame_at(reader, key, path, "this section has too many keys");
+    }
+    into->keys[into->count] = key;
+    into->values[into->count++] = value;
+    return AD_OK;
+}
+
+static ad_status collect(config_reader *reader, section *into, yaml_node_t *node, int depth);
+
+/* The value of `<<`: a section, or a list of sections of which earlier ones win. */
+static ad_status merge(config_reader *reader, section *into, yaml_node_t *node, int depth)
+{
+    if (depth >= CONFIG_MERGES_MAX) {
+        return blame_at(reader, node, into->path,
+                        "<< merges are nested too deeply or refer to themselves");
+    }
+    if (node->type == YAML_MAPPING_NODE) {
+        return collect(reader, into, node, depth + 1);
+    }
+    if (node->type != YAML_SEQUENCE_NODE) {
+        return blame_at(reader, node, into->path, "<< needs an alias of a section, as <<: *name");
+    }
+    ad_status status = AD_OK;
+    const yaml_node_item_t *item = node->data.sequence.items.start;
+    for (; item < node->data.sequence.items.top && status == AD_OK; item++) {
+        yaml_node_t *entry = yaml_document_get_node(reader->document, *item);
+        if (entry->type == YAML_MAPPING_NODE) {
+            status = collect(reader, into, entry, depth + 1);
+        } else {
+            status = blame_at(reader, entry, into->path, "<< needs a list of aliases of sections");
+        }
+        if (status == AD_OK && ++reader->visits > CONFIG_VISITS_MAX) {
+            status = blame_at(reader, entry, into->path, "aliases expand to too many entries");
+        }
+    }
+    return status;
+}
+
+/* The entries of a mapping: first its own, then those it merges, which never replace its own. */
+static ad_status collect(config_reader *reader, section *into, yaml_node_t *node, int depth)
+{
+    yaml_node_t *merged = NULL;
+    int from = into->count;
+    ad_status status = AD_OK;
+    yaml_node_pair_t *pair = node->data.mapping.pairs.start;
+    for (; pair < node->data.mapping.pairs.top && status == AD_OK; pair++) {
+        yaml_node_t *key = yaml_document_get_node(reader->document, pair->key);
+        yaml_node_t *value = yaml_document_get_node(reader->document, pair->value);
+        if (++reader->visits > CONFIG_VISITS_MAX) {
+            status = blame_at(reader, key, into->path, "aliases expand to too many entries");
+        } else if (!is_merge(key)) {
+            status = take_entry(reader, into, from, depth > 0, key, value);
+        } else if (merged) {
+            status = blame_at(reader, key, into->path, "<< is given twice; allowed: <<: [*a, *b]");
+        } else {
+            merged = value;
+        }
+    }
+    return status == AD_OK && merged ? merge(reader, into, merged, depth) : status;
+}
+
+/* ---- sections ------------------------------------------------------------------------------ */
+
+static ad_status read_section(config_reader *reader, const char *path, yaml_node_t *node)
+{
+    char siblings[400];
+    char pattern[CONFIG_PATH_MAX];
+    char sentence[500];
+    section entries = {.path = path};
+    if (config_is_empty(node) || config_is_null(node)) {
+        return AD_OK;
+    }
+    if (node->type != YAML_MAPPING_NODE) {
+        config_key_pattern(path, pattern);
+        config_key_siblings(pattern, siblings, sizeof siblings);
+        snprintf(sentence, sizeof sentence, "is a %s; allowed: a section with the keys %s",
+                 node->type == YAML_SEQUENCE_NODE ? "list" : "single value", siblings);
+        return blame_at(reader, node, path, sentence);
+    }
+    if (!reader->origin.override &&
+        !config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {
+        return no_memory(reader);
+    }
+    ad_status status = collect(reader, &entries, node, 0);
+    for (int i = 0; i < entries.count && status == AD_OK; i++) {
+        char child[CONFIG_PATH_MAX];
+        child_path(path, scalar(entries.keys[i]), child);
+        status = read_node(reader, child, entries.values[i]);
+    }
+    return status;
+}
+
+/* The stages of the training replace what was there. */
+static ad_status read_stages(config_reader *reader, const char *path, yaml_node_t *node)
+{
+    config *experiment = reader->experiment;
+    char sentence[100];
+    bool list = node->type == YAML_SEQUENCE_NODE;
+    long count = list ? node->data.sequence.items.top - node->data.sequence.items.start : 0;
+    if (count < 1 || count > CONFIG_STAGES_MAX) {
+        snprintf(sentence, sizeof sentence, "%s; allowed: a list of 1 to %d stages",
+                 !list       ? "is not a list"
+                 : count < 1 ? "is empty"
+                             : "is too long",
+                 CONFIG_STAGES_MAX);
+        return blame_at(reader, node, path, sentence);
+    }
+    config_unplace(experiment->source, path);
+    if (!config_place(experiment->source, &reader->origin, path, node->start_mark)) {
+        return no_memory(reader);
+    }
+    experiment->stage_count = (int)count;
+    ad_status status = AD_OK;
+    for (int i = 0; i < (int)count && status == AD_OK; i++) {
+        char stage[CONFIG_PATH_MAX];
+        snprintf(stage, sizeof stage, "%.100s[%d]", path, i);
+        experiment->stages[i] = config_stage_defaults();
+        status =
+            read_node(reader, stage,
+                      yaml_document_get_node(reader->document, node->data.sequence.items.start[i]));
+        if (status == AD_OK) {
+            char optimizer[CONFIG_PATH_MAX];
+            child_path(stage, "optimizer", optimizer);
+            if (!config_given(experiment->source, optimizer)) {
+                status = config_blame(experiment->source, reader->error, optimizer,
+                                      "missing; allowed: adam, lbfgs");
+            }
+        }
+    }
+    return status;
+}
+
+/* `path` is known. */
+static ad_status read_node(config_reader *reader, const char *path, yaml_node_t *node)
+{
+    char pattern[CONFIG_PATH_MAX];
+    config_key_pattern(path, pattern);
+    const config_key *key = config_key_find(pattern);
+    if (key) {
+        return config_read_value(reader, key, path, node);
+    }
+    if (config_key_is_list(pattern)) {
+        return read_stages(reader, path, node);
+    }
+    return read_section(reader, path, node);
+}
+
+ad_status config_read_document(config_reader *reader)
+{
+    return read_section(reader, "", yaml_document_get_root_node(reader->document));
+}
+
+/* ---- overrides ----------------------------------------------------------------------------- */
+
+/* The index in brackets behind the stages of `path`, -1 when there is none. */
+static long index_in(const char *path, const char **behind)
+{
+    const char *bracket = strchr(path, '[');
+    char *end = NULL;
+    if (!bracket || bracket[1] < '0' || bracket[1] > '9') {
+        return -1;
+    }
+    long index = strtol(bracket + 1, &end, 10);
+    *behind = end;
+    return *end == ']' && index < 10000 ? index : -1;
+}
+
+/* path[index] = value for an entry of a list: whether `path` is such, and its key and place. */
+static const config_key *entry_of(const char *path, char list[CONFIG_PATH_MAX], int *index)
+{
+    char pattern[CONFIG_PATH_MAX];
+    const char *behind = NULL;
+    snprintf(list, CONFIG_PATH_MAX, "%s", path);
+    char *bracket = strrchr(list, '[');
+    long number = bracket ? index_in(bracket, &behind) : -1;
+    if (number < 0 || behind[1] != '\0') {
+        return NULL;
+    }
+    *bracket = '\0';
+    *index = (int)number;
+    config_key_pattern(list, pattern);
+    const config_key *key = config_key_find(pattern);
+    return key && key->entries_max > 0 ? key : NULL;
+}
+
+static ad_status override_entry(config_reader *reader, const config_key *key, const char *path,
+                                int index, yaml_node_t *node)
+{
+    int count = key->entries_max;
+    const char *texts[CONFIG_LIST_MAX] = {NULL};
+    const char *field = config_field(reader->experiment, key, path);
+    if (key->entries_min != key->entries_max) {
+        memcpy(&count, (char *)reader->experiment + key->count_offset, sizeof count);
+    }
+    if (key->type == CONFIG_EXPRESSION) {
+        memcpy(texts, field, (size_t)count * sizeof *texts);
+    }
+    if (index >= count || (key->type == CONFIG_EXPRESSION && !texts[0])) {
+        return blame_at(reader, node, path,
+                        index >= count ? "the list is shorter; entries count from 0"
+                                       : "the list is not given; set all of it");
+    }
+    if (!config_given(reader->experiment->source, path) &&
+        !config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {
+        return no_memory(reader);
+    }
+    return config_read_entry(reader, key, path, index, node);
+}
+
+ad_status config_read_override(config_reader *reader, const char *path)
+{
+    char list[CONFIG_PATH_MAX];
+    const char *behind = NULL;
+    int index = 0;
+    yaml_node_t *node = yaml_document_get_root_node(reader->document);
+    const config_key *key = entry_of(path, list, &index);
+    if (strstr(path, "[]")) {
+        return blame_at(reader, node, path, "needs an index, as in training.stages[0].steps");
+    }
+    if (!key && (!is_known(path) || strlen(path) > 80)) {
+        return unknown_key(reader, node, path);
+    }
+    if (strncmp(path, "training.stages[", 16) == 0) {
+        long stage = index_in(path, &behind);
+        if (stage < 0 || stage >= reader->experiment->stage_count) {
+            char sentence[100];
+            snprintf(sentence, sizeof sentence, "no such stage; allowed: 0 to %d",
+                     reader->experiment->stage_count - 1);
+            return blame_at(reader, node, path, sentence);
+        }
+    }
+    return key ? override_entry(reader, key, list, index, node) : read_node(reader, path, node);
+}

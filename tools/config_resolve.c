@@ -1,0 +1,351 @@
+/* Defaults: those that are plain numbers, and those that follow from other keys. */
+#include "tools/config_parts.h"
+
+#include "physics/expression.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+config_stage config_stage_defaults(void)
+{
+    config_stage stage = {.optimizer = CONFIG_ADAM,
+                          .steps = 1000,
+                          .adam = optim_adam_defaults(),
+                          .lbfgs = optim_lbfgs_defaults()};
+    stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
+    stage.adam.schedule.learning_rate = 5e-3;
+    return stage;
+}
+
+static void losses_defaults(problem_settings *losses)
+{
+    const problem_points points = {0, SAMPLING_SOBOL, 0};
+    losses->interior = losses->boundary = losses->initial = points;
+    losses->initial.points = 64;
+    losses->strain_weight = losses->curvature_weight = 1;
+    losses->force_weight = losses->moment_weight = 1;
+    losses->boundary_weight = losses->initial_weight = 1;
+    losses->causal_epsilon_count = 5;
+    for (int i = 0; i < 5; i++) {
+        static const double epsilon[5] = {0.01, 0.1, 1, 10, 100};
+        losses->causal_epsilon[i] = epsilon[i];
+    }
+    losses->causal_threshold = 0.99;
+    losses->causal_update_every = 50;
+}
+
+void config_defaults(config *experiment)
+{
+    memset(experiment, 0, sizeof *experiment);
+    scene_defaults(&experiment->scene);
+    experiment->network = nn_mlp_settings_default();
+    experiment->network.inputs = experiment->network.outputs = 1;
+    if (!(experiment->network.fourier_scale > 0)) {
+        experiment->network.fourier_scale = 1;
+    }
+    losses_defaults(&experiment->losses);
+    experiment->stage_count = 2;
+    for (int i = 0; i < CONFIG_STAGES_MAX; i++) {
+        experiment->stages[i] = config_stage_defaults();
+    }
+    experiment->stages[1].optimizer = CONFIG_LBFGS;
+    experiment->stages[1].steps = 2000;
+    experiment->checkpoint_every = 1000;
+    experiment->checkpoint_seconds = 60;
+    experiment->checkpoint_keep = 3;
+    experiment->output_every = 10;
+}
+
+/* ---- choices ------------------------------------------------------------------------------- */
+
+static bool given(const config *experiment, const char *path)
+{
+    return config_given(experiment->source, path);
+}
+
+/* The file's name without folder and extension. */
+static const char *stem(config_source *source)
+{
+    const char *file = config_source_file(source);
+    const char *slash = strrchr(file, '/');
+    char name[256];
+    snprintf(name, sizeof name, "%.200s", slash ? slash + 1 : file);
+    char *dot = strrchr(name, '.');
+    if (dot && dot != name) {
+        *dot = '\0';
+    }
+    return config_keep(source, *name ? name : "rod");
+}
+
+static ad_status resolve_name(config *experiment, ad_error *error)
+{
+    if (!experiment->name) {
+        experiment->name = stem(experiment->source);
+        if (!experiment->name) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory");
+        }
+    }
+    if (strchr(experiment->name, '/') || experiment->name[0] == '.' ||
+        strlen(experiment->name) > 100) {
+        return config_blame(experiment->source, error, "name",
+                            "names a folder in runs; allowed: up to 100 bytes, no slash, not "
+                            "beginning with a point");
+    }
+    return AD_OK;
+}
+
+/* An end that is not held has no position and rotation; the start has defaults for what is held. */
+static ad_status resolve_end(config *experiment, scene_end *end, const char *name, ad_error *error)
+{
+    bool exact = scene_is_manufactured(&experiment->scene);
+    bool rotation = end->type == SCENE_CLAMPED || end->type == SCENE_DRIVEN;
+    bool position = rotation || end->type == SCENE_PINNED;
+    char path[CONFIG_PATH_MAX];
+    const struct {
+        const char *key;
+        bool held;
+        const char **texts;
+        int count;
+    } rows[] = {{"position", position, end->position, 3}, {"rotation", rotation, end->rotation, 4}};
+    for (int i = 0; i < 2; i++) {
+        snprintf(path, sizeof path, "boundary.%s.%s", name, rows[i].key);
+        if (!exact && rows[i].held) {
+            continue;
+        }
+        if (given(experiment, path)) {
+            return config_blame(experiment->source, error, path,
+                                exact ? "follows from the manufactured solution; leave it out"
+                                      : "is not held by an end of this type; leave it out, or take "
+                                        "clamped, pinned (position) or driven");
+        }
+        for (int k = 0; k < rows[i].count; k++) {
+            rows[i].texts[k] = NULL;
+        }
+    }
+    return AD_OK;
+}
+
+static void resolve_points(problem_points *points, bool known, int otherwise)
+{
+    if (!known) {
+        points->points = otherwise;
+    }
+}
+
+/* Tensor grids take the nearest number of points below that has their shape. */
+static ad_status resolve_grid(config *experiment, problem_points *points, int dimension,
+                              const char *key, ad_error *error)
+{
+    size_t actual = 0;
+    ad_error reason;
+    if (!sampling_kind_is_tensor(points->sampler) || dimension == 0) {
+        return AD_OK;
+    }
+    if (sampling_count(points->sampler, dimension, (size_t)points->points, NULL, &actual,
+                       &reason) != AD_OK) {
+        return config_blame(experiment->source, error, key, "%s", reason.message);
+    }
+    points->points = (int)actual;
+    return AD_OK;
+}
+
+static ad_status resolve_losses(config *experiment, ad_error *error)
+{
+    problem_settings *losses = &experiment->losses;
+    bool dynamic = scene_is_dynamic(&experiment->scene);
+    resolve_points(&losses->interior, given(experiment, "losses.interior.points"),
+                   dynamic ? 1024 : 256);
+    resolve_points(&losses->boundary, given(experiment, "losses.boundary.points"),
+                   dynamic ? 64 : 1);
+    if (!given(experiment, "losses.held_out_points")) {
+        losses->held_out_points = dynamic ? 1024 : 256;
+    }
+    ad_status status = resolve_grid(experiment, &losses->interior, dynamic ? 2 : 1,
+                                    "losses.interior.points", error);
+    if (status == AD_OK) {
+        status =
+            resolve_grid(experiment, &losses->boundary, dynamic, "losses.boundary.points", error);
+    }
+    if (status == AD_OK) {
+        status = resolve_grid(experiment, &losses->initial, 1, "losses.initial.points", error);
+    }
+    return status;
+}
+
+static void resolve_stages(config *experiment)
+{
+    char path[CONFIG_PATH_MAX];
+    for (int i = 0; i < experiment->stage_count; i++) {
+        config_stage *stage = &experiment->stages[i];
+        optim_schedule *schedule = &stage->adam.schedule;
+        snprintf(path, sizeof path, "training.stages[%d].decay_steps", i);
+        if (!given(experiment, path)) {
+            int64_t rest = stage->steps - schedule->warmup_steps;
+            schedule->decay_steps = rest > 1 ? rest : 1;
+        }
+    }
+}
+
+ad_status config_resolve_choices(config *experiment, ad_error *error)
+{
+    scene *rod_scene = &experiment->scene;
+    bool tip = rod_scene->loads.tip.force[0] || rod_scene->loads.tip.moment[0];
+    if (!given(experiment, "boundary.end.type")) {
+        rod_scene->end.type = tip || scene_is_manufactured(rod_scene) ? SCENE_LOADED : SCENE_FREE;
+    }
+    ad_status status = resolve_name(experiment, error);
+    if (status == AD_OK) {
+        status = resolve_end(experiment, &rod_scene->start, "start", error);
+    }
+    if (status == AD_OK) {
+        status = resolve_end(experiment, &rod_scene->end, "end", error);
+    }
+    if (status == AD_OK) {
+        resolve_stages(experiment);
+        status = resolve_losses(experiment, error);
+    }
+    return status;
+}
+
+/* ---- physics ------------------------------------------------------------------------------- */
+
+static void fill(double *field, double value, bool wanted)
+{
+    if (isnan(*field) && wanted) {
+        *field = value;
+    }
+}
+
+static void resolve_stiffness(scene *rod_scene)
+{
+    scene_rod *rod = &rod_scene->rod;
+    scene_properties properties = scene_properties_of(rod_scene);
+    bool massive = properties.mass_per_length > 0;
+    bool sectioned = rod->section != SCENE_SECTION_NONE && !isnan(rod->density);
+    fill(&rod->shear_correction, scene_shear_correction(rod), true);
+    for (int i = 0; i < 2; i++) {
+        fill(&rod->shear_stiffness[i], properties.strain_stiffness[i], true);
+        fill(&rod->bending_stiffness[i], properties.curvature_stiffness[i], true);
+    }
+    fill(&rod->axial_stiffness, properties.strain_stiffness[2], true);
+    fill(&rod->torsional_stiffness, properties.curvature_stiffness[2], true);
+    fill(&rod->mass_per_length, properties.mass_per_length, massive);
+    for (int i = 0; i < 3; i++) {
+        fill(&rod->rotary_inertia[i], properties.rotary_inertia[i], sectioned);
+    }
+}
+
+/* text times factor as a formula; a constant becomes a number. */
+static const char *scaled(config_source *source, const char *text, double factor)
+{
+    expression_use use = {true, true};
+    char number[32];
+    size_t size = strlen(text) + 64;
+    char *product = malloc(size);
+    const char *kept = NULL;
+    if (!product) {
+        return NULL;
+    }
+    if (expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t) {
+        config_number_text(expression_evaluate(text, 0, 0) * factor, number);
+        kept = config_keep(source, number);
+    } else {
+        config_number_text(factor, number);
+        snprintf(product, size, "(%s)*%s", text, number);
+        kept = config_keep(source, product);
+    }
+    free(product);
+    return kept;
+}
+
+static ad_status resolve_units(config *experiment, ad_error *error)
+{
+    scene_loads *loads = &experiment->scene.loads;
+    double length = experiment->scene.rod.length;
+    double stiffness = experiment->scene.rod.bending_stiffness[0];
+    const struct {
+        const char **texts;
+        int power;
+    } rows[] = {{loads->force, 3},       {loads->moment, 2},    {loads->base.force, 2},
+                {loads->base.moment, 1}, {loads->tip.force, 2}, {loads->tip.moment, 1}};
+    if (experiment->load_units == CONFIG_UNITS_SI) {
+        return AD_OK;
+    }
+    if (isinf(stiffness)) {
+        return config_blame(experiment->source, error, "loads.units",
+                            "EI needs a finite bending stiffness about d1; allowed here: SI");
+    }
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        double factor = stiffness / pow(length, rows[i].power);
+        for (int k = 0; k < 3 && rows[i].texts[k]; k++) {
+            rows[i].texts[k] = scaled(experiment->source, rows[i].texts[k], factor);
+            if (!rows[i].texts[k]) {
+                return ad_fail(error, AD_NO_MEMORY, "out of memory");
+            }
+        }
+    }
+    experiment->load_units = CONFIG_UNITS_SI;
+    return config_check_scene(experiment, error);
+}
+
+/* Numbers only; physics normalises formulas. A quaternion that is unit already stays as it is, so
+ * that writing and reading it again changes nothing. */
+static ad_status normalize(config_source *source, const char *rotation[4], ad_error *error)
+{
+    double value[4];
+    double square = 0;
+    char number[32];
+    for (int i = 0; i < 4; i++) {
+        if (!rotation[i] || config_parse_number(rotation[i], &value[i])) {
+            return AD_OK;
+        }
+        square += value[i] * value[i];
+    }
+    for (int i = 0; i < 4 && fabs(square - 1) > 1e-15; i++) {
+        config_number_text(value[i] / sqrt(square), number);
+        rotation[i] = config_keep(source, number);
+        if (!rotation[i]) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory");
+        }
+    }
+    return AD_OK;
+}
+
+/* The file relative to the folder of the scene file, made absolute, since the resolved experiment
+ * is written to another folder. */
+static ad_status resolve_reference(config *experiment, ad_error *error)
+{
+    const char *file = experiment->reference_file;
+    const char *scene_file = config_source_file(experiment->source);
+    const char *slash = strrchr(scene_file, '/');
+    char joined[4096];
+    char folder[2048] = "";
+    if (!file || *file == '/') {
+        return AD_OK;
+    }
+    if (*scene_file != '/' && !getcwd(folder, sizeof folder)) {
+        return ad_fail(error, AD_IO, "the current folder has no name that fits");
+    }
+    int length = snprintf(joined, sizeof joined, "%s%s%.*s%s", folder, *folder ? "/" : "",
+                          slash ? (int)(slash - scene_file + 1) : 0, scene_file, file);
+    if (length < 0 || (size_t)length >= sizeof joined) {
+        return config_blame(experiment->source, error, "reference.file", "the path is too long");
+    }
+    experiment->reference_file = config_keep(experiment->source, joined);
+    return experiment->reference_file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+}
+
+ad_status config_resolve_physics(config *experiment, ad_error *error)
+{
+    resolve_stiffness(&experiment->scene);
+    ad_status status = resolve_units(experiment, error);
+    if (status == AD_OK) {
+        status = normalize(experiment->source, experiment->scene.start.rotation, error);
+    }
+    if (status == AD_OK) {
+        status = normalize(experiment->source, experiment->scene.end.rotation, error);
+    }
+    return status == AD_OK ? resolve_reference(experiment, error) : status;
+}

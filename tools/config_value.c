@@ -1,0 +1,379 @@
+/* One value of a scene file: what a number is, and storing scalars and lists into their fields. */
+#include "tools/config_parts.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+bool config_is_plain(const yaml_node_t *node)
+{
+    return node->type == YAML_SCALAR_NODE && node->data.scalar.style == YAML_PLAIN_SCALAR_STYLE;
+}
+
+static const char *scalar(const yaml_node_t *node)
+{
+    return (const char *)node->data.scalar.value;
+}
+
+bool config_is_empty(const yaml_node_t *node)
+{
+    return config_is_plain(node) && node->data.scalar.length == 0;
+}
+
+bool config_is_null(const yaml_node_t *node)
+{
+    return config_is_plain(node) &&
+           (strcmp(scalar(node), "null") == 0 || strcmp(scalar(node), "~") == 0);
+}
+
+/* ---- numbers ------------------------------------------------------------------------------- */
+
+static bool named_number(const char *text, double *value)
+{
+    static const char *const infinities[] = {".inf", ".Inf", ".INF"};
+    static const char *const not_numbers[] = {".nan", ".NaN", ".NAN"};
+    bool negative = *text == '-';
+    const char *name = text + (*text == '-' || *text == '+');
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(name, infinities[i]) == 0) {
+            *value = negative ? -INFINITY : INFINITY;
+            return true;
+        }
+        if (strcmp(text, not_numbers[i]) == 0) {
+            *value = NAN;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Characters of [+-] digits [. digits] [e [+-] digits], 0 when the text does not begin so. */
+static size_t decimal_length(const char *text)
+{
+    const char *digits = "0123456789";
+    size_t at = *text == '+' || *text == '-';
+    size_t whole = strspn(text + at, digits);
+    size_t fraction = 0;
+    at += whole;
+    if (text[at] == '.') {
+        fraction = strspn(text + at + 1, digits);
+        at += 1 + fraction;
+    }
+    if (whole + fraction == 0) {
+        return 0;
+    }
+    if (text[at] == 'e' || text[at] == 'E') {
+        size_t sign = text[at + 1] == '+' || text[at + 1] == '-';
+        size_t exponent = strspn(text + at + 1 + sign, digits);
+        at += exponent ? 1 + sign + exponent : 0;
+    }
+    return at;
+}
+
+const char *config_parse_number(const char *text, double *value)
+{
+    if (named_number(text, value)) {
+        return NULL;
+    }
+    const char *first = text + (*text == '-' || *text == '+');
+    if (first[0] == '0' && (first[1] == 'x' || first[1] == 'X' || first[1] == 'o')) {
+        return "is hexadecimal or octal; write it in decimals";
+    }
+    if (decimal_length(text) == 0 || text[decimal_length(text)] != '\0') {
+        return "is not a number";
+    }
+    if (first[0] == '0' && first[1] >= '0' && first[1] <= '9') {
+        return "begins with 0, which some YAML readers take for octal; leave the 0 out";
+    }
+    *value = strtod(text, NULL);
+    if (isinf(*value)) {
+        return "is too large for a number";
+    }
+    size_t mantissa = strcspn(text, "eE");
+    if (*value == 0 && strcspn(text, "123456789") < mantissa) {
+        return "is too small for a number; write 0";
+    }
+    return NULL;
+}
+
+void config_number_text(double value, char text[32])
+{
+    if (isinf(value) || isnan(value)) {
+        snprintf(text, 32, "%s", isnan(value) ? ".nan" : value > 0 ? ".inf" : "-.inf");
+        return;
+    }
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, 32, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) {
+            break;
+        }
+    }
+    char *exponent = strchr(text, 'e');
+    if (exponent && !strchr(text, '.')) {
+        memmove(exponent + 2, exponent, strlen(exponent) + 1);
+        memcpy(exponent, ".0", 2);
+    }
+}
+
+/* ---- fields -------------------------------------------------------------------------------- */
+
+void *config_field(config *experiment, const config_key *key, const char *path)
+{
+    char *base = (char *)experiment;
+    if (config_key_in_stage(key)) {
+        const char *bracket = strchr(path, '[');
+        base = (char *)&experiment->stages[bracket ? strtol(bracket + 1, NULL, 10) : 0];
+    }
+    return base + key->offset;
+}
+
+/* "is 'abc'": long and quoted values are cut and told apart. */
+static void value_text(const yaml_node_t *node, char text[96])
+{
+    if (node->type == YAML_SEQUENCE_NODE) {
+        snprintf(text, 96, "is a list");
+    } else if (node->type == YAML_MAPPING_NODE) {
+        snprintf(text, 96, "is a section");
+    } else if (config_is_empty(node)) {
+        snprintf(text, 96, "has no value");
+    } else if (config_is_plain(node)) {
+        snprintf(text, 96, "is %.60s", scalar(node));
+    } else {
+        snprintf(text, 96, "is the text '%.60s'", scalar(node));
+    }
+}
+
+static ad_status refuse(config_reader *reader, const config_key *key, const char *path,
+                        const char *problem, bool entry)
+{
+    char allowed[300];
+    if (entry) {
+        config_key_entry_allowed(key, allowed, sizeof allowed);
+    } else {
+        config_key_allowed(key, allowed, sizeof allowed);
+    }
+    return config_blame(reader->experiment->source, reader->error, path, "%s; allowed: %s", problem,
+                        allowed);
+}
+
+/* Whether `value` lies in the range of `key`. */
+static bool in_range(const config_key *key, double value)
+{
+    bool above = key->flags & CONFIG_LOW_OPEN ? value > key->low : value >= key->low;
+    bool under = key->flags & CONFIG_HIGH_OPEN ? value < key->high : value <= key->high;
+    return above && under && (isfinite(value) || key->flags & CONFIG_INFINITE);
+}
+
+/* NULL, or what is wrong. */
+static const char *read_number(const config_key *key, const char *text, void *field)
+{
+    double value = 0;
+    const char *problem = config_parse_number(text, &value);
+    if (problem) {
+        return problem;
+    }
+    if (key->type != CONFIG_NUMBER && value != floor(value)) {
+        return "is not a whole number";
+    }
+    if (!in_range(key, value)) {
+        return "is out of range";
+    }
+    if (key->type == CONFIG_NUMBER) {
+        memcpy(field, &value, sizeof value);
+    } else if (key->type == CONFIG_LONG) {
+        int64_t whole = (int64_t)value;
+        memcpy(field, &whole, sizeof whole);
+    } else {
+        int whole = (int)value;
+        memcpy(field, &whole, sizeof whole);
+    }
+    return NULL;
+}
+
+static const char *read_choice(const config_key *key, const char *text, void *field)
+{
+    const char *const *names = key->names();
+    for (int i = 0; names[i]; i++) {
+        if (strcmp(names[i], text) == 0) {
+            memcpy(field, &i, sizeof i);
+            return NULL;
+        }
+    }
+    return "";
+}
+
+static const char out_of_memory[] = "out of memory";
+
+/* A formula is kept as it is written, a number in its shortest form. */
+static const char *read_expression(config_reader *reader, const yaml_node_t *node, void *field)
+{
+    char number[32];
+    double value = 0;
+    const char *text = scalar(node);
+    if (decimal_length(text) == strlen(text) || named_number(text, &value)) {
+        const char *problem = config_parse_number(text, &value);
+        if (problem || !isfinite(value)) {
+            return problem ? problem : "is not finite";
+        }
+        config_number_text(value, number);
+        text = number;
+    }
+    const char *kept = config_keep(reader->experiment->source, text);
+    memcpy(field, &kept, sizeof kept);
+    return kept ? NULL : out_of_memory;
+}
+
+static const char *read_text(config_reader *reader, const yaml_node_t *node, void *field)
+{
+    const char *text = scalar(node);
+    for (size_t i = 0; i < node->data.scalar.length; i++) {
+        if ((unsigned char)text[i] < 0x20) {
+            return "holds a control character";
+        }
+    }
+    if (node->data.scalar.length == 0 || node->data.scalar.length > 1000) {
+        return "is empty or longer than 1000 bytes";
+    }
+    const char *kept = config_keep(reader->experiment->source, text);
+    memcpy(field, &kept, sizeof kept);
+    return kept ? NULL : out_of_memory;
+}
+
+static bool tag_is_known(const yaml_node_t *node)
+{
+    static const char *const kinds[] = {"str", "int", "float", "null", "bool", "seq", "map"};
+    const char *prefix = "tag:yaml.org,2002:";
+    const char *tag = (const char *)node->tag;
+    if (!tag || strncmp(tag, prefix, strlen(prefix)) != 0) {
+        return tag == NULL;
+    }
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        if (strcmp(tag + strlen(prefix), kinds[i]) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* One scalar into one field. */
+static ad_status read_scalar(config_reader *reader, const config_key *key, const char *path,
+                             const yaml_node_t *node, void *field, bool entry)
+{
+    char value[96];
+    char problem_text[200];
+    const char *problem = NULL;
+    value_text(node, value);
+    bool numeric =
+        key->type == CONFIG_NUMBER || key->type == CONFIG_INTEGER || key->type == CONFIG_LONG;
+    if (!tag_is_known(node)) {
+        return refuse(reader, key, path, "has a YAML tag", entry);
+    }
+    if (node->type != YAML_SCALAR_NODE || config_is_empty(node) || config_is_null(node) ||
+        (numeric && !config_is_plain(node))) {
+        return refuse(reader, key, path, value, entry);
+    }
+    if (memchr(scalar(node), 0, node->data.scalar.length)) {
+        return refuse(reader, key, path, "holds a zero byte", entry);
+    }
+    if (numeric) {
+        problem = read_number(key, scalar(node), field);
+    } else if (key->type == CONFIG_CHOICE) {
+        problem = read_choice(key, scalar(node), field);
+    } else if (key->type == CONFIG_TEXT) {
+        problem = read_text(reader, node, field);
+    } else {
+        problem = read_expression(reader, node, field);
+    }
+    if (!problem) {
+        return AD_OK;
+    }
+    if (problem == out_of_memory) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    snprintf(problem_text, sizeof problem_text, "%s%s%s", value, *problem ? ", which " : "",
+             problem);
+    return refuse(reader, key, path, problem_text, entry);
+}
+
+ad_status config_read_entry(config_reader *reader, const config_key *key, const char *path,
+                            int index, yaml_node_t *node)
+{
+    char entry[CONFIG_PATH_MAX];
+    char *field = config_field(reader->experiment, key, path);
+    snprintf(entry, sizeof entry, "%.140s[%d]", path, index);
+    if (!config_place(reader->experiment->source, &reader->origin, entry, node->start_mark)) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    return read_scalar(reader, key, entry, node, field + (size_t)index * config_key_entry_size(key),
+                       true);
+}
+
+static ad_status read_list(config_reader *reader, const config_key *key, const char *path,
+                           yaml_node_t *node)
+{
+    char problem[160];
+    const char *hint =
+        key->type == CONFIG_EXPRESSION ? " (a formula that contains a comma needs quotes)" : "";
+    if (node->type != YAML_SEQUENCE_NODE) {
+        value_text(node, problem);
+        return refuse(reader, key, path, problem, false);
+    }
+    long count = node->data.sequence.items.top - node->data.sequence.items.start;
+    if (count < key->entries_min || count > key->entries_max) {
+        snprintf(problem, sizeof problem, "has %ld entries%s", count,
+                 count > key->entries_max ? hint : "");
+        return refuse(reader, key, path, problem, false);
+    }
+    for (int i = 0; i < (int)count; i++) {
+        yaml_node_t *entry =
+            yaml_document_get_node(reader->document, node->data.sequence.items.start[i]);
+        ad_status status = config_read_entry(reader, key, path, i, entry);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    if (key->entries_min != key->entries_max) {
+        int length = (int)count;
+        memcpy((char *)reader->experiment + key->count_offset, &length, sizeof length);
+    }
+    return AD_OK;
+}
+
+/* null: as if the key had never been given. */
+static ad_status unset(config_reader *reader, const config_key *key, const char *path)
+{
+    config *pristine = malloc(sizeof *pristine);
+    if (!pristine) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    config_defaults(pristine);
+    pristine->stages[CONFIG_STAGES_MAX - 1] = config_stage_defaults();
+    size_t entries = key->entries_max ? (size_t)key->entries_max : 1;
+    const char *from = config_key_in_stage(key)
+                           ? (char *)&pristine->stages[CONFIG_STAGES_MAX - 1] + key->offset
+                           : (char *)pristine + key->offset;
+    memcpy(config_field(reader->experiment, key, path), from, entries * config_key_entry_size(key));
+    if (key->entries_min != key->entries_max) {
+        memcpy((char *)reader->experiment + key->count_offset, (char *)pristine + key->count_offset,
+               sizeof(int));
+    }
+    free(pristine);
+    config_unplace(reader->experiment->source, path);
+    return AD_OK;
+}
+
+ad_status config_read_value(config_reader *reader, const config_key *key, const char *path,
+                            yaml_node_t *node)
+{
+    config_unplace(reader->experiment->source, path);
+    if (!config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    if (config_is_null(node)) {
+        return unset(reader, key, path);
+    }
+    if (key->entries_max > 0) {
+        return read_list(reader, key, path, node);
+    }
+    return read_scalar(reader, key, path, node, config_field(reader->experiment, key, path), false);
+}

@@ -1,0 +1,318 @@
+/* The table of keys printed: an experiment as YAML, and the help on all keys. */
+#include "tools/config_parts.h"
+
+#include <locale.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HELP_COLUMNS = 96 };
+
+/* ---- values -------------------------------------------------------------------------------- */
+
+static void write_quoted(FILE *file, const char *text)
+{
+    fputc('"', file);
+    for (; *text; text++) {
+        unsigned char byte = (unsigned char)*text;
+        if (byte == '"' || byte == '\\') {
+            fprintf(file, "\\%c", byte);
+        } else if (byte < 0x20 || byte == 0x7f) {
+            fprintf(file, "\\x%02x", byte);
+        } else {
+            fputc(byte, file);
+        }
+    }
+    fputc('"', file);
+}
+
+static void write_formula(FILE *file, const char *text)
+{
+    double value = 0;
+    if (!config_parse_number(text, &value)) {
+        fputs(text, file);
+    } else {
+        write_quoted(file, text);
+    }
+}
+
+static void write_entry(FILE *file, const config_key *key, const void *field)
+{
+    char number[32];
+    double real = 0;
+    int64_t wide = 0;
+    int whole = 0;
+    const char *text = NULL;
+    switch (key->type) {
+    case CONFIG_NUMBER:
+        memcpy(&real, field, sizeof real);
+        config_number_text(real, number);
+        fputs(number, file);
+        break;
+    case CONFIG_LONG:
+        memcpy(&wide, field, sizeof wide);
+        fprintf(file, "%lld", (long long)wide);
+        break;
+    case CONFIG_INTEGER:
+        memcpy(&whole, field, sizeof whole);
+        fprintf(file, "%d", whole);
+        break;
+    case CONFIG_CHOICE:
+        memcpy(&whole, field, sizeof whole);
+        fputs(key->names()[whole], file);
+        break;
+    case CONFIG_TEXT:
+        memcpy(&text, field, sizeof text);
+        write_quoted(file, text);
+        break;
+    case CONFIG_EXPRESSION:
+        memcpy(&text, field, sizeof text);
+        write_formula(file, text);
+        break;
+    }
+}
+
+/* Whether the field holds something: numbers that are not NaN, texts that are not NULL. */
+static bool has_value(const config_key *key, const char *field)
+{
+    if (key->type == CONFIG_NUMBER) {
+        double real = 0;
+        memcpy(&real, field, sizeof real);
+        return !isnan(real);
+    }
+    if (key->type == CONFIG_TEXT || key->type == CONFIG_EXPRESSION) {
+        const char *text = NULL;
+        memcpy(&text, field, sizeof text);
+        return text != NULL;
+    }
+    return true;
+}
+
+/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. */
+static void write_value(FILE *file, const config_key *key, const char *base, const char *lengths)
+{
+    const char *field = base + key->offset;
+    int count = key->entries_max;
+    if (!has_value(key, field)) {
+        fputs("null", file);
+        return;
+    }
+    if (count == 0) {
+        write_entry(file, key, field);
+        return;
+    }
+    if (key->entries_min != key->entries_max) {
+        memcpy(&count, lengths + key->count_offset, sizeof count);
+    }
+    fputc('[', file);
+    for (int i = 0; i < count; i++) {
+        fputs(i ? ", " : "", file);
+        write_entry(file, key, field + (size_t)i * config_key_entry_size(key));
+    }
+    fputc(']', file);
+}
+
+/* ---- YAML ---------------------------------------------------------------------------------- */
+
+typedef struct yaml_writer {
+    FILE *file;
+    const config *experiment;
+    bool help;
+    const char *before; /* path of the row written last */
+} yaml_writer;
+
+static void indent(FILE *file, int depth)
+{
+    fprintf(file, "%*s", 2 * depth, "");
+}
+
+/* Headings of the sections in `path` that were not open after the row before, beginning `extra`
+ * levels deep. Returns the depth of the key itself and in *name its last part. */
+static int open_sections(const yaml_writer *writer, const char *path, int extra, const char **name)
+{
+    const char *before = writer->before;
+    int depth = extra;
+    bool same = true;
+    const char *dot = strchr(path, '.');
+    while (dot) {
+        size_t length = (size_t)(dot - path) + 1;
+        same = same && strncmp(before, path, length) == 0;
+        if (!same) {
+            indent(writer->file, depth);
+            fprintf(writer->file, "%.*s:\n", (int)length - 1, path);
+        }
+        before += same ? length : 0;
+        path = dot + 1;
+        depth++;
+        dot = strchr(path, '.');
+    }
+    *name = path;
+    return depth;
+}
+
+static void write_comment(FILE *file, const config_key *key, int depth)
+{
+    char allowed[300];
+    config_key_allowed(key, allowed, sizeof allowed);
+    indent(file, depth);
+    fprintf(file, "# %s", key->help);
+    fprintf(file,
+            key->entries_max || key->names || key->unit || key->type != CONFIG_TEXT ? " (%s)\n"
+                                                                                    : "\n",
+            allowed);
+}
+
+static void write_row(yaml_writer *writer, const config_key *key)
+{
+    const char *name = NULL;
+    const char *base = (const char *)writer->experiment;
+    if (*writer->before && !strchr(key->path, '.') != !strchr(writer->before, '.')) {
+        fputc('\n', writer->file);
+    } else if (strchr(key->path, '.') &&
+               strncmp(key->path, writer->before, strcspn(key->path, ".") + 1) != 0) {
+        fputc('\n', writer->file);
+    }
+    int depth = open_sections(writer, key->path, 0, &name);
+    if (writer->help) {
+        write_comment(writer->file, key, depth);
+    }
+    indent(writer->file, depth);
+    fprintf(writer->file, "%s: ", name);
+    write_value(writer->file, key, base, base);
+    fputc('\n', writer->file);
+    writer->before = key->path;
+}
+
+static bool applies(const config_key *key, const config_stage *stage)
+{
+    unsigned foreign = stage->optimizer == CONFIG_ADAM ? CONFIG_FOR_LBFGS : CONFIG_FOR_ADAM;
+    return !(key->flags & foreign);
+}
+
+/* The keys of one stage are neighbours in the table, from `first` on. */
+static void write_stage(const yaml_writer *outer, int first, const config_stage *stage, bool help)
+{
+    yaml_writer writer = {outer->file, outer->experiment, help, ""};
+    for (int i = first; i < config_key_count && config_key_in_stage(&config_keys[i]); i++) {
+        const config_key *key = &config_keys[i];
+        const char *path = strstr(key->path, "[].") + 3;
+        const char *name = NULL;
+        if (!applies(key, stage)) {
+            continue;
+        }
+        int depth = i == first ? 3 : open_sections(&writer, path, 3, &name);
+        if (help) {
+            write_comment(writer.file, key, depth);
+        }
+        indent(writer.file, i == first ? 2 : depth);
+        fprintf(writer.file, "%s%s: ", i == first ? "- " : "", i == first ? path : name);
+        write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment);
+        fputc('\n', writer.file);
+        writer.before = path;
+    }
+}
+
+static int write_stages(yaml_writer *writer, int first)
+{
+    const config *experiment = writer->experiment;
+    int end = first;
+    bool explained[2] = {false, false};
+    while (end < config_key_count && config_key_in_stage(&config_keys[end])) {
+        end++;
+    }
+    fprintf(writer->file, "  stages:\n");
+    for (int i = 0; i < experiment->stage_count; i++) {
+        const config_stage *stage = &experiment->stages[i];
+        write_stage(writer, first, stage, writer->help && !explained[stage->optimizer]);
+        explained[stage->optimizer] = true;
+    }
+    return end;
+}
+
+ad_status config_write(const config *experiment, FILE *file, bool help)
+{
+    yaml_writer writer = {file, experiment, help, ""};
+    locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    if (!c_locale) {
+        return AD_NO_MEMORY;
+    }
+    locale_t before = uselocale(c_locale);
+    fprintf(file, "# Every key of the experiment, defaults filled in. Stiffness and inertia are\n"
+                  "# numbers here and come before what section and material would give; to change\n"
+                  "# section or material, set them to null or edit the original scene.\n");
+    for (int i = 0; i < config_key_count;) {
+        if (config_key_in_stage(&config_keys[i])) {
+            i = write_stages(&writer, i);
+        } else {
+            write_row(&writer, &config_keys[i++]);
+        }
+    }
+    uselocale(before);
+    freelocale(c_locale);
+    return ferror(file) ? AD_IO : AD_OK;
+}
+
+/* ---- help ---------------------------------------------------------------------------------- */
+
+/* Words of `text`, wrapped and indented. */
+static void write_wrapped(FILE *file, const char *text, int margin)
+{
+    int column = HELP_COLUMNS;
+    while (*text) {
+        int length = (int)strcspn(text, " ");
+        if (column + 1 + length > HELP_COLUMNS) {
+            fprintf(file, "%s%*s", column == HELP_COLUMNS ? "" : "\n", margin, "");
+            column = margin;
+        } else {
+            fputc(' ', file);
+            column++;
+        }
+        fprintf(file, "%.*s", length, text);
+        column += length;
+        text += length;
+        text += strspn(text, " ");
+    }
+    fputc('\n', file);
+}
+
+static void help_row(FILE *file, const config *defaults, const config_key *key)
+{
+    char allowed[300];
+    const config_stage *stage = &defaults->stages[0];
+    const char *base = config_key_in_stage(key) ? (const char *)stage : (const char *)defaults;
+    bool none = !has_value(key, base + key->offset);
+    config_key_allowed(key, allowed, sizeof allowed);
+    fprintf(file, "  %s: %s", key->path, allowed);
+    if (key->fallback) {
+        fprintf(file, "; %s%s", strcmp(key->fallback, "required") ? "default: " : "",
+                key->fallback);
+    } else if (!none) {
+        fprintf(file, "; default: ");
+        write_value(file, key, base, (const char *)defaults);
+    }
+    if (key->flags & (CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS)) {
+        fprintf(file, "; %s only", key->flags & CONFIG_FOR_ADAM ? "adam" : "lbfgs");
+    }
+    fputc('\n', file);
+    write_wrapped(file, key->help, 6);
+}
+
+void config_help(FILE *file)
+{
+    config *defaults = malloc(sizeof *defaults);
+    const char *before = "";
+    if (!defaults) {
+        return;
+    }
+    config_defaults(defaults);
+    for (int i = 0; i < config_key_count; i++) {
+        const char *path = config_keys[i].path;
+        size_t length = strcspn(path, ".");
+        if (!(strncmp(path, before, length) == 0 && strcspn(before, ".") == length)) {
+            fprintf(file, "%s%.*s\n", i ? "\n" : "", (int)length, path);
+        }
+        help_row(file, defaults, &config_keys[i]);
+        before = path;
+    }
+    free(defaults);
+}

@@ -1,0 +1,20 @@
+#!/bin/sh
+# Installs what is missing, builds, trains the two rods of the README and evaluates them.
+# Results go to build/demo/, which is emptied first.
+#   tools/demo.sh [OPTIONS OF cpinn-train...]
+set -eu
+cd "$(dirname "$0")/.."
+tools/setup.sh
+
+rm -rf build/demo
+mkdir -p build/demo
+for name in elastica cantilever_dynamic; do
+    echo
+    echo "== cpinn-train configs/$name.yaml"
+    build/tools/cpinn-train "configs/$name.yaml" --out "build/demo/$name" "$@"
+    echo
+    echo "== cpinn-eval build/demo/$name"
+    build/tools/cpinn-eval "build/demo/$name" --out "build/demo/$name/evaluation.csv"
+done
+echo
+echo "demo: checkpoints, histories and evaluations are in build/demo/"

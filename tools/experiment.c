@@ -1,0 +1,222 @@
+#include "tools/experiment.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static int thread_count(int threads)
+{
+    if (threads > 0) {
+        return threads;
+    }
+    long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    return processors > 0 ? (int)processors : 1;
+}
+
+static ad_status build(experiment *e, int threads, ad_error *error)
+{
+    config *settings = e->settings;
+    nn_rng rng = nn_rng_split(settings->seed, "network");
+    settings->network.inputs = rod_network_inputs(&settings->scene);
+    settings->network.outputs = rod_network_outputs(&settings->scene);
+    ad_status status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    e->count = nn_mlp_parameters(e->mlp);
+    e->parameters = malloc(e->count * sizeof *e->parameters);
+    if (!e->parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", e->count);
+    }
+    nn_mlp_initialize(e->mlp, &rng, e->parameters);
+    e->pool = ad_pool_create(thread_count(threads));
+    if (!e->pool) {
+        return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
+                       thread_count(threads));
+    }
+    return AD_OK;
+}
+
+ad_status experiment_create(config *settings, int threads, experiment **result, ad_error *error)
+{
+    *result = NULL;
+    experiment *e = calloc(1, sizeof *e);
+    if (!e) {
+        config_free(settings);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for an experiment");
+    }
+    e->settings = settings;
+    ad_status status = build(e, threads, error);
+    if (status != AD_OK) {
+        experiment_free(e);
+        return status;
+    }
+    *result = e;
+    return AD_OK;
+}
+
+void experiment_free(experiment *e)
+{
+    if (e) {
+        ad_pool_free(e->pool);
+        nn_mlp_free(e->mlp);
+        config_free(e->settings);
+        free(e->parameters);
+        free(e->yaml);
+        free(e);
+    }
+}
+
+char *experiment_yaml(const experiment *e)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return NULL;
+    }
+    ad_status status = config_write(e->settings, file, false);
+    if (fclose(file) != 0 || status != AD_OK) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+/* ---- checkpoints --------------------------------------------------------------------------- */
+
+enum { ITEM_NAME_MAX = NN_NAME_MAX + 32 };
+
+static void item_name(const nn_view *view, char name[ITEM_NAME_MAX])
+{
+    snprintf(name, ITEM_NAME_MAX, "parameters/network/%s", view->name);
+}
+
+void experiment_put(experiment *e, const double *parameters, checkpoint *file)
+{
+    if (!e->yaml) {
+        e->yaml = experiment_yaml(e);
+    }
+    checkpoint_put_text(file, "scene/yaml", e->yaml); /* NULL is refused and remembered */
+    const nn_view *views;
+    int count = nn_mlp_views(e->mlp, &views);
+    for (int i = 0; i < count; i++) {
+        char name[ITEM_NAME_MAX];
+        item_name(&views[i], name);
+        size_t shape[2] = {(size_t)views[i].rows, (size_t)views[i].columns};
+        int rank = views[i].columns > 1 || strstr(name, "/weight") ? 2 : 1;
+        checkpoint_put_doubles(file, name, parameters + views[i].offset, rank, shape);
+    }
+    size_t frequencies;
+    const double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
+    if (fourier) {
+        size_t inputs = (size_t)e->settings->network.inputs;
+        size_t shape[2] = {frequencies / inputs, inputs};
+        checkpoint_put_doubles(file, "network/fourier", fourier, 2, shape);
+    }
+}
+
+ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
+{
+    const nn_view *views;
+    int count = nn_mlp_views(e->mlp, &views);
+    size_t frequencies;
+    double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
+    ad_status status = AD_OK;
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        char name[ITEM_NAME_MAX];
+        item_name(&views[i], name);
+        size_t numbers = (size_t)views[i].rows * (size_t)views[i].columns;
+        status =
+            checkpoint_get_doubles(file, name, e->parameters + views[i].offset, numbers, error);
+    }
+    if (fourier && status == AD_OK) {
+        status = checkpoint_get_doubles(file, "network/fourier", fourier, frequencies, error);
+    }
+    return status;
+}
+
+/* The resolved scene of a checkpoint. When only its reference file is to blame the scene is read
+ * without it, and `warning` receives the reason. */
+static ad_status read_scene(const char *path, const char *text, int count,
+                            const char *const *overrides, config **settings, char warning[512],
+                            ad_error *error)
+{
+    char name[4096 + 16];
+    snprintf(name, sizeof name, "%s:scene/yaml", path);
+    ad_status status = config_read(name, text, count, overrides, settings, error);
+    warning[0] = '\0';
+    if (status != AD_BAD_INPUT) {
+        return status;
+    }
+    const char **more = malloc(((size_t)count + 1) * sizeof *more);
+    if (!more) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the scene of a checkpoint");
+    }
+    for (int i = 0; i < count; i++) {
+        more[i] = overrides[i];
+    }
+    more[count] = "reference.file=null";
+    if (config_read(name, text, count + 1, more, settings, NULL) == AD_OK) {
+        snprintf(warning, 512, "%s", error ? error->message : "the reference file is gone");
+        status = AD_OK;
+    }
+    free(more);
+    return status;
+}
+
+static ad_status restore(const checkpoint *file, const char *path, int count,
+                         const char *const *overrides, int threads, experiment **result,
+                         ad_error *error)
+{
+    const char *text;
+    config *settings = NULL;
+    char warning[512];
+    ad_error reason;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = read_scene(path, text, count, overrides, &settings, warning, &reason);
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s", reason.message);
+    }
+    status = experiment_create(settings, threads, result, error);
+    if (status == AD_OK) {
+        snprintf((*result)->warning, sizeof(*result)->warning, "%s", warning);
+        status = experiment_get(*result, file, error);
+    }
+    return status;
+}
+
+ad_status experiment_open(const char *path, int count, const char *const *overrides, int threads,
+                          experiment **result, checkpoint **file, ad_error *error)
+{
+    char found[4096];
+    struct stat info;
+    checkpoint *opened = NULL;
+    bool folder = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    *result = NULL;
+    if (file) {
+        *file = NULL;
+    }
+    int length = snprintf(found, sizeof found, "%s%s", path, folder ? "/checkpoint.h5" : "");
+    if (length < 0 || (size_t)length >= sizeof found) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
+    }
+    ad_status status = checkpoint_open(found, &opened, error);
+    if (status == AD_OK) {
+        status = restore(opened, found, count, overrides, threads, result, error);
+    }
+    if (status != AD_OK) {
+        experiment_free(*result);
+        *result = NULL;
+    }
+    if (status == AD_OK && file) {
+        *file = opened;
+    } else {
+        checkpoint_free(opened);
+    }
+    return status;
+}

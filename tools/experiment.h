@@ -1,0 +1,51 @@
+/* An experiment made ready: network, parameters, and whatever of problem, field and reference a
+ * program needs; and its way into and out of a checkpoint.
+ *
+ * Items of a checkpoint (tools/checkpoint.h), beside the network's parameters
+ * "parameters/network/layer0/weight" [rows, columns] and so on:
+ *   scene/yaml                 the resolved experiment, reads back as it is
+ *   network/fourier            [features, inputs] frequencies, where there are any
+ *   optimizer/...              state of the optimiser at work, optim.h
+ *   points/..., causal/...     point sets [coordinates, points] and causal weights, problem.h
+ *   generators/...             uint64 [4] states of the random generators
+ *   training/...               stage, step, seconds: tools/trainer.h
+ *   history/table              rows of history.csv, with its columns */
+#ifndef TOOLS_EXPERIMENT_H
+#define TOOLS_EXPERIMENT_H
+
+#include "physics/field.h"
+#include "physics/problem.h"
+#include "tools/checkpoint.h"
+#include "tools/config.h"
+
+typedef struct experiment {
+    config *settings; /* owned */
+    ad_pool *pool;
+    nn_mlp *mlp;
+    double *parameters; /* [count], initialised from the seed */
+    size_t count;
+    char *yaml;        /* the text that experiment_put lent to a checkpoint */
+    char warning[512]; /* why a restored experiment has lost its reference file; "": it has not */
+} experiment;
+
+/* Takes over `settings`, also when it fails. threads: 0 means one per processor. */
+ad_status experiment_create(config *settings, int threads, experiment **result, ad_error *error);
+void experiment_free(experiment *e);
+
+/* Restore an experiment by itself from a checkpoint: DIR, DIR/checkpoint.h5 or any such file.
+ * `overrides` as for config_read. *file (may be NULL) receives the opened checkpoint. A reference
+ * file that is no longer there is no error: the experiment then has no reference, and says so in
+ * `warning`. */
+ad_status experiment_open(const char *path, int count, const char *const *overrides, int threads,
+                          experiment **result, checkpoint **file, ad_error *error);
+
+/* scene/yaml, parameters and frequencies to and from a checkpoint. `parameters` and the experiment
+ * are borrowed until the checkpoint is written; what fails shows when it is written. Frequencies
+ * become part of a recording: get comes before anything is made of the network. */
+void experiment_put(experiment *e, const double *parameters, checkpoint *file);
+ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error);
+
+/* The resolved scene as YAML, allocated; NULL when memory runs out. */
+char *experiment_yaml(const experiment *e);
+
+#endif

@@ -1,0 +1,317 @@
+#include "tools/explain.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { EXPLAIN_WIDTH = 96 };
+
+/* ---- layout -------------------------------------------------------------------------------- */
+
+static void heading(FILE *file, const char *text)
+{
+    fprintf(file, "\n%s\n", text);
+}
+
+/* Words after one another, continued under `indent` when the line is full. */
+typedef struct paragraph {
+    FILE *file;
+    int indent, column;
+} paragraph;
+
+static paragraph paragraph_begin(FILE *file, const char *label)
+{
+    paragraph p = {file, 18, 0};
+    fprintf(file, "  %-15s ", label);
+    p.column = p.indent;
+    return p;
+}
+
+static void paragraph_add(paragraph *p, const char *text, bool comma)
+{
+    int length = (int)strlen(text) + comma;
+    if (p->column > p->indent && p->column + 1 + length > EXPLAIN_WIDTH) {
+        fprintf(p->file, "\n%*s", p->indent, "");
+        p->column = p->indent;
+    }
+    p->column +=
+        fprintf(p->file, "%s%s%s", p->column > p->indent ? " " : "", text, comma ? "," : "");
+}
+
+static void bytes_text(double bytes, char text[32])
+{
+    static const char *const units[] = {"bytes", "KiB", "MiB", "GiB"};
+    int unit = 0;
+    while (bytes >= 1024 && unit < 3) {
+        bytes /= 1024;
+        unit++;
+    }
+    snprintf(text, 32, unit ? "%.1f %s" : "%.0f %s", bytes, units[unit]);
+}
+
+/* ---- how hard it is ------------------------------------------------------------------------ */
+
+/* What a number means from `from` on; rows of one number in rising order. */
+typedef struct verdict {
+    double from;
+    const char *text;
+} verdict;
+
+static const verdict stiff_strain[] = {
+    {0, "soft: this strain matters for the shape"},
+    {1e2, "stiff against bending: a small strain carries a large force"},
+    {1e4, "very stiff: hard in displacement form; mixed form, or lock it (rod.model)"},
+    {INFINITY, "locked: this strain is no unknown"}};
+static const verdict twist_ratio[] = {{0, "twists easily"},
+                                      {0.2, "of the order of bending"},
+                                      {5, "hard to twist"},
+                                      {INFINITY, "twist is locked"}};
+static const verdict end_force[] = {{0, "small deflection, nearly linear: easy"},
+                                    {0.5, "large deflection"},
+                                    {5, "very large deflection: curvature crowds at the clamp"},
+                                    {50, "extreme: a boundary layer; more points, more steps"}};
+static const verdict end_moment[] = {
+    {0, "turns the tip by less than half a radian: easy"},
+    {0.5, "turns the tip by a large angle"},
+    {3.2, "more than half a turn: train longer, or raise it in steps"},
+    {12.6, "several turns: Fourier features help"}};
+static const verdict line_load[] = {{0, "small deflection, nearly linear: easy"},
+                                    {2, "large deflection"},
+                                    {20, "very large deflection: curvature crowds at the clamp"},
+                                    {200, "extreme: a boundary layer; more points, more steps"}};
+static const verdict slenderness[] = {{0, "none"},
+                                      {1e-300, "slender: the rotary inertia hardly matters"},
+                                      {1e-3, "stout: shear and rotary inertia matter"}};
+static const verdict damping[] = {{0, "weak: waves live long"},
+                                  {0.05, "moderate: waves fade"},
+                                  {1, "overdamped: creeps, no waves"}};
+static const verdict seconds_of_motion[] = {
+    {0, "a fraction of a swing: easy"},
+    {1, "a few swings"},
+    {4, "many swings: early times must be learned first (losses.causal), more points"}};
+
+typedef struct number_row {
+    const char *name, *formula;
+    double value;
+    const verdict *verdicts;
+    int count;
+    bool shown;
+} number_row;
+
+#define VERDICTS(list) list, (int)(sizeof(list) / sizeof *(list))
+
+static const char *judge(const number_row *row)
+{
+    const char *text = row->verdicts[0].text;
+    for (int i = 0; i < row->count && row->value >= row->verdicts[i].from; i++) {
+        text = row->verdicts[i].text;
+    }
+    return text;
+}
+
+static void print_numbers(FILE *file, const scene *scene)
+{
+    rod_numbers n = rod_numbers_of(scene);
+    bool moving = scene_is_dynamic(scene);
+    const number_row rows[] = {
+        {"shear", "kGA L^2/EI", n.shear_ratio, VERDICTS(stiff_strain), true},
+        {"stretch", "EA L^2/EI", n.axial_ratio, VERDICTS(stiff_strain), true},
+        {"twist", "GJ/EI", n.torsion_ratio, VERDICTS(twist_ratio), true},
+        {"tip force", "F L^2/EI", n.tip_force, VERDICTS(end_force), n.tip_force > 0},
+        {"tip moment", "T L/EI", n.tip_moment, VERDICTS(end_moment), n.tip_moment > 0},
+        {"line load", "f L^3/EI", n.distributed_force, VERDICTS(line_load),
+         n.distributed_force > 0},
+        {"weight", "rhoA g L^3/EI", n.weight, VERDICTS(line_load), n.weight > 0},
+        {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
+        {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(damping),
+         moving && n.strain_damping > 0},
+        {"bending damping", "B w1/(2 EI)", n.curvature_damping, VERDICTS(damping),
+         moving && n.curvature_damping > 0},
+        {"drag", "c/(2 rhoA w1)", n.drag, VERDICTS(damping), moving && n.drag > 0},
+        {"first periods", "duration/period", n.periods, VERDICTS(seconds_of_motion), moving}};
+    heading(file, "How hard it is");
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].shown) {
+            fprintf(file, "  %-15s %-16s %-10.4g %s\n", rows[i].name, rows[i].formula,
+                    rows[i].value, judge(&rows[i]));
+        }
+    }
+}
+
+static void print_scales(FILE *file, const scene *scene)
+{
+    rod_scales scales = rod_scales_of(scene);
+    heading(file, "Scales (1 of the dimensionless equations)");
+    fprintf(file, "  length %.5g m", scales.length);
+    if (scene_is_dynamic(scene)) {
+        fprintf(file, "   time %.5g s", scales.time);
+    }
+    fprintf(file, "   force EI/L^2 %.5g N   moment EI/L %.5g N m\n", scales.force, scales.moment);
+}
+
+/* ---- what is solved ------------------------------------------------------------------------ */
+
+static const char *end_text(const scene_end *end)
+{
+    return scene_end_names()[end->type];
+}
+
+static void print_unknowns(FILE *file, const experiment *e, const problem *p)
+{
+    const scene *scene = &e->settings->scene;
+    bool moving = scene_is_dynamic(scene), mixed = scene->formulation == SCENE_MIXED;
+    heading(file, "Unknowns and equations");
+    fprintf(file, "  %-15s %s, %s: r[3] position, q[4] rotation%s of s%s\n", "form",
+            scene_formulation_names()[scene->formulation], moving ? "dynamic" : "static",
+            mixed ? ", N[3] force, m[3] moment" : "", moving ? " and t" : "");
+    fprintf(file, "  %-15s start %s, end %s: %s", "boundary", end_text(&scene->start),
+            end_text(&scene->end), scene_enforcement_names()[scene->boundary_enforcement]);
+    if (moving) {
+        fprintf(file, "; initial state: %s", scene_enforcement_names()[scene->initial_enforcement]);
+    }
+    fputc('\n', file);
+    fprintf(file, "  %-15s %s\n", "derivatives", problem_derivatives(p));
+    paragraph terms = paragraph_begin(file, "loss terms");
+    for (int i = 0; i < problem_terms(p); i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%s (weight %g)", problem_term_name(p, i),
+                 problem_term_weight(p, i));
+        paragraph_add(&terms, text, i + 1 < problem_terms(p));
+    }
+    fputc('\n', file);
+}
+
+/* Terms left out for one and the same reason, behind one another. */
+static void print_left_out(FILE *file, const rod_term *terms, int count, int first)
+{
+    char text[96];
+    paragraph line = paragraph_begin(file, "left out");
+    for (int i = first; i < count; i++) {
+        bool same = !terms[i].present && strcmp(terms[i].reason, terms[first].reason) == 0;
+        if (same) {
+            bool another = false;
+            for (int k = i + 1; k < count; k++) {
+                another = another ||
+                          (!terms[k].present && strcmp(terms[k].reason, terms[first].reason) == 0);
+            }
+            snprintf(text, sizeof text, "%s%s", terms[i].name, another ? "" : ":");
+            paragraph_add(&line, text, another);
+        }
+    }
+    paragraph_add(&line, terms[first].reason, false);
+    fputc('\n', file);
+}
+
+static void print_terms(FILE *file, const scene *scene)
+{
+    rod_term terms[ROD_TERM_MAX];
+    int count = rod_terms(scene, terms), left = 0;
+    heading(file, "Physics");
+    paragraph line = paragraph_begin(file, "present");
+    for (int i = 0; i < count; i++) {
+        left += terms[i].present;
+    }
+    for (int i = 0; i < count; i++) {
+        if (terms[i].present) {
+            paragraph_add(&line, terms[i].name, --left > 0);
+        }
+    }
+    fputc('\n', file);
+    for (int i = 0; i < count; i++) {
+        bool told = terms[i].present;
+        for (int k = 0; k < i && !told; k++) {
+            told = !terms[k].present && strcmp(terms[k].reason, terms[i].reason) == 0;
+        }
+        if (!told) {
+            print_left_out(file, terms, count, i);
+        }
+    }
+}
+
+/* ---- what it costs ------------------------------------------------------------------------- */
+
+static void print_sets(FILE *file, const problem *p)
+{
+    heading(file,
+            "Point sets and their tapes (operations: recorded, less folded and shared, stored; "
+            "value and gradient)");
+    fprintf(file, "  %-9s%8s%9s%10s%8s%8s%8s%10s%6s\n", "set", "points", "held out", "recorded",
+            "folded", "shared", "stored", "compiled", "dead");
+    for (int i = 0; i < problem_sets(p); i++) {
+        problem_set_info set = problem_set_inspect(p, i);
+        fprintf(file, "  %-9s%8zu%9zu%10zu%8zu%8zu%8zu%10zu%6zu\n", set.name, set.points,
+                set.held_out, set.tape.recorded, set.tape.folded, set.tape.shared, set.tape.stored,
+                set.program.instructions, set.program.dead);
+    }
+    fprintf(file, "  %-9s%8s%9s%10s%14s%8s%11s\n", "set", "products", "groups", "passes",
+            "flops/point", "tile", "workspace");
+    for (int i = 0; i < problem_sets(p); i++) {
+        problem_set_info set = problem_set_inspect(p, i);
+        char workspace[32];
+        bytes_text((double)set.program.workspace_bytes, workspace);
+        fprintf(file, "  %-9s%8zu%9zu%10zu%14zu%8d%11s\n", set.name, set.program.products,
+                set.program.groups, set.program.passes, set.program.flops_per_point,
+                set.program.tile, workspace);
+    }
+}
+
+static void print_network(FILE *file, const experiment *e, const problem *p)
+{
+    static const char *const activations[] = {
+#define TEXT(name, text) text,
+        NN_ACTIVATION_LIST(TEXT)
+#undef TEXT
+    };
+    const nn_mlp_settings *network = &e->settings->network;
+    char bytes[32];
+    heading(file, "Network and memory");
+    fprintf(file, "  %-15s %d", "network", network->inputs);
+    if (network->fourier_features) {
+        fprintf(file, " + 2 x %d Fourier", network->fourier_features);
+    }
+    for (int i = 0; i < network->hidden_count; i++) {
+        fprintf(file, " - %d", network->hidden[i]);
+    }
+    fprintf(file, " - %d, %s, %zu parameters\n", network->outputs, activations[network->activation],
+            e->count);
+    bytes_text((double)problem_bytes(p), bytes);
+    fprintf(file, "  %-15s %s for the loss and its gradient, on %d thread%s\n", "memory", bytes,
+            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
+}
+
+static void print_plan(FILE *file, const experiment *e, const reference *r)
+{
+    const config *settings = e->settings;
+    paragraph line = paragraph_begin(file, "training");
+    for (int i = 0; i < settings->stage_count; i++) {
+        char text[64];
+        snprintf(text, sizeof text, "%s %d steps",
+                 settings->stages[i].optimizer == CONFIG_ADAM ? "adam" : "lbfgs",
+                 settings->stages[i].steps);
+        paragraph_add(&line, text, i + 1 < settings->stage_count);
+    }
+    fputc('\n', file);
+    if (!r) {
+        fprintf(file, "  %-15s none\n", "reference");
+        return;
+    }
+    fprintf(file, "  %-15s %s, %zu points", "reference", reference_name(r), reference_points(r));
+    if (reference_left_out(r)) {
+        fprintf(file, " (%zu outside the scene left out)", reference_left_out(r));
+    }
+    fputc('\n', file);
+}
+
+void explain_print(FILE *file, const experiment *e, const problem *p, const reference *r)
+{
+    const scene *scene = &e->settings->scene;
+    fprintf(file, "%s: a %s rod%s%s\n", e->settings->name, scene_model_names()[scene->rod.model],
+            scene_is_dynamic(scene) ? " in motion" : " at rest",
+            scene_is_manufactured(scene) ? ", manufactured solution" : "");
+    print_numbers(file, scene);
+    print_scales(file, scene);
+    print_unknowns(file, e, p);
+    print_terms(file, scene);
+    print_sets(file, p);
+    print_network(file, e, p);
+    print_plan(file, e, r);
+}

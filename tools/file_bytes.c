@@ -1,0 +1,304 @@
+#include "tools/file_bytes.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Longest part of a path put into a message, so that the reason behind it is not cut off. */
+#define SHOWN_LENGTH 200
+
+const char *file_bytes_shown(const char *path)
+{
+    size_t length = strlen(path);
+    return length > SHOWN_LENGTH ? path + (length - SHOWN_LENGTH) : path;
+}
+
+/* Where the last component of `path` begins. */
+static const char *base_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+char *file_bytes_older(const char *path, int index)
+{
+    const char *dot = strrchr(base_name(path), '.');
+    size_t stem = dot && dot > base_name(path) ? (size_t)(dot - path) : strlen(path);
+    size_t size = strlen(path) + 16;
+    char *older = malloc(size);
+    if (older) {
+        snprintf(older, size, "%.*s.%d%s", (int)stem, path, index, path + stem);
+    }
+    return older;
+}
+
+/* ---- reading ---- */
+
+static ad_status read_fully(int file, unsigned char *bytes, size_t size, const char *path,
+                            ad_error *error)
+{
+    size_t done = 0;
+    while (done < size) {
+        ssize_t got = read(file, bytes + done, size - done);
+        if (got < 0 && errno == EINTR) {
+            continue;
+        }
+        if (got < 0) {
+            return ad_fail(error, AD_IO, "%s: cannot be read: %s", file_bytes_shown(path),
+                           strerror(errno));
+        }
+        if (got == 0) {
+            return ad_fail(error, AD_IO, "%s: became shorter while it was read; try again",
+                           file_bytes_shown(path));
+        }
+        done += (size_t)got;
+    }
+    return AD_OK;
+}
+
+static ad_status read_open_file(int file, const char *path, size_t limit, unsigned char **bytes,
+                                size_t *size, size_t *file_size, ad_error *error)
+{
+    const char *shown = file_bytes_shown(path);
+    struct stat about;
+    if (fstat(file, &about) != 0) {
+        return ad_fail(error, AD_IO, "%s: cannot be read: %s", shown, strerror(errno));
+    }
+    if (S_ISDIR(about.st_mode)) {
+        return ad_fail(error, AD_IO, "%s: is a directory; name a file", shown);
+    }
+    if (!S_ISREG(about.st_mode)) {
+        return ad_fail(error, AD_IO, "%s: is not a regular file; name one", shown);
+    }
+    size_t wanted = (size_t)about.st_size;
+    if (limit > 0 && wanted > limit) {
+        wanted = limit;
+    }
+    unsigned char *read_bytes = malloc(wanted + 1);
+    if (!read_bytes) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to read its %zu bytes", shown, wanted);
+    }
+    ad_status status = read_fully(file, read_bytes, wanted, path, error);
+    if (status != AD_OK) {
+        free(read_bytes);
+        return status;
+    }
+    read_bytes[wanted] = 0;
+    *bytes = read_bytes;
+    *size = wanted;
+    *file_size = (size_t)about.st_size;
+    return AD_OK;
+}
+
+ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes, size_t *size,
+                          size_t *file_size, ad_error *error)
+{
+    /* Without O_NONBLOCK, opening a pipe would wait for a writer before it could be refused. */
+    int file = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (file < 0) {
+        return ad_fail(error, AD_IO, "%s: cannot be opened: %s", file_bytes_shown(path),
+                       strerror(errno));
+    }
+    ad_status status = read_open_file(file, path, limit, bytes, size, file_size, error);
+    close(file);
+    return status;
+}
+
+/* ---- writing ---- */
+
+static ad_status fail_write(ad_error *error, const char *path, const char *action, int code)
+{
+    const char *advice = "the file is left as it was";
+    if (code == ENOSPC || code == EDQUOT || code == EFBIG) {
+        advice = "the file is left as it was; free some space or choose another place";
+    } else if (code == EACCES || code == EROFS || code == ENOENT || code == ENOTDIR) {
+        advice = "its directory must exist and be writable";
+    }
+    return ad_fail(error, AD_IO, "%s: cannot be written (%s): %s; %s", file_bytes_shown(path),
+                   action, strerror(code), advice);
+}
+
+/* Open and lock the partial file; returns its descriptor or -1 with errno set. EAGAIN and EACCES
+ * after opening mean that another process holds it. */
+static int open_partial(const char *partial, bool *busy)
+{
+    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET};
+    struct stat opened, named;
+    int file = open(partial, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (file < 0) {
+        return -1;
+    }
+    /* A file system without locks (ENOLCK, EINVAL) is still written to. */
+    *busy = fcntl(file, F_SETLK, &lock) != 0 && (errno == EAGAIN || errno == EACCES);
+    /* Another process may have renamed its partial file away between our open and our lock. */
+    *busy = *busy || fstat(file, &opened) != 0 || stat(partial, &named) != 0 ||
+            opened.st_ino != named.st_ino || opened.st_dev != named.st_dev;
+    if (*busy || ftruncate(file, 0) != 0) {
+        int code = errno;
+        close(file);
+        errno = code;
+        return -1;
+    }
+    return file;
+}
+
+/* Write and synchronise; returns 0 or the errno of what failed. */
+static int write_fully(int file, const unsigned char *bytes, size_t size)
+{
+    size_t done = 0;
+    while (done < size) {
+        ssize_t put = write(file, bytes + done, size - done);
+        if (put < 0 && errno != EINTR) {
+            return errno;
+        }
+        done += put > 0 ? (size_t)put : 0;
+    }
+    while (fsync(file) != 0) {
+        if (errno == EINVAL) { /* the file system cannot synchronise */
+            break;
+        }
+        if (errno != EINTR) {
+            return errno;
+        }
+    }
+    return 0;
+}
+
+static bool same_file(const char *first, const char *second)
+{
+    struct stat one, two;
+    return stat(first, &one) == 0 && stat(second, &two) == 0 && one.st_ino == two.st_ino &&
+           one.st_dev == two.st_dev;
+}
+
+/* Give the file at `path` the second name `older`, which must not exist. */
+static ad_status add_name(const char *path, const char *older, ad_error *error)
+{
+    if (link(path, older) == 0) {
+        return AD_OK;
+    }
+    unsigned char *bytes = NULL;
+    size_t size = 0, file_size = 0;
+    ad_status status = file_bytes_read(path, 0, &bytes, &size, &file_size, error);
+    if (status == AD_OK) {
+        status = file_bytes_write(older, bytes, size, 1, error);
+    }
+    free(bytes);
+    return status;
+}
+
+/* Rename the generation `index` one up after making room above it. Stops at the first gap, which a
+ * kill in the middle of an earlier rotation can leave. */
+static ad_status shift_generation(const char *path, int index, int keep, ad_error *error)
+{
+    char *from = file_bytes_older(path, index), *to = file_bytes_older(path, index + 1);
+    ad_status status = AD_OK;
+    if (!from || !to) {
+        status = ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
+    } else if (access(from, F_OK) == 0 && index + 1 < keep) {
+        status = shift_generation(path, index + 1, keep, error);
+        if (status == AD_OK && rename(from, to) != 0) {
+            status = fail_write(error, path, "keeping the older ones", errno);
+        }
+    } else if (index + 1 == keep && unlink(from) != 0 && errno != ENOENT) {
+        status = fail_write(error, path, "removing the oldest one", errno);
+    }
+    free(from);
+    free(to);
+    return status;
+}
+
+static ad_status keep_older(const char *path, int keep, ad_error *error)
+{
+    if (keep == 1 || access(path, F_OK) != 0) {
+        return AD_OK;
+    }
+    char *older = file_bytes_older(path, 1);
+    ad_status status = AD_OK;
+    if (!older) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
+    }
+    /* A kill between link and rename leaves both names on one file: it is kept already. */
+    if (!same_file(path, older)) {
+        status = shift_generation(path, 1, keep, error);
+        if (status == AD_OK) {
+            status = add_name(path, older, error);
+        }
+    }
+    free(older);
+    return status;
+}
+
+/* Make the rename itself durable. A directory that cannot be opened or synchronised is no error:
+ * the file is complete either way. */
+static void synchronise_directory(char *scratch, const char *path)
+{
+    size_t length = (size_t)(base_name(path) - path);
+    memcpy(scratch, path, length);
+    scratch[length] = 0;
+    int directory = open(length > 0 ? scratch : ".", O_RDONLY | O_CLOEXEC);
+    if (directory >= 0) {
+        fsync(directory);
+        close(directory);
+    }
+}
+
+static ad_status write_partial(const char *path, char *partial, const void *bytes, size_t size,
+                               int keep, ad_error *error)
+{
+    bool busy = false;
+    struct stat about;
+    if (stat(path, &about) == 0 && !S_ISREG(about.st_mode)) {
+        return ad_fail(error, AD_IO, "%s: cannot be written: %s is there; name a file",
+                       file_bytes_shown(path),
+                       S_ISDIR(about.st_mode) ? "a directory" : "something else than a file");
+    }
+    int file = open_partial(partial, &busy);
+    if (busy) {
+        return ad_fail(error, AD_IO, "%s: another process is writing it; write elsewhere or wait",
+                       file_bytes_shown(path));
+    }
+    if (file < 0) {
+        return fail_write(error, path, "creating a partial file beside it", errno);
+    }
+    int code = write_fully(file, bytes, size);
+    ad_status status =
+        code == 0 ? keep_older(path, keep, error) : fail_write(error, path, "writing", code);
+    if (status == AD_OK && rename(partial, path) != 0) {
+        status = fail_write(error, path, "renaming the finished file", errno);
+    }
+    if (status == AD_OK) {
+        synchronise_directory(partial, path);
+    } else {
+        unlink(partial);
+    }
+    close(file); /* last, because it gives the lock up */
+    return status;
+}
+
+ad_status file_bytes_write(const char *path, const void *bytes, size_t size, int keep,
+                           ad_error *error)
+{
+    if (keep < 1) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%s: keep is %d; it must be at least 1",
+                       file_bytes_shown(path), keep);
+    }
+    static const char ending[] = ".partial";
+    size_t length = strlen(path);
+    char *partial = malloc(length + sizeof ending);
+    if (!partial) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: no memory to write it", file_bytes_shown(path));
+    }
+    memcpy(partial, path, length);
+    memcpy(partial + length, ending, sizeof ending);
+    ad_status status = write_partial(path, partial, bytes, size, keep, error);
+    free(partial);
+    return status;
+}

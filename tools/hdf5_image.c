@@ -1,0 +1,113 @@
+#include "tools/hdf5_image.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Memory behind a growing image is extended by this many bytes at a time. */
+#define IMAGE_INCREMENT (1u << 20)
+
+void hdf5_silence(hdf5_printer *printer)
+{
+    H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data);
+    H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+}
+
+void hdf5_restore(const hdf5_printer *printer)
+{
+    H5Eclear2(H5E_DEFAULT);
+    H5Eset_auto2(H5E_DEFAULT, printer->function, printer->data);
+}
+
+void hdf5_close(hid_t identifier)
+{
+    if (identifier >= 0) {
+        H5Idec_ref(identifier);
+    }
+}
+
+hid_t hdf5_creation(hid_t property_class)
+{
+    hid_t list = H5Pcreate(property_class);
+    if (list >= 0 && (H5Pset_obj_track_times(list, 0) < 0 ||
+                      H5Pset_attr_creation_order(list, H5P_CRT_ORDER_TRACKED) < 0)) {
+        hdf5_close(list);
+        return H5I_INVALID_HID;
+    }
+    return list;
+}
+
+/* Access properties of a file in memory that has no file behind it. The oldest superblock is asked
+ * for, because H5Fget_file_image of HDF5 1.10 clears a flag in newer ones without renewing their
+ * checksum, and the image could then not be opened. */
+static hid_t memory_access(void)
+{
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+    if (access >= 0 && (H5Pset_fapl_core(access, IMAGE_INCREMENT, 0) < 0 ||
+                        H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
+                        H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V110) < 0)) {
+        hdf5_close(access);
+        return H5I_INVALID_HID;
+    }
+    return access;
+}
+
+hid_t hdf5_image_create(size_t user_block)
+{
+    hid_t file = H5I_INVALID_HID;
+    hid_t access = memory_access();
+    hid_t creation = hdf5_creation(H5P_FILE_CREATE);
+    /* Order of creation is tracked so that the columns of a table come back in their order. */
+    if (access >= 0 && creation >= 0 && H5Pset_userblock(creation, user_block) >= 0 &&
+        H5Pset_link_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED) >= 0) {
+        file = H5Fcreate("cpinn image being written", H5F_ACC_TRUNC, creation, access);
+    }
+    hdf5_close(creation);
+    hdf5_close(access);
+    return file;
+}
+
+ad_status hdf5_image_bytes(hid_t file, size_t user_block, unsigned char **bytes, size_t *size)
+{
+    if (H5Fflush(file, H5F_SCOPE_GLOBAL) < 0) {
+        return AD_IO;
+    }
+    /* HDF5 counts the image from behind the user block. */
+    ssize_t length = H5Fget_file_image(file, NULL, 0);
+    if (length <= 0) {
+        return AD_IO;
+    }
+    unsigned char *image = malloc(user_block + (size_t)length);
+    if (!image) {
+        return AD_NO_MEMORY;
+    }
+    if (H5Fget_file_image(file, image + user_block, (size_t)length) != length) {
+        free(image);
+        return AD_IO;
+    }
+    memset(image, 0, user_block);
+    *bytes = image;
+    *size = user_block + (size_t)length;
+    return AD_OK;
+}
+
+hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
+{
+    hid_t file = H5I_INVALID_HID;
+    hid_t access = memory_access();
+    /* HDF5 copies the bytes and, opened read-only, does not change them. */
+    if (access >= 0 && H5Pset_file_image(access, (void *)bytes, size) >= 0) {
+        file = H5Fopen("cpinn image being read", H5F_ACC_RDONLY, access);
+    }
+    hdf5_close(access);
+    return file;
+}
+
+bool hdf5_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size)
+{
+    H5_index_t order = by_creation ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
+    H5L_info_t info;
+    ssize_t length =
+        H5Lget_name_by_idx(group, ".", order, H5_ITER_INC, index, name, size, H5P_DEFAULT);
+    return length > 0 && (size_t)length < size &&
+           H5Lget_info(group, name, &info, H5P_DEFAULT) >= 0 && info.type == H5L_TYPE_HARD;
+}

@@ -1,0 +1,378 @@
+#include "tools/reference.h"
+
+#include "physics/analytic.h"
+#include "physics/expression.h"
+#include "tools/table_file.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41 };
+
+/* A point counts as lying at an end of the rod or the duration within this fraction of it: files
+ * hold rounded numbers. */
+static const double END_TOLERANCE = 1e-9;
+
+struct reference {
+    char name[256];
+    double length, duration;
+    size_t points, left_out;
+    bool rotations;   /* known */
+    double *s, *t;    /* [points] m, s; `s` owns everything up to `values` */
+    double *poses;    /* [FIELD_POSE][points] */
+    double *values;   /* the same, of the field compared last */
+    field *candidate; /* of the experiment's network */
+};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status allocate(reference *r, size_t points, ad_error *error)
+{
+    r->points = points;
+    r->s = calloc((2 + 2 * FIELD_POSE) * points, sizeof *r->s);
+    if (!r->s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu reference points", points);
+    }
+    r->t = r->s + points;
+    r->poses = r->t + points;
+    r->values = r->poses + FIELD_POSE * points;
+    return AD_OK;
+}
+
+/* Points at equal distances, ends included. */
+static ad_status make_grid(reference *r, bool dynamic, ad_error *error)
+{
+    size_t ns = dynamic ? DYNAMIC_POINTS : STATIC_POINTS, nt = dynamic ? DYNAMIC_POINTS : 1;
+    ad_status status = allocate(r, ns * nt, error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        r->s[i] = r->length * (double)(i % ns) / (double)(ns - 1);
+        r->t[i] = nt > 1 ? r->duration * (double)(i / ns) / (double)(nt - 1) : 0;
+    }
+    return status;
+}
+
+static void numbers_of(const char *const *texts, int count, double *numbers)
+{
+    for (int i = 0; i < count; i++) {
+        numbers[i] = texts[i] ? expression_evaluate(texts[i], 0, 0) : 0;
+    }
+}
+
+static analytic_clamp clamp_of(const scene *scene)
+{
+    analytic_clamp clamp;
+    double square = 0;
+    numbers_of(scene->start.position, 3, clamp.position);
+    numbers_of(scene->start.rotation, 4, clamp.quaternion);
+    for (int i = 0; i < 4; i++) {
+        square += clamp.quaternion[i] * clamp.quaternion[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        clamp.quaternion[i] /= sqrt(square);
+    }
+    return clamp;
+}
+
+static void put_pose(reference *r, size_t i, const double *position, const double *rotation)
+{
+    for (size_t k = 0; k < FIELD_POSE; k++) {
+        r->poses[k * r->points + i] = k < 3 ? position[k] : rotation[k - 3];
+    }
+}
+
+static ad_status make_elastica(reference *r, const scene *scene, ad_error *error)
+{
+    analytic_clamp clamp = clamp_of(scene);
+    analytic_elastica elastica;
+    double force[3];
+    numbers_of(scene->loads.tip.force, 3, force);
+    ad_status status = analytic_elastica_create(&clamp, r->length,
+                                                scene_properties_of(scene).curvature_stiffness[0],
+                                                force, &elastica, error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        analytic_state state;
+        analytic_elastica_at(&elastica, r->s[i], &state);
+        put_pose(r, i, state.position, state.quaternion);
+    }
+    return status;
+}
+
+static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_error *error)
+{
+    analytic_clamp clamp = clamp_of(scene);
+    scene_properties properties = scene_properties_of(scene);
+    const double *stiffness = properties.curvature_stiffness;
+    double couple[3];
+    ad_status status = AD_OK;
+    numbers_of(scene->loads.tip.moment, 3, couple);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        analytic_state state;
+        status = planar ? analytic_rollup_at(&clamp, stiffness[0], couple, r->s[i], &state, error)
+                        : analytic_helix_at(&clamp, stiffness[0], stiffness[2], couple, r->s[i],
+                                            &state, error);
+        if (status == AD_OK) {
+            put_pose(r, i, state.position, state.quaternion);
+        }
+    }
+    return status;
+}
+
+static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
+{
+    field *exact = NULL;
+    ad_status status = field_create(&e->settings->scene, NULL, true, e->pool, &exact, error);
+    if (status == AD_OK) {
+        status = field_evaluate(exact, NULL, r->points, r->s, r->t, r->poses, error);
+    }
+    field_free(exact);
+    return status;
+}
+
+static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
+{
+    static const char *const names[] = {"", "elastica", "rollup", "helix", "manufactured"};
+    const scene *scene = &e->settings->scene;
+    config_reference kind = e->settings->reference;
+    snprintf(r->name, sizeof r->name, "%s", names[kind]);
+    r->rotations = true;
+    ad_status status = make_grid(r, scene_is_dynamic(scene), error);
+    if (status != AD_OK) {
+        return status;
+    }
+    switch (kind) {
+    case CONFIG_REFERENCE_ELASTICA:
+        return make_elastica(r, scene, error);
+    case CONFIG_REFERENCE_MANUFACTURED:
+        return make_manufactured(r, e, error);
+    default:
+        return make_couple(r, scene, kind == CONFIG_REFERENCE_ROLLUP, error);
+    }
+}
+
+/* ---- a file -------------------------------------------------------------------------------- */
+
+/* Columns of the file by their place in a pose; t is NULL in a static scene. */
+typedef struct file_columns {
+    const double *s, *t, *pose[FIELD_POSE];
+} file_columns;
+
+static ad_status find_columns(const char *path, const table_file *table, bool dynamic,
+                              file_columns *columns, bool *rotations, ad_error *error)
+{
+    const char *missing = NULL;
+    int turns = 0;
+    columns->s = table_column(table, "s");
+    columns->t = dynamic ? table_column(table, "t") : NULL;
+    missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
+    for (int k = 0; k < FIELD_POSE; k++) {
+        columns->pose[k] = table_column(table, field_column_name(k));
+        turns += k >= 3 && columns->pose[k];
+    }
+    *rotations = turns > 0;
+    for (int k = 0; !missing && k < (turns ? FIELD_POSE : 3); k++) {
+        missing = columns->pose[k] ? NULL : field_column_name(k);
+    }
+    if (missing) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: column '%s' is missing; a reference has columns s, %sx, y, z, and "
+                       "qw, qx, qy, qz or none of these four",
+                       path, missing, dynamic ? "t, " : "");
+    }
+    const double *t = dynamic ? NULL : table_column(table, "t");
+    for (size_t i = 1; t && i < table_rows(table); i++) {
+        if (t[i] != t[0]) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: column 't' holds several times, but the scene is static; allowed: "
+                           "one time, or no column t",
+                           path);
+        }
+    }
+    return AD_OK;
+}
+
+static bool within(double value, double limit)
+{
+    return value >= -END_TOLERANCE * limit && value <= (1 + END_TOLERANCE) * limit;
+}
+
+static bool normalized(double rotation[4])
+{
+    double square = 0;
+    for (int i = 0; i < 4; i++) {
+        square += rotation[i] * rotation[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        rotation[i] /= sqrt(square);
+    }
+    return square > 0;
+}
+
+/* Points outside the scene are passed over; the arrays have room for every row. */
+static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
+                           ad_error *error)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < rows; i++) {
+        double pose[FIELD_POSE] = {0};
+        if (!within(columns->s[i], r->length) ||
+            (columns->t && !within(columns->t[i], r->duration))) {
+            continue;
+        }
+        for (int k = 0; k < FIELD_POSE; k++) {
+            pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
+        }
+        if (r->rotations && !normalized(pose + 3)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: row %zu: the quaternion qw, qx, qy, qz is 0; allowed: not 0", path,
+                           i + 1);
+        }
+        r->s[kept] = columns->s[i];
+        r->t[kept] = columns->t ? columns->t[i] : 0;
+        put_pose(r, kept++, pose, pose + 3);
+    }
+    r->left_out = rows - kept;
+    if (kept == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: none of its %zu points lies in the scene: s from 0 to %g m%s", path,
+                       rows, r->length, columns->t ? ", t within the duration" : "");
+    }
+    for (size_t k = 1; k < FIELD_POSE; k++) { /* rows of poses follow one another */
+        memmove(r->poses + k * kept, r->poses + k * r->points, kept * sizeof *r->poses);
+    }
+    r->points = kept;
+    return AD_OK;
+}
+
+static ad_status make_file(reference *r, const experiment *e, ad_error *error)
+{
+    const char *path = e->settings->reference_file;
+    const char *slash = strrchr(path, '/');
+    table_file *table = NULL;
+    file_columns columns;
+    snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
+    ad_status status = table_read(path, TABLE_FINITE, &table, error);
+    if (status == AD_OK) {
+        status = find_columns(path, table, scene_is_dynamic(&e->settings->scene), &columns,
+                              &r->rotations, error);
+    }
+    if (status == AD_OK && table_rows(table) == 0) {
+        status =
+            ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
+    }
+    if (status == AD_OK) {
+        status = allocate(r, table_rows(table), error);
+    }
+    if (status == AD_OK) {
+        status = take_rows(r, path, &columns, table_rows(table), error);
+    }
+    table_free(table);
+    return status;
+}
+
+/* ---- the reference ------------------------------------------------------------------------- */
+
+ad_status reference_create(const experiment *e, reference **result, ad_error *error)
+{
+    const config *settings = e->settings;
+    *result = NULL;
+    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file) {
+        return AD_OK;
+    }
+    reference *r = calloc(1, sizeof *r);
+    if (!r) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+    }
+    r->length = settings->scene.rod.length;
+    r->duration = settings->scene.duration;
+    ad_status status =
+        settings->reference_file ? make_file(r, e, error) : make_analytic(r, e, error);
+    if (status == AD_OK) {
+        status = field_create(&settings->scene, e->mlp, true, e->pool, &r->candidate, error);
+    }
+    if (status != AD_OK) {
+        reference_free(r);
+        return status;
+    }
+    *result = r;
+    return AD_OK;
+}
+
+void reference_free(reference *r)
+{
+    if (r) {
+        field_free(r->candidate);
+        free(r->s);
+        free(r);
+    }
+}
+
+size_t reference_points(const reference *r)
+{
+    return r->points;
+}
+
+size_t reference_left_out(const reference *r)
+{
+    return r->left_out;
+}
+
+const char *reference_name(const reference *r)
+{
+    return r->name;
+}
+
+double rotation_angle(const double p[4], const double q[4])
+{
+    double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    double x = p[0] * q[1] - q[0] * p[1] - (p[2] * q[3] - p[3] * q[2]);
+    double y = p[0] * q[2] - q[0] * p[2] - (p[3] * q[1] - p[1] * q[3]);
+    double z = p[0] * q[3] - q[0] * p[3] - (p[1] * q[2] - p[2] * q[1]);
+    return 2 * atan2(sqrt(x * x + y * y + z * z), fabs(scalar));
+}
+
+/* The larger; not a number wins, so that it cannot hide. */
+static double worse(double a, double b)
+{
+    return b <= a || isnan(a) ? a : b;
+}
+
+static void pose_at(const double *poses, size_t points, size_t i, double pose[FIELD_POSE])
+{
+    for (size_t k = 0; k < FIELD_POSE; k++) {
+        pose[k] = poses[k * points + i];
+    }
+}
+
+ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
+                            ad_error *error)
+{
+    double off = 0, size = 0, angles = 0, most = 0, turned = 0, tip = -1;
+    ad_status status = field_evaluate(r->candidate, x, r->points, r->s, r->t, r->values, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < r->points; i++) {
+        double exact[FIELD_POSE], found[FIELD_POSE], square = 0;
+        pose_at(r->poses, r->points, i, exact);
+        pose_at(r->values, r->points, i, found);
+        for (int k = 0; k < 3; k++) {
+            square += (found[k] - exact[k]) * (found[k] - exact[k]);
+            size += exact[k] * exact[k];
+        }
+        double angle = rotation_angle(exact, found);
+        off += square;
+        angles += angle * angle;
+        most = worse(most, sqrt(square));
+        turned = worse(turned, angle);
+        if (r->s[i] >= (1 - END_TOLERANCE) * r->length) {
+            tip = worse(tip, sqrt(square));
+        }
+    }
+    *errors = (reference_errors){.position = sqrt(off / size),
+                                 .position_max = most / r->length,
+                                 .tip = tip < 0 ? NAN : tip / r->length,
+                                 .rotation = r->rotations ? sqrt(angles / (double)r->points) : NAN,
+                                 .rotation_max = r->rotations ? turned : NAN};
+    return AD_OK;
+}

@@ -1,0 +1,35 @@
+/* What a scene's solution is known to be, and how far a field is from it. */
+#ifndef TOOLS_REFERENCE_H
+#define TOOLS_REFERENCE_H
+
+#include "tools/experiment.h"
+
+typedef struct reference reference;
+
+/* The reference that the scene names: closed form or manufactured solution at points of our choice
+ * (101 in a static scene, 41 x 41 in a dynamic one), or the points of a file. *result is NULL when
+ * the scene names none. Points of a file beyond the rod or the duration are left out. */
+ad_status reference_create(const experiment *e, reference **result, ad_error *error);
+void reference_free(reference *r);
+
+size_t reference_points(const reference *r);
+size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
+const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */
+
+typedef struct reference_errors {
+    double position;     /* ||r - r_ref|| / ||r_ref||, over all points, 2-norm */
+    double position_max; /* largest |r - r_ref| / length */
+    double tip;          /* largest |r - r_ref| / length at s = length; NaN: no such point */
+    double rotation;     /* root mean square of the angle between rotations, rad; NaN: unknown */
+    double rotation_max; /* largest angle, rad */
+} reference_errors;
+
+/* Of the experiment's field at parameters x. Allocates nothing after the first call. */
+ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
+                            ad_error *error);
+
+/* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
+ * same for q and -q. */
+double rotation_angle(const double p[4], const double q[4]);
+
+#endif

@@ -1,0 +1,347 @@
+/* Tables as CSV; the grammar is in table_file.h. */
+#include <locale.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/file_bytes.h"
+#include "tools/table_parts.h"
+
+#define MAX_NUMBER 127 /* bytes of one number */
+#define MAX_QUOTED 40  /* bytes of the file repeated in a message */
+
+/* Numbers have a decimal point while the guard is held, in this thread, whatever the locale. */
+typedef struct number_guard {
+    locale_t plain, previous;
+} number_guard;
+
+static bool hold_plain_numbers(number_guard *guard)
+{
+    guard->plain = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    if (guard->plain == (locale_t)0) {
+        return false;
+    }
+    guard->previous = uselocale(guard->plain);
+    return true;
+}
+
+static void release_plain_numbers(const number_guard *guard)
+{
+    uselocale(guard->previous);
+    freelocale(guard->plain);
+}
+
+/* ---- reading ---- */
+
+typedef struct csv_reader {
+    const char *path;
+    const char *next, *end; /* bytes not yet read */
+    size_t line;            /* number of the current line, from 1 */
+    size_t header_line;
+    const char *start, *stop; /* the current line without its end */
+    const char *field;        /* next field of it, NULL behind the last */
+    table_numbers numbers;
+    table_file *table;
+    ad_error *error;
+} csv_reader;
+
+typedef struct csv_field {
+    const char *start;
+    size_t length;
+} csv_field;
+
+/* AD_BAD_INPUT at a place of the current line; `text` [length] is quoted if it is not NULL. */
+static ad_status refuse(const csv_reader *reader, const char *place, const char *text,
+                        size_t length, const char *problem)
+{
+    char quoted[MAX_QUOTED + 8] = "";
+    if (text) {
+        size_t shown = length < MAX_QUOTED ? length : MAX_QUOTED;
+        char *out = quoted;
+        *out++ = '\'';
+        for (size_t k = 0; k < shown; k++) {
+            *out++ = (unsigned char)text[k] < ' ' || text[k] == 0x7f ? '?' : text[k];
+        }
+        strcpy(out, length > shown ? "...': " : "': ");
+    }
+    return ad_fail(reader->error, AD_BAD_INPUT, "%s:%zu:%zu: %s%s", file_bytes_shown(reader->path),
+                   reader->line, (size_t)(place - reader->start) + 1, quoted, problem);
+}
+
+static bool is_blank(char byte)
+{
+    return byte == ' ' || byte == '\t';
+}
+
+/* Move to the next line that is neither empty nor a comment; AD_OK with `start` NULL: none left. */
+static ad_status next_line(csv_reader *reader)
+{
+    while (reader->next < reader->end) {
+        const char *newline = memchr(reader->next, '\n', (size_t)(reader->end - reader->next));
+        const char *stop = newline ? newline : reader->end;
+        reader->start = reader->next;
+        reader->next = newline ? newline + 1 : reader->end;
+        reader->line++;
+        if (stop - reader->start > TABLE_MAX_LINE) {
+            return refuse(reader, reader->start + TABLE_MAX_LINE, NULL, 0,
+                          "the line is too long; allowed: 65536 bytes");
+        }
+        if (stop > reader->start && stop[-1] == '\r') {
+            stop--;
+        }
+        const char *first = reader->start;
+        while (first < stop && is_blank(*first)) {
+            first++;
+        }
+        if (first < stop && *first != '#') {
+            reader->stop = stop;
+            reader->field = reader->start;
+            return AD_OK;
+        }
+    }
+    reader->start = NULL;
+    return AD_OK;
+}
+
+/* The next field of the current line, trimmed; false behind the last. */
+static bool next_field(csv_reader *reader, csv_field *field)
+{
+    if (!reader->field) {
+        return false;
+    }
+    const char *start = reader->field;
+    const char *comma = memchr(start, ',', (size_t)(reader->stop - start));
+    const char *stop = comma ? comma : reader->stop;
+    reader->field = comma ? comma + 1 : NULL;
+    while (start < stop && is_blank(*start)) {
+        start++;
+    }
+    while (stop > start && is_blank(stop[-1])) {
+        stop--;
+    }
+    field->start = start;
+    field->length = (size_t)(stop - start);
+    return true;
+}
+
+static ad_status read_header(csv_reader *reader)
+{
+    csv_field field;
+    size_t columns = 0, count = 1;
+    for (const char *byte = reader->start; byte < reader->stop; byte++) {
+        count += *byte == ',';
+    }
+    if (count > TABLE_MAX_COLUMNS) {
+        return refuse(reader, reader->start, NULL, 0, "too many columns; allowed: 1024");
+    }
+    /* The shortest row has one digit and one separator or line end for each column; one more row
+     * is for what a row that will be refused stores before it is. */
+    size_t capacity = (size_t)(reader->end - reader->next + 1) / (2 * count) + 1;
+    reader->table = table_create(count, capacity);
+    if (!reader->table) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu columns of %zu rows",
+                       file_bytes_shown(reader->path), count, capacity);
+    }
+    while (next_field(reader, &field)) {
+        char problem[160];
+        const char *wrong = table_name_problem(field.start, field.length);
+        if (wrong) {
+            snprintf(problem, sizeof problem, "%s; the first line must name the columns", wrong);
+            return refuse(reader, field.start, field.start, field.length, problem);
+        }
+        memcpy(reader->table->names[columns], field.start, field.length);
+        for (size_t k = 0; k < columns; k++) {
+            if (strcmp(reader->table->names[k], reader->table->names[columns]) == 0) {
+                return refuse(reader, field.start, field.start, field.length,
+                              "a column of this name is there already; names must differ");
+            }
+        }
+        columns++;
+    }
+    reader->header_line = reader->line;
+    return AD_OK;
+}
+
+/* True if text is one of the words for a number that is not finite. */
+static bool parse_word(const char *text, double *value)
+{
+    static const struct {
+        const char *word;
+        double value;
+    } words[] = {{"nan", NAN}, {"inf", INFINITY}, {"infinity", INFINITY}};
+    bool negative = *text == '-';
+    text += negative || *text == '+';
+    for (size_t k = 0; k < sizeof words / sizeof *words; k++) {
+        const char *word = words[k].word;
+        size_t at = 0;
+        /* Bit 5 makes an ASCII capital small. */
+        while (word[at] && (text[at] | 0x20) == word[at]) {
+            at++;
+        }
+        if (word[at] == 0 && text[at] == 0) {
+            *value = negative ? -words[k].value : words[k].value;
+            return true;
+        }
+    }
+    return false;
+}
+
+static ad_status parse_number(const csv_reader *reader, csv_field field, double *value)
+{
+    static const char allowed[] = "allowed: a decimal number such as -1.5e-3";
+    char text[MAX_NUMBER + 1], problem[128];
+    const char *wrong = NULL;
+    char *behind = text;
+    if (field.length == 0) {
+        wrong = "is empty";
+    } else if (field.length > MAX_NUMBER) {
+        wrong = "is longer than 127 bytes";
+    } else {
+        memcpy(text, field.start, field.length);
+        text[field.length] = 0;
+        if (parse_word(text, value)) {
+            wrong = reader->numbers == TABLE_FINITE ? "is not finite" : NULL;
+        } else {
+            /* strtod alone would also take hexadecimal numbers and leading blanks. */
+            bool plain = strspn(text, "0123456789+-.eE") == field.length;
+            *value = plain ? strtod(text, &behind) : 0.0;
+            if (!plain || *behind || behind == text) {
+                wrong = "is not a number";
+            } else if (isinf(*value)) {
+                wrong = "is too large for a double";
+            }
+        }
+    }
+    if (!wrong) {
+        return AD_OK;
+    }
+    snprintf(problem, sizeof problem, "the field %s; %s", wrong, allowed);
+    return refuse(reader, field.start, field.start, field.length, problem);
+}
+
+static ad_status read_row(csv_reader *reader)
+{
+    table_file *table = reader->table;
+    csv_field field = {reader->start, 0};
+    size_t count = 0;
+    while (next_field(reader, &field)) {
+        double value = 0.0;
+        if (count < table->columns) {
+            ad_status status = parse_number(reader, field, &value);
+            if (status != AD_OK) {
+                return status;
+            }
+            /* Room for every row that fits the file was made with the header. */
+            table->values[count][table->rows] = value;
+        }
+        count++;
+    }
+    if (count != table->columns) {
+        char problem[128];
+        snprintf(problem, sizeof problem,
+                 "the row has %zu fields; allowed: %zu, one for each name in line %zu", count,
+                 table->columns, reader->header_line);
+        return refuse(reader, field.start + field.length, NULL, 0, problem);
+    }
+    table->rows++;
+    return AD_OK;
+}
+
+static ad_status read_lines(csv_reader *reader)
+{
+    ad_status status = next_line(reader);
+    if (status == AD_OK && !reader->start) {
+        return ad_fail(reader->error, AD_BAD_INPUT,
+                       "%s:1:1: the file has no line but blanks and comments; the first must name "
+                       "the columns",
+                       file_bytes_shown(reader->path));
+    }
+    if (status == AD_OK) {
+        status = read_header(reader);
+    }
+    while (status == AD_OK) {
+        status = next_line(reader);
+        if (!reader->start) {
+            break;
+        }
+        if (status == AD_OK) {
+            status = read_row(reader);
+        }
+    }
+    return status;
+}
+
+ad_status table_from_csv(const char *path, const unsigned char *bytes, size_t size,
+                         table_numbers numbers, table_file **table, ad_error *error)
+{
+    const char *text = (const char *)bytes;
+    size_t mark = size >= 3 && memcmp(bytes, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+    csv_reader reader = {
+        .path = path, .next = text + mark, .end = text + size, .numbers = numbers, .error = error};
+    number_guard guard;
+    if (!hold_plain_numbers(&guard)) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(path));
+    }
+    ad_status status = read_lines(&reader);
+    release_plain_numbers(&guard);
+    if (status != AD_OK) {
+        table_free(reader.table);
+        return status;
+    }
+    *table = reader.table;
+    return AD_OK;
+}
+
+/* ---- writing ---- */
+
+#define WRITTEN_NUMBER 32 /* "-1.7976931348623157e+308", a separator, some room */
+
+/* Shortest text that reads back to the same bits; returns its length. */
+static size_t print_number(char *text, double value)
+{
+    if (isnan(value)) {
+        return (size_t)sprintf(text, "nan");
+    }
+    int length = 0;
+    for (int digits = 15; digits <= 17; digits++) {
+        length = snprintf(text, WRITTEN_NUMBER, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) {
+            break;
+        }
+    }
+    return (size_t)length;
+}
+
+ad_status table_to_csv(const table_source *source, unsigned char **bytes, size_t *size)
+{
+    number_guard guard;
+    size_t columns = source->ncols, rows = source->nrows;
+    if (rows > SIZE_MAX / WRITTEN_NUMBER / columns - TABLE_MAX_NAME) {
+        return AD_NO_MEMORY;
+    }
+    char *text = malloc(columns * (TABLE_MAX_NAME + 1 + rows * WRITTEN_NUMBER) + 1);
+    if (!text || !hold_plain_numbers(&guard)) {
+        free(text);
+        return AD_NO_MEMORY;
+    }
+    char *out = text;
+    for (size_t k = 0; k < columns; k++) {
+        size_t length = strlen(source->names[k]);
+        memcpy(out, source->names[k], length);
+        out += length;
+        *out++ = k + 1 < columns ? ',' : '\n';
+    }
+    for (size_t row = 0; row < rows; row++) {
+        for (size_t k = 0; k < columns; k++) {
+            out += print_number(out, source->columns[k][row]);
+            *out++ = k + 1 < columns ? ',' : '\n';
+        }
+    }
+    release_plain_numbers(&guard);
+    *bytes = (unsigned char *)text;
+    *size = (size_t)(out - text);
+    return AD_OK;
+}

@@ -1,0 +1,51 @@
+/* Tables: named columns of doubles, all of one length, as CSV or HDF5. The file's ending decides:
+ * ".csv", ".h5" or ".hdf5".
+ *
+ * CSV: one line of column names, then one line of numbers for each row, fields separated by commas,
+ *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped.
+ * Lines end in LF or CR LF; a UTF-8 byte order mark may come first. Numbers are decimal with a
+ * point whatever the locale is ("-1.5e-3"), or the words nan, inf, infinity in any case. HDF5: each
+ * column a one-dimensional float64 dataset at the root, named as the column, no other objects.
+ * Written files keep the order of the columns; others are read in the order of their links'
+ * creation if they track it, else of their names. Column names: 1 to 63 bytes, not a number, no
+ * comma, quote, slash, '#' or control character, no blank at either end, not "." or "..". */
+#ifndef TOOLS_TABLE_FILE_H
+#define TOOLS_TABLE_FILE_H
+
+#include <stddef.h>
+
+#include "autodiff/error.h"
+
+#define TABLE_MAX_NAME    63
+#define TABLE_MAX_COLUMNS 1024
+#define TABLE_MAX_LINE    65536 /* bytes of one CSV line */
+
+typedef enum table_numbers {
+    TABLE_FINITE,   /* refuse nan and inf, naming where they are */
+    TABLE_NONFINITE /* accept them */
+} table_numbers;
+
+typedef struct table_file table_file;
+
+/* Read `path`; the caller owns `*table`, which is NULL after an error. A header without rows is a
+ * table of 0 rows. Errors: AD_IO (cannot be read), AD_NO_MEMORY, AD_BAD_INPUT with the message
+ * "file:line:column: what is wrong; what is allowed" (bytes counted from 1), for HDF5
+ * "file: column 'name': ..." with rows counted from 1. */
+ad_status table_read(const char *path, table_numbers numbers, table_file **table, ad_error *error);
+void table_free(table_file *table);
+
+size_t table_rows(const table_file *table);
+size_t table_columns(const table_file *table);
+/* Name of a column, 0 <= index < table_columns; belongs to the table. */
+const char *table_name(const table_file *table, size_t index);
+/* Values [table_rows] of the column of that name, NULL if there is none; belong to the table. */
+const double *table_column(const table_file *table, const char *name);
+
+/* Write columns[ncols] of nrows values each to `path`, atomically (tools/file_bytes.h). CSV numbers
+ * are the shortest of 15 to 17 digits that read back to the same double; NaN loses its payload in
+ * CSV, not in HDF5. Errors: AD_BAD_ARGUMENT (ending, names), AD_IO, AD_NO_MEMORY; a file that was
+ * there is then untouched. */
+ad_status table_write(const char *path, const char *const *names, const double *const *columns,
+                      size_t ncols, size_t nrows, ad_error *error);
+
+#endif

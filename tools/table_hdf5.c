@@ -1,0 +1,219 @@
+/* Tables as HDF5; the layout is in table_file.h. */
+#include <hdf5.h>
+#include <math.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tools/file_bytes.h"
+#include "tools/hdf5_image.h"
+#include "tools/table_parts.h"
+
+/* Compression by deflate shrinks at most 1032:1 (zlib's documentation), so a dataset that claims
+ * more for what it stores is damaged or mostly absent. */
+#define MAX_COMPRESSION 1032
+
+typedef struct hdf5_reader {
+    const char *path;
+    size_t file_size;
+    table_numbers numbers;
+    table_file *table; /* made with the first column */
+    size_t columns;    /* how many there will be */
+    ad_error *error;
+} hdf5_reader;
+
+static ad_status refuse(const hdf5_reader *reader, const char *column, const char *problem)
+{
+    return ad_fail(reader->error, AD_BAD_INPUT,
+                   "%s: column '%.63s' %s; allowed: one-dimensional float64 datasets of one length "
+                   "at the root",
+                   file_bytes_shown(reader->path), column, problem);
+}
+
+/* True if the values are in this file, and not many more than it can hold. */
+static bool storage_is_plausible(hid_t dataset, hsize_t rows, size_t file_size)
+{
+    hid_t creation = H5Dget_create_plist(dataset);
+    H5D_layout_t layout = creation < 0 ? H5D_LAYOUT_ERROR : H5Pget_layout(creation);
+    bool plausible = creation >= 0 && H5Pget_external_count(creation) == 0;
+    hdf5_close(creation);
+    switch (layout) {
+    case H5D_COMPACT:
+    case H5D_CONTIGUOUS:
+        return plausible && rows <= file_size / sizeof(double);
+    case H5D_CHUNKED:
+        return plausible && H5Dget_storage_size(dataset) <= file_size &&
+               rows / MAX_COMPRESSION <= H5Dget_storage_size(dataset) / sizeof(double);
+    default:
+        return false;
+    }
+}
+
+/* Number of rows of a column, or an error. */
+static ad_status check_column(const hdf5_reader *reader, hid_t dataset, const char *name,
+                              size_t *rows)
+{
+    hsize_t extent = 0;
+    hid_t type = H5Dget_type(dataset), space = H5Dget_space(dataset);
+    bool is_double = type >= 0 && H5Tget_class(type) == H5T_FLOAT &&
+                     H5Tget_size(type) == sizeof(double) &&
+                     (H5Tequal(type, H5T_IEEE_F64LE) > 0 || H5Tequal(type, H5T_IEEE_F64BE) > 0);
+    bool is_line = space >= 0 && H5Sget_simple_extent_type(space) == H5S_SIMPLE &&
+                   H5Sget_simple_extent_ndims(space) == 1 &&
+                   H5Sget_simple_extent_dims(space, &extent, NULL) == 1;
+    hdf5_close(space);
+    hdf5_close(type);
+    if (!is_double) {
+        return refuse(reader, name, "is not float64");
+    }
+    if (!is_line) {
+        return refuse(reader, name, "is not one-dimensional");
+    }
+    if (extent > 0 && !storage_is_plausible(dataset, extent, reader->file_size)) {
+        return refuse(reader, name, "has more rows than the file can hold");
+    }
+    *rows = (size_t)extent;
+    return AD_OK;
+}
+
+static ad_status read_column(hdf5_reader *reader, hid_t dataset, const char *name, size_t column)
+{
+    size_t rows = 0;
+    ad_status status = check_column(reader, dataset, name, &rows);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!reader->table) {
+        reader->table = table_create(reader->columns, rows);
+        if (!reader->table) {
+            return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu x %zu numbers",
+                           file_bytes_shown(reader->path), rows, reader->columns);
+        }
+        reader->table->rows = rows;
+    }
+    if (rows != reader->table->rows) {
+        return refuse(reader, name, "has another length than the first column");
+    }
+    double *values = reader->table->values[column];
+    if (rows > 0 &&
+        H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values) < 0) {
+        return refuse(reader, name, "cannot be read, the file is damaged");
+    }
+    for (size_t row = 0; reader->numbers == TABLE_FINITE && row < rows; row++) {
+        if (!isfinite(values[row])) {
+            return ad_fail(reader->error, AD_BAD_INPUT,
+                           "%s: column '%s' row %zu: %g is not finite; allowed: finite numbers",
+                           file_bytes_shown(reader->path), name, row + 1, values[row]);
+        }
+    }
+    strcpy(reader->table->names[column], name);
+    return AD_OK;
+}
+
+static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool by_creation)
+{
+    char name[TABLE_MAX_NAME + 1];
+    if (!hdf5_link_name(root, column, by_creation, name, sizeof name)) {
+        return ad_fail(reader->error, AD_BAD_INPUT,
+                       "%s: object %zu is a link elsewhere or its name is longer than %d bytes; "
+                       "allowed: one-dimensional float64 datasets at the root",
+                       file_bytes_shown(reader->path), column + 1, TABLE_MAX_NAME);
+    }
+    const char *problem = table_name_problem(name, strlen(name));
+    if (problem) {
+        return ad_fail(reader->error, AD_BAD_INPUT, "%s: object %zu: %s",
+                       file_bytes_shown(reader->path), column + 1, problem);
+    }
+    hid_t object = H5Oopen(root, name, H5P_DEFAULT);
+    ad_status status = object < 0 || H5Iget_type(object) != H5I_DATASET
+                           ? refuse(reader, name, "is not a dataset")
+                           : read_column(reader, object, name, column);
+    hdf5_close(object);
+    return status;
+}
+
+/* Whether a group tracks in which order its links were made. */
+static bool tracks_creation(hid_t group)
+{
+    unsigned flags = 0;
+    hid_t creation = H5Gget_create_plist(group);
+    bool tracked = creation >= 0 && H5Pget_link_creation_order(creation, &flags) >= 0 &&
+                   (flags & H5P_CRT_ORDER_TRACKED) != 0;
+    hdf5_close(creation);
+    return tracked;
+}
+
+static ad_status read_columns(hdf5_reader *reader, hid_t file)
+{
+    H5G_info_t info;
+    const char *shown = file_bytes_shown(reader->path);
+    hid_t root = file < 0 ? H5I_INVALID_HID : H5Gopen2(file, "/", H5P_DEFAULT);
+    if (root < 0 || H5Gget_info(root, &info) < 0) {
+        hdf5_close(root);
+        return ad_fail(reader->error, AD_BAD_INPUT, "%s: is not an HDF5 file, or is damaged",
+                       shown);
+    }
+    ad_status status = AD_OK;
+    if (info.nlinks == 0 || info.nlinks > TABLE_MAX_COLUMNS) {
+        status = ad_fail(reader->error, AD_BAD_INPUT,
+                         "%s: has %llu columns; allowed: 1 to %d float64 datasets at the root",
+                         shown, (unsigned long long)info.nlinks, TABLE_MAX_COLUMNS);
+    }
+    bool by_creation = tracks_creation(root);
+    reader->columns = (size_t)info.nlinks;
+    for (size_t k = 0; status == AD_OK && k < info.nlinks; k++) {
+        status = read_link(reader, root, k, by_creation);
+    }
+    hdf5_close(root);
+    return status;
+}
+
+ad_status table_from_hdf5(const char *path, const unsigned char *bytes, size_t size,
+                          table_numbers numbers, table_file **table, ad_error *error)
+{
+    hdf5_reader reader = {
+        .path = path, .file_size = size, .numbers = numbers, .table = NULL, .error = error};
+    hdf5_printer printer;
+    hdf5_silence(&printer);
+    hid_t file = hdf5_image_open(bytes, size);
+    ad_status status = read_columns(&reader, file);
+    hdf5_close(file);
+    hdf5_restore(&printer);
+    if (status != AD_OK) {
+        table_free(reader.table);
+        return status;
+    }
+    *table = reader.table;
+    return AD_OK;
+}
+
+static bool write_column(hid_t file, const char *name, const double *values, size_t rows,
+                         hid_t creation)
+{
+    hid_t space = H5Screate_simple(1, (const hsize_t[]){rows}, NULL);
+    hid_t dataset =
+        H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL,
+                                                          H5S_ALL, H5P_DEFAULT, values) >= 0);
+    hdf5_close(dataset);
+    hdf5_close(space);
+    return written;
+}
+
+ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
+{
+    hdf5_printer printer;
+    hdf5_silence(&printer);
+    hid_t file = hdf5_image_create(0);
+    hid_t creation = hdf5_creation(H5P_DATASET_CREATE);
+    bool written = file >= 0 && creation >= 0;
+    for (size_t k = 0; written && k < source->ncols; k++) {
+        written = write_column(file, source->names[k], source->columns[k], source->nrows, creation);
+    }
+    /* In memory nothing but memory is left to run out. */
+    ad_status status = written ? hdf5_image_bytes(file, 0, bytes, size) : AD_NO_MEMORY;
+    hdf5_close(creation);
+    hdf5_close(file);
+    hdf5_restore(&printer);
+    return status;
+}

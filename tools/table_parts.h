@@ -1,0 +1,36 @@
+/* What table_file.c, table_csv.c and table_hdf5.c share; not for other files. */
+#ifndef TOOLS_TABLE_PARTS_H
+#define TOOLS_TABLE_PARTS_H
+
+#include "tools/table_file.h"
+
+struct table_file {
+    size_t rows, columns;
+    char (*names)[TABLE_MAX_NAME + 1]; /* [columns] */
+    double **values;                   /* [columns], each [rows] */
+};
+
+/* The columns of a table to be written. */
+typedef struct table_source {
+    const char *const *names;
+    const double *const *columns;
+    size_t ncols, nrows;
+} table_source;
+
+/* What is wrong with a column's name of `length` bytes, NULL if nothing is. */
+const char *table_name_problem(const char *name, size_t length);
+
+/* Room for `columns` columns of `rows` values, names empty; NULL when memory ran out. */
+table_file *table_create(size_t columns, size_t rows);
+
+/* `path` is named in messages; bytes [size] are followed by a zero byte. */
+ad_status table_from_csv(const char *path, const unsigned char *bytes, size_t size,
+                         table_numbers numbers, table_file **table, ad_error *error);
+ad_status table_from_hdf5(const char *path, const unsigned char *bytes, size_t size,
+                          table_numbers numbers, table_file **table, ad_error *error);
+
+/* The file as bytes, owned by the caller; AD_NO_MEMORY or AD_IO, without a message. */
+ad_status table_to_csv(const table_source *source, unsigned char **bytes, size_t *size);
+ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size);
+
+#endif

@@ -1,0 +1,438 @@
+#include "tools/trainer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+struct trainer {
+    experiment *e;
+    problem *problem;
+    reference *known;
+    optim_adam *adam; /* of the stage at hand, or NULL */
+    optim_lbfgs *lbfgs;
+    history history;
+    trainer_info info;
+    double started; /* wall clock of this process, less the seconds before */
+    double stage_started;
+    bool losses_compare; /* points and weights stay, so the best point is the best */
+};
+
+double wall_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static void name_columns(trainer *t)
+{
+    static const char *const before[] = {"step", "stage", "seconds", "loss"};
+    static const char *const after[] = {"held_out",       "error",         "tip_error",
+                                        "rotation_error", "learning_rate", "gradient_norm"};
+    history *h = &t->history;
+    for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
+        h->names[h->columns++] = before[i];
+    }
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        h->names[h->columns++] = problem_term_name(t->problem, i);
+    }
+    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
+        h->names[h->columns++] = after[i];
+    }
+    if (t->e->settings->losses.causal_slices) {
+        h->names[h->columns++] = "causal_epsilon";
+        h->names[h->columns++] = "causal_least_weight";
+    }
+}
+
+static bool fixed_points(const problem_settings *losses)
+{
+    return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
+           losses->boundary.resample_every == 0 && losses->initial.resample_every == 0;
+}
+
+static const config_stage *stage_of(const trainer *t)
+{
+    return &t->e->settings->stages[t->info.stage];
+}
+
+static void forget_optimizer(trainer *t)
+{
+    optim_adam_free(t->adam);
+    optim_lbfgs_free(t->lbfgs);
+    t->adam = NULL;
+    t->lbfgs = NULL;
+}
+
+static ad_status start_stage(trainer *t, ad_error *error)
+{
+    const config_stage *stage = stage_of(t);
+    const char *why = NULL;
+    size_t count = t->e->count;
+    if (stage->optimizer == CONFIG_ADAM) {
+        t->adam = optim_adam_create(count, t->e->parameters, &stage->adam, &why);
+    } else {
+        t->lbfgs = optim_lbfgs_create(count, t->e->parameters, &stage->lbfgs, &why);
+    }
+    if (!t->adam && !t->lbfgs) {
+        return ad_fail(error, AD_NO_MEMORY, "training.stages[%d]: %s", t->info.stage, why);
+    }
+    t->stage_started = wall_seconds();
+    return AD_OK;
+}
+
+ad_status trainer_create(experiment *e, problem *problem_, reference *known, double seconds,
+                         trainer **result, ad_error *error)
+{
+    *result = NULL;
+    trainer *t = calloc(1, sizeof *t);
+    if (!t) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
+    }
+    t->e = e;
+    t->problem = problem_;
+    t->known = known;
+    t->started = wall_seconds() - seconds;
+    t->losses_compare = fixed_points(&e->settings->losses);
+    t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
+    t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
+    for (int i = 0; i < problem_sets(problem_); i++) {
+        t->info.points += (double)problem_set_inspect(problem_, i).points;
+    }
+    name_columns(t);
+    ad_status status = start_stage(t, error);
+    if (status != AD_OK) {
+        trainer_free(t);
+        return status;
+    }
+    *result = t;
+    return AD_OK;
+}
+
+void trainer_free(trainer *t)
+{
+    if (t) {
+        forget_optimizer(t);
+        history_free(&t->history);
+        free(t);
+    }
+}
+
+/* ---- looking ------------------------------------------------------------------------------- */
+
+static const double *current_x(const trainer *t)
+{
+    return t->adam ? optim_adam_x(t->adam) : t->lbfgs ? optim_lbfgs_x(t->lbfgs) : t->e->parameters;
+}
+
+const double *trainer_parameters(const trainer *t)
+{
+    if (t->losses_compare && t->adam && isfinite(optim_adam_get_info(t->adam).best_value)) {
+        return optim_adam_best_x(t->adam);
+    }
+    return current_x(t); /* L-BFGS never rises: its point is its best */
+}
+
+trainer_info trainer_inspect(const trainer *t)
+{
+    trainer_info info = t->info;
+    info.seconds = wall_seconds() - t->started;
+    return info;
+}
+
+const history *trainer_history(const trainer *t)
+{
+    return &t->history;
+}
+
+static ad_status add_row(trainer *t, ad_error *error)
+{
+    trainer_info *info = &t->info;
+    const double *x = trainer_parameters(t);
+    ad_status status = problem_held_out(t->problem, x, &info->held_out, NULL, error);
+    if (status == AD_OK && t->known) {
+        status = reference_compare(t->known, x, &info->errors, error);
+    }
+    double row[HISTORY_COLUMNS_MAX];
+    int n = 0;
+    row[n++] = (double)info->step;
+    row[n++] = info->stage;
+    row[n++] = wall_seconds() - t->started;
+    row[n++] = info->loss;
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        row[n++] = problem_losses(t->problem)[i];
+    }
+    row[n++] = info->held_out;
+    row[n++] = info->errors.position;
+    row[n++] = info->errors.tip;
+    row[n++] = info->errors.rotation;
+    row[n++] = info->learning_rate;
+    row[n++] = info->gradient_norm;
+    if (t->e->settings->losses.causal_slices) {
+        row[n++] = problem_causal_epsilon(t->problem);
+        row[n++] = problem_causal_least_weight(t->problem);
+    }
+    return status == AD_OK ? history_add(&t->history, row, error) : status;
+}
+
+/* ---- stepping ------------------------------------------------------------------------------ */
+
+static int objective(void *context, const double *x, double *value, double *gradient)
+{
+    trainer *t = context;
+    ad_status status = problem_evaluate(t->problem, x, value, gradient, NULL);
+    t->info.evaluations++;
+    if (status == AD_OK) {
+        double sum = 0;
+        for (size_t i = 0; i < t->e->count; i++) {
+            sum += gradient[i] * gradient[i];
+        }
+        t->info.gradient_norm = sqrt(sum);
+        return OPTIM_OBJECTIVE_OK;
+    }
+    return status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE : OPTIM_OBJECTIVE_STOP;
+}
+
+static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
+{
+    problem_place place = {.term = -1};
+    ad_error inner = {AD_OK, ""};
+    problem_locate(t->problem, current_x(t), &place, &inner);
+    t->info.state = TRAINER_NOT_FINITE;
+    const char *advice = t->adam ? "a smaller learning_rate, clip_norm, or warmup_steps"
+                                 : "a smaller step before it (more steps of adam) or larger points";
+    if (place.term < 0) {
+        return ad_fail(error, AD_NOT_FINITE,
+                       "step %lld: %s; every loss term is finite at the current parameters, so the "
+                       "step itself or the gradient is not; try %s",
+                       (long long)t->info.step + 1, optim_status_name(why), advice);
+    }
+    return ad_fail(error, AD_NOT_FINITE,
+                   "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try %s",
+                   (long long)t->info.step + 1, problem_term_name(t->problem, place.term), place.s,
+                   place.t, advice);
+}
+
+static optim_status optimizer_step(trainer *t)
+{
+    trainer_info *info = &t->info;
+    if (t->adam) {
+        optim_status status = optim_adam_step(t->adam, objective, t);
+        optim_adam_info adam = optim_adam_get_info(t->adam);
+        info->loss = adam.value;
+        info->learning_rate = adam.learning_rate;
+        return status;
+    }
+    optim_status status = optim_lbfgs_step(t->lbfgs, objective, t);
+    optim_lbfgs_info lbfgs = optim_lbfgs_get_info(t->lbfgs);
+    info->loss = lbfgs.value;
+    info->learning_rate = lbfgs.step;
+    return status;
+}
+
+static const char *reason_to_end(const trainer *t, optim_status status)
+{
+    const config_stage *stage = stage_of(t);
+    if (status != OPTIM_RUNNING) {
+        return optim_status_name(status);
+    }
+    if (t->info.loss < stage->stop_loss) {
+        return "stop.loss reached";
+    }
+    if (t->info.errors.position < stage->stop_error) {
+        return "stop.error reached";
+    }
+    if (stage->stop_seconds > 0 && wall_seconds() - t->stage_started > stage->stop_seconds) {
+        return "stop.seconds reached";
+    }
+    return t->info.stage_step >= stage->steps ? "steps done" : NULL;
+}
+
+static ad_status end_stage(trainer *t, const char *why, ad_error *error)
+{
+    memcpy(t->e->parameters, trainer_parameters(t), t->e->count * sizeof *t->e->parameters);
+    forget_optimizer(t);
+    t->info.ended = why;
+    t->info.stage++;
+    t->info.stage_step = 0;
+    if (t->info.stage == t->e->settings->stage_count) {
+        t->info.state = TRAINER_DONE;
+        return AD_OK;
+    }
+    return start_stage(t, error);
+}
+
+ad_status trainer_step(trainer *t, ad_error *error)
+{
+    bool changed;
+    ad_status status = problem_advance(t->problem, t->info.step + 1, &changed, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (changed && t->adam) {
+        optim_adam_objective_changed(t->adam);
+    } else if (changed) {
+        optim_lbfgs_objective_changed(t->lbfgs);
+    }
+    optim_status result = optimizer_step(t);
+    if (result == OPTIM_NOT_FINITE || result == OPTIM_NO_FINITE_STEP) {
+        return not_finite(t, result, error);
+    }
+    t->info.step++;
+    t->info.stage_step++;
+    int every = t->e->settings->output_every;
+    const char *end = reason_to_end(t, result);
+    if (end || t->info.step == 1 || t->info.step % every == 0) {
+        status = add_row(t, error);
+        end = end ? end : reason_to_end(t, result); /* the error is known only now */
+    }
+    return status == AD_OK && end ? end_stage(t, end, error) : status;
+}
+
+/* ---- saving -------------------------------------------------------------------------------- */
+
+static int optimizer_state(trainer *t, optim_array *arrays)
+{
+    return t->adam    ? optim_adam_state(t->adam, arrays, OPTIM_STATE_CAPACITY)
+           : t->lbfgs ? optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY)
+                      : 0;
+}
+
+enum { NAME_MAX_ = 96 };
+
+static void item_name(char name[NAME_MAX_], const char *group, const char *rest)
+{
+    snprintf(name, NAME_MAX_, "%s/%s", group, rest);
+}
+
+ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
+{
+    checkpoint *file = checkpoint_create(CPINN_VERSION);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
+    }
+    experiment_put(t->e, trainer_parameters(t), file);
+    checkpoint_put_integer(file, "training/step", t->info.step);
+    checkpoint_put_integer(file, "training/stage", t->info.stage);
+    checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
+    checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
+    checkpoint_put_integer(file, "training/optimizer", t->adam || t->lbfgs);
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
+    int count = optimizer_state(t, arrays);
+    for (int i = 0; i < count; i++) {
+        item_name(names[i], "optimizer", arrays[i].name);
+        checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
+    }
+    problem_array points[PROBLEM_STATE_MAX];
+    problem_generator generators[PROBLEM_STATE_MAX];
+    int generator_count,
+        point_count = problem_state(t->problem, points, generators, &generator_count);
+    for (int i = 0; i < point_count; i++) {
+        size_t shape[2] = {points[i].rows, points[i].columns};
+        checkpoint_put_doubles(file, points[i].name, points[i].data, 2, shape);
+    }
+    size_t words = 4;
+    for (int i = 0; i < generator_count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "generators", generators[i].name);
+        checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
+    }
+    history_put(&t->history, file);
+    ad_status status = checkpoint_write(file, path, keep, error);
+    checkpoint_free(file);
+    return status;
+}
+
+static ad_status get_integer(const checkpoint *file, const char *name, int64_t low, int64_t high,
+                             int64_t *value, ad_error *error)
+{
+    ad_status status = checkpoint_get_int64(file, name, value, 1, error);
+    if (status == AD_OK && (*value < low || *value > high)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %lld; %lld to %lld are possible",
+                       name, (long long)*value, (long long)low, (long long)high);
+    }
+    return status;
+}
+
+static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error *error)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    int count = optimizer_state(t, arrays);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "optimizer", arrays[i].name);
+        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
+    }
+    const char *why = t->adam    ? optim_adam_state_check(t->adam)
+                      : t->lbfgs ? optim_lbfgs_state_check(t->lbfgs)
+                                 : NULL;
+    return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
+}
+
+static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *error)
+{
+    problem_array points[PROBLEM_STATE_MAX];
+    problem_generator generators[PROBLEM_STATE_MAX];
+    int generator_count, count = problem_state(t->problem, points, generators, &generator_count);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        status = checkpoint_get_doubles(file, points[i].name, points[i].data,
+                                        points[i].rows * points[i].columns, error);
+    }
+    for (int i = 0; status == AD_OK && i < generator_count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "generators", generators[i].name);
+        status = checkpoint_get_uint64(file, name, generators[i].rng->state, 4, error);
+    }
+    return status == AD_OK ? problem_state_check(t->problem, error) : status;
+}
+
+ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
+{
+    int64_t step, stage, stage_step, at_work;
+    double seconds;
+    int stages = t->e->settings->stage_count;
+    ad_status status = get_integer(file, "training/step", 0, INT64_MAX, &step, error);
+    if (status != AD_OK ||
+        (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
+        (status = get_integer(file, "training/stage_step", 0, INT64_MAX, &stage_step, error)) !=
+            AD_OK ||
+        (status = get_integer(file, "training/optimizer", 0, 1, &at_work, error)) != AD_OK ||
+        (status = checkpoint_get_doubles(file, "training/seconds", &seconds, 1, error)) != AD_OK ||
+        (status = experiment_get(t->e, file, error)) != AD_OK) {
+        return status;
+    }
+    forget_optimizer(t);
+    t->info.step = step;
+    t->info.stage = (int)stage;
+    t->info.stage_step = stage_step;
+    t->started -= seconds;
+    if (stage == stages) {
+        t->info.state = TRAINER_DONE;
+    } else {
+        status = start_stage(t, error);
+    }
+    if (status == AD_OK && at_work) {
+        status = restore_optimizer(t, file, error);
+    }
+    if (status == AD_OK) {
+        status = restore_problem(t, file, error);
+    }
+    if (status == AD_OK) {
+        status = history_get(&t->history, file, error);
+    }
+    if (status == AD_OK && t->history.count > 0) { /* what stopping criteria look at */
+        size_t last = t->history.count - 1;
+        t->info.loss = history_value(&t->history, last, "loss");
+        t->info.held_out = history_value(&t->history, last, "held_out");
+        t->info.errors.position = history_value(&t->history, last, "error");
+        t->info.errors.tip = history_value(&t->history, last, "tip_error");
+        t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
+    }
+    return status;
+}

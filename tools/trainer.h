@@ -1,0 +1,62 @@
+/* Training as a state machine: one optimiser step at a time, through the stages of an experiment,
+ * with all of its state in a checkpoint, so that a resumed run computes the same bits.
+ *
+ * Items in a checkpoint beside those of tools/experiment.h (integers unless said):
+ *   training/step        steps over all stages
+ *   training/stage       number of the stage at work, from 0; number of stages when done
+ *   training/stage_step  steps within it
+ *   training/seconds     wall time so far, double
+ *   training/optimizer   1 while an optimiser's state is stored under optimizer/ */
+#ifndef TOOLS_TRAINER_H
+#define TOOLS_TRAINER_H
+
+#include "tools/history.h"
+#include "tools/reference.h"
+
+typedef struct trainer trainer;
+
+typedef enum trainer_state {
+    TRAINER_RUNNING,
+    TRAINER_DONE,
+    TRAINER_NOT_FINITE /* a number stopped being finite; the last checkpoint is good */
+} trainer_state;
+
+typedef struct trainer_info {
+    trainer_state state;
+    int64_t step;       /* over all stages */
+    int stage;          /* from 0 */
+    int64_t stage_step; /* within the stage */
+    double seconds;     /* wall time of all runs so far */
+    double loss;        /* weighted; at the last evaluation */
+    double gradient_norm;
+    double learning_rate; /* Adam's; L-BFGS: the step length of the last line search */
+    double held_out;      /* at the last row of the history */
+    reference_errors errors;
+    int64_t evaluations; /* of the loss in this process */
+    double points;       /* per evaluation */
+    const char *ended;   /* why the last stage ended, or NULL */
+} trainer_info;
+
+/* `problem_` and `known` (NULL: no reference) must outlive the trainer. seconds: wall time already
+ * spent on preparing, counted as training. */
+ad_status trainer_create(experiment *e, problem *problem_, reference *known, double seconds,
+                         trainer **result, ad_error *error);
+void trainer_free(trainer *t);
+
+/* One step of the optimiser of the stage at hand, then a row of history when one is due or a stage
+ * ends. After TRAINER_NOT_FINITE, error says which term, where, and what to try. */
+ad_status trainer_step(trainer *t, ad_error *error);
+
+trainer_info trainer_inspect(const trainer *t);
+const history *trainer_history(const trainer *t);
+
+/* The parameters to evaluate: the best of the stage so far, or the current ones where points or
+ * weights change so that losses do not compare. */
+const double *trainer_parameters(const trainer *t);
+
+ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error);
+ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error);
+
+double wall_seconds(void); /* monotonic */
+
+#endif
