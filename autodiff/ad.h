@@ -54,9 +54,9 @@ void ad_tape_fail(ad_tape *tape, ad_status status, const char *format, ...)
 
 typedef struct ad_tape_counts {
     size_t recorded; /* operations asked for, by physics and by transforms */
-    size_t folded;   /* of these, answered by a constant or by an argument (0 * x, 1 * x, x + 0) */
+    size_t folded;   /* of these, answered by algebra without a new operation: 0 x, 1 x, x + 0 */
     size_t shared;   /* of these, answered by an equal operation already on the tape */
-    size_t stored;   /* operations on the tape now */
+    size_t stored;   /* operations on the tape now, inputs and constants included */
 } ad_tape_counts;
 
 ad_tape_counts ad_tape_count(const ad_tape *tape);
@@ -159,8 +159,8 @@ ad_value ad_rotate_inverse(ad_value q, ad_value x);   /* R(q)^T x */
 /* ---- transforms ---------------------------------------------------------------------------- */
 
 /* Taylor coefficients c_0 .. c_order of each y along x + tau * direction, where
- * y(x + tau direction) = sum_k c_k tau^k. coefficients is [count][order + 1]. x is an input, uniform
- * or parameter; direction is any value of its rows (or of 1 row). */
+ * y(x + tau direction) = sum_k c_k tau^k. coefficients is [count][order + 1]. x is an input,
+ * uniform or parameter; direction is any value of its rows (or of 1 row). */
 ad_status ad_taylor(int count, const ad_value *y, ad_value x, ad_value direction, int order,
                     ad_value *coefficients);
 

@@ -330,7 +330,7 @@ static int choose_tile(const ad_program *program)
     long cache = sysconf(_SC_LEVEL2_CACHE_SIZE);
     size_t budget = cache > 0 ? (size_t)cache : 1u << 20;
     size_t per_point = (size_t)program->most_units * sizeof(double);
-    size_t tile = per_point ? budget / per_point / TILE_STEP * TILE_STEP : TILE_MAX;
+    size_t tile = per_point ? budget / per_point / TILE_MIN * TILE_MIN : TILE_MAX;
     return tile < TILE_MIN ? TILE_MIN : tile > TILE_MAX ? TILE_MAX : (int)tile;
 }
 

@@ -59,8 +59,8 @@ static void run_elementwise(const tile_state *t, const instruction *i, int row, 
     for (int k = 0; k < AD_ARITY_MAX && i->in[k].rows; k++) {
         in[k] = operand(t, i->in[k], i->in[k].local ? 0 : row);
     }
-    i->loop(rows, t->width, tile_at(t, i->out, i->out.local ? 0 : row), (ptrdiff_t)i->out.stride * t->tile, in,
-            i->whole, i->number);
+    i->loop(rows, t->width, tile_at(t, i->out, i->out.local ? 0 : row),
+            (ptrdiff_t)i->out.stride * t->tile, in, i->whole, i->number);
 }
 
 static void run_group(const tile_state *t, const group *g)
@@ -82,7 +82,7 @@ static void run_group(const tile_state *t, const group *g)
 /* OpenBLAS has kernels for small products that read the operands where they are; they take products
  * of at most 10^6 multiplications. The others copy the operands first, which for a tile costs more
  * than half as much as the product. */
-enum { SMALL_PRODUCT = 1000000, PIECE_MIN = 32, OUTER_PART_MAX = 160 };
+enum { SMALL_PRODUCT = 1000000, PIECE_MIN = 32, OUTER_PART_MAX = 120 };
 
 /* The dimension of n points to cut up so that each part, times `other`, is a small product: points
  * per part, parts about equal; n itself when the parts would be too thin to gain. */

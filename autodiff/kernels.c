@@ -98,7 +98,7 @@ INLINE vec v_tanh(vec a)
 {
     const bits sign = (bits)a & INT64_MIN;
     const vec x = (vec)((bits)a ^ sign);
-    const vec x2 = 2 * choose(x > 20, splat(20), x); /* tanh rounds to 1; NaN stays */
+    const vec x2 = 2 * choose(x > 20, splat(20), x);          /* tanh rounds to 1; NaN stays */
     const vec shifted = x2 * 0x1.71547652b82fep+0 + 0x1.8p52; /* k in the lowest bits */
     const vec k = shifted - 0x1.8p52;
     const vec r = (x2 - k * 0x1.62e42fefa3800p-1) - k * 0x1.ef35793c76730p-45;
@@ -155,7 +155,8 @@ INLINE vec v_stumpff(vec a, int whole)
     (void)b, (void)c;                                                                              \
     *(vec *)(out + (j)) = (expression);
 
-/* A loop over rows and points. Tiles are short, so a row is worked on in steps of UNROLL vectors. */
+/* A loop over rows and points. Tiles are short, so a row is worked on in steps of UNROLL vectors.
+ */
 #define LOOP(name, expression)                                                                     \
     INLINE void name##_loop(int mask, int rows, int points, double *out, ptrdiff_t stride,         \
                             const kernel_operand *x, int arity, int whole, double number)          \

@@ -168,7 +168,8 @@ static void make_panel(pass_plan *plan, int count, const int *ids)
         plan->panel[ids[i]] = plan->panels;
         plan->column[ids[i]] = i;
     }
-    plan->panel_columns[plan->panels++] = count;
+    /* Rows a large power of two apart would share few sets of the cache: an unused column helps. */
+    plan->panel_columns[plan->panels++] = count + (count % 4 == 0);
 }
 
 /* Bring members into the order of the columns that one of their arguments already has. */
@@ -240,7 +241,7 @@ typedef struct buffer {
     int born, dies; /* positions */
     int lingers;    /* last position of the elementwise run in which it dies */
     int offset;
-    int owner; /* value, or -1 - panel */
+    int owner;  /* value, or -1 - panel */
     bool local; /* as in place */
 } buffer;
 
@@ -272,8 +273,8 @@ static int compare_offset(const void *a, const void *b)
 static bool take_over(buffer **live, int alive, buffer *b)
 {
     for (int k = 0; k < alive; k++) {
-        if (live[k]->dies < b->born && live[k]->rows == b->rows &&
-            live[k]->columns == b->columns && live[k]->local == b->local) {
+        if (live[k]->dies < b->born && live[k]->rows == b->rows && live[k]->columns == b->columns &&
+            live[k]->local == b->local) {
             b->offset = live[k]->offset;
             live[k] = b;
             return true;

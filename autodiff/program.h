@@ -87,7 +87,7 @@ struct ad_program {
     int tile;            /* largest */
     double **workspaces; /* per thread: tile * most_units numbers, then `scratch` */
     size_t workspace_numbers, scratch;
-    double *sums;        /* [chunk_capacity][most reduced] */
+    double *sums; /* [chunk_capacity][most reduced] */
     size_t chunk_capacity;
     int most_reduced, most_units;
 };

@@ -194,7 +194,7 @@ static bool make_room(ad_tape *tape, int arguments)
     return tape_grow((void **)&tape->nodes, &tape->capacity, tape->count + 1,
                      sizeof *tape->nodes) &&
            tape_grow((void **)&tape->arguments, &tape->argument_capacity,
-                     tape->argument_count + arguments, sizeof *tape->arguments);
+                     tape->argument_count + arguments + 1, sizeof *tape->arguments);
 }
 
 ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments)
@@ -210,7 +210,6 @@ ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments)
     uint64_t slot = node_hash(tape, &prototype, ids) & mask;
     for (; tape->table[slot] >= 0; slot = (slot + 1) & mask) {
         if (node_equal(tape, &prototype, ids, &tape->nodes[tape->table[slot]])) {
-            tape->counts.shared++;
             return value_of(tape, tape->table[slot]);
         }
     }
@@ -386,17 +385,24 @@ ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments
             extent = AD_BATCH;
         }
     }
-    tape->counts.recorded++;
     node n = {.op = (uint16_t)op, .extent = extent, .count = count, .whole = whole};
     n.number = number;
     n.rows = result_rows(op, count, arguments, whole, rows);
     if (n.rows < 1) {
         return bad_shape(tape, op, count, arguments);
     }
+    int before = tape->count;
     ad_value result;
-    if (simplify(tape, &n, arguments, &result)) {
-        tape->counts.folded++;
-        return result;
+    tape->depth++; /* what simplification records on its way is not asked for */
+    bool simplified = simplify(tape, &n, arguments, &result);
+    if (!simplified) {
+        result = tape_append(tape, n, arguments);
     }
-    return tape_append(tape, n, arguments);
+    if (--tape->depth == 0) {
+        bool old = result.id < before;
+        tape->counts.recorded++;
+        tape->counts.folded += old && simplified;
+        tape->counts.shared += old && !simplified;
+    }
+    return result;
 }

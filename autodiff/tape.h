@@ -112,6 +112,7 @@ struct ad_tape {
     int inputs, uniforms;
     int *input_rows, *uniform_rows; /* by number */
     ad_tape_counts counts;
+    int depth; /* of operations recorded by simplification */
     ad_error error;
 };
 

@@ -16,7 +16,8 @@
 
 #include <cmocka.h>
 
-/* ---- random numbers (SplitMix64, Steele, Lea and Flood 2014) ---------------------------------- */
+/* ---- random numbers (SplitMix64, Steele, Lea and Flood 2014) ----------------------------------
+ */
 
 static inline uint64_t random_bits(uint64_t *state)
 {
@@ -36,7 +37,8 @@ static inline int random_below(uint64_t *state, int limit)
     return (int)(random_bits(state) % (uint64_t)limit);
 }
 
-/* ---- data of a run ----------------------------------------------------------------------------- */
+/* ---- data of a run -----------------------------------------------------------------------------
+ */
 
 enum { LEAVES_MAX = 24, PARAMETERS_MAX = 4096 };
 
@@ -83,7 +85,8 @@ static inline void data_free(run_data *data)
         free(data->uniform[i]);
 }
 
-/* ---- naive interpreter ------------------------------------------------------------------------- */
+/* ---- naive interpreter -------------------------------------------------------------------------
+ */
 
 typedef struct naive {
     const ad_tape *tape;
@@ -203,7 +206,8 @@ static inline void naive_free(naive *n)
     free(n->values);
 }
 
-/* ---- compiled runs ----------------------------------------------------------------------------- */
+/* ---- compiled runs -----------------------------------------------------------------------------
+ */
 
 typedef struct compiled {
     ad_pool *pool;

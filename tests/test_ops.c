@@ -34,27 +34,58 @@ static int kernel_sets(const kernel_set **sets)
     return count;
 }
 
-/* ---- what an operation needs -------------------------------------------------------------------- */
+/* ---- what an operation needs --------------------------------------------------------------------
+ */
 
 typedef struct hint {
-    double low, high; /* arguments; 0, 0: [-1.4, 1.4) */
+    double low, high; /* arguments */
     int whole;        /* attributes */
     double number;
 } hint;
 
-/* Only where the default does not do: away from poles, branch points and jumps. */
-static const hint hints[OP_COUNT] = {
-    [OP_LOG] = {.low = 0.5, .high = 2},
-    [OP_SQRT] = {.low = 0.5, .high = 2},
-    [OP_POWER] = {.low = 0.5, .high = 2, .number = 2.7},
-    [OP_RECIPROCAL] = {.low = 0.7, .high = 2},
-    [OP_RECIPROCAL_OR_ZERO] = {.low = -2, .high = -0.7},
-    [OP_ABS] = {.low = -2, .high = -0.3},
-    [OP_SIGN] = {.low = 0.3, .high = 2},
-    [OP_ATAN2] = {.low = 0.5, .high = 2},
-    [OP_STUMPFF] = {.low = -3, .high = 3, .whole = 3},
-    [OP_SELECT] = {.low = 0.3, .high = 2},
+/* Only where the default does not do: away from poles, branch points and jumps. An operation may
+ * have several rows: every branch, every attribute that has a rule of its own. */
+static const struct {
+    int op;
+    hint hint;
+} hints[] = {
+    {OP_LOG, {.low = 0.5, .high = 2}},
+    {OP_SQRT, {.low = 0.5, .high = 2}},
+    {OP_POWER, {.low = 0.5, .high = 2, .number = 2.7}},
+    {OP_POWER, {.low = 0.7, .high = 2, .number = -1.5}},
+    {OP_POWER, {.low = -2, .high = 2, .number = 3}},
+    {OP_RECIPROCAL, {.low = 0.7, .high = 2}},
+    {OP_RECIPROCAL, {.low = -2, .high = -0.7}},
+    {OP_RECIPROCAL_OR_ZERO, {.low = 0.7, .high = 2}},
+    {OP_RECIPROCAL_OR_ZERO, {.low = -2, .high = -0.7}},
+    {OP_ABS, {.low = 0.3, .high = 2}},
+    {OP_ABS, {.low = -2, .high = -0.3}},
+    {OP_SIGN, {.low = 0.3, .high = 2}},
+    {OP_SIGN, {.low = -2, .high = -0.3}},
+    {OP_ATAN2, {.low = 0.5, .high = 2}},
+    {OP_ATAN2, {.low = -2, .high = -0.5}},
+    {OP_STUMPFF, {.low = -3, .high = 3, .whole = 0}},
+    {OP_STUMPFF, {.low = -3, .high = 3, .whole = 1}},
+    {OP_STUMPFF, {.low = -3, .high = 3, .whole = 2}},
+    {OP_STUMPFF, {.low = 3, .high = 30, .whole = 3}},
+    {OP_STUMPFF, {.low = -30, .high = -3, .whole = 4}},
+    {OP_SELECT, {.low = 0.3, .high = 2}},
+    {OP_SELECT, {.low = -2, .high = -0.3}},
 };
+
+/* The `number`-th hint for an operation; the default is the first of those without one. */
+static bool find_hint(int op, int number, hint *found)
+{
+    int seen = 0;
+    for (int i = 0; i < (int)(sizeof hints / sizeof *hints); i++) {
+        if (hints[i].op == op && seen++ == number) {
+            *found = hints[i].hint;
+            return true;
+        }
+    }
+    *found = (hint){.low = -1.4, .high = 1.4};
+    return seen == 0 && number == 0;
+}
 
 static bool only_in_programs(int op)
 {
@@ -69,16 +100,6 @@ static bool is_leaf(int op)
 static int arity_of(int op)
 {
     return op_table[op].arity == AD_ARITY_ANY ? 3 : op_table[op].arity;
-}
-
-static double low_of(int op)
-{
-    return hints[op].low == 0 && hints[op].high == 0 ? -1.4 : hints[op].low;
-}
-
-static double high_of(int op)
-{
-    return hints[op].low == 0 && hints[op].high == 0 ? 1.4 : hints[op].high;
 }
 
 /* Rows of argument i; elementwise: 3, or 1 where `single` has the bit. Fails for operations of
@@ -110,14 +131,15 @@ static int rows_of(int op, int i, unsigned single)
     }
 }
 
-static ad_value record_op(ad_tape *tape, int op, int count, const ad_value *x)
+static ad_value record_op(ad_tape *tape, int op, const hint *h, int count, const ad_value *x)
 {
     int rows = op == OP_SLICE ? 2 : op == OP_PAD ? 7 : op == OP_REPEAT ? 4 : 0;
-    int whole = op == OP_SLICE || op == OP_PAD ? 1 : hints[op].whole;
-    return tape_record(tape, op, count, x, whole, hints[op].number, rows);
+    int whole = op == OP_SLICE || op == OP_PAD ? 1 : h->whole;
+    return tape_record(tape, op, count, x, whole, h->number, rows);
 }
 
-/* ---- the table itself --------------------------------------------------------------------------- */
+/* ---- the table itself ---------------------------------------------------------------------------
+ */
 
 static void test_every_operation_has_its_rules(void **state)
 {
@@ -141,16 +163,54 @@ static void test_every_operation_has_its_rules(void **state)
     }
 }
 
-/* ---- kernels ------------------------------------------------------------------------------------ */
+/* ---- kernels ------------------------------------------------------------------------------------
+ */
 
-static const double special[] = {0.0,       -0.0,      INFINITY,     -INFINITY, NAN,    DBL_MIN,
-                                 -DBL_MIN,  5e-324,    -5e-324,      1e-310,    1e308,  -1e308,
-                                 DBL_MAX,   1e-200,    1,            -1,        0.5,    -0.5,
-                                 1e5,       -1e5,      709.7,        -709.7,    745.2,  -745.2,
-                                 1e16,      -1e16,     1e22,         3.14159265358979, -3.14159265358979, 1.5707963,
-                                 DBL_MAX,   -DBL_MAX,  1 - 1e-16,    1 + 3e-16, 1e-8,   -1e-8,
-                                 20,        -20,       6,            -6,        0.25,   -0.25,
-                                 2.225e-308, 36.04365, 19.0615};
+static const double special[] = {0.0,
+                                 -0.0,
+                                 INFINITY,
+                                 -INFINITY,
+                                 NAN,
+                                 DBL_MIN,
+                                 -DBL_MIN,
+                                 5e-324,
+                                 -5e-324,
+                                 1e-310,
+                                 1e308,
+                                 -1e308,
+                                 DBL_MAX,
+                                 1e-200,
+                                 1,
+                                 -1,
+                                 0.5,
+                                 -0.5,
+                                 1e5,
+                                 -1e5,
+                                 709.7,
+                                 -709.7,
+                                 745.2,
+                                 -745.2,
+                                 1e16,
+                                 -1e16,
+                                 1e22,
+                                 3.14159265358979,
+                                 -3.14159265358979,
+                                 1.5707963,
+                                 DBL_MAX,
+                                 -DBL_MAX,
+                                 1 - 1e-16,
+                                 1 + 3e-16,
+                                 1e-8,
+                                 -1e-8,
+                                 20,
+                                 -20,
+                                 6,
+                                 -6,
+                                 0.25,
+                                 -0.25,
+                                 2.225e-308,
+                                 36.04365,
+                                 19.0615};
 
 /* What the function of the library may be off, and fused or not fused products. */
 static double allowed(int op, const double *x, double expected)
@@ -190,8 +250,8 @@ static bool agrees(int op, const double *x, double value, double expected)
 enum { WIDTH = 64, HEIGHT = 2 };
 
 /* Two rows of 64 points (the first specials, the second random), operands uniform as in `mask`. */
-static void check_kernel(const kernel_set *set, int op, unsigned mask, uint64_t *random, double low,
-                         double high, bool specials)
+static void check_kernel(const kernel_set *set, int op, const hint *h, unsigned mask,
+                         uint64_t *random, bool specials)
 {
     static _Alignas(64) double in[ARGUMENTS][HEIGHT * WIDTH], out[HEIGHT * WIDTH];
     int specials_count = (int)(sizeof special / sizeof *special);
@@ -200,24 +260,38 @@ static void check_kernel(const kernel_set *set, int op, unsigned mask, uint64_t 
         bool uniform = mask >> i & 1;
         for (int k = 0; k < HEIGHT * WIDTH; k++)
             in[i][k] = specials ? special[random_below(random, specials_count)]
-                                : random_in(random, low, high);
+                                : random_in(random, h->low, h->high);
         for (int k = 0; k < specials_count && specials && i == 0; k++)
             in[i][k] = special[k];
         x[i] = (kernel_operand){in[i], uniform ? 1 : WIDTH};
     }
     memset(out, 0, sizeof out);
-    set->loops[op][mask](HEIGHT, WIDTH, out, WIDTH, x, hints[op].whole, hints[op].number);
+    set->loops[op][mask](HEIGHT, WIDTH, out, WIDTH, x, h->whole, h->number);
     for (int row = 0; row < HEIGHT; row++) {
         for (int j = 0; j < WIDTH; j++) {
             double at[ARGUMENTS];
             for (int i = 0; i < ARGUMENTS; i++)
                 at[i] = mask >> i & 1 ? in[i][row] : in[i][row * WIDTH + j];
-            double expected = op_evaluate(op, hints[op].whole, hints[op].number, at);
+            double expected = op_evaluate(op, h->whole, h->number, at);
             double value = out[row * WIDTH + j];
             if (!agrees(op, at, value, expected))
                 fail_msg("%s, %s, mask %u: (%.17g, %.17g, %.17g) gives %.17g, not %.17g", set->name,
                          op_table[op].name, mask, at[0], at[1], at[2], value, expected);
         }
+    }
+}
+
+static void check_kernels_of(const kernel_set *set, int op, const hint *h, uint64_t *random)
+{
+    int arity = op_table[op].arity;
+    hint wide = *h;
+    wide.low = -50;
+    wide.high = 50;
+    for (unsigned mask = 0; mask < (1u << arity) - (arity > 1); mask++) {
+        check_kernel(set, op, h, mask, random, false);
+        check_kernel(set, op, &wide, mask, random, false);
+        for (int repeat = 0; repeat < 20; repeat++)
+            check_kernel(set, op, h, mask, random, true);
     }
 }
 
@@ -228,33 +302,34 @@ static void test_kernels(void **state)
     uint64_t random = 5;
     int count = kernel_sets(sets);
     for (int op = OP_ADD; op < OP_ELEMENTWISE_END; op++) {
-        for (int k = 0; k < count; k++) {
-            int arity = op_table[op].arity;
-            for (unsigned mask = 0; mask < (1u << arity) - (arity > 1); mask++) {
-                check_kernel(sets[k], op, mask, &random, low_of(op), high_of(op), false);
-                check_kernel(sets[k], op, mask, &random, -50, 50, false);
-                for (int repeat = 0; repeat < 20; repeat++)
-                    check_kernel(sets[k], op, mask, &random, 0, 0, true);
-            }
-        }
+        hint h;
+        for (int number = 0; find_hint(op, number, &h); number++)
+            for (int k = 0; k < count; k++)
+                check_kernels_of(sets[k], op, &h, &random);
     }
 }
 
-/* ---- derivatives -------------------------------------------------------------------------------- */
+/* ---- derivatives --------------------------------------------------------------------------------
+ */
 
 /* One operation on a tape, with what its derivatives need. */
 typedef struct bench {
     ad_tape *tape;
     int op, count;
-    ad_value tau;              /* uniform: arguments move along a_i + tau b_i + tau^2 c_i */
-    ad_value x[ARGUMENTS];     /* leaves */
-    ad_value v[ARGUMENTS];     /* leaves of the same shape: directions */
-    ad_value y;                /* of x */
+    const hint *hint;
+    ad_value tau;               /* uniform: arguments move along a_i + tau b_i + tau^2 c_i */
+    ad_value x[ARGUMENTS];      /* leaves */
+    ad_value v[ARGUMENTS];      /* leaves of the same shape: directions */
+    ad_value y;                 /* of x */
     ad_value moving[ORDER + 1]; /* Taylor coefficients in tau */
-    ad_value push;             /* J v */
-    ad_value weight;           /* a leaf of the shape of y */
-    ad_value root;             /* weight . y, summed over points */
-    ad_value pull[ARGUMENTS];  /* J^T weight */
+    ad_value push;              /* J v */
+    ad_value weight;            /* a leaf of the shape of y */
+    ad_value root;              /* weight . y, summed over points */
+    ad_value pull[ARGUMENTS];   /* J^T weight */
+    ad_value rows[ARGUMENTS];   /* the same per point, where that is possible */
+    bool per_point;
+    ad_value high_push; /* the same two of the third coefficient of `moving` */
+    ad_value high_pull[ARGUMENTS];
     run_data data;
     uint64_t random;
 } bench;
@@ -275,19 +350,31 @@ static void bench_move(bench *b, unsigned mask)
         ad_value path = ad_add(ad_mul(b->tau, first), ad_mul(ad_square(b->tau), second));
         moved[i] = ad_add(b->x[i], ad_mul(small, path));
     }
-    ad_value y = record_op(b->tape, b->op, b->count, moved);
+    ad_value y = record_op(b->tape, b->op, b->hint, b->count, moved);
     ad_taylor(1, &y, b->tau, ad_scalar(b->tape, 1), ORDER, b->moving);
 }
 
-static void bench_begin(bench *b, int op, unsigned mask, unsigned single)
+/* The derivative of a coefficient, along the directions and backwards. */
+static void bench_high(bench *b)
 {
-    *b = (bench){.tape = ad_tape_create(), .op = op, .count = arity_of(op), .random = 3};
+    ad_value high = b->moving[3], coefficients[2];
+    for (int i = 0; i < b->count; i++) {
+        ad_taylor(1, &high, b->x[i], b->v[i], 1, coefficients);
+        b->high_push = i == 0 ? coefficients[1] : ad_add(b->high_push, coefficients[1]);
+    }
+    ad_reverse(ad_dot(b->weight, high), b->count, b->x, AD_SUMMED, b->high_pull);
+}
+
+static void bench_begin(bench *b, int op, const hint *h, unsigned mask, unsigned single)
+{
+    *b = (bench){.tape = ad_tape_create(), .op = op, .hint = h, .random = 3};
+    b->count = arity_of(op);
     b->tau = ad_uniform(b->tape, "tau", 1);
     for (int i = 0; i < b->count; i++) {
         b->x[i] = leaf(b->tape, mask >> i & 1, rows_of(op, i, single));
         b->v[i] = leaf(b->tape, mask >> i & 1, rows_of(op, i, single));
     }
-    b->y = record_op(b->tape, op, b->count, b->x);
+    b->y = record_op(b->tape, op, h, b->count, b->x);
     for (int i = 0; i < b->count; i++) {
         ad_value coefficients[2];
         ad_taylor(1, &b->y, b->x[i], b->v[i], 1, coefficients);
@@ -297,8 +384,12 @@ static void bench_begin(bench *b, int op, unsigned mask, unsigned single)
     b->root = ad_dot(b->weight, b->y);
     ad_reverse(b->root, b->count, b->x, AD_SUMMED, b->pull);
     bench_move(b, mask);
+    bench_high(b);
+    b->per_point = ad_extent_of(b->y) == AD_BATCH;
+    if (b->per_point)
+        ad_reverse(b->root, b->count, b->x, AD_PER_POINT, b->rows);
     assert_tape_ok(b->tape);
-    data_fill(&b->data, b->tape, POINTS, low_of(op), high_of(op), &b->random);
+    data_fill(&b->data, b->tape, POINTS, h->low, h->high, &b->random);
     b->data.uniform[0][0] = 0; /* tau */
 }
 
@@ -344,14 +435,31 @@ static double root_sum(bench *b)
 static const double six[3] = {45, -9, 1}; /* central differences of sixth order, over 60 h */
 
 /* <weight, J v> = <J^T weight, v>: two independent ways through the rules; rounding alone. */
-static void check_adjoint(bench *b, const naive *n)
+static void check_adjoint(bench *b, const naive *n, ad_value push, const ad_value *pull)
 {
-    double left_size, left = dot_of(n, b->weight, b->push, &left_size), right = 0;
+    double left_size, left = dot_of(n, b->weight, push, &left_size), right = 0;
     for (int i = 0; i < b->count; i++) {
         double size;
-        right += dot_of(n, b->pull[i], b->v[i], &size);
+        right += dot_of(n, pull[i], b->v[i], &size);
     }
     assert_near(right, left, 1e-12 * (1 + left_size));
+}
+
+/* Rows of a Jacobian add up to the gradient. */
+static void check_rows(bench *b, const naive *n)
+{
+    for (int i = 0; i < b->count && b->per_point; i++) {
+        bool summed = ad_extent_of(b->x[i]) == AD_UNIFORM;
+        for (int row = 0; row < ad_rows(b->x[i]); row++) {
+            double sum = 0;
+            for (size_t j = 0; j < POINTS; j++) {
+                sum = summed ? sum : 0;
+                sum += naive_at(n, b->rows[i].id, row, j);
+                if (!summed || j + 1 == POINTS)
+                    assert_near(sum, naive_at(n, b->pull[i].id, row, j), 1e-13 * (1 + fabs(sum)));
+            }
+        }
+    }
 }
 
 /* The adjoint of each argument along a direction. Truncation h^6 f^(7) / 140 < 1e-12 and rounding
@@ -411,6 +519,8 @@ static void check_programs(bench *b, const naive *n)
     const kernel_set *sets[3];
     for (int i = 0; i < b->count; i++)
         values[count++] = b->pull[i];
+    for (int i = 0; i < b->count; i++)
+        values[count++] = b->high_pull[i];
     for (int k = 0; k <= ORDER; k++)
         values[count++] = b->moving[k];
     int set_count = kernel_sets(sets);
@@ -424,15 +534,17 @@ static void check_programs(bench *b, const naive *n)
     chosen = NULL;
 }
 
-static void check_op(int op, unsigned mask, unsigned single)
+static void check_op(int op, const hint *h, unsigned mask, unsigned single)
 {
     bench b;
-    bench_begin(&b, op, mask, single);
+    bench_begin(&b, op, h, mask, single);
     if (node_of(b.y)->op != op && op != OP_OUTER_SUM && op != OP_SUM_POINTS)
         fail_msg("%s simplified to %s: not tested", op_table[op].name,
                  op_table[node_of(b.y)->op].name);
     naive n = naive_run(b.tape, &b.data);
-    check_adjoint(&b, &n);
+    check_adjoint(&b, &n, b.push, b.pull);
+    check_adjoint(&b, &n, b.high_push, b.high_pull);
+    check_rows(&b, &n);
     check_differences(&b, &n);
     check_coefficients(&b, &n);
     check_programs(&b, &n);
@@ -446,13 +558,13 @@ static void test_derivatives(void **state)
     for (int op = 0; op < OP_COUNT; op++) {
         if (is_leaf(op) || only_in_programs(op))
             continue;
-        int arity = arity_of(op);
-        bool repeats = op_is_elementwise(op) && op != OP_REPEAT;
-        for (unsigned mask = 0; mask < 1u << arity; mask++) {
-            for (unsigned single = 0; single < (repeats ? 1u << arity : 1u); single++) {
-                check_op(op, mask, single);
-            }
-        }
+        unsigned all = 1u << arity_of(op);
+        unsigned repeats = op_is_elementwise(op) && op != OP_REPEAT ? all : 1;
+        hint h;
+        for (int number = 0; find_hint(op, number, &h); number++)
+            for (unsigned mask = 0; mask < all; mask++)
+                for (unsigned single = 0; single < repeats; single++)
+                    check_op(op, &h, mask, single);
     }
 }
 

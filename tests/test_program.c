@@ -8,11 +8,12 @@
  * below some hundred units of 2e-16. */
 #define ROUNDING 2e-12
 
-enum { POOL_MAX = 200, OUTPUTS = 6, WIDTHS = 6 };
+enum { POOL_MAX = 200, OUTPUTS = 8, WIDTHS = 6 };
 
 static const int widths[WIDTHS] = {1, 2, 3, 4, 6, 9};
 
-/* ---- random graphs ----------------------------------------------------------------------------- */
+/* ---- random graphs -----------------------------------------------------------------------------
+ */
 
 typedef struct garden {
     ad_tape *tape;
@@ -132,7 +133,7 @@ static ad_value grow_product(garden *g)
     case 4:
         return ad_tanh(ad_matvec_transposed(g->matrices[1], nine));
     case 5:
-        return ad_tanh(ad_matvec_transposed(w, ad_rows(w) == 36                  ? six
+        return ad_tanh(ad_matvec_transposed(w, ad_rows(w) == 36            ? six
                                                : w.id == g->matrices[1].id ? nine
                                                                            : six));
     case 6: /* a matrix of its own at every point */
@@ -195,9 +196,9 @@ static void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
     plant(g, ad_constant(g->tape, 3, (double[]){1, 0, -1}));
     for (int i = 0; i < operations; i++) {
         int kind = random_below(&g->random, 20);
-        plant(g, kind < 9    ? grow_elementwise(g)
-                 : kind < 12 ? grow_rows(g)
-                 : kind < 17 ? grow_product(g)
+        plant(g, kind < 9             ? grow_elementwise(g)
+                 : kind < 12          ? grow_rows(g)
+                 : kind < 17          ? grow_product(g)
                  : kind < 19 || !sums ? grow_geometry(g)
                                       : grow_sum(g));
     }
@@ -207,18 +208,25 @@ static void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
 static int garden_outputs(garden *g, ad_value *outputs)
 {
     int count = 0;
-    for (; count < OUTPUTS - 3; count++)
+    for (; count < 3; count++)
         outputs[count] = g->values[g->count - 1 - count * count];
     ad_value input = g->values[4 + random_below(&g->random, 3)];
-    ad_value coefficients[2];
+    ad_value coefficients[4];
+    int order = 1 + random_below(&g->random, 3);
     ad_value last = ad_tanh(ad_sum_rows(outputs[0]));
-    if (ad_taylor(1, &last, input, ad_scalar(g->tape, 0.5), 1, coefficients) == AD_OK)
-        outputs[count++] = coefficients[1];
-    ad_value loss = ad_sum_points(ad_add(ad_square(last), ad_square(coefficients[1])));
+    if (ad_taylor(1, &last, input, ad_scalar(g->tape, 0.5), order, coefficients) == AD_OK)
+        outputs[count++] = coefficients[order];
+    ad_value loss = ad_sum_points(ad_add(ad_square(last), ad_square(coefficients[order])));
     ad_value wrt[2] = {ad_parameter(g->tape, "all", 54 + 54 + 72, 0),
                        ad_parameter(g->tape, "matrix", 54, 300)};
     if (ad_reverse(loss, 2, wrt, AD_SUMMED, outputs + count) == AD_OK)
         count += 2;
+    /* the same derivative along one direction of the parameters, forwards and backwards */
+    ad_value v = ad_uniform(g->tape, "v", ad_rows(wrt[0])), pushed[2];
+    ad_value pulled = ad_dot(v, outputs[count - 2]);
+    ad_taylor(1, &loss, wrt[0], v, 1, pushed);
+    outputs[count++] = pulled;
+    outputs[count++] = pushed[1];
     assert_tape_ok(g->tape);
     return count;
 }
@@ -234,6 +242,11 @@ static void check_garden(uint64_t seed, int operations, bool sums)
     run_data data;
     data_fill(&data, g.tape, points[seed % 8], -1, 1, &g.random);
     naive n = naive_run(g.tape, &data);
+    double pulled = naive_at(&n, outputs[count - 2].id, 0, 0);
+    double pushed = naive_at(&n, outputs[count - 1].id, 0, 0);
+    if (!(fabs(pulled - pushed) <= 1e-10 * (1 + fabs(pushed))))
+        fail_msg("graph %llu: %.17g backwards, %.17g forwards", (unsigned long long)seed, pulled,
+                 pushed);
     for (int fuse = 0; fuse < 2; fuse++) {
         ad_settings settings = {.tile = tiles[seed / 8 % 5], .piece = pieces[seed / 3 % 4]};
         settings.fuse = fuse;
@@ -256,7 +269,8 @@ static void test_random_graphs(void **state)
         check_garden(seed, 6 + (int)(seed % 60), seed % 3 == 0);
 }
 
-/* ---- points, tiles, threads -------------------------------------------------------------------- */
+/* ---- points, tiles, threads --------------------------------------------------------------------
+ */
 
 static void test_number_of_points(void **state)
 {
@@ -336,7 +350,8 @@ static void test_tiles_agree_to_rounding(void **state)
     ad_tape_free(g.tape);
 }
 
-/* ---- special programs -------------------------------------------------------------------------- */
+/* ---- special programs --------------------------------------------------------------------------
+ */
 
 static void check_values(ad_tape *tape, int count, const ad_value *values, size_t points)
 {
@@ -376,6 +391,27 @@ static void test_several_passes(void **state)
     compiled c = compile_values(1, &normal, &settings, 1);
     assert_int_equal(ad_program_inspect(c.program).passes, 3); /* mean; variance; result */
     compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+/* Sums that meet in one addition are one sum, but only within a pass and without other users. */
+static void test_sums_of_sums(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 2), y = ad_input(tape, "y", 3);
+    ad_value early = ad_sum_points(ad_sin(x)), middle = ad_sum_points(ad_cos(x));
+    ad_value late = ad_sum_points(ad_mul(ad_tanh(x), ad_add(early, middle)));
+    ad_value plain = ad_sum_points(ad_exp(x)), user = ad_sum_points(ad_square(x));
+    ad_value outer = ad_add(ad_sum_points(ad_outer(x, y)), ad_sum_points(ad_outer(ad_sin(x), y)));
+    ad_value values[] = {ad_add(plain, late),
+                         ad_add(ad_add(early, user), ad_sum_points(ad_log(x))),
+                         user,
+                         outer,
+                         ad_add(outer, ad_sum_points(ad_stack(2, (ad_value[]){y, y}))),
+                         ad_add(ad_sum_points(ad_row(x, 0)), ad_sum_points(y))};
+    check_values(tape, 6, values, 75);
+    check_values(tape, 1, values, 75);
     ad_tape_free(tape);
 }
 
@@ -464,6 +500,7 @@ int main(void)
         cmocka_unit_test(test_threads_give_the_same_bits),
         cmocka_unit_test(test_tiles_agree_to_rounding),
         cmocka_unit_test(test_several_passes),
+        cmocka_unit_test(test_sums_of_sums),
         cmocka_unit_test(test_inputs_and_views_as_outputs),
         cmocka_unit_test(test_uniform_programs),
         cmocka_unit_test(test_outputs_not_wanted),

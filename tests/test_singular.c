@@ -53,7 +53,8 @@ static void check_finite(unary f, double at)
     }
 }
 
-/* ---- one variable ------------------------------------------------------------------------------- */
+/* ---- one variable -------------------------------------------------------------------------------
+ */
 
 static void test_sqrt_at_zero(void **state)
 {
@@ -79,8 +80,7 @@ static void test_inverse_functions_at_the_ends(void **state)
         double x = 1 - off, value = expand(ad_acos, x, true).c[0];
         assert_near(value / acos(x), 1, 8 * DBL_EPSILON);
         assert_near(expand(ad_asin, -x, true).c[0], -asin(x), 8 * DBL_EPSILON);
-        assert_near(expand(ad_acos, x, true).slope * sqrt((1 - x) * (1 + x)), -1,
-                    16 * DBL_EPSILON);
+        assert_near(expand(ad_acos, x, true).slope * sqrt((1 - x) * (1 + x)), -1, 16 * DBL_EPSILON);
     }
     assert_true(isnan(expand(ad_acos, 1.5, true).c[0]));
 }
@@ -116,7 +116,7 @@ static void test_power(void **state)
     (void)state;
     check_point(third_power, 0, 0, 0, 0);
     check_point(third_power, -2, -8, 12, 1e-14); /* pow: few units in the last place */
-    expansion e = expand(third_power, 0, true); /* x^3 = tau^3 */
+    expansion e = expand(third_power, 0, true);  /* x^3 = tau^3 */
     for (int k = 0; k <= ORDER; k++)
         assert_near(e.c[k], k == 3 ? 1 : 0, 1e-15);
     assert_true(isinf(expand(half_power, 0, true).slope));
@@ -141,7 +141,8 @@ static void test_no_overflow(void **state)
     check_finite(ad_erf, 1e100);
 }
 
-/* ---- several variables -------------------------------------------------------------------------- */
+/* ---- several variables --------------------------------------------------------------------------
+ */
 
 /* Value and gradient of f at `at`; all batch. */
 static void gradient_at(ad_value (*f)(ad_value), int rows, const double *at, double *value,
@@ -234,7 +235,8 @@ static void test_rotation_at_zero_angle(void **state)
     ad_tape_free(tape);
 }
 
-/* ---- Stumpff functions -------------------------------------------------------------------------- */
+/* ---- Stumpff functions --------------------------------------------------------------------------
+ */
 
 /* The series itself in extended precision; loses exp(sqrt(a)) * 1e-19 for a > 0. */
 static double stumpff_series(int k, double a)
@@ -311,16 +313,11 @@ static void test_stumpff_coefficients(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_sqrt_at_zero),
-        cmocka_unit_test(test_inverse_functions_at_the_ends),
-        cmocka_unit_test(test_jumps),
-        cmocka_unit_test(test_power),
-        cmocka_unit_test(test_no_overflow),
-        cmocka_unit_test(test_atan2),
-        cmocka_unit_test(test_norm),
-        cmocka_unit_test(test_rotation_at_zero_angle),
-        cmocka_unit_test(test_stumpff),
-        cmocka_unit_test(test_stumpff_coefficients),
+        cmocka_unit_test(test_sqrt_at_zero), cmocka_unit_test(test_inverse_functions_at_the_ends),
+        cmocka_unit_test(test_jumps),        cmocka_unit_test(test_power),
+        cmocka_unit_test(test_no_overflow),  cmocka_unit_test(test_atan2),
+        cmocka_unit_test(test_norm),         cmocka_unit_test(test_rotation_at_zero_angle),
+        cmocka_unit_test(test_stumpff),      cmocka_unit_test(test_stumpff_coefficients),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
