@@ -24,7 +24,7 @@ static void losses_defaults(problem_settings *losses)
     const problem_points points = {0, SAMPLING_SOBOL, 0};
     losses->interior = losses->boundary = losses->initial = points;
     losses->initial.points = 64;
-    losses->strain_weight = losses->curvature_weight = 1;
+    losses->strain_weight = losses->curvature_weight = 100; /* errors of these add up along s */
     losses->force_weight = losses->moment_weight = 1;
     losses->boundary_weight = losses->initial_weight = 1;
     losses->causal_epsilon_count = 5;
