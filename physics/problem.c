@@ -57,6 +57,21 @@ static ad_status make_set(problem *p, problem_set_kind kind, ad_error *error)
     return status == AD_OK ? problem_set_build(p, set, error) : status;
 }
 
+static int slice_at(const problem *p, double t)
+{
+    int slice = (int)(t / p->duration * p->settings.causal_slices);
+    int last = p->settings.causal_slices - 1;
+    return slice < 0 ? 0 : slice > last ? last : slice;
+}
+
+static void spread_weights(problem *p)
+{
+    problem_set *set = &p->sets[0];
+    for (size_t i = 0; set->point_weights && i < set->trained.count; i++) {
+        set->point_weights[i] = p->slice_weights[slice_at(p, set->trained.t[i])];
+    }
+}
+
 static bool make_causal(problem *p)
 {
     int slices = p->settings.causal_slices;
@@ -100,6 +115,10 @@ ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_se
     if (status == AD_OK && p->set_count == 0) {
         status = ad_fail(error, AD_BAD_INPUT, "every loss term has weight 0: nothing to learn");
     }
+    if (status == AD_OK && p->sets[0].kind != SET_INTERIOR) {
+        p->settings.causal_slices = 0; /* nothing inside to be weighted */
+    }
+    spread_weights(p);
     if (status != AD_OK) {
         problem_free(p);
         return status;
@@ -285,21 +304,6 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 /* ---- points and causal weights over time ------------------------------------------------------
  */
 
-static int slice_at(const problem *p, double t)
-{
-    int slice = (int)(t / p->duration * p->settings.causal_slices);
-    int last = p->settings.causal_slices - 1;
-    return slice < 0 ? 0 : slice > last ? last : slice;
-}
-
-static void spread_weights(problem *p)
-{
-    problem_set *set = &p->sets[0];
-    for (size_t i = 0; set->point_weights && i < set->trained.count; i++) {
-        set->point_weights[i] = p->slice_weights[slice_at(p, set->trained.t[i])];
-    }
-}
-
 /* w_i = exp(-epsilon sum_{k<i} L_k) from the losses at the points of the last evaluation. */
 static void update_weights(problem *p)
 {
@@ -395,6 +399,31 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
     return count;
 }
 
+static bool within(const double *x, size_t count, double high)
+{
+    for (size_t i = 0; i < count; i++) {
+        if (!(x[i] >= 0 && x[i] <= high)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static ad_status causal_state_check(const problem *p, ad_error *error)
+{
+    const problem_set *set = &p->sets[0];
+    if (!(p->epsilon_index >= 0 && p->epsilon_index < p->settings.causal_epsilon_count)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: causal/epsilon_index is out of range");
+    }
+    if (!within(p->slice_weights, (size_t)p->settings.causal_slices, 1) ||
+        !within(set->point_weights, set->trained.count, 1) ||
+        !within(set->point_losses, set->trained.count, INFINITY)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "checkpoint: a causal weight lies outside 0 to 1, or a loss below 0");
+    }
+    return AD_OK;
+}
+
 ad_status problem_state_check(const problem *p, ad_error *error)
 {
     for (int i = 0; i < p->set_count; i++) {
@@ -405,8 +434,5 @@ ad_status problem_state_check(const problem *p, ad_error *error)
             }
         }
     }
-    if (!(p->epsilon_index >= 0 && p->epsilon_index <= p->settings.causal_epsilon_count)) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: causal/epsilon_index is out of range");
-    }
-    return AD_OK;
+    return p->settings.causal_slices ? causal_state_check(p, error) : AD_OK;
 }

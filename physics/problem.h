@@ -5,7 +5,8 @@
  * The residuals are those of physics/rod.h, dimensionless. Terms that share points (the equations
  * inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris 2024) the points inside
  * carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where L_k is the mean
- * weighted loss of slice k at the last update; the weights are not differentiated. */
+ * weighted loss of slice k at the last update; the weights are not differentiated. Until the first
+ * update only the first slice counts. */
 #ifndef PHYSICS_PROBLEM_H
 #define PHYSICS_PROBLEM_H
 

@@ -82,13 +82,10 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
         status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
     }
     if (status == AD_OK && set->kind == SET_INTERIOR && p->settings.causal_slices) {
-        set->point_weights = malloc(set->trained.count * sizeof *set->point_weights);
+        set->point_weights = calloc(set->trained.count, sizeof *set->point_weights);
         set->point_losses = calloc(set->trained.count, sizeof *set->point_losses);
         if (!set->point_weights || !set->point_losses) {
             return ad_fail(error, AD_NO_MEMORY, "out of memory for causal weights");
-        }
-        for (size_t i = 0; i < set->trained.count; i++) {
-            set->point_weights[i] = 1;
         }
     }
     return status;
@@ -161,6 +158,36 @@ static ad_value mean(ad_value per_point)
     return ad_div(ad_sum_points(per_point), ad_points(per_point.tape));
 }
 
+enum { PROBLEM_WAYS = 3 };
+
+/* `y` differentiated in the order of `by`: s, t, and S, T for twice at once. */
+static ad_value differentiate(const recording *r, ad_value y, const char *by)
+{
+    for (; *by; by++) {
+        bool along_s = *by == 's' || *by == 'S';
+        y = ad_derivative(y, along_s ? r->s : r->t, *by == 'S' || *by == 'T' ? 2 : 1);
+    }
+    return y;
+}
+
+/* A derivative is shared with the equations only when it is recorded the way they came to it; and
+ * they may need its rows alone. */
+static bool uses_derivative(const recording *r, const problem_set *set, ad_value y,
+                            const char *const *ways)
+{
+    for (int i = 0; i < PROBLEM_WAYS && ways[i]; i++) {
+        ad_value d = differentiate(r, y, ways[i]);
+        bool used = ad_uses(set->term_count, r->squares, d);
+        for (int row = 0; row < ad_rows(d) && !used; row++) {
+            used = ad_uses(set->term_count, r->squares, ad_row(d, row));
+        }
+        if (used) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Name the derivatives of r, q, N, m that appear among what the terms need. */
 static void note_derivatives(problem *p, const recording *r, const problem_set *set)
 {
@@ -172,18 +199,18 @@ static void note_derivatives(problem *p, const recording *r, const problem_set *
                   {"N", r->state.force},
                   {"m", r->state.moment}};
     static const struct {
-        const char *name;
-        int s, t;
-    } orders[] = {{"s", 1, 0}, {"ss", 2, 0}, {"t", 0, 1}, {"tt", 0, 2}, {"st", 1, 1}};
+        const char *name, *ways[PROBLEM_WAYS];
+        bool timed;
+    } orders[] = {{"s", {"s"}, false},        {"ss", {"S", "ss"}, false},
+                  {"t", {"t"}, true},         {"tt", {"T", "tt"}, true},
+                  {"st", {"st", "ts"}, true}, {"sst", {"sts", "sst", "tss"}, true}};
     bool dynamic = scene_is_dynamic(&p->scene);
     bool mixed = p->scene.formulation == SCENE_MIXED;
     size_t used = 0;
     for (int f = 0; f < (mixed ? 4 : 2); f++) {
-        for (int o = 0; o < 5 && (dynamic || orders[o].t == 0 || o < 2); o++) {
-            ad_value d = fields[f].field;
-            d = orders[o].s ? ad_derivative(d, r->s, orders[o].s) : d;
-            d = orders[o].t ? ad_derivative(d, r->t, orders[o].t) : d;
-            if (ad_uses(set->term_count, r->squares, d) && used < sizeof p->derivatives) {
+        for (size_t o = 0; o < sizeof orders / sizeof *orders; o++) {
+            if ((dynamic || !orders[o].timed) && used < sizeof p->derivatives &&
+                uses_derivative(r, set, fields[f].field, orders[o].ways)) {
                 used +=
                     (size_t)snprintf(p->derivatives + used, sizeof p->derivatives - used, "%s%s_%s",
                                      used ? " " : "", fields[f].name, orders[o].name);

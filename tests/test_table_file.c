@@ -532,6 +532,25 @@ static void damaged_hdf5_never_crashes(void **state)
     assert_true(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
+static void csv_rows_know_their_lines(void **state)
+{
+    static const char text[] = "# comment\n\ns,t\n1,2\n\n# more\n3,4\n";
+    const double one[1] = {1};
+    (void)state;
+    spill(at("lines.csv"), text, sizeof text - 1);
+    table_file *table = read_or_fail(at("lines.csv"), TABLE_FINITE);
+    assert_int_equal(table_line(table, 0), 4);
+    assert_int_equal(table_line(table, 1), 7);
+    assert_int_equal(table_line(table, 2), 0); /* there is no such row */
+    table_free(table);
+    assert_int_equal(table_write(at("lines.h5"), (const char *const[]){"s"},
+                                 (const double *const[]){one}, 1, 1, NULL),
+                     AD_OK);
+    table = read_or_fail(at("lines.h5"), TABLE_FINITE);
+    assert_int_equal(table_line(table, 0), 0);
+    table_free(table);
+}
+
 int main(void)
 {
 #define TEST(function) cmocka_unit_test_setup_teardown(function, make_directory, remove_directory)
@@ -544,6 +563,7 @@ int main(void)
         TEST(csv_words),
         TEST(csv_refusals_name_the_place),
         TEST(csv_limits),
+        TEST(csv_rows_know_their_lines),
         TEST(csv_ignores_the_locale),
         TEST(csv_numbers_are_short),
         TEST(hdf5_shapes),

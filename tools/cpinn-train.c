@@ -14,7 +14,8 @@ static const char summary[] =
 
 static const char epilogue[] =
     "Ctrl-C finishes the step at hand, saves, and says how to resume. Exit status: 0 trained, 1\n"
-    "stopped by a numerical or file error, 2 bad input, 130 or 143 stopped by a signal.\n"
+    "stopped by a number that is not finite or a file that cannot be written, 2 bad input, 130 or\n"
+    "143 stopped by a signal.\n"
     "\n"
     "Keys of CONFIG.yaml\n";
 
@@ -25,11 +26,18 @@ typedef struct options {
     bool resume, print_config, explain, quiet;
 } options;
 
-/* Bad input is 2, what goes wrong on the way is 1. */
+/* What goes wrong while training is 1. */
 static int fail(const ad_error *error)
 {
     cli_fail_error(program, error);
-    return error->status == AD_BAD_INPUT ? CLI_BAD : 1;
+    return 1;
+}
+
+/* Before anything has been trained: bad input and files that cannot be had are 2. */
+static int refuse(const ad_error *error)
+{
+    cli_fail_error(program, error);
+    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
 }
 
 static volatile sig_atomic_t caught;
@@ -128,10 +136,14 @@ static ad_status begin(session *s, const options *o, ad_error *error)
     if (status == AD_OK) {
         status = o->resume ? restore(s, error) : run_check_new(&s->folder, error);
     }
-    if (status == AD_OK) {
-        status = run_begin(&s->folder, s->e, trainer_history(s->trainer), error);
+    if (status == AD_OK && !o->resume) {
+        status = run_make_folder(&s->folder, error);
     }
-    return status == AD_OK && !o->resume ? save(s, error) : status;
+    if (status == AD_OK && !o->resume) {
+        status = save(s, error);
+    }
+    return status == AD_OK ? run_begin(&s->folder, s->e, trainer_history(s->trainer), error)
+                           : status;
 }
 
 static void announce(session *s, const options *o)
@@ -143,6 +155,9 @@ static void announce(session *s, const options *o)
     if (o->resume) {
         progress_say(&s->progress, "resumed at step %lld, %.1f s into the run",
                      (long long)info.step, info.seconds);
+    }
+    if (info.state == TRAINER_DONE) {
+        progress_say(&s->progress, "nothing is left to do: every stage has ended");
     }
     if (s->known && reference_left_out(s->known)) {
         progress_say(&s->progress,
@@ -186,6 +201,7 @@ static int train(session *s, const options *o, ad_error *error)
 {
     catch_signals();
     s->last_save = wall_seconds();
+    s->saved_step = trainer_inspect(s->trainer).step;
     s->progress = progress_start(stdout, o->quiet, s->trainer);
     announce(s, o);
     while (trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
@@ -223,12 +239,12 @@ static int run(const options *o, config *settings, double started)
     ad_error error = {AD_OK, ""};
     int result;
     if (prepare(&s, o, settings, started, &error) != AD_OK) {
-        result = fail(&error);
+        result = refuse(&error);
     } else if (o->explain) {
         explain_print(stdout, s.e, s.problem, s.known);
         result = 0;
     } else if (begin(&s, o, &error) != AD_OK) {
-        result = fail(&error);
+        result = refuse(&error);
     } else {
         result = train(&s, o, &error);
     }
@@ -269,7 +285,7 @@ int main(int count, char **arguments)
     ad_error error = {AD_OK, ""};
     if (config_read(o.config, NULL, o.overrides.count, o.overrides.texts, &settings, &error) !=
         AD_OK) {
-        return fail(&error);
+        return refuse(&error);
     }
     if (o.print_config) {
         result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;

@@ -56,38 +56,36 @@ typedef struct verdict {
     const char *text;
 } verdict;
 
-static const verdict stiff_strain[] = {
-    {0, "soft: this strain matters for the shape"},
-    {1e2, "stiff against bending: a small strain carries a large force"},
-    {1e4, "very stiff: hard in displacement form; mixed form, or lock it (rod.model)"},
-    {INFINITY, "locked: this strain is no unknown"}};
+static const verdict stiff_strain[] = {{0, "soft: this strain matters for the shape"},
+                                       {1e2, "stiff against bending"},
+                                       {1e4, "very stiff: take the mixed form, or lock it"},
+                                       {INFINITY, "locked: this strain is no unknown"}};
 static const verdict twist_ratio[] = {{0, "twists easily"},
                                       {0.2, "of the order of bending"},
                                       {5, "hard to twist"},
                                       {INFINITY, "twist is locked"}};
 static const verdict end_force[] = {{0, "small deflection, nearly linear: easy"},
                                     {0.5, "large deflection"},
-                                    {5, "very large deflection: curvature crowds at the clamp"},
-                                    {50, "extreme: a boundary layer; more points, more steps"}};
-static const verdict end_moment[] = {
-    {0, "turns the tip by less than half a radian: easy"},
-    {0.5, "turns the tip by a large angle"},
-    {3.2, "more than half a turn: train longer, or raise it in steps"},
-    {12.6, "several turns: Fourier features help"}};
+                                    {5, "very large: curvature crowds at the clamp"},
+                                    {50, "extreme: a boundary layer; more points"}};
+static const verdict end_moment[] = {{0, "turns the tip by less than half a radian: easy"},
+                                     {0.5, "turns the tip by a large angle"},
+                                     {3.2, "more than half a turn: train longer"},
+                                     {12.6, "several turns: Fourier features help"}};
 static const verdict line_load[] = {{0, "small deflection, nearly linear: easy"},
                                     {2, "large deflection"},
-                                    {20, "very large deflection: curvature crowds at the clamp"},
-                                    {200, "extreme: a boundary layer; more points, more steps"}};
+                                    {20, "very large: curvature crowds at the clamp"},
+                                    {200, "extreme: a boundary layer; more points"}};
 static const verdict slenderness[] = {{0, "none"},
                                       {1e-300, "slender: the rotary inertia hardly matters"},
                                       {1e-3, "stout: shear and rotary inertia matter"}};
 static const verdict damping[] = {{0, "weak: waves live long"},
                                   {0.05, "moderate: waves fade"},
                                   {1, "overdamped: creeps, no waves"}};
-static const verdict seconds_of_motion[] = {
-    {0, "a fraction of a swing: easy"},
-    {1, "a few swings"},
-    {4, "many swings: early times must be learned first (losses.causal), more points"}};
+static const verdict strain_rate[] = {{0, "viscosity of shear and stretch"}};
+static const verdict seconds_of_motion[] = {{0, "a fraction of a swing: easy"},
+                                            {1, "a few swings"},
+                                            {4, "many swings: see losses.causal; more points"}};
 
 typedef struct number_row {
     const char *name, *formula;
@@ -122,7 +120,7 @@ static void print_numbers(FILE *file, const scene *scene)
          n.distributed_force > 0},
         {"weight", "rhoA g L^3/EI", n.weight, VERDICTS(line_load), n.weight > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
-        {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(damping),
+        {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),
          moving && n.strain_damping > 0},
         {"bending damping", "B w1/(2 EI)", n.curvature_damping, VERDICTS(damping),
          moving && n.curvature_damping > 0},
@@ -231,9 +229,7 @@ static void print_terms(FILE *file, const scene *scene)
 
 static void print_sets(FILE *file, const problem *p)
 {
-    heading(file,
-            "Point sets and their tapes (operations: recorded, less folded and shared, stored; "
-            "value and gradient)");
+    heading(file, "Point sets and their tapes (operations of value and gradient)");
     fprintf(file, "  %-9s%8s%9s%10s%8s%8s%8s%10s%6s\n", "set", "points", "held out", "recorded",
             "folded", "shared", "stored", "compiled", "dead");
     for (int i = 0; i < problem_sets(p); i++) {

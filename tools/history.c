@@ -78,6 +78,13 @@ ad_status history_get(history *h, const checkpoint *file, ad_error *error)
         shape[1] != (size_t)h->columns) {
         return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is missing or of another shape", ITEM);
     }
+    for (int i = 0; i < h->columns; i++) {
+        const char *name = checkpoint_column(file, ITEM, (size_t)i);
+        if (!name || strcmp(name, h->names[i]) != 0) {
+            return ad_fail(error, AD_BAD_INPUT, "checkpoint: column %d of %s is %s, not %s", i,
+                           ITEM, name ? name : "missing", h->names[i]);
+        }
+    }
     ad_status status = make_room(h, shape[0], error);
     if (status == AD_OK) {
         status = checkpoint_get_doubles(file, ITEM, h->rows, shape[0] * shape[1], error);

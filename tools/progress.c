@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 static const double live_interval = 0.2; /* s */
@@ -14,6 +15,15 @@ progress progress_start(FILE *file, bool quiet, const trainer *t)
     p.next = p.started;
     p.first_step = trainer_inspect(t).step;
     return p;
+}
+
+/* Columns of the terminal, less the one where the cursor wraps; a longer line could not be
+ * overwritten. */
+static int room(const progress *p, int most)
+{
+    struct winsize size;
+    bool known = ioctl(fileno(p->file), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+    return known && size.ws_col - 1 < most ? size.ws_col - 1 : most;
 }
 
 static void clear_line(progress *p)
@@ -57,12 +67,12 @@ static int write_line(const progress *p, const trainer *t, const experiment *e, 
     char left[32], error[32], held[32];
     return snprintf(
         line, size,
-        "%-6s %d/%d  step %lld/%d  loss %.3e  held-out %s  error %s  %.2fM points/s  %s left",
+        "%-5s %d/%d step %lld/%d  loss %.2e  held-out %s  error %s  %s left  %.2fM points/s",
         stage->optimizer == CONFIG_ADAM ? "adam" : "lbfgs", info.stage + 1,
         e->settings->stage_count, (long long)info.stage_step, stage->steps, info.loss,
         number_text(info.held_out, held), number_text(info.errors.position, error),
-        (double)info.evaluations * info.points / spent / 1e6,
-        duration_text((double)(stage->steps - info.stage_step) / rate, left));
+        duration_text((double)(stage->steps - info.stage_step) / rate, left),
+        (double)info.evaluations * info.points / spent / 1e6);
 }
 
 void progress_step(progress *p, const trainer *t, const experiment *e)
@@ -74,7 +84,8 @@ void progress_step(progress *p, const trainer *t, const experiment *e)
     char line[256];
     int width = write_line(p, t, e, line, sizeof line);
     if (p->live) {
-        fprintf(p->file, "\r%-*s", p->width, line);
+        width = room(p, width < (int)sizeof line ? width : (int)sizeof line - 1);
+        fprintf(p->file, "\r%-*.*s", p->width, width, line);
         p->width = width;
         p->next = now + live_interval;
     } else {
@@ -108,7 +119,7 @@ void progress_error_table(FILE *file, const history *h)
     double best = INFINITY, best_seconds = 0, limit = 0.1;
     for (size_t i = 0; i < h->count; i++) {
         double error = history_value(h, i, "error"), seconds = history_value(h, i, "seconds");
-        for (; error < limit; limit /= 10) {
+        for (; error < limit && limit > 1e-15; limit /= 10) {
             fprintf(file, "    below %-8.0e %21.2f s  (step %.0f)\n", limit, seconds,
                     history_value(h, i, "step"));
         }

@@ -360,7 +360,7 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
             square += (found[k] - exact[k]) * (found[k] - exact[k]);
             size += exact[k] * exact[k];
         }
-        double angle = rotation_angle(exact, found);
+        double angle = rotation_angle(exact + 3, found + 3);
         off += square;
         angles += angle * angle;
         most = worse(most, sqrt(square));

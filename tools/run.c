@@ -40,9 +40,10 @@ ad_status run_check_new(const run_folder *run, ad_error *error)
     return AD_OK;
 }
 
-static ad_status make_folder(const char *path, ad_error *error)
+ad_status run_make_folder(const run_folder *run, ad_error *error)
 {
-    char part[sizeof((run_folder *)0)->path];
+    const char *path = run->path;
+    char part[sizeof run->path];
     size_t length = strlen(path);
     for (size_t i = 1; i <= length; i++) {
         if (path[i] != '/' && path[i] != '\0') {
@@ -51,13 +52,14 @@ static ad_status make_folder(const char *path, ad_error *error)
         memcpy(part, path, i);
         part[i] = '\0';
         if (mkdir(part, 0777) != 0 && errno != EEXIST) {
-            return ad_fail(error, AD_IO, "%s: the folder cannot be made: %s", part,
-                           strerror(errno));
+            return ad_fail(error, AD_IO, "%s: the folder cannot be made: %s",
+                           file_bytes_shown(part), strerror(errno));
         }
     }
     struct stat info;
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
-        return ad_fail(error, AD_IO, "%s: is not a folder", path);
+        return ad_fail(error, AD_IO, "%s: is not a folder; choose another with --out",
+                       file_bytes_shown(path));
     }
     return AD_OK;
 }
@@ -84,15 +86,11 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
 
 ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error)
 {
-    ad_status status = make_folder(run->path, error);
-    if (status != AD_OK) {
-        return status;
-    }
     char *yaml = experiment_yaml(e);
     if (!yaml) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->config);
     }
-    status = file_bytes_write(run->config, yaml, strlen(yaml), 1, error);
+    ad_status status = file_bytes_write(run->config, yaml, strlen(yaml), 1, error);
     free(yaml);
     if (status == AD_OK) {
         status = write_history(run, h, error);
@@ -129,10 +127,13 @@ void run_end(run_folder *run)
     }
 }
 
-/* Lines that may differ between a checkpoint and the experiment that continues it. */
+/* Lines that may differ between a checkpoint and the experiment that continues it; decay_steps
+ * follows the length of the stage unless it is given. */
 static bool may_differ(const char *section, const char *line)
 {
-    bool lengths = strncmp(section, "training:", 9) == 0 && strstr(line, "steps:");
+    const char *key = line + strspn(line, " -");
+    bool lengths = strncmp(section, "training:", 9) == 0 &&
+                   (strncmp(key, "steps:", 6) == 0 || strncmp(key, "decay_steps:", 12) == 0);
     return lengths || strncmp(section, "checkpoint:", 11) == 0 ||
            strncmp(section, "output:", 7) == 0 || line[0] == '#';
 }

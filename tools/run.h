@@ -19,8 +19,11 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error);
 /* AD_BAD_INPUT when the folder already holds a run. */
 ad_status run_check_new(const run_folder *run, ad_error *error);
 
-/* Make the folder and what leads to it, write config.yaml, start history.csv from the rows so far.
- */
+/* Make the folder and what leads to it. */
+ad_status run_make_folder(const run_folder *run, ad_error *error);
+
+/* Write config.yaml, start history.csv from the rows so far. A new run saves its first checkpoint
+ * before, so that whatever a killed process leaves can be resumed. */
 ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error);
 
 /* Append the rows that history.csv does not have yet. */

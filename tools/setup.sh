@@ -32,7 +32,7 @@ if command -v dpkg-query >/dev/null && command -v apt-get >/dev/null; then
         as_root apt-get update -qq
         # shellcheck disable=SC2086  # a list of names
         as_root env DEBIAN_FRONTEND=noninteractive \
-            apt-get install -y -qq --no-install-recommends $missing
+            apt-get install -y -qq --no-install-recommends -o Dpkg::Use-Pty=0 $missing
     fi
 else
     echo "setup: not a Debian system; make sure of the equivalents of: $needed" >&2

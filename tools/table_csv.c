@@ -141,7 +141,10 @@ static ad_status read_header(csv_reader *reader)
      * is for what a row that will be refused stores before it is. */
     size_t capacity = (size_t)(reader->end - reader->next + 1) / (2 * count) + 1;
     reader->table = table_create(count, capacity);
-    if (!reader->table) {
+    if (reader->table) {
+        reader->table->lines = calloc(capacity, sizeof *reader->table->lines);
+    }
+    if (!reader->table || !reader->table->lines) {
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu columns of %zu rows",
                        file_bytes_shown(reader->path), count, capacity);
     }
@@ -246,7 +249,7 @@ static ad_status read_row(csv_reader *reader)
                  table->columns, reader->header_line);
         return refuse(reader, field.start + field.length, NULL, 0, problem);
     }
-    table->rows++;
+    table->lines[table->rows++] = reader->line;
     return AD_OK;
 }
 

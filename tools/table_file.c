@@ -100,6 +100,7 @@ void table_free(table_file *table)
     }
     free(table->values);
     free(table->names);
+    free(table->lines);
     free(table);
 }
 
@@ -145,6 +146,11 @@ const double *table_column(const table_file *table, const char *name)
         }
     }
     return NULL;
+}
+
+size_t table_line(const table_file *table, size_t row)
+{
+    return table->lines && row < table->rows ? table->lines[row] : 0;
 }
 
 static ad_status check_source(const char *path, const table_source *source, ad_error *error)

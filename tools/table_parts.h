@@ -8,6 +8,7 @@ struct table_file {
     size_t rows, columns;
     char (*names)[TABLE_MAX_NAME + 1]; /* [columns] */
     double **values;                   /* [columns], each [rows] */
+    size_t *lines;                     /* [rows], of a CSV file; NULL: it was HDF5 */
 };
 
 /* The columns of a table to be written. */

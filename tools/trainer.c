@@ -16,6 +16,8 @@ struct trainer {
     double started; /* wall clock of this process, less the seconds before */
     double stage_started;
     bool losses_compare; /* points and weights stay, so the best point is the best */
+    double evaluated;    /* loss of the last evaluation */
+    ad_error failure;    /* why an evaluation failed for another reason than its numbers */
 };
 
 double wall_seconds(void)
@@ -180,17 +182,23 @@ static ad_status add_row(trainer *t, ad_error *error)
 
 /* ---- stepping ------------------------------------------------------------------------------ */
 
+static double norm(const double *x, size_t count)
+{
+    double sum = 0;
+    for (size_t i = 0; i < count; i++) {
+        sum += x[i] * x[i];
+    }
+    return sqrt(sum);
+}
+
 static int objective(void *context, const double *x, double *value, double *gradient)
 {
     trainer *t = context;
-    ad_status status = problem_evaluate(t->problem, x, value, gradient, NULL);
+    ad_status status = problem_evaluate(t->problem, x, value, gradient, &t->failure);
     t->info.evaluations++;
+    t->evaluated = *value;
     if (status == AD_OK) {
-        double sum = 0;
-        for (size_t i = 0; i < t->e->count; i++) {
-            sum += gradient[i] * gradient[i];
-        }
-        t->info.gradient_norm = sqrt(sum);
+        t->info.gradient_norm = norm(gradient, t->e->count);
         return OPTIM_OBJECTIVE_OK;
     }
     return status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE : OPTIM_OBJECTIVE_STOP;
@@ -203,7 +211,7 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
     problem_locate(t->problem, current_x(t), &place, &inner);
     t->info.state = TRAINER_NOT_FINITE;
     const char *advice = t->adam ? "a smaller learning_rate, clip_norm, or warmup_steps"
-                                 : "a smaller step before it (more steps of adam) or larger points";
+                                 : "more steps of adam before, or a smaller maximum_step";
     if (place.term < 0) {
         return ad_fail(error, AD_NOT_FINITE,
                        "step %lld: %s; every loss term is finite at the current parameters, so the "
@@ -214,6 +222,32 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
                    "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try %s",
                    (long long)t->info.step + 1, problem_term_name(t->problem, place.term), place.s,
                    place.t, advice);
+}
+
+/* A line search may end at another point than the one it tried last; terms, causal losses and the
+ * norm of the gradient have to be those of the point it chose. */
+static optim_status settle(trainer *t, optim_status status)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    int count = optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY);
+    for (int i = 0; i < count; i++) {
+        if (strcmp(arrays[i].name, "gradient") == 0) {
+            t->info.gradient_norm = norm(arrays[i].data, arrays[i].count);
+        }
+    }
+    double value;
+    if (problem_evaluate(t->problem, optim_lbfgs_x(t->lbfgs), &value, NULL, &t->failure) != AD_OK) {
+        return OPTIM_STOPPED_BY_OBJECTIVE;
+    }
+    t->evaluated = value;
+    t->info.evaluations++;
+    return status;
+}
+
+static bool failed(optim_status status)
+{
+    return status == OPTIM_NOT_FINITE || status == OPTIM_NO_FINITE_STEP ||
+           status == OPTIM_STOPPED_BY_OBJECTIVE || status == OPTIM_BAD_STATE;
 }
 
 static optim_status optimizer_step(trainer *t)
@@ -230,7 +264,7 @@ static optim_status optimizer_step(trainer *t)
     optim_lbfgs_info lbfgs = optim_lbfgs_get_info(t->lbfgs);
     info->loss = lbfgs.value;
     info->learning_rate = lbfgs.step;
-    return status;
+    return failed(status) || t->evaluated == lbfgs.value ? status : settle(t, status);
 }
 
 static const char *reason_to_end(const trainer *t, optim_status status)
@@ -265,6 +299,17 @@ static ad_status end_stage(trainer *t, const char *why, ad_error *error)
     return start_stage(t, error);
 }
 
+static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
+{
+    if (why == OPTIM_STOPPED_BY_OBJECTIVE) {
+        return ad_fail(error, t->failure.status, "step %lld: %s", (long long)t->info.step + 1,
+                       t->failure.message);
+    }
+    return why == OPTIM_BAD_STATE ? ad_fail(error, AD_BAD_INPUT, "step %lld: %s",
+                                            (long long)t->info.step + 1, optim_status_text(why))
+                                  : not_finite(t, why, error);
+}
+
 ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
@@ -278,8 +323,8 @@ ad_status trainer_step(trainer *t, ad_error *error)
         optim_lbfgs_objective_changed(t->lbfgs);
     }
     optim_status result = optimizer_step(t);
-    if (result == OPTIM_NOT_FINITE || result == OPTIM_NO_FINITE_STEP) {
-        return not_finite(t, result, error);
+    if (failed(result)) {
+        return cannot_go_on(t, result, error);
     }
     t->info.step++;
     t->info.stage_step++;
@@ -319,6 +364,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     checkpoint_put_integer(file, "training/stage", t->info.stage);
     checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
     checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
+    checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
     checkpoint_put_integer(file, "training/optimizer", t->adam || t->lbfgs);
     optim_array arrays[OPTIM_STATE_CAPACITY];
     char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
@@ -392,34 +438,59 @@ static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *e
     return status == AD_OK ? problem_state_check(t->problem, error) : status;
 }
 
-ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
+static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
+                             ad_error *error)
 {
-    int64_t step, stage, stage_step, at_work;
-    double seconds;
+    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
+    if (status == AD_OK && !(*value >= 0 && isfinite(*value))) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
+                       *value);
+    }
+    return status;
+}
+
+static ad_status get_parameters(experiment *e, const checkpoint *file, ad_error *error)
+{
+    ad_status status = experiment_get(e, file, error);
+    if (status == AD_OK && !isfinite(norm(e->parameters, e->count))) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: a parameter is not finite");
+    }
+    return status;
+}
+
+/* Where the run stands, and the stage at work with the state of its optimiser. */
+static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
+{
+    int64_t stage, at_work;
+    double seconds, stage_seconds;
+    trainer_info *info = &t->info;
     int stages = t->e->settings->stage_count;
-    ad_status status = get_integer(file, "training/step", 0, INT64_MAX, &step, error);
+    ad_status status = get_integer(file, "training/step", 0, INT64_MAX - 1, &info->step, error);
     if (status != AD_OK ||
         (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
-        (status = get_integer(file, "training/stage_step", 0, INT64_MAX, &stage_step, error)) !=
-            AD_OK ||
-        (status = get_integer(file, "training/optimizer", 0, 1, &at_work, error)) != AD_OK ||
-        (status = checkpoint_get_doubles(file, "training/seconds", &seconds, 1, error)) != AD_OK ||
-        (status = experiment_get(t->e, file, error)) != AD_OK) {
+        (status = get_integer(file, "training/stage_step", 0, info->step, &info->stage_step,
+                              error)) != AD_OK ||
+        (status = get_integer(file, "training/optimizer", stage < stages, stage < stages, &at_work,
+                              error)) != AD_OK ||
+        (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
+        (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
+        (status = get_parameters(t->e, file, error)) != AD_OK) {
         return status;
     }
     forget_optimizer(t);
-    t->info.step = step;
-    t->info.stage = (int)stage;
-    t->info.stage_step = stage_step;
+    info->stage = (int)stage;
+    info->state = stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
     t->started -= seconds;
-    if (stage == stages) {
-        t->info.state = TRAINER_DONE;
-    } else {
-        status = start_stage(t, error);
-    }
-    if (status == AD_OK && at_work) {
+    if (stage < stages && (status = start_stage(t, error)) == AD_OK) {
+        t->stage_started -= stage_seconds;
         status = restore_optimizer(t, file, error);
     }
+    return status;
+}
+
+ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
+{
+    ad_status status = restore_stage(t, file, error);
     if (status == AD_OK) {
         status = restore_problem(t, file, error);
     }

@@ -6,6 +6,7 @@
  *   training/stage       number of the stage at work, from 0; number of stages when done
  *   training/stage_step  steps within it
  *   training/seconds     wall time so far, double
+ *   training/stage_seconds  the same of the stage at work
  *   training/optimizer   1 while an optimiser's state is stored under optimizer/ */
 #ifndef TOOLS_TRAINER_H
 #define TOOLS_TRAINER_H

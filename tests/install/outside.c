@@ -10,7 +10,7 @@
 
 enum { POINTS = 1000 };
 
-/* The derivatives are below 70, where a unit of rounding is 1.4e-14; a few dozen of these add up. */
+/* The derivatives are below 70, where a unit of rounding is 1.4e-14; some dozens may add up. */
 static const double tolerance = 1e-12;
 
 typedef struct recording {

@@ -1,0 +1,31 @@
+/* Are the derivatives that a scene's equations use the derivatives of its unknowns? Each one, made
+ * by the transforms of the tape, against central differences of the derivative one order lower, at
+ * shifted points. */
+#ifndef PHYSICS_DERIVATIVE_CHECK_H
+#define PHYSICS_DERIVATIVE_CHECK_H
+
+#include "nn/nn.h"
+#include "physics/rod.h"
+
+enum { DERIVATIVE_NAME_MAX = 16 };
+
+/* Dimensionless, but for the place. */
+typedef struct derivative_check {
+    char name[DERIVATIVE_NAME_MAX]; /* "r_tt" */
+    double worst_error;             /* |difference - derivative| / largest |derivative| */
+    int worst_row;
+    double worst_s, worst_t; /* m, s */
+    double worst_derivative;
+    double worst_difference;
+} derivative_check;
+
+/* `name`: r, q, N or m, an underscore, then s and t as often as differentiated, s first ("r_sst").
+ * At `points` points drawn from `rng`, for parameters x. The differences are of sixth order; of
+ * three steps, from 4e-3 of the range down, the best counts at each point, since a formula of the
+ * scene may have a kink between shifted points: a wrong derivative fits none.
+ * AD_BAD_ARGUMENT: not such a name; AD_NOT_FINITE: a derivative is not. */
+ad_status derivative_check_run(const scene *scene, const nn_mlp *mlp, const double *x,
+                               const char *name, size_t points, nn_rng *rng, ad_pool *pool,
+                               derivative_check *check, ad_error *error);
+
+#endif

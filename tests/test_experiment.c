@@ -1,0 +1,216 @@
+/* An experiment from its settings, and through a checkpoint and back; derivatives of its unknowns
+ * by s and t. */
+#include "evaluate.h"
+
+#include "physics/derivative_check.h"
+#include "tools/experiment.h"
+#include "tools/reference.h"
+
+#include <stdio.h>
+#include <unistd.h>
+
+static char folder[] = "/tmp/cpinn_experiment_XXXXXX";
+static char checkpoint_path[sizeof folder + 32], reference_path[sizeof folder + 32];
+
+static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "
+                          "shear: [100, 100], axial: 100}}\n"
+                          "network: {hidden: [6, 5], fourier: {features: 3}}\n"
+                          "training: {seed: 5}\n";
+
+static experiment *experiment_of(const char *path, const char *text, const char *override)
+{
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    experiment *e = NULL;
+    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
+        experiment_create(settings, 1, &e, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return e;
+}
+
+static void save(experiment *e)
+{
+    ad_error error = {.message = ""};
+    checkpoint *file = checkpoint_create("test");
+    assert_non_null(file);
+    experiment_put(e, e->parameters, file);
+    if (checkpoint_write(file, checkpoint_path, 1, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    checkpoint_free(file);
+}
+
+static void test_seed(void **state)
+{
+    (void)state;
+    experiment *one = experiment_of("rod.yaml", rod, NULL);
+    experiment *same = experiment_of("rod.yaml", rod, NULL);
+    experiment *other = experiment_of("rod.yaml", rod, "training.seed=6");
+    assert_int_equal(one->count, nn_mlp_parameters(one->mlp));
+    assert_memory_equal(one->parameters, same->parameters, one->count * sizeof(double));
+    assert_memory_not_equal(one->parameters, other->parameters, one->count * sizeof(double));
+    experiment_free(one);
+    experiment_free(same);
+    experiment_free(other);
+}
+
+/* A scene that only shows to be contradictory once it is recorded: the start moves at t = 0, the
+ * initial state is at rest. */
+static void test_moving_start(void **state)
+{
+    static const char moving[] =
+        "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, shear: [9, 9], axial: 9},\n"
+        "  inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]}}\n"
+        "time: {duration: 1}\n"
+        "boundary: {start: {type: driven, position: [0, 0.1*t, 0], rotation: [1, 0, 0, 0]}}\n";
+    (void)state;
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    assert_int_equal(config_read("rod.yaml", moving, 0, NULL, &settings, &error), AD_BAD_INPUT);
+    if (!strstr(error.message, "initial.velocity: at t = 0 the velocity differs by 0.1 m/s")) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static void test_round_trip(void **state)
+{
+    (void)state;
+    ad_error error = {.message = ""};
+    experiment *e = experiment_of("rod.yaml", rod, NULL);
+    experiment *back = NULL, *again = NULL;
+    checkpoint *file = NULL;
+    size_t count, back_count;
+    for (size_t i = 0; i < e->count; i++) {
+        e->parameters[i] += 1;
+    }
+    double *fourier = nn_mlp_fourier(e->mlp, &count);
+    fourier[0] = 0.125;
+    save(e);
+    if (experiment_open(folder, 0, NULL, 1, &back, &file, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_int_equal(back->count, e->count);
+    assert_memory_equal(back->parameters, e->parameters, e->count * sizeof(double));
+    const double *back_fourier = nn_mlp_fourier(back->mlp, &back_count);
+    assert_int_equal(back_count, count);
+    assert_memory_equal(back_fourier, fourier, count * sizeof(double));
+    assert_string_equal(back->warning, "");
+    char *yaml = experiment_yaml(e), *back_yaml = experiment_yaml(back);
+    assert_string_equal(yaml, back_yaml);
+    free(yaml);
+    free(back_yaml);
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK];
+    assert_true(checkpoint_shape(file, "parameters/network/layer1/weight", &rank, shape));
+    assert_true(rank == 2 && shape[0] == 5 && shape[1] == 6);
+    assert_true(checkpoint_shape(file, "parameters/network/layer1/bias", &rank, shape));
+    assert_true(rank == 1 && shape[0] == 5);
+    const char *wider = "network.hidden=[6, 7]"; /* no longer the parameters of the file */
+    assert_int_equal(experiment_open(checkpoint_path, 1, &wider, 1, &again, NULL, &error),
+                     AD_BAD_INPUT);
+    assert_null(again);
+    assert_non_null(strstr(error.message, "layer1/weight"));
+    checkpoint_free(file);
+    experiment_free(back);
+    experiment_free(e);
+}
+
+/* The scene can be evaluated without the file that it was compared with. */
+static void test_lost_reference(void **state)
+{
+    (void)state;
+    char override[sizeof reference_path + 32];
+    ad_error error = {.message = ""};
+    experiment *e, *back = NULL;
+    reference *r = NULL;
+    FILE *file = fopen(reference_path, "w");
+    assert_non_null(file);
+    fputs("s,x,y,z\n0,0,0,0\n", file);
+    fclose(file);
+    snprintf(override, sizeof override, "reference.file=%s", reference_path);
+    e = experiment_of("rod.yaml", rod, override);
+    save(e);
+    assert_int_equal(experiment_open(checkpoint_path, 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_string_equal(back->warning, "");
+    experiment_free(back);
+    unlink(reference_path);
+    assert_int_equal(experiment_open(checkpoint_path, 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_non_null(strstr(back->warning, reference_path));
+    assert_int_equal(reference_create(back, &r, &error), AD_OK);
+    assert_null(r);
+    experiment_free(back);
+    const char *wrong = "rod.length=-1"; /* not the file's fault */
+    assert_int_equal(experiment_open(checkpoint_path, 1, &wrong, 1, &back, NULL, &error),
+                     AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "rod.length"));
+    experiment_free(e);
+}
+
+/* ---- derivatives by s and t ----------------------------------------------------------------- */
+
+static void test_derivatives(void **state)
+{
+    static const char *const names[] = {"r_s", "r_ss", "r_tt", "r_st", "q_sst", "N_s", "m_t"};
+    (void)state;
+    experiment *e = experiment_of("configs/cantilever_dynamic.yaml", NULL, NULL);
+    nn_rng rng = nn_rng_seed(1);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        derivative_check check;
+        ad_error error = {.message = ""};
+        if (derivative_check_run(&e->settings->scene, e->mlp, e->parameters, names[i], 10, &rng,
+                                 e->pool, &check, &error) != AD_OK) {
+            fail_msg("%s: %s", names[i], error.message);
+        }
+        /* rounding 1e-16 over a step of 2.5e-4, times some for the third derivative */
+        assert_near(check.worst_error, 0, 1e-10);
+        assert_true(check.worst_derivative != 0);
+    }
+    experiment_free(e);
+}
+
+static void test_refused_derivatives(void **state)
+{
+    static const char *const names[] = {"", "r", "r_", "v_s", "r_ts", "r_sx", "r_t"};
+    (void)state;
+    experiment *e = experiment_of("configs/elastica.yaml", NULL, NULL);
+    nn_rng rng = nn_rng_seed(1);
+    derivative_check check;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        assert_int_equal(derivative_check_run(&e->settings->scene, e->mlp, e->parameters, names[i],
+                                              10, &rng, e->pool, &check, NULL),
+                         AD_BAD_ARGUMENT);
+    }
+    e->parameters[0] = INFINITY;
+    assert_int_equal(derivative_check_run(&e->settings->scene, e->mlp, e->parameters, "r_s", 10,
+                                          &rng, e->pool, &check, NULL),
+                     AD_NOT_FINITE);
+    experiment_free(e);
+}
+
+static int make_folder(void **state)
+{
+    (void)state;
+    if (!mkdtemp(folder)) {
+        return -1;
+    }
+    snprintf(checkpoint_path, sizeof checkpoint_path, "%s/checkpoint.h5", folder);
+    snprintf(reference_path, sizeof reference_path, "%s/reference.csv", folder);
+    return 0;
+}
+
+static int remove_folder(void **state)
+{
+    (void)state;
+    unlink(checkpoint_path);
+    return rmdir(folder);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_seed),        cmocka_unit_test(test_moving_start),
+        cmocka_unit_test(test_round_trip),  cmocka_unit_test(test_lost_reference),
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_refused_derivatives)};
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
