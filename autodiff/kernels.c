@@ -1,6 +1,6 @@
 /* One loop per elementwise operation. Compiled several times with different target options;
- * AD_KERNEL_SET names the result. Transcendental functions come from the C library's vector
- * library (libmvec, at most 4 units in the last place). */
+ * AD_KERNEL_SET names the result. Transcendental functions but tanh come from the C library's
+ * vector library (libmvec, at most 4 units in the last place). */
 #include "autodiff/kernels.h"
 
 #include <math.h>

@@ -7,16 +7,6 @@
 
 #include <math.h>
 
-static ad_value record1(int op, ad_value a)
-{
-    return tape_record(a.tape, op, 1, &a, 0, 0, 0);
-}
-
-static ad_value record2(int op, ad_value a, ad_value b)
-{
-    return tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
-}
-
 static ad_value constant_like(ad_value y, double number)
 {
     return ad_scalar(y.tape, number);
@@ -305,72 +295,72 @@ double op_evaluate(int op, int whole, double number, const double *x)
 
 ad_value ad_add(ad_value a, ad_value b)
 {
-    return record2(OP_ADD, a, b);
+    return tape_record2(OP_ADD, a, b);
 }
 
 ad_value ad_sub(ad_value a, ad_value b)
 {
-    return record2(OP_SUB, a, b);
+    return tape_record2(OP_SUB, a, b);
 }
 
 ad_value ad_mul(ad_value a, ad_value b)
 {
-    return record2(OP_MUL, a, b);
+    return tape_record2(OP_MUL, a, b);
 }
 
 ad_value ad_tanh(ad_value a)
 {
-    return record1(OP_TANH, a);
+    return tape_record1(OP_TANH, a);
 }
 
 ad_value ad_sin(ad_value a)
 {
-    return record1(OP_SIN, a);
+    return tape_record1(OP_SIN, a);
 }
 
 ad_value ad_cos(ad_value a)
 {
-    return record1(OP_COS, a);
+    return tape_record1(OP_COS, a);
 }
 
 ad_value ad_exp(ad_value a)
 {
-    return record1(OP_EXP, a);
+    return tape_record1(OP_EXP, a);
 }
 
 ad_value ad_log(ad_value a)
 {
-    return record1(OP_LOG, a);
+    return tape_record1(OP_LOG, a);
 }
 
 ad_value ad_erf(ad_value a)
 {
-    return record1(OP_ERF, a);
+    return tape_record1(OP_ERF, a);
 }
 
 ad_value ad_sqrt(ad_value a)
 {
-    return record1(OP_SQRT, a);
+    return tape_record1(OP_SQRT, a);
 }
 
 ad_value ad_reciprocal(ad_value a)
 {
-    return record1(OP_RECIPROCAL, a);
+    return tape_record1(OP_RECIPROCAL, a);
 }
 
 ad_value ad_reciprocal_or_zero(ad_value a)
 {
-    return record1(OP_RECIPROCAL_OR_ZERO, a);
+    return tape_record1(OP_RECIPROCAL_OR_ZERO, a);
 }
 
 ad_value ad_abs(ad_value a)
 {
-    return record1(OP_ABS, a);
+    return tape_record1(OP_ABS, a);
 }
 
 ad_value ad_sign(ad_value a)
 {
-    return record1(OP_SIGN, a);
+    return tape_record1(OP_SIGN, a);
 }
 
 ad_value ad_power(ad_value a, double exponent)
@@ -380,7 +370,7 @@ ad_value ad_power(ad_value a, double exponent)
 
 ad_value ad_atan2(ad_value y, ad_value x)
 {
-    return record2(OP_ATAN2, y, x);
+    return tape_record2(OP_ATAN2, y, x);
 }
 
 ad_value ad_stumpff(int k, ad_value a)
@@ -424,25 +414,25 @@ ad_value ad_pad(ad_value a, int before, int rows)
 
 ad_value ad_sum_rows(ad_value a)
 {
-    return record1(OP_SUM_ROWS, a);
+    return tape_record1(OP_SUM_ROWS, a);
 }
 
 ad_value ad_sum_points(ad_value a)
 {
-    return record1(OP_SUM_POINTS, a);
+    return tape_record1(OP_SUM_POINTS, a);
 }
 
 ad_value ad_matvec(ad_value w, ad_value x)
 {
-    return record2(OP_MATVEC, w, x);
+    return tape_record2(OP_MATVEC, w, x);
 }
 
 ad_value ad_matvec_transposed(ad_value w, ad_value y)
 {
-    return record2(OP_MATVEC_TRANSPOSED, w, y);
+    return tape_record2(OP_MATVEC_TRANSPOSED, w, y);
 }
 
 ad_value ad_outer(ad_value y, ad_value x)
 {
-    return record2(OP_OUTER, y, x);
+    return tape_record2(OP_OUTER, y, x);
 }

@@ -9,16 +9,6 @@
 
 enum { SCALARIZE_ROWS_MAX = 16 };
 
-static ad_value record1(int op, ad_value a)
-{
-    return tape_record(a.tape, op, 1, &a, 0, 0, 0);
-}
-
-static ad_value record2(int op, ad_value a, ad_value b)
-{
-    return tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
-}
-
 static ad_value widen(ad_value x, int rows)
 {
     return ad_rows(x) == rows ? x : ad_repeat(x, rows);
@@ -407,7 +397,7 @@ static bool simplify_sum_points(ad_value x, ad_value *result)
         return true;
     }
     if (n->op == OP_OUTER) {
-        *result = record2(OP_OUTER_SUM, argument_of(x, 0), argument_of(x, 1));
+        *result = tape_record2(OP_OUTER_SUM, argument_of(x, 0), argument_of(x, 1));
         return true;
     }
     if (n->op == OP_MUL) {
@@ -430,13 +420,13 @@ static bool simplify_outer(const node *n, ad_value y, ad_value x, ad_value *resu
     }
     bool y_uniform = node_of(y)->extent == AD_UNIFORM, x_uniform = node_of(x)->extent == AD_UNIFORM;
     if (sum && (y_uniform || x_uniform)) {
-        *result = y_uniform ? record2(OP_OUTER, y, ad_sum_points(x))
-                            : record2(OP_OUTER, ad_sum_points(y), x);
+        *result = y_uniform ? tape_record2(OP_OUTER, y, ad_sum_points(x))
+                            : tape_record2(OP_OUTER, ad_sum_points(y), x);
         return true;
     }
     if (ad_rows(y) == 1 || ad_rows(x) == 1) {
         ad_value product = ad_mul(y, x);
-        *result = sum ? record1(OP_SUM_POINTS, product) : product;
+        *result = sum ? tape_record1(OP_SUM_POINTS, product) : product;
         return true;
     }
     return false;

@@ -160,6 +160,16 @@ ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments);
 ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
                      double number, int rows);
 
+static inline ad_value tape_record1(int op, ad_value a)
+{
+    return tape_record(a.tape, op, 1, &a, 0, 0, 0);
+}
+
+static inline ad_value tape_record2(int op, ad_value a, ad_value b)
+{
+    return tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
+}
+
 /* Rules of algebra; false: none applies. `prototype` has rows and extent filled in. */
 bool simplify(ad_tape *tape, const node *prototype, const ad_value *arguments, ad_value *result);
 

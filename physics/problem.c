@@ -176,10 +176,9 @@ int problem_sets(const problem *p)
 
 problem_set_info problem_set_inspect(const problem *p, int set)
 {
-    static const char *const names[SET_COUNT] = {"interior", "start", "end", "initial"};
     const problem_set *s = &p->sets[set];
-    return (problem_set_info){names[s->kind], s->trained.count, s->held_out.count, s->counts,
-                              ad_program_inspect(s->gradient)};
+    return (problem_set_info){problem_set_names[s->kind], s->trained.count, s->held_out.count,
+                              s->counts, ad_program_inspect(s->gradient)};
 }
 
 const char *problem_derivatives(const problem *p)
@@ -329,13 +328,6 @@ static void update_weights(problem *p)
     spread_weights(p);
 }
 
-static const problem_points *points_of(const problem *p, const problem_set *set)
-{
-    return set->kind == SET_INTERIOR  ? &p->settings.interior
-           : set->kind == SET_INITIAL ? &p->settings.initial
-                                      : &p->settings.boundary;
-}
-
 ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error)
 {
     *changed = false;
@@ -345,7 +337,7 @@ ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *err
         *changed = true;
     }
     for (int i = 0; i < p->set_count; i++) {
-        int every = points_of(p, &p->sets[i])->resample_every;
+        int every = problem_points_of(p, &p->sets[i])->resample_every;
         if (every > 0 && step > 1 && (step - 1) % every == 0) {
             ad_status status = problem_set_resample(p, &p->sets[i], error);
             if (status != AD_OK) {
@@ -379,13 +371,13 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
 {
     static const char *const points[SET_COUNT] = {"points/interior", "points/start", "points/end",
                                                   "points/initial"};
-    static const char *const generator[SET_COUNT] = {"interior", "start", "end", "initial"};
     int count = 0;
     *generator_count = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         arrays[count++] = (problem_array){points[set->kind], set->trained.s, 2, set->trained.count};
-        generators[(*generator_count)++] = (problem_generator){generator[set->kind], &set->rng};
+        generators[(*generator_count)++] =
+            (problem_generator){problem_set_names[set->kind], &set->rng};
     }
     if (p->settings.causal_slices) {
         size_t slices = (size_t)p->settings.causal_slices;

@@ -68,6 +68,8 @@ struct problem {
 };
 
 /* problem_set.c */
+extern const char *const problem_set_names[SET_COUNT];
+const problem_points *problem_points_of(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);

@@ -8,7 +8,7 @@
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
-static const char *const set_names[SET_COUNT] = {"interior", "start", "end", "initial"};
+const char *const problem_set_names[SET_COUNT] = {"interior", "start", "end", "initial"};
 
 /* Which of s and t vary over the set; what does not vary is the end or the initial time. */
 static int dimension_of(const problem *p, const problem_set *set, bool *varies_s, bool *varies_t)
@@ -61,7 +61,7 @@ static ad_status cloud_make(const problem *p, const problem_set *set, problem_cl
     return cloud_fill(p, set, cloud, points->sampler, rng, error);
 }
 
-static const problem_points *points_of(const problem *p, const problem_set *set)
+const problem_points *problem_points_of(const problem *p, const problem_set *set)
 {
     return set->kind == SET_INTERIOR  ? &p->settings.interior
            : set->kind == SET_INITIAL ? &p->settings.initial
@@ -72,12 +72,13 @@ static const problem_points *points_of(const problem *p, const problem_set *set)
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 {
     char stream[64];
-    snprintf(stream, sizeof stream, "points/%s", set_names[set->kind]);
+    snprintf(stream, sizeof stream, "points/%s", problem_set_names[set->kind]);
     set->rng = nn_rng_split(p->seed, stream);
-    snprintf(stream, sizeof stream, "held_out/%s", set_names[set->kind]);
+    snprintf(stream, sizeof stream, "held_out/%s", problem_set_names[set->kind]);
     nn_rng held_out = nn_rng_split(p->seed, stream);
     problem_points unseen = {p->settings.held_out_points, SAMPLING_SOBOL, 0};
-    ad_status status = cloud_make(p, set, &set->trained, points_of(p, set), &set->rng, error);
+    ad_status status =
+        cloud_make(p, set, &set->trained, problem_points_of(p, set), &set->rng, error);
     if (status == AD_OK) {
         status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
     }
@@ -93,7 +94,7 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
 {
-    return cloud_fill(p, set, &set->trained, points_of(p, set)->sampler, &set->rng, error);
+    return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
 }
 
 void problem_set_clear(problem_set *set)

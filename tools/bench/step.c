@@ -413,13 +413,15 @@ static bool read_options(int count, char **arguments, options *o)
     for (int i = 1; i < count; i++) {
         const char *name = arguments[i], *next = i + 1 < count ? arguments[i + 1] : NULL;
         long number = 0;
+        bool points = strcmp(name, "--points") == 0, threads = strcmp(name, "--threads") == 0;
         if (strcmp(name, "--memory") == 0) {
             o->memory = true;
-        } else if (strcmp(name, "--points") == 0 && read_count(name, next, POINTS_MAX, &number)) {
-            o->points = (size_t)number;
-            i++;
-        } else if (strcmp(name, "--threads") == 0 && read_count(name, next, THREADS_MAX, &number)) {
-            o->threads = (int)number;
+        } else if (points || threads) {
+            if (!read_count(name, next, points ? POINTS_MAX : THREADS_MAX, &number)) {
+                return false;
+            }
+            o->points = points ? (size_t)number : o->points;
+            o->threads = threads ? (int)number : o->threads;
             i++;
         } else if (strcmp(name, "--out") == 0 && next) {
             o->out = next;
