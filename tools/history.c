@@ -81,8 +81,8 @@ ad_status history_get(history *h, const checkpoint *file, ad_error *error)
     for (int i = 0; i < h->columns; i++) {
         const char *name = checkpoint_column(file, ITEM, (size_t)i);
         if (!name || strcmp(name, h->names[i]) != 0) {
-            return ad_fail(error, AD_BAD_INPUT, "checkpoint: column %d of %s is %s, not %s", i,
-                           ITEM, name ? name : "missing", h->names[i]);
+            return ad_fail(error, AD_BAD_INPUT, "checkpoint: column %d of %s is not %s", i + 1,
+                           ITEM, h->names[i]);
         }
     }
     ad_status status = make_room(h, shape[0], error);
