@@ -73,8 +73,8 @@ static void print_option(const cli_option *option)
 
 static void print_help(const cli_program *program, const cli_option *options, int count)
 {
-    printf("usage: %s %s [options]\n\n%s\n\noptions:\n", program->name, program->operand,
-           program->summary);
+    printf("usage: %s %s%s[options]\n\n%s\n\noptions:\n", program->name,
+           program->operand ? program->operand : "", program->operand ? " " : "", program->summary);
     for (int i = 0; i < count; i++) {
         print_option(&options[i]);
     }
@@ -193,6 +193,8 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
             only_operands = true;
         } else if (!only_operands && argv[i][0] == '-' && argv[i][1]) {
             status = take_option(program->name, options, count, argc, argv, &i);
+        } else if (!program->operand) {
+            status = cli_fail(program->name, "%s: only options are expected", argv[i]);
         } else if (*operand) {
             status = cli_fail(program->name, "%s: one %s is expected, %s is the second", argv[i],
                               program->operand, argv[i]);
@@ -203,7 +205,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
             return status;
         }
     }
-    if (!*operand) {
+    if (program->operand && !*operand) {
         return cli_fail(program->name, "%s is missing; --help explains", program->operand);
     }
     return CLI_RUN;

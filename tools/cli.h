@@ -38,7 +38,7 @@ typedef struct cli_option {
 
 typedef struct cli_program {
     const char *name;         /* "cpinn-eval" */
-    const char *operand;      /* "CONFIG.yaml"; exactly one is expected */
+    const char *operand;      /* "CONFIG.yaml"; exactly one is expected. NULL: none */
     const char *summary;      /* what it does; lines */
     const char *epilogue;     /* after the options, may be NULL */
     void (*more)(FILE *file); /* prints more help, may be NULL */
