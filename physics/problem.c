@@ -177,8 +177,16 @@ int problem_sets(const problem *p)
 problem_set_info problem_set_inspect(const problem *p, int set)
 {
     const problem_set *s = &p->sets[set];
-    return (problem_set_info){problem_set_names[s->kind], s->trained.count, s->held_out.count,
-                              s->counts, ad_program_inspect(s->gradient)};
+    problem_set_info info = {.name = problem_set_names[s->kind],
+                             .points = s->trained.count,
+                             .held_out = s->held_out.count,
+                             .tape = s->counts,
+                             .program = ad_program_inspect(s->gradient),
+                             .fixed_rows = s->fixed_rows};
+    if (s->fixed) {
+        info.fixed_instructions = ad_program_inspect(s->fixed).instructions;
+    }
+    return info;
 }
 
 const char *problem_derivatives(const problem *p)
@@ -194,6 +202,7 @@ size_t problem_bytes(const problem *p)
         const problem_set *s = &p->sets[i];
         const ad_program *programs[2] = {s->gradient, s->value};
         bytes += 3 * (s->trained.count + s->held_out.count) * sizeof(double);
+        bytes += (size_t)s->fixed_rows * s->trained.count * sizeof(double);
         for (int k = 0; k < 2; k++) {
             ad_program_info info = ad_program_inspect(programs[k]);
             bytes += (size_t)threads * info.workspace_bytes + 8 * info.reduced * sizeof(double);
@@ -375,6 +384,7 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
     *generator_count = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
+        set->fixed_stale = set->fixed != NULL; /* whoever fills the points makes them new */
         arrays[count++] = (problem_array){points[set->kind], set->trained.s, 2, set->trained.count};
         generators[(*generator_count)++] =
             (problem_generator){problem_set_names[set->kind], &set->rng};

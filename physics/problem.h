@@ -121,8 +121,10 @@ ad_status problem_state_check(const problem *p, ad_error *error);
 typedef struct problem_set_info {
     const char *name;
     size_t points, held_out;
-    ad_tape_counts tape;     /* before: recorded; after simplification: stored */
-    ad_program_info program; /* value and gradient */
+    ad_tape_counts tape;       /* before: recorded; after simplification: stored */
+    ad_program_info program;   /* value and gradient */
+    size_t fixed_instructions; /* run once for a set of points, not in every step */
+    int fixed_rows;            /* numbers kept per point for that */
 } problem_set_info;
 
 int problem_sets(const problem *p);

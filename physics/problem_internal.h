@@ -8,7 +8,9 @@ enum {
     PROBLEM_TERMS = ROD_RESIDUAL_COUNT,
     PROBLEM_SETS = 4,
     PROBLEM_SET_TERMS = 4,
-    PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2
+    PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2,
+    PROBLEM_FIXED_ROWS = 256,
+    PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
 };
 
 typedef enum problem_set_kind {
@@ -43,8 +45,14 @@ typedef struct problem_set {
     ad_program *term_gradient[PROBLEM_SET_TERMS]; /* made when asked for */
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
-    double *point_weights; /* causal: [trained] */
-    double *point_losses;  /* causal: [trained], of the last evaluation */
+    /* What depends on the points alone: values of `fixed`, inputs of `gradient`. */
+    ad_program *fixed;    /* NULL: there is nothing worth keeping */
+    double *fixed_values; /* [fixed_rows][trained] */
+    int fixed_count, fixed_rows;
+    int fixed_offsets[PROBLEM_FIXED_ROWS]; /* first row of each */
+    bool fixed_stale;                      /* the points are new */
+    double *point_weights;                 /* causal: [trained] */
+    double *point_losses;                  /* causal: [trained], of the last evaluation */
     ad_tape_counts counts;
 } problem_set;
 

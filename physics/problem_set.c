@@ -94,6 +94,7 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
 {
+    set->fixed_stale = true;
     return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
 }
 
@@ -103,6 +104,8 @@ void problem_set_clear(problem_set *set)
     free(set->held_out.s);
     free(set->point_weights);
     free(set->point_losses);
+    free(set->fixed_values);
+    ad_program_free(set->fixed);
     ad_program_free(set->gradient);
     ad_program_free(set->value);
     for (int i = 0; i < PROBLEM_SET_TERMS; i++) {
@@ -220,6 +223,31 @@ static void note_derivatives(problem *p, const recording *r, const problem_set *
     }
 }
 
+/* Loads, prescribed motion, forcing: a program of their own, run when the points are new. */
+static ad_status compile_fixed(problem *p, problem_set *set, recording *r, int count,
+                               ad_value *outputs, ad_error *error)
+{
+    enum { LEAST_WORK = 4 };
+    ad_value fixed[PROBLEM_FIXED_ROWS];
+    size_t room = PROBLEM_FIXED_BYTES / sizeof(double) / set->trained.count;
+    int rows = room < PROBLEM_FIXED_ROWS ? (int)room : PROBLEM_FIXED_ROWS;
+    ad_status status = ad_hoist(count, outputs, is_causal(p, set), &r->point_weight, LEAST_WORK,
+                                rows, fixed, &set->fixed_count);
+    if (status != AD_OK || set->fixed_count == 0) {
+        return ad_tape_status(r->tape, error);
+    }
+    for (int i = 0; i < set->fixed_count; i++) {
+        set->fixed_offsets[i] = set->fixed_rows;
+        set->fixed_rows += ad_rows(fixed[i]);
+    }
+    set->fixed_stale = true;
+    set->fixed_values = malloc((size_t)set->fixed_rows * set->trained.count * sizeof(double));
+    if (!set->fixed_values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for what depends on points alone");
+    }
+    return ad_compile(set->fixed_count, fixed, NULL, p->pool, &set->fixed, error);
+}
+
 /* outputs: weighted loss, means, extra per-point values, gradient per view */
 static ad_status compile_gradient(problem *p, problem_set *set, recording *r, ad_error *error)
 {
@@ -236,7 +264,10 @@ static ad_status compile_gradient(problem *p, problem_set *set, recording *r, ad
     }
     ad_reverse(outputs[0], set->view_count, r->views, AD_SUMMED, outputs + count);
     set->counts = ad_tape_count(r->tape);
-    return ad_compile(count + set->view_count, outputs, NULL, p->pool, &set->gradient, error);
+    count += set->view_count;
+    ad_status status = compile_fixed(p, set, r, count, outputs, error);
+    return status == AD_OK ? ad_compile(count, outputs, NULL, p->pool, &set->gradient, error)
+                           : status;
 }
 
 /* outputs: weighted loss (unused: 0), means, squares per point */
@@ -273,10 +304,45 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
 
 /* ---- running --------------------------------------------------------------------------------- */
 
+/* s, t, causal weights if there are any, then what was computed from the points alone. */
+static int list_inputs(const problem_set *set, const problem_cloud *cloud, const double **inputs)
+{
+    int count = 0;
+    inputs[count++] = cloud->s;
+    inputs[count++] = cloud->t;
+    if (set->point_weights) {
+        inputs[count++] = set->point_weights;
+    }
+    for (int i = 0; i < set->fixed_count; i++) {
+        inputs[count++] = set->fixed_values + (size_t)set->fixed_offsets[i] * set->trained.count;
+    }
+    return count;
+}
+
+static ad_status refresh_fixed(problem_set *set, ad_error *error)
+{
+    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    double *outputs[PROBLEM_FIXED_ROWS];
+    list_inputs(set, &set->trained, inputs);
+    for (int i = 0; i < set->fixed_count; i++) {
+        outputs[i] = set->fixed_values + (size_t)set->fixed_offsets[i] * set->trained.count;
+    }
+    ad_run r = {.points = set->trained.count, .inputs = inputs, .outputs = outputs};
+    set->fixed_stale = false;
+    return ad_execute(set->fixed, &r, error);
+}
+
 static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
                      const double *x, double **outputs, ad_error *error)
 {
-    const double *inputs[3] = {cloud->s, cloud->t, set->point_weights};
+    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    list_inputs(set, cloud, inputs);
+    if (program == set->gradient && set->fixed_stale) {
+        ad_status status = refresh_fixed(set, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
     ad_run r = {.points = cloud->count, .inputs = inputs, .parameters = x, .outputs = outputs};
     return ad_execute(program, &r, error);
 }

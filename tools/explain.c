@@ -229,15 +229,19 @@ static void print_terms(FILE *file, const scene *scene)
 
 static void print_sets(FILE *file, const problem *p)
 {
-    heading(file, "Point sets and their tapes (operations of value and gradient)");
-    fprintf(file, "  %-9s%8s%9s%10s%8s%8s%8s%10s%6s\n", "set", "points", "held out", "recorded",
-            "folded", "shared", "stored", "compiled", "dead");
+    heading(file,
+            "Point sets and their tapes: operations of value and gradient, recorded and left");
+    fprintf(file, "  %-9s%8s%9s%10s%8s%8s%8s%10s%10s\n", "set", "points", "held out", "recorded",
+            "folded", "shared", "stored", "per set", "per step");
     for (int i = 0; i < problem_sets(p); i++) {
         problem_set_info set = problem_set_inspect(p, i);
-        fprintf(file, "  %-9s%8zu%9zu%10zu%8zu%8zu%8zu%10zu%6zu\n", set.name, set.points,
+        fprintf(file, "  %-9s%8zu%9zu%10zu%8zu%8zu%8zu%10zu%10zu\n", set.name, set.points,
                 set.held_out, set.tape.recorded, set.tape.folded, set.tape.shared, set.tape.stored,
-                set.program.instructions, set.program.dead);
+                set.fixed_instructions, set.program.instructions);
     }
+    fprintf(file,
+            "  folded: by the algebra of 0 and 1; shared: found on the tape; per set: once for a\n"
+            "  set of points, since they depend on nothing else; per step: what is left\n");
     fprintf(file, "  %-9s%8s%9s%10s%14s%8s%11s\n", "set", "products", "groups", "passes",
             "flops/point", "tile", "workspace");
     for (int i = 0; i < problem_sets(p); i++) {
