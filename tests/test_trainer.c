@@ -1,11 +1,7 @@
 /* Training step by step: resuming to the same bits from everywhere, what history says, how stages
- * end, numbers that are not finite, checkpoints that cannot be, allocations in a step. Linked with
+ * end, numbers that are not finite, allocations in a step. Linked with
  * --wrap for malloc, calloc, realloc and posix_memalign. */
-#include "training_testing.h"
-
-#include "tools/trainer.h"
-
-#include <unistd.h>
+#include "trainer_testing.h"
 
 /* ---- allocations -------------------------------------------------------------------------------
  */
@@ -43,114 +39,6 @@ int __wrap_posix_memalign(void **memory, size_t alignment, size_t size)
 {
     allocations++;
     return __real_posix_memalign(memory, alignment, size);
-}
-
-/* ---- runs --------------------------------------------------------------------------------------
- */
-
-#define DYNAMIC  "configs/cantilever_dynamic.yaml"
-#define ELASTICA "configs/elastica.yaml"
-
-/* 25 steps of Adam, 35 of L-BFGS, whose memory is full after 6. */
-#define STAGES                                                                                     \
-    "training.stages=[{optimizer: adam, steps: 25, schedule: cosine, warmup_steps: 3}, "           \
-    "{optimizer: lbfgs, steps: 35, memory: 6}]"
-
-static const char *const static_changes[] = {STAGES, "output.every=4", NULL};
-static const char *const moving_changes[] = {STAGES,
-                                             "output.every=3",
-                                             "enforcement.initial=soft",
-                                             "enforcement.boundary=soft",
-                                             "losses.interior.sampler=latin_hypercube",
-                                             "losses.interior.resample_every=11",
-                                             "losses.initial.sampler=uniform",
-                                             "losses.initial.resample_every=13",
-                                             "losses.causal.slices=3",
-                                             "losses.causal.update_every=7",
-                                             "losses.causal.epsilon=[1e-6, 1e-4, 1e-2]",
-                                             "losses.causal.threshold=0.5",
-                                             NULL};
-
-enum { STEPS_MAX = 80 };
-
-typedef struct run {
-    made made;
-    reference *known;
-    trainer *trainer;
-} run;
-
-static run start(const char *path, const char *const *changes, int threads)
-{
-    run r = {.made = make_problem(path, changes, threads)};
-    ad_error error = {AD_OK, ""};
-    if (reference_create(r.made.e, &r.known, &error) != AD_OK ||
-        trainer_create(r.made.e, r.made.p, r.known, 0, &r.trainer, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return r;
-}
-
-static void stop(run *r)
-{
-    trainer_free(r->trainer);
-    reference_free(r->known);
-    made_free(&r->made);
-}
-
-static void step(run *r)
-{
-    ad_error error = {AD_OK, ""};
-    if (trainer_step(r->trainer, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-}
-
-static void finish(run *r)
-{
-    while (trainer_inspect(r->trainer).state == TRAINER_RUNNING) {
-        step(r);
-    }
-}
-
-static ad_status restore(run *r, const char *path, ad_error *error)
-{
-    checkpoint *file;
-    ad_status status = checkpoint_open(path, &file, error);
-    if (status == AD_OK) {
-        status = trainer_restore(r->trainer, file, error);
-        checkpoint_free(file);
-    }
-    return status;
-}
-
-static char folder[64];
-
-static const char *in_folder(const char *name)
-{
-    static char path[128];
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    return path;
-}
-
-static int make_folder(void **state)
-{
-    (void)state;
-    strcpy(folder, "/tmp/cpinn_test_trainer_XXXXXX");
-    return mkdtemp(folder) ? 0 : -1;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    return rmdir(folder); /* every test has cleaned up behind itself */
-}
-
-static void save(run *r, const char *name)
-{
-    ad_error error = {AD_OK, ""};
-    if (trainer_save(r->trainer, in_folder(name), 1, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
 }
 
 /* ---- resuming ----------------------------------------------------------------------------------
@@ -332,6 +220,49 @@ static void test_history(void **state)
     stop(&r);
 }
 
+static void check_last_row(const run *r)
+{
+    const history *h = trainer_history(r->trainer);
+    size_t count = r->made.e->count;
+    double *gradient = malloc(count * sizeof *gradient), loss, sum = 0, square = 0;
+    assert_non_null(gradient);
+    for (int k = 0; k < problem_terms(r->made.p); k++) {
+        sum += problem_term_weight(r->made.p, k) *
+               history_value(h, h->count - 1, problem_term_name(r->made.p, k));
+    }
+    assert_int_equal(
+        problem_evaluate(r->made.p, trainer_parameters(r->trainer), &loss, gradient, NULL), AD_OK);
+    for (size_t i = 0; i < count; i++) {
+        square += gradient[i] * gradient[i];
+    }
+    assert_true(history_value(h, h->count - 1, "loss") == loss);
+    assert_true(history_value(h, h->count - 1, "gradient_norm") == sqrt(square));
+    assert_true(fabs(sum - loss) <= 1e-11 * loss); /* summed in another order */
+    free(gradient);
+}
+
+/* A line search that gives up may keep an earlier trial than its last: the last row, terms and
+ * gradient included, speaks of what is kept. */
+static void test_history_of_failed_search(void **state)
+{
+    (void)state;
+    int failed = 0;
+    for (int most = 2; most < 12; most++) {
+        char stages[200];
+        snprintf(stages, sizeof stages,
+                 "training.stages=[{optimizer: lbfgs, steps: 300, sufficient_decrease: 1e-7, "
+                 "curvature: 1e-6, maximum_line_evaluations: %d}]",
+                 most);
+        const char *changes[] = {stages, NULL};
+        run r = start(ELASTICA, changes, 1);
+        finish(&r);
+        failed += strstr(trainer_inspect(r.trainer).ended, "line search") != NULL;
+        check_last_row(&r);
+        stop(&r);
+    }
+    assert_true(failed > 3);
+}
+
 /* ---- how stages end ----------------------------------------------------------------------------
  */
 
@@ -377,22 +308,28 @@ static void test_endings(void **state)
 static void test_best_goes_on(void **state)
 {
     (void)state;
-    static const char *const changes[] = {
-        "training.stages=[{optimizer: adam, steps: 60, learning_rate: 0.3}, "
-        "{optimizer: lbfgs, steps: 5}]",
-        "output.every=1", NULL};
+    static const char *const changes[] = {"training.stages=[{optimizer: adam, steps: 39, schedule: "
+                                          "constant, learning_rate: 0.1, beta1: 0, beta2: 0}, "
+                                          "{optimizer: lbfgs, steps: 5}]",
+                                          "output.every=1", NULL};
     run r = start(ELASTICA, changes, 1);
-    finish(&r);
-    const history *h = trainer_history(r.trainer);
-    double best = INFINITY, before = INFINITY;
+    double best = INFINITY, loss = INFINITY;
     int rises = 0;
-    for (size_t i = 0; i < 60; i++) {
-        rises += history_value(h, i, "loss") > best;
-        best = fmin(best, history_value(h, i, "loss"));
+    for (int i = 0; i < 39; i++) {
+        step(&r);
+        loss = trainer_inspect(r.trainer).loss;
+        rises += loss > best;
+        best = fmin(best, loss);
     }
-    assert_true(rises > 5); /* so that best and last differ */
-    for (size_t i = 60; i < h->count; before = history_value(h, i, "loss"), i++) {
-        assert_true(history_value(h, i, "loss") <= fmin(best, before));
+    assert_true(rises > 5 && loss > best); /* so that best and last differ */
+    assert_int_equal(trainer_inspect(r.trainer).stage, 1);
+    assert_int_equal(problem_evaluate(r.made.p, trainer_parameters(r.trainer), &loss, NULL, NULL),
+                     AD_OK);
+    assert_true(loss == best);
+    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+        step(&r);
+        assert_true(trainer_inspect(r.trainer).loss <= loss);
+        loss = trainer_inspect(r.trainer).loss;
     }
     stop(&r);
 }
@@ -444,175 +381,6 @@ static void test_not_finite(void **state)
         (const char *[]){"step 1", "loss term 'force'", "s = ", "t = 0.", "adam", NULL});
 }
 
-/* ---- checkpoints that cannot be ----------------------------------------------------------------
- */
-
-enum { NUMBERS_MAX = 20000, NAMES_MAX = 32 };
-
-/* What to do with one item: leave it out, give it one number too many, or change its first. */
-typedef struct tamper {
-    const char *name;
-    enum { LEAVE_OUT, LENGTHEN, CHANGE, RENAME_COLUMN } how;
-    double value;
-} tamper;
-
-/* Copy item `i`, tampered with if it is the one; `numbers` [NUMBERS_MAX + 1] lives until the write.
- */
-static void copy_item(const checkpoint *from, size_t i, checkpoint *to, const tamper *change,
-                      double *numbers)
-{
-    const char *name = checkpoint_name(from, i), *text;
-    bool chosen = strcmp(name, change->name) == 0;
-    int rank;
-    size_t shape[CHECKPOINT_MAX_RANK];
-    assert_true(checkpoint_shape(from, name, &rank, shape));
-    size_t count = shape[0] * shape[1] * shape[2];
-    assert_true(count < NUMBERS_MAX);
-    if (chosen && change->how == LEAVE_OUT) {
-        return;
-    }
-    size_t longer = count + (chosen && change->how == LENGTHEN);
-    if (checkpoint_get_doubles(from, name, numbers, count, NULL) == AD_OK) {
-        numbers[0] = chosen && change->how == CHANGE ? change->value : numbers[0];
-        numbers[count] = 0.5;
-        static const char *columns[NAMES_MAX]; /* there is one table */
-        for (size_t k = 0; k < NAMES_MAX && checkpoint_column(from, name, k); k++) {
-            columns[k] = checkpoint_column(from, name, k);
-        }
-        if (checkpoint_column(from, name, 0)) {
-            columns[4] = chosen && change->how == RENAME_COLUMN ? "other" : columns[4];
-            size_t more = longer > count;
-            checkpoint_put_table(to, name, numbers, more ? 1 : shape[0],
-                                 more ? shape[1] - 1 : shape[1], columns);
-        } else if (longer > count) {
-            checkpoint_put_doubles(to, name, numbers, 1, &longer);
-        } else {
-            checkpoint_put_doubles(to, name, numbers, rank, shape);
-        }
-    } else if (checkpoint_get_int64(from, name, (int64_t *)numbers, count, NULL) == AD_OK) {
-        int64_t *integers = (int64_t *)numbers;
-        integers[0] = chosen && change->how == CHANGE ? (int64_t)change->value : integers[0];
-        checkpoint_put_int64(to, name, integers, longer > count ? 1 : rank, &longer);
-    } else if (checkpoint_get_uint64(from, name, (uint64_t *)numbers, count, NULL) == AD_OK) {
-        ((uint64_t *)numbers)[count] = 1;
-        checkpoint_put_uint64(to, name, (uint64_t *)numbers, 1, &longer);
-    } else {
-        assert_int_equal(checkpoint_get_text(from, name, &text, NULL), AD_OK);
-        checkpoint_put_text(to, name, text);
-    }
-}
-
-static ad_status restore_tampered(const checkpoint *good, const tamper *change, ad_error *error)
-{
-    checkpoint *bad = checkpoint_create("test");
-    size_t count = checkpoint_count(good);
-    double *numbers = calloc(count * (NUMBERS_MAX + 1), sizeof *numbers);
-    assert_true(bad && numbers);
-    for (size_t i = 0; i < count; i++) {
-        copy_item(good, i, bad, change, numbers + i * (NUMBERS_MAX + 1));
-    }
-    if (checkpoint_write(bad, in_folder("bad.h5"), 1, error) != AD_OK) {
-        fail_msg("%s", error->message);
-    }
-    checkpoint_free(bad);
-    free(numbers);
-    run r = start(DYNAMIC, moving_changes, 1);
-    ad_status status = restore(&r, in_folder("bad.h5"), error);
-    unlink(in_folder("bad.h5"));
-    stop(&r);
-    return status;
-}
-
-static void check_tampered(const checkpoint *good, tamper change)
-{
-    ad_error error = {AD_OK, ""};
-    ad_status status = restore_tampered(good, &change, &error);
-    if (status != AD_BAD_INPUT || strchr(error.message, '\n') || strlen(error.message) < 15) {
-        fail_msg("%s (%d, %g): status %d, '%s'", change.name, (int)change.how, change.value,
-                 (int)status, error.message);
-    }
-}
-
-static checkpoint *saved_after(int steps)
-{
-    run r = start(DYNAMIC, moving_changes, 1);
-    for (int i = 0; i < steps; i++) {
-        step(&r);
-    }
-    save(&r, "good.h5");
-    stop(&r);
-    checkpoint *good = NULL;
-    assert_int_equal(checkpoint_open(in_folder("good.h5"), &good, NULL), AD_OK);
-    unlink(in_folder("good.h5"));
-    return good;
-}
-
-static void test_items(void **state)
-{
-    (void)state;
-    for (int steps = 10; steps <= 40; steps += 30) { /* of Adam, of L-BFGS */
-        checkpoint *good = saved_after(steps);
-        ad_error error = {AD_OK, ""};
-        assert_int_equal(restore_tampered(good, &(tamper){"no such item", LEAVE_OUT, 0}, &error),
-                         AD_OK);
-        for (size_t i = 0; i < checkpoint_count(good); i++) {
-            const char *name = checkpoint_name(good, i);
-            if (strcmp(name, "scene/yaml") != 0) { /* whoever opens the file has read it */
-                check_tampered(good, (tamper){name, LEAVE_OUT, 0});
-                check_tampered(good, (tamper){name, LENGTHEN, 0});
-            }
-        }
-        checkpoint_free(good);
-    }
-}
-
-static void test_values(void **state)
-{
-    (void)state;
-    static const tamper changes[] = {
-        {"training/stage", CHANGE, -1},
-        {"training/stage", CHANGE, 3},
-        {"training/stage", CHANGE, 2}, /* done, but with an optimiser at work */
-        {"training/stage", CHANGE, 0}, /* the state of L-BFGS for Adam */
-        {"training/stage_step", CHANGE, -1},
-        {"training/stage_step", CHANGE, 41},
-        {"training/step", CHANGE, -1},
-        {"training/optimizer", CHANGE, 0},
-        {"training/optimizer", CHANGE, 2},
-        {"training/seconds", CHANGE, -1},
-        {"training/seconds", CHANGE, NAN},
-        {"training/stage_seconds", CHANGE, INFINITY},
-        {"parameters/network/layer0/weight", CHANGE, NAN},
-        {"parameters/network/layer0/bias", CHANGE, INFINITY},
-        {"optimizer/x", CHANGE, NAN},
-        {"optimizer/gradient", CHANGE, INFINITY},
-        {"points/interior", CHANGE, 1.5},
-        {"points/initial", CHANGE, NAN},
-        {"causal/weights", CHANGE, 2},
-        {"causal/epsilon_index", CHANGE, 3},
-        {"history/table", RENAME_COLUMN, 0},
-    };
-    checkpoint *good = saved_after(40);
-    for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
-        assert_true(checkpoint_has(good, changes[i].name));
-        check_tampered(good, changes[i]);
-    }
-    checkpoint_free(good);
-}
-
-/* Where nothing can be written the run itself goes on. */
-static void test_save_fails(void **state)
-{
-    (void)state;
-    run r = start(ELASTICA, static_changes, 1);
-    ad_error error = {AD_OK, ""};
-    step(&r);
-    assert_int_equal(trainer_save(r.trainer, in_folder("nowhere/a.h5"), 1, &error), AD_IO);
-    assert_non_null(strstr(error.message, "nowhere"));
-    step(&r);
-    stop(&r);
-}
-
 /* ---- allocations in a step ---------------------------------------------------------------------
  */
 
@@ -649,12 +417,10 @@ int main(void)
         cmocka_unit_test(test_resume_moving),
         cmocka_unit_test(test_resume_finished),
         cmocka_unit_test(test_history),
+        cmocka_unit_test(test_history_of_failed_search),
         cmocka_unit_test(test_endings),
         cmocka_unit_test(test_best_goes_on),
         cmocka_unit_test(test_not_finite),
-        cmocka_unit_test(test_items),
-        cmocka_unit_test(test_values),
-        cmocka_unit_test(test_save_fails),
         cmocka_unit_test(test_steps_allocate_nothing),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -179,6 +179,22 @@ static void finish(session *s)
            s->folder.config, s->folder.path);
 }
 
+/* As one word of a shell. */
+static void print_word(const char *text)
+{
+    static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
+                                "_-+=./,:@%";
+    if (*text && text[strspn(text, plain)] == '\0') {
+        printf(" %s", text);
+        return;
+    }
+    printf(" '");
+    for (; *text; text++) {
+        fputs(*text == '\'' ? "'\\''" : (const char[]){*text, '\0'}, stdout);
+    }
+    putchar('\'');
+}
+
 /* After a signal: the state is that after a whole step. */
 static int interrupted(session *s, const options *o, ad_error *error)
 {
@@ -188,11 +204,15 @@ static int interrupted(session *s, const options *o, ad_error *error)
     progress_say(&s->progress, "stopped at step %lld and saved; continue with",
                  (long long)s->saved_step);
     if (!s->progress.quiet) {
-        printf("  cpinn-train %s", o->config);
+        printf("  cpinn-train");
+        print_word(o->config);
         for (int i = 0; i < o->overrides.count; i++) {
-            printf(" --set '%s'", o->overrides.texts[i]);
+            printf(" --set");
+            print_word(o->overrides.texts[i]);
         }
-        printf(" --out %s --resume\n", s->folder.path);
+        printf(" --out");
+        print_word(s->folder.path);
+        printf(" --resume\n");
     }
     return 128 + (int)caught;
 }
@@ -263,8 +283,8 @@ static int parse(int count, char **arguments, options *o)
          "as if it had never stopped"},
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
          "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
-        {"--threads", "N", CLI_INTEGER, &o->threads, 1, 1024,
-         "threads (one per processor); results do not depend on it"},
+        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
+         "default 0: one for each processor; results do not depend on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
         {"--explain", NULL, CLI_FLAG, &o->explain, 0, 0,

@@ -144,6 +144,21 @@ static const char *next_line(const char *text)
     return end ? end + 1 : text + strlen(text);
 }
 
+/* The lines at `theirs` and `ours`, without what they are indented by. */
+static ad_status differs(const run_folder *run, const char *theirs, const char *ours,
+                         ad_error *error)
+{
+    enum { SHOWN = 80 };
+    theirs += strspn(theirs, " ");
+    ours += strspn(ours, " ");
+    size_t there = strcspn(theirs, "\n"), here = strcspn(ours, "\n");
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%s: belongs to another experiment: there '%.*s', now '%.*s'; use the same "
+                   "experiment, or another folder with --out",
+                   file_bytes_shown(run->checkpoint), (int)(there < SHOWN ? there : SHOWN), theirs,
+                   (int)(here < SHOWN ? here : SHOWN), ours);
+}
+
 ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
                          ad_error *error)
 {
@@ -158,15 +173,8 @@ ad_status run_check_same(const run_folder *run, const experiment *e, const check
         size_t a_length = strcspn(a, "\n"), b_length = strcspn(b, "\n");
         section = *b && *b != ' ' ? b : section;
         bool same = a_length == b_length && memcmp(a, b, a_length) == 0;
-        char line[200];
-        snprintf(line, sizeof line, "%.*s", (int)b_length, b);
-        if (!same && !may_differ(section, line)) {
-            status = ad_fail(error, AD_BAD_INPUT,
-                             "%s: belongs to another experiment: there '%.*s', now '%.*s'; use the "
-                             "same experiment, or another folder with --out",
-                             file_bytes_shown(run->checkpoint),
-                             (int)(a_length < 80 ? a_length : 80), a + strspn(a, " "),
-                             (int)(b_length < 80 ? b_length : 80), b + strspn(b, " "));
+        if (!same && !may_differ(section, b)) {
+            status = differs(run, a, b, error);
         }
         a = next_line(a);
         b = next_line(b);

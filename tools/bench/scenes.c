@@ -146,7 +146,8 @@ int main(int count, char **arguments)
         return result;
     }
     paths = given.count ? given : paths;
-    entrant scenes[SCENES_MAX] = {{NULL}};
+    entrant scenes[SCENES_MAX];
+    memset(scenes, 0, sizeof scenes);
     int entered = 0;
     ad_error error = {AD_OK, ""};
     ad_status status = AD_OK;

@@ -1,0 +1,87 @@
+# For tests of the programs; sourced. BIN is their folder, ROOT the project's. Everything happens in
+# a folder of its own, which goes away at the end. A failed check is printed and counted.
+BIN=$(cd "$1" && pwd) && ROOT=$(cd "$2" && pwd) && test -x "$BIN/cpinn-train" || exit 2
+PATH=$BIN:$PATH
+work=$(mktemp -d "${TMPDIR:-/tmp}/cpinn_test_programs_XXXXXX")
+pid=
+trap 'test -n "$pid" && kill -9 "$pid" 2>/dev/null; rm -rf "$work"' EXIT
+cd "$work"
+failures=0
+
+failed() {
+    echo "FAILED: $*" >&2
+    failures=$((failures + 1))
+}
+
+# check WORDS... -- COMMAND...: the command succeeds.
+check() {
+    local what=
+    while [ "$1" != -- ]; do
+        what="$what $1"
+        shift
+    done
+    shift
+    "$@" || failed "$what:  $*"
+}
+
+# run STATUS COMMAND...: runs it into stdout.txt and stderr.txt; the exit status has to be this one.
+run() {
+    local wanted=$1 got=0
+    shift
+    "$@" >stdout.txt 2>stderr.txt </dev/null || got=$?
+    if [ "$got" -ne "$wanted" ]; then
+        failed "exit $got, not $wanted: $*"
+        head -5 stderr.txt >&2
+    fi
+}
+
+# said FILE PATTERN
+said() {
+    grep -Eq -- "$2" "$1" || failed "no '$2' in $1: $(head -c 400 "$1")"
+}
+
+# refused PATTERN COMMAND...: exit 2, one line on stderr with that pattern, nothing on stdout, and
+# no new entry in the folder.
+refused() {
+    local pattern=$1 before
+    shift
+    before=$(ls -A | grep -v '^std')
+    run 2 "$@"
+    [ "$(wc -l <stderr.txt)" -eq 1 ] || failed "$(wc -l <stderr.txt) lines on stderr: $*"
+    said stderr.txt "$pattern"
+    [ ! -s stdout.txt ] || failed "something on stdout: $*"
+    [ "$before" = "$(ls -A | grep -v '^std')" ] || failed "the folder has changed: $*"
+}
+
+# Fingerprints of all files of a folder.
+contents() {
+    (cd "$1" && find . -type f | LC_ALL=C sort | xargs cksum)
+}
+
+# same A B: byte for byte.
+same() {
+    cmp "$1" "$2" >&2 || failed "$1 and $2 differ"
+}
+
+# history.csv without its column of seconds.
+without_seconds() {
+    cut -d, -f1,2,4- "$1"
+}
+
+# A header, then steps that only grow.
+check_history() {
+    head -1 "$1" | grep -q '^step,stage,seconds,loss,' || failed "$1 has no header"
+    awk -F, 'NR > 1 { if (NF != n || $1 + 0 <= last) exit 1; last = $1 + 0 } { n = NF }' "$1" ||
+        failed "$1: steps that do not grow, or rows of another length"
+}
+
+finish() {
+    if [ "$failures" -gt 0 ]; then
+        echo "$failures failed"
+        exit 1
+    fi
+    echo "all passed"
+}
+
+elastica=$ROOT/configs/elastica.yaml
+dynamic=$ROOT/configs/cantilever_dynamic.yaml

@@ -1,0 +1,185 @@
+#!/bin/bash
+# What the programs say, write and refuse.
+#   test_programs.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+
+small=(--set 'network.hidden=[8]' --set losses.interior.points=16 --set losses.held_out_points=16
+    --set 'training.stages=[{optimizer: adam, steps: 30}, {optimizer: lbfgs, steps: 20}]')
+
+# ---- a run ------------------------------------------------------------------------------------
+
+run 0 cpinn-train "$elastica" "${small[@]}" --out a
+for file in checkpoint.h5 history.csv config.yaml; do
+    check a run leaves -- test -s "a/$file"
+done
+check_history a/history.csv
+said stdout.txt 'below 1e-01|best '
+said stdout.txt '^  cpinn-eval a$'
+said stdout.txt 'stage 1 ended at step 30: steps done'
+check nothing on stderr -- test ! -s stderr.txt
+check plain lines in a pipe -- test -z "$(tr -dc '\r' <stdout.txt)"
+
+before=$(contents a)
+refused 'a: there is a run already \(checkpoint.h5\).*--resume.*--out' \
+    cpinn-train "$elastica" "${small[@]}" --out a
+refused 'there is a run already' cpinn-train "$elastica" "${small[@]}" --out a/
+check a refusal changes nothing -- test "$before" = "$(contents a)"
+mkdir half && echo "step" >half/history.csv
+refused 'there is a run already \(history.csv\)' cpinn-train "$elastica" "${small[@]}" --out half
+check a refusal changes nothing -- test "$(ls half)" = history.csv
+rm -r half
+
+mkdir scenes && sed 's/^reference:/name: short/; /analytic:/d' "$elastica" >scenes/x.yaml
+run 0 cpinn-train scenes/x.yaml "${small[@]}" --quiet
+check the default folder is runs/NAME -- test -s runs/short/checkpoint.h5
+check quiet says nothing -- test ! -s stdout.txt -a ! -s stderr.txt
+run 0 cpinn-train "$elastica" "${small[@]}" --out deep/er/est
+check folders on the way are made -- test -s deep/er/est/checkpoint.h5
+rm -r scenes runs deep
+
+# ---- what is only printed ---------------------------------------------------------------------
+
+for program in cpinn-train cpinn-eval cpinn-check; do
+    run 0 "$program" --help
+    said stdout.txt "^usage: $program "
+    run 0 "$program" --version
+    said stdout.txt "^$program [0-9]+\.[0-9]+\.[0-9]+$"
+    refused "^$program: .* is missing" "$program"
+    refused 'unknown option --no-such-option' "$program" "$elastica" --no-such-option
+    refused 'one .* is expected' "$program" "$elastica" "$elastica"
+    refused "^$program: --threads -1: allowed: an integer, [01] to" \
+        "$program" "$elastica" --threads -1
+    refused '--threads two: allowed' "$program" "$elastica" --threads two
+    refused '--threads: a value is missing' "$program" "$elastica" --threads
+done
+
+entries=$(ls)
+run 0 cpinn-train "$dynamic" --explain
+check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15
+said stdout.txt 'parameters'
+run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
+check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
+for scene in "$ROOT"/configs/*.yaml; do
+    run 0 cpinn-train "$scene" --print-config
+    cp stdout.txt first.yaml
+    run 0 cpinn-train first.yaml --print-config
+    same stdout.txt first.yaml
+done
+run 0 cpinn-train "$elastica" --print-config --set training.seed=77
+said stdout.txt 'seed: 77'
+rm first.yaml
+
+if command -v script >/dev/null; then
+    script -qec "stty cols 60; cpinn-train $elastica ${small[*]@Q} --out tty" /dev/null \
+        >stdout.txt </dev/null
+    check a live line on a terminal -- test "$(tr -dc '\r' <stdout.txt | wc -c)" -gt \
+        "$(wc -l <stdout.txt)"
+    widest=$(tr '\r' '\n' <stdout.txt | grep '^adam' | awk '{ print length($0) }' | sort -n | tail -1)
+    check it fits the terminal -- test "${widest:-99}" -lt 60
+    rm -r tty
+fi
+
+# ---- refusals ---------------------------------------------------------------------------------
+
+refused 'no_such.yaml: cannot be read: No such file' cpinn-train no_such.yaml
+refused 'is a directory' cpinn-train "$ROOT"
+printf 'rod:\n  lenth: 1\n' >bad.yaml
+refused '^bad.yaml:2:3: rod.lenth: .*length' cpinn-train bad.yaml
+refused '^bad.yaml:2:3: rod.lenth: .*length' cpinn-check bad.yaml
+printf 'rod: [1\n' >bad.yaml
+refused '^bad.yaml:[0-9]+:[0-9]+: ' cpinn-train bad.yaml
+rm bad.yaml
+refused '^--set rod.lenth=1: ' cpinn-train "$elastica" --set rod.lenth=1
+refused '^--set rod.length=-1: ' cpinn-train "$elastica" --set rod.length=-1
+refused '^--set rod.length: ' cpinn-train "$elastica" --set rod.length
+refused 'weight 0' cpinn-train "$elastica" --set losses.interior.weights.strain=0 \
+    --set losses.interior.weights.curvature=0 --set losses.interior.weights.force=0 \
+    --set losses.interior.weights.moment=0
+echo data >file
+refused 'file: .*' cpinn-train "$elastica" "${small[@]}" --out file
+refused 'file/run: .*' cpinn-train "$elastica" "${small[@]}" --out file/run
+refused '--out: a path of 0 bytes' cpinn-train "$elastica" "${small[@]}" --out ''
+refused '--out: a path of 5000 bytes' cpinn-train "$elastica" "${small[@]}" \
+    --out "$(printf '%05000d' 0)"
+refused 'no_run.*checkpoint.h5' cpinn-train "$elastica" "${small[@]}" --out no_run --resume
+check the file in the way is still there -- test "$(cat file)" = data
+
+diverging='training.stages=[{optimizer: adam, steps: 30, learning_rate: 1e200}]'
+run 1 cpinn-train "$elastica" "${small[@]}" --set "$diverging" --out diverged
+check one line on stderr -- test "$(wc -l <stderr.txt)" -eq 1
+said stderr.txt "^cpinn-train: step 2: loss term '.*' is not finite at s = .* m, t = .* s; try .*"
+said stdout.txt 'the checkpoint of step 0 is kept: diverged/checkpoint.h5'
+run 0 cpinn-eval diverged
+
+# ---- cpinn-eval -------------------------------------------------------------------------------
+
+run 0 cpinn-eval a
+said stdout.txt 'elastica'
+run 0 cpinn-eval a/checkpoint.h5 --grid 5x1 --out e.csv
+said e.csv '^s,t,x,y,z,qw,qx,qy,qz,v1,v2,v3,u1,u2,u3,n1,n2,n3,m1,m2,m3$'
+check as many rows as points -- test "$(wc -l <e.csv)" -eq 6
+printf 's\n0\n0.1\n0.3\n' >points.csv
+run 0 cpinn-eval a --points points.csv --out p.csv
+check as many rows as points -- test "$(wc -l <p.csv)" -eq 4
+run 0 cpinn-eval a --points points.csv --out p.h5
+run 0 cpinn-eval a --points p.h5 --out p2.csv
+same p2.csv p.csv
+run 0 cpinn-eval a --json
+if command -v python3 >/dev/null; then
+    check valid JSON -- python3 -c 'import json, sys
+report = json.load(open("stdout.txt"))
+sys.exit(not (report["name"] == "elastica" and report["step"] == 50
+              and 0 < report["reference"]["position_relative_l2"] < 10))'
+fi
+said stdout.txt '^\{.*"reference".*\}$'
+
+printf 's\n0.31\n' >outside.csv
+printf 'x\n0\n' >nothing.csv
+refused 'outside.csv' cpinn-eval a --points outside.csv
+refused 'nothing.csv.*s' cpinn-eval a --points nothing.csv
+refused 'no_such.csv' cpinn-eval a --points no_such.csv
+refused 'grid' cpinn-eval a --grid 5by1
+refused 'grid|points' cpinn-eval a --grid 5x1 --points points.csv
+refused 'e.txt' cpinn-eval a --out e.txt
+refused 'no_such' cpinn-eval a --out no_such/e.csv
+refused 'no_such' cpinn-eval no_such
+refused 'file: ' cpinn-eval file
+
+# A checkpoint needs nothing beside it, not even the reference's file, and no working folder.
+mkdir scene && cp "$dynamic" scene && cp -r "$ROOT/configs/reference" scene
+run 0 cpinn-train scene/cantilever_dynamic.yaml "${small[@]}" --out d
+rm -r scene
+mv d/checkpoint.h5 moved.h5
+run 0 cpinn-eval moved.h5 --grid 4x3 --out d.csv
+said d.csv '^s,t,x,y,z,.*,vx,vy,vz,w1,w2,w3$'
+check as many rows as points -- test "$(wc -l <d.csv)" -eq 13
+(cd / && cpinn-eval "$work/a" --grid 5x1 --out "$work/e2.csv" >/dev/null) ||
+    failed "cpinn-eval from another folder"
+same e2.csv e.csv
+
+# ---- the same bits ----------------------------------------------------------------------------
+
+for threads in 1 2 2; do
+    rm -rf b
+    run 0 cpinn-train "$dynamic" "${small[@]}" --set losses.interior.points=900 --quiet \
+        --out b --threads "$threads"
+    run 0 cpinn-eval b --out "b$threads.csv" --threads "$threads"
+    without_seconds b/history.csv >"b$threads.history"
+    for kind in csv history; do
+        test -e "first.$kind" || cp "b$threads.$kind" "first.$kind"
+        same "b$threads.$kind" "first.$kind"
+    done
+done
+
+# ---- cpinn-check ------------------------------------------------------------------------------
+
+run 0 cpinn-check "$elastica" --set 'network.hidden=[5]' --entries 6
+said stdout.txt 'gradient .*strain'
+said stdout.txt 'all .*passed'
+run 1 cpinn-check "$elastica" --set 'network.hidden=[5]' --entries 6 --tolerance 1e-16
+said stdout.txt 'gradient|derivative'
+refused 'no_such.yaml' cpinn-check no_such.yaml
+refused '--tolerance' cpinn-check "$elastica" --tolerance -1
+
+finish

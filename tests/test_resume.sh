@@ -1,0 +1,162 @@
+#!/bin/bash
+# Runs that are stopped, killed and resumed; checkpoints that are damaged.
+#   test_resume.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+
+steps=4000 # of each stage: about a second in all, so that there is time to interrupt it
+scene=(--set 'network.hidden=[8, 8]' --set losses.interior.points=48
+    --set losses.held_out_points=16 --set losses.interior.sampler=uniform
+    --set losses.interior.resample_every=700 --set enforcement.initial=soft
+    --set losses.causal.slices=3 --set losses.causal.update_every=150
+    --set "training.stages=[{optimizer: adam, steps: $steps}, {optimizer: lbfgs, steps: $steps}]")
+often=(--set checkpoint.every=97 --set output.every=10)
+
+train=(cpinn-train "$dynamic" "${scene[@]}" "${often[@]}" --threads 1)
+
+rows() {
+    if [ -e "$1/history.csv" ]; then wc -l <"$1/history.csv"; else echo 0; fi
+}
+
+# background FOLDER ROWS OPTIONS...: train in the background until history.csv has so many rows.
+background() {
+    local folder=$1 wanted=$2
+    shift 2
+    "${train[@]}" --out "$folder" "$@" >stdout.txt 2>stderr.txt </dev/null &
+    pid=$!
+    while [ "$(rows "$folder")" -lt "$wanted" ] && kill -0 "$pid" 2>/dev/null; do
+        sleep 0.01
+    done
+}
+
+# ended SIGNAL: send it, and wait; leaves the exit status.
+ended() {
+    kill "-$1" "$pid" 2>/dev/null || echo "note: the run was over before it could be stopped"
+    status=0
+    wait "$pid" 2>/dev/null || status=$?
+    pid=
+}
+
+# The run agrees with the uninterrupted one.
+check_whole() {
+    run 0 cpinn-eval "$1" --grid 21x11 --out "$1.csv"
+    same "$1.csv" whole.csv
+    check_history "$1/history.csv"
+    without_seconds "$1/history.csv" >"$1.history"
+    same "$1.history" whole.history
+}
+
+run 0 "${train[@]}" --out whole
+run 0 cpinn-eval whole --grid 21x11 --out whole.csv
+without_seconds whole/history.csv >whole.history
+total=$(tail -1 whole/history.csv | cut -d, -f1)
+check both stages have worked -- test "$total" -gt $((steps + 500))
+
+# ---- a run that is over -----------------------------------------------------------------------
+
+run 0 "${train[@]}" --out whole --resume
+said stdout.txt 'nothing is left to do'
+check_whole whole
+
+# ---- signals ----------------------------------------------------------------------------------
+
+# The command that it names continues it.
+follow() {
+    local command
+    command=$(grep '^  cpinn-train ' stdout.txt)
+    check it says how to continue -- test -n "$command"
+    eval "$command --threads 2" >stdout.txt 2>stderr.txt </dev/null || failed "$command"
+    said stdout.txt 'resumed at step [1-9]'
+}
+
+background "it's int" $((total / 10 / 5)) # in the middle of Adam
+ended INT
+check SIGINT gives 130 -- test "$status" -eq 130
+said stdout.txt 'stopped at step [1-9][0-9]* and saved; continue with'
+check nothing on stderr -- test ! -s stderr.txt
+follow
+mv "it's int" int
+check_whole int
+
+background term $(((total + steps) / 2 / 10)) # in the middle of L-BFGS
+ended TERM
+check SIGTERM gives 143 -- test "$status" -eq 143
+follow
+check_whole term
+
+background quiet $((total / 10 / 5)) --quiet
+ended INT
+check quiet says nothing -- test "$status" -eq 130 -a ! -s stdout.txt -a ! -s stderr.txt
+
+# ---- kill -9 ----------------------------------------------------------------------------------
+
+# Again and again, in both stages and around the step from one to the other.
+background killed $((total / 10 / 10))
+ended KILL
+for tenth in 3 5 7 9; do
+    background killed $((total * tenth / 100)) --resume
+    ended KILL
+    run 0 cpinn-eval killed
+done
+run 0 "${train[@]}" --out killed --resume
+check_whole killed
+
+# While it starts: either nothing is there and the run can begin, or it can be resumed.
+for delay in 0 0.01 0.02 0.03 0.05 0.08; do
+    "${train[@]}" --out early >/dev/null 2>&1 </dev/null &
+    pid=$!
+    sleep "$delay"
+    ended KILL
+    option=
+    test -e early/checkpoint.h5 && option=--resume
+    run 0 "${train[@]}" --out early $option --set 'training.stages[0].steps=20' \
+        --set 'training.stages[1].steps=20'
+    rm -rf early
+done
+
+# ---- another experiment -----------------------------------------------------------------------
+
+background other $((total / 10 / 10))
+ended INT
+before=$(contents other)
+refused "other/checkpoint.h5: .*there 'seed: 1', now 'seed: 2'" \
+    "${train[@]}" --out other --resume --set training.seed=2
+refused "there 'drag: 0', now 'drag: 0.5'" "${train[@]}" --out other --resume --set loads.drag=0.5
+refused "there 'warmup_steps: 0', now 'warmup_steps: 5'" \
+    "${train[@]}" --out other --resume --set 'training.stages[0].warmup_steps=5'
+refused 'another experiment' cpinn-train "$elastica" --out other --resume
+check a refusal changes nothing -- test "$before" = "$(contents other)"
+run 0 "${train[@]}" --out other --resume --set checkpoint.every=50 --set output.every=5 \
+    --set 'training.stages[0].steps=900' --set 'training.stages[1].steps=30'
+check_history other/history.csv
+
+# ---- damaged checkpoints ----------------------------------------------------------------------
+
+size=$(wc -c <other/checkpoint.h5)
+mkdir bad && cp other/checkpoint.h5 good.h5
+for kept in 0 1 100 511 512 2000 $((size / 2)) $((size - 1)); do
+    head -c "$kept" good.h5 >bad/checkpoint.h5
+    refused 'bad/checkpoint.h5: ' "${train[@]}" --out bad --resume
+    refused 'bad/checkpoint.h5: ' cpinn-eval bad
+done
+for at in 0 20 300 600 $((size / 3)) $((size / 2)) $((size - 1)); do
+    cp good.h5 bad/checkpoint.h5
+    byte=$(od -An -tu1 -j "$at" -N 1 good.h5)
+    printf "\\$(printf %03o $((byte ^ 255)))" |
+        dd of=bad/checkpoint.h5 bs=1 seek="$at" conv=notrunc 2>/dev/null
+    refused 'bad/checkpoint.h5: ' "${train[@]}" --out bad --resume
+    refused 'bad/checkpoint.h5: ' cpinn-eval bad
+done
+echo 'not a checkpoint' >bad/checkpoint.h5
+refused 'bad/checkpoint.h5: ' "${train[@]}" --out bad --resume
+rm bad/checkpoint.h5
+refused 'bad/checkpoint.h5: ' "${train[@]}" --out bad --resume
+mkdir bad/checkpoint.h5
+refused 'bad/checkpoint.h5' "${train[@]}" --out bad --resume
+refused 'there is a run already' "${train[@]}" --out bad
+
+# The older generations are whole checkpoints too.
+check older generations are kept -- test -s other/checkpoint.1.h5
+run 0 cpinn-eval other/checkpoint.1.h5
+
+finish
