@@ -5,10 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 3, SHIFTS = 7, ROWS_MAX = 4 };
+enum { STEPS = 8, SHIFTS = 7, ROWS_MAX = 4 };
 
-/* Fractions of the length or the duration. */
-static const double step_sizes[STEPS] = {4e-3, 1e-3, 2.5e-4};
+/* Fractions of the length or the duration: long ones for slow functions, whose differences drown in
+ * rounding, short ones for thousands of radians over the range. */
+static const double step_sizes[STEPS] = {6e-3,   2e-3,   6.7e-4, 2.2e-4,
+                                         7.4e-5, 2.5e-5, 8.2e-6, 2.7e-6};
 
 /* Central difference of sixth order at shifts -3 .. 3. */
 static const double difference_weights[SHIFTS] = {-1, 9, -45, 0, 45, -9, 1};

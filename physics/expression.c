@@ -313,7 +313,10 @@ static expression_node parse_primary(expression_parser *parser)
     if (next == '\0')
         return parser_fail(parser, parser->at,
                            "the formula ends where a number, a name or ( is expected");
-    return parser_fail(parser, parser->at, "expected a number, a name or (");
+    bool doubled = next == '*' && parser->at > 0 && parser->text[parser->at - 1] == '*';
+    return parser_fail(parser, parser->at,
+                       doubled ? "expected a number, a name or (; use ^ for powers"
+                               : "expected a number, a name or (");
 }
 
 /* Sign, or a primary with an exponent: -s^2 is -(s^2), 2^-1 is one half, 2^3^2 is 2^9. */

@@ -11,7 +11,7 @@ enum { MISMATCHES = 4 };
 typedef struct rod_mismatch {
     const char *key, *what, *unit;
     double factor; /* to the unit */
-    bool asked;
+    bool asked, is_rotation;
     ad_value rows; /* [3], a function of t alone */
 } rod_mismatch;
 
@@ -29,12 +29,28 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
                              "m",
                              length,
                              moves,
+                             false,
                              ad_sub(data.position, initial.position)};
-    list[1] = (rod_mismatch){
-        "initial.rotation", "rotation", "rad", 1, turns, rod_rate(initial.rotation, data.rotation)};
-    list[2] = (rod_mismatch){"initial.velocity", "velocity", "m/s",
-                             length / time,      moves,      ad_sub(velocity, initial.velocity)};
-    list[3] = (rod_mismatch){"initial.angular_velocity", "angular velocity", "1/s", 1 / time, turns,
+    list[1] = (rod_mismatch){"initial.rotation",
+                             "rotation",
+                             "rad",
+                             1,
+                             turns,
+                             true,
+                             rod_rate(initial.rotation, data.rotation)};
+    list[2] = (rod_mismatch){"initial.velocity",
+                             "velocity",
+                             "m/s",
+                             length / time,
+                             moves,
+                             false,
+                             ad_sub(velocity, initial.velocity)};
+    list[3] = (rod_mismatch){"initial.angular_velocity",
+                             "angular velocity",
+                             "1/s",
+                             1 / time,
+                             turns,
+                             false,
                              ad_sub(spin, initial.spin)};
 }
 
@@ -63,6 +79,12 @@ static ad_status rod_measure(const rod_mismatch *list, double *sizes, ad_error *
     return status;
 }
 
+/* In SI. A rotation is measured as 2 |vec(q_i* q)| = 2 sin(angle/2), and told as the angle. */
+static double rod_mismatch_told(const rod_mismatch *mismatch, double size)
+{
+    return mismatch->is_rotation ? 2 * asin(fmin(1, size / 2)) : size * mismatch->factor;
+}
+
 static ad_status rod_check_end(const scene *rod_scene, int end, const char **key, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
@@ -80,7 +102,7 @@ static ad_status rod_check_end(const scene *rod_scene, int end, const char **key
             status = ad_fail(error, AD_BAD_INPUT,
                              "at t = 0 the %s differs by %.3g %s from that of the %s; they must "
                              "agree, or the initial state be enforced softly",
-                             list[i].what, sizes[i] * list[i].factor, list[i].unit,
+                             list[i].what, rod_mismatch_told(&list[i], sizes[i]), list[i].unit,
                              end ? "held end" : "held start");
         }
     }
@@ -90,10 +112,18 @@ static ad_status rod_check_end(const scene *rod_scene, int end, const char **key
 
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
+    bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
+                   !rod_scene->initial.position[0];
     bool both_exact = rod_scene->boundary_enforcement == SCENE_HARD &&
                       rod_scene->initial_enforcement == SCENE_HARD;
     const char *ignored = NULL;
     ad_status status = AD_OK;
+    if (implied && !rod_shape_is_resolved(rod_scene)) {
+        *(key ? key : &ignored) = "rod.rest.curvature";
+        return ad_fail(error, AD_BAD_INPUT,
+                       "the unstressed shape winds too much to start from by itself; give "
+                       "initial.position and initial.rotation");
+    }
     if (!scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene) || !both_exact)
         return AD_OK;
     for (int end = 0; end <= 1 && status == AD_OK; end++)

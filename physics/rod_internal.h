@@ -77,6 +77,9 @@ ad_value rod_expressions(const rod_context *rod, int count, const char *const *t
 /* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0. */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s);
 
+/* Whether its polynomials, where the rest strains vary with s, have converged. */
+bool rod_shape_is_resolved(const scene *scene);
+
 /* rod_ends.c. `end`: 0 or 1. */
 rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t);
 rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);

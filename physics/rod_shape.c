@@ -67,10 +67,10 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
     q[0] = scalar;
 }
 
-static shape_twist shape_rest(const rod_context *rod, double s)
+static shape_twist shape_rest(const scene *rod_scene, double s)
 {
-    const scene_rod *given = &rod->scene->rod;
-    double length = rod->scales.length;
+    const scene_rod *given = &rod_scene->rod;
+    double length = given->length;
     shape_twist twist;
     for (int i = 0; i < 3; i++) {
         const char *strain = given->rest_strain[i], *curvature = given->rest_curvature[i];
@@ -82,11 +82,11 @@ static shape_twist shape_rest(const rod_context *rod, double s)
 
 /* One step of the Magnus method of order 4 with Gauss points (Iserles et al., Acta Numerica 2000,
  * section 4.2), for g' = g twist. */
-static void shape_step(const rod_context *rod, shape_pose *pose, double s, double h)
+static void shape_step(const scene *rod_scene, shape_pose *pose, double s, double h)
 {
     double offset = sqrt(3.0) / 6;
-    shape_twist a = shape_rest(rod, s + (0.5 - offset) * h);
-    shape_twist b = shape_rest(rod, s + (0.5 + offset) * h), sum;
+    shape_twist a = shape_rest(rod_scene, s + (0.5 - offset) * h);
+    shape_twist b = shape_rest(rod_scene, s + (0.5 + offset) * h), sum;
     double uu[3], uv[3], vu[3], bracket = sqrt(3.0) / 12 * h * h;
     cross(uu, a.u, b.u);
     cross(uv, a.u, b.v);
@@ -100,14 +100,14 @@ static void shape_step(const rod_context *rod, shape_pose *pose, double s, doubl
 
 /* values [SHAPE_DEGREE + 1][SHAPE_ROWS] of the pose at the Chebyshev points of [0, 1], ascending,
  * from the identity at 0. */
-static void shape_solve(const rod_context *rod, double (*values)[SHAPE_ROWS])
+static void shape_solve(const scene *rod_scene, double (*values)[SHAPE_ROWS])
 {
     shape_pose pose = {.q = {1, 0, 0, 0}};
     double s = 0;
     for (int j = 0; j <= SHAPE_DEGREE; j++) {
         double next = 0.5 - 0.5 * cos(SHAPE_PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
         for (int i = 0; i < SHAPE_STEPS && j > 0; i++)
-            shape_step(rod, &pose, s + i * h, h);
+            shape_step(rod_scene, &pose, s + i * h, h);
         s = next;
         memcpy(values[j], pose.r, sizeof pose.r);
         memcpy(values[j] + 3, pose.q, sizeof pose.q);
@@ -176,17 +176,32 @@ static bool shape_is_uniform(const scene_rod *rod)
     return true;
 }
 
+bool rod_shape_is_resolved(const scene *rod_scene)
+{
+    const double resolved = 1e-8; /* as far as the ends may disagree with the initial state */
+    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS], rest = 0;
+    if (shape_is_uniform(&rod_scene->rod))
+        return true;
+    shape_solve(rod_scene, values);
+    shape_coefficients(values, c);
+    for (int row = 0; row < SHAPE_ROWS; row++) {
+        for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++)
+            rest += fabs(c[k][row]);
+    }
+    return rest <= resolved;
+}
+
 /* Poses at several arc lengths, from one numerical solution. */
 static void shape_poses(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
 {
     if (shape_is_uniform(&rod->scene->rod)) {
-        shape_twist twist = shape_rest(rod, 0);
+        shape_twist twist = shape_rest(rod->scene, 0);
         for (int i = 0; i < count; i++)
             poses[i] = shape_helix(&twist, s[i]);
         return;
     }
     double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS];
-    shape_solve(rod, values);
+    shape_solve(rod->scene, values);
     int degree = shape_coefficients(values, c);
     for (int i = 0; i < count; i++) {
         ad_value rows = shape_clenshaw(s[i], c, degree);

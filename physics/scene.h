@@ -61,7 +61,7 @@ typedef struct scene_rod {
     double youngs_modulus;   /* Pa */
     double poissons_ratio;   /* -1 < nu <= 0.5 */
     double density;          /* kg/m^3 */
-    double shear_correction; /* kappa; 0: Cowper's for the section */
+    double shear_correction; /* kappa; NaN: Cowper's for the section */
 
     /* Given instead of section and material, or to override what follows from them; NaN: not
      * given. Infinite stiffness is allowed: that strain is then locked. */

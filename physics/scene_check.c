@@ -340,17 +340,6 @@ static ad_status check_initial(const scene_checker *check)
             check, "initial.position",
             "missing; without a clamped or driven end the pose at t = 0 is unknown");
     }
-    for (int i = 0; i < 3; i++) {
-        expression_use strain = {false, false};
-        expression_use curvature = {false, false};
-        expression_check(rod_scene->rod.rest_strain[i], &strain, NULL);
-        expression_check(rod_scene->rod.rest_curvature[i], &curvature, NULL);
-        if (strain.s || curvature.s) {
-            return scene_refuse(check, "initial.position",
-                                "missing; the rest shape follows by itself only from constant "
-                                "rod.rest.strain and rod.rest.curvature");
-        }
-    }
     return AD_OK;
 }
 

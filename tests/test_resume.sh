@@ -119,15 +119,25 @@ done
 background other $((total / 10 / 10))
 ended INT
 before=$(contents other)
-refused "other/checkpoint.h5: .*there 'seed: 1', now 'seed: 2'" \
+refused 'other/checkpoint.h5: training.seed: 1 in the checkpoint, 2 now; ' \
     "${train[@]}" --out other --resume --set training.seed=2
-refused "there 'drag: 0', now 'drag: 0.5'" "${train[@]}" --out other --resume --set loads.drag=0.5
-refused "there 'warmup_steps: 0', now 'warmup_steps: 5'" \
-    "${train[@]}" --out other --resume --set 'training.stages[0].warmup_steps=5'
-refused 'another experiment' cpinn-train "$elastica" --out other --resume
+refused 'loads.drag: 0 in the checkpoint, 0.5 now; ' \
+    "${train[@]}" --out other --resume --set loads.drag=0.5
+refused 'stages\[0\].optimizer: adam in the checkpoint, lbfgs now; the stage at work' \
+    "${train[@]}" --out other --resume --set 'training.stages=[{optimizer: lbfgs, steps: 9}]'
+refused 'rod.model: cosserat in the checkpoint, kirchhoff now; ' \
+    cpinn-train "$elastica" --out other --resume
 check a refusal changes nothing -- test "$before" = "$(contents other)"
-run 0 "${train[@]}" --out other --resume --set checkpoint.every=50 --set output.every=5 \
+run 0 "${train[@]}" --out other --resume --set name=renamed --set checkpoint.every=50 \
+    --set output.every=5 --set 'training.stages[0].learning_rate=1e-3' \
     --set 'training.stages[0].steps=900' --set 'training.stages[1].steps=30'
+refused 'stages\[0\].steps: 900 in the checkpoint, 901 now; this stage is over' \
+    "${train[@]}" --out other --resume --set 'training.stages[0].learning_rate=1e-3' \
+    --set 'training.stages[0].steps=901' --set 'training.stages[1].steps=30'
+run 0 "${train[@]}" --out other --resume --set 'training.stages=[
+    {optimizer: adam, steps: 900, learning_rate: 1e-3}, {optimizer: lbfgs, steps: 30},
+    {optimizer: lbfgs, steps: 20}]' # a run that was over goes on with a new stage
+said stdout.txt 'stage 3 ended at step'
 check_history other/history.csv
 
 # ---- damaged checkpoints ----------------------------------------------------------------------

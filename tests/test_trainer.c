@@ -378,7 +378,7 @@ static void test_not_finite(void **state)
                                            "training.stages=[{optimizer: lbfgs, steps: 60}]", NULL};
     check_not_finite(
         DYNAMIC, bad_load, 0,
-        (const char *[]){"step 1", "loss term 'force'", "s = ", "t = 0.", "adam", NULL});
+        (const char *[]){"step 1", "loss term 'force'", "s = ", "t = 0.", "formula", NULL});
 }
 
 /* ---- allocations in a step ---------------------------------------------------------------------

@@ -76,6 +76,11 @@ void config_free(config *config);
  * when `help` is set. Reading it back gives the same experiment. */
 ad_status config_write(const config *config, FILE *file, bool help);
 
+/* May `now` go on where an experiment `before` has come to its stage `stage`? Stages not begun may
+ * change, come and go; of the stage at work everything but the optimiser; name, checkpoint, output
+ * and reference always. AD_BAD_INPUT names the first key that may not, and both values. */
+ad_status config_continues(const config *before, const config *now, int stage, ad_error *error);
+
 /* All keys by section: path, type, unit, default, range, help. */
 void config_help(FILE *file);
 

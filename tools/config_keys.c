@@ -221,7 +221,9 @@ const config_key config_keys[] = {
 
     {"training.seed", CONFIG_LONG, AT(seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = optimizer_names,
-     .help = "adam or lbfgs; stages run in turn."},
+     .fallback = "required",
+     .help = "adam or lbfgs; stages run in turn. Without training.stages: adam for 1000 steps, then "
+             "lbfgs for 2000."},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9),
      .help = "Length of the stage."},
     {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate),

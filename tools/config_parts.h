@@ -89,6 +89,11 @@ bool config_is_null(const yaml_node_t *node);  /* null or ~ */
 ad_status config_read_document(config_reader *reader);
 ad_status config_read_override(config_reader *reader, const char *path);
 
+/* ---- config_write.c: one value as YAML ----------------------------------------------------- */
+
+/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. */
+void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths);
+
 /* ---- config_resolve.c, config_check.c: after reading --------------------------------------- */
 
 void config_defaults(config *experiment);

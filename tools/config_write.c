@@ -88,8 +88,7 @@ static bool has_value(const config_key *key, const char *field)
     return true;
 }
 
-/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. */
-static void write_value(FILE *file, const config_key *key, const char *base, const char *lengths)
+void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths)
 {
     const char *field = base + key->offset;
     int count = key->entries_max;
@@ -178,7 +177,7 @@ static void write_row(yaml_writer *writer, const config_key *key)
     }
     indent(writer->file, depth);
     fprintf(writer->file, "%s: ", name);
-    write_value(writer->file, key, base, base);
+    config_write_value(writer->file, key, base, base);
     fputc('\n', writer->file);
     writer->before = key->path;
 }
@@ -206,7 +205,7 @@ static void write_stage(const yaml_writer *outer, int first, const config_stage 
         }
         indent(writer.file, i == first ? 2 : depth);
         fprintf(writer.file, "%s%s: ", i == first ? "- " : "", i == first ? path : name);
-        write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment);
+        config_write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment);
         fputc('\n', writer.file);
         writer.before = path;
     }
@@ -288,7 +287,7 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
                 key->fallback);
     } else if (!none) {
         fprintf(file, "; default: ");
-        write_value(file, key, base, (const char *)defaults);
+        config_write_value(file, key, base, (const char *)defaults);
     }
     if (key->flags & (CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS)) {
         fprintf(file, "; %s only", key->flags & CONFIG_FOR_ADAM ? "adam" : "lbfgs");

@@ -166,6 +166,9 @@ static void announce(session *s, const options *o)
     }
 }
 
+/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+static const double large_residual = 1e-2;
+
 static void finish(session *s)
 {
     if (s->progress.quiet) {
@@ -174,6 +177,12 @@ static void finish(session *s)
     trainer_info info = trainer_inspect(s->trainer);
     progress_say(&s->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    if (!(info.held_out < large_residual)) {
+        progress_say(
+            &s->progress,
+            "not converged: on points never trained on the residuals are still large; train "
+            "longer, or look at --explain for what makes this scene hard");
+    }
     progress_error_table(stdout, trainer_history(s->trainer));
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,
            s->folder.config, s->folder.path);

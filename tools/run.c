@@ -127,58 +127,24 @@ void run_end(run_folder *run)
     }
 }
 
-/* Lines that may differ between a checkpoint and the experiment that continues it; decay_steps
- * follows the length of the stage unless it is given. */
-static bool may_differ(const char *section, const char *line)
-{
-    const char *key = line + strspn(line, " -");
-    bool lengths = strncmp(section, "training:", 9) == 0 &&
-                   (strncmp(key, "steps:", 6) == 0 || strncmp(key, "decay_steps:", 12) == 0);
-    return lengths || strncmp(section, "checkpoint:", 11) == 0 ||
-           strncmp(section, "output:", 7) == 0 || line[0] == '#';
-}
-
-static const char *next_line(const char *text)
-{
-    const char *end = strchr(text, '\n');
-    return end ? end + 1 : text + strlen(text);
-}
-
-/* The lines at `theirs` and `ours`, without what they are indented by. */
-static ad_status differs(const run_folder *run, const char *theirs, const char *ours,
-                         ad_error *error)
-{
-    enum { SHOWN = 80 };
-    theirs += strspn(theirs, " ");
-    ours += strspn(ours, " ");
-    size_t there = strcspn(theirs, "\n"), here = strcspn(ours, "\n");
-    return ad_fail(error, AD_BAD_INPUT,
-                   "%s: belongs to another experiment: there '%.*s', now '%.*s'; use the same "
-                   "experiment, or another folder with --out",
-                   file_bytes_shown(run->checkpoint), (int)(there < SHOWN ? there : SHOWN), theirs,
-                   (int)(here < SHOWN ? here : SHOWN), ours);
-}
-
 ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
                          ad_error *error)
 {
-    const char *theirs;
-    ad_status status = checkpoint_get_text(file, "scene/yaml", &theirs, error);
-    char *ours = status == AD_OK ? experiment_yaml(e) : NULL;
-    if (status == AD_OK && !ours) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory while comparing experiments");
+    const char *text, *const anywhere[] = {"reference.file=null"}; /* it may have moved */
+    int64_t stage;
+    config *before;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status != AD_OK ||
+        (status = checkpoint_get_int64(file, "training/stage", &stage, 1, error)) != AD_OK ||
+        (status = config_read(run->checkpoint, text, 1, anywhere, &before, error)) != AD_OK) {
+        return status;
     }
-    const char *a = theirs, *b = ours, *section = "";
-    while (status == AD_OK && (*a || *b)) {
-        size_t a_length = strcspn(a, "\n"), b_length = strcspn(b, "\n");
-        section = *b && *b != ' ' ? b : section;
-        bool same = a_length == b_length && memcmp(a, b, a_length) == 0;
-        if (!same && !may_differ(section, b)) {
-            status = differs(run, a, b, error);
-        }
-        a = next_line(a);
-        b = next_line(b);
+    stage = stage < 0 || stage > before->stage_count ? before->stage_count : stage;
+    ad_error why;
+    status = config_continues(before, e->settings, (int)stage, &why);
+    if (status != AD_OK) {
+        ad_fail(error, status, "%s: %s", file_bytes_shown(run->checkpoint), why.message);
     }
-    free(ours);
+    config_free(before);
     return status;
 }

@@ -161,7 +161,7 @@ static ad_status add_row(trainer *t, ad_error *error)
     double row[HISTORY_COLUMNS_MAX];
     int n = 0;
     row[n++] = (double)info->step;
-    row[n++] = info->stage;
+    row[n++] = info->stage + 1; /* counted from 1, as on the screen */
     row[n++] = wall_seconds() - t->started;
     row[n++] = info->loss;
     for (int i = 0; i < problem_terms(t->problem); i++) {
@@ -204,28 +204,41 @@ static int objective(void *context, const double *x, double *value, double *grad
     return status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE : OPTIM_OBJECTIVE_STOP;
 }
 
+/* What to try: before the first step only the scene can be to blame. */
+static void advise(const trainer *t, char advice[160])
+{
+    if (t->info.step == 0) {
+        snprintf(advice, 160, "look for a formula or number of the scene that is not finite there");
+    } else if (t->adam) {
+        snprintf(advice, 160,
+                 "--resume with a smaller --set training.stages[%d].learning_rate, or with "
+                 "clip_norm or warmup_steps",
+                 t->info.stage);
+    } else {
+        snprintf(advice, 160, "more steps of adam before, or a smaller maximum_step");
+    }
+}
+
 static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
 {
     problem_place place = {.term = -1};
     ad_error inner = {AD_OK, ""};
+    char advice[160];
+    long long step = (long long)t->info.step + 1;
     problem_locate(t->problem, current_x(t), &place, &inner);
+    advise(t, advice);
     t->info.state = TRAINER_NOT_FINITE;
-    const char *advice = t->adam ? "a smaller learning_rate, clip_norm, or warmup_steps"
-                                 : "more steps of adam before, or a smaller maximum_step";
     if (place.term < 0) {
         return ad_fail(error, AD_NOT_FINITE,
                        "step %lld: %s; every loss term is finite at the current parameters, so the "
-                       "step itself or the gradient is not; try %s",
-                       (long long)t->info.step + 1, optim_status_name(why), advice);
+                       "step itself or the gradient is not; try: %s",
+                       step, optim_status_name(why), advice);
     }
     return ad_fail(error, AD_NOT_FINITE,
-                   "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try %s",
-                   (long long)t->info.step + 1, problem_term_name(t->problem, place.term), place.s,
-                   place.t, advice);
+                   "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try: %s",
+                   step, problem_term_name(t->problem, place.term), place.s, place.t, advice);
 }
 
-/* A line search may end at another point than the one it tried last; terms, causal losses and the
- * norm of the gradient have to be those of the point it chose. */
 static optim_status settle(trainer *t, optim_status status)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
@@ -470,8 +483,8 @@ static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *err
         (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
         (status = get_integer(file, "training/stage_step", 0, info->step, &info->stage_step,
                               error)) != AD_OK ||
-        (status = get_integer(file, "training/optimizer", stage < stages, stage < stages, &at_work,
-                              error)) != AD_OK ||
+        (status = get_integer(file, "training/optimizer", stage < stages && info->stage_step > 0,
+                              stage < stages, &at_work, error)) != AD_OK ||
         (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
         (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
         (status = get_parameters(t->e, file, error)) != AD_OK) {
@@ -481,8 +494,11 @@ static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *err
     info->stage = (int)stage;
     info->state = stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
     t->started -= seconds;
-    if (stage < stages && (status = start_stage(t, error)) == AD_OK) {
+    if (stage < stages) {
+        status = start_stage(t, error);
         t->stage_started -= stage_seconds;
+    }
+    if (status == AD_OK && at_work) { /* not if the run was over and has got more stages */
         status = restore_optimizer(t, file, error);
     }
     return status;
