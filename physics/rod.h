@@ -40,12 +40,14 @@ rod_scales rod_scales_of(const scene *scene);
 
 /* Dimensionless numbers that decide how hard a scene is. Infinite ratios: that strain is locked. */
 typedef struct rod_numbers {
-    double shear_ratio;       /* kGA L^2/EI, the smaller */
-    double axial_ratio;       /* EA L^2/EI */
-    double torsion_ratio;     /* GJ/EI */
-    double rotary_inertia;    /* rho I/(rhoA L^2), the larger of the two bending axes */
-    double tip_force;         /* |F| L^2/EI, largest over time */
-    double tip_moment;        /* |T| L/EI, largest over time */
+    double shear_ratio;    /* kGA L^2/EI, the smaller */
+    double axial_ratio;    /* EA L^2/EI */
+    double torsion_ratio;  /* GJ/EI */
+    double rotary_inertia; /* rho I/(rhoA L^2), the larger of the two bending axes */
+    double tip_force;      /* |F| L^2/EI, largest over time */
+    double tip_moment;     /* |T| L/EI, largest over time */
+    double compression;    /* F L^2/EI of a dead load at one end against the tangent of the other,
+                              clamped one, largest over time; Euler's load is pi^2/4 */
     double distributed_force; /* |f| L^3/EI, largest over s and t */
     double weight;            /* rhoA |g| L^3/EI */
     double strain_damping;    /* largest Bse L^2/(EI time) */

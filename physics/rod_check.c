@@ -45,13 +45,9 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
                              moves,
                              false,
                              ad_sub(velocity, initial.velocity)};
-    list[3] = (rod_mismatch){"initial.angular_velocity",
-                             "angular velocity",
-                             "1/s",
-                             1 / time,
-                             turns,
-                             false,
-                             ad_sub(spin, initial.spin)};
+    list[3] = (rod_mismatch){
+        "initial.angular_velocity", "angular velocity", "1/s", 1 / time, turns, false,
+        ad_sub(spin, initial.spin)};
 }
 
 /* sizes [MISMATCHES]: norm of each mismatch at t = 0. */
@@ -120,9 +116,10 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
     ad_status status = AD_OK;
     if (implied && !rod_shape_is_resolved(rod_scene)) {
         *(key ? key : &ignored) = "rod.rest.curvature";
-        return ad_fail(error, AD_BAD_INPUT,
-                       "the unstressed shape winds too much to start from by itself; give "
-                       "initial.position and initial.rotation");
+        return ad_fail(
+            error, AD_BAD_INPUT,
+            "the unstressed shape winds too much, or bends too suddenly, to start from; give "
+            "initial.position and initial.rotation");
     }
     if (!scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene) || !both_exact)
         return AD_OK;

@@ -74,7 +74,8 @@ double rod_moment_scale(const scene *scene);
 ad_value rod_expressions(const rod_context *rod, int count, const char *const *text,
                          const double *fallback, double factor, ad_value s, ad_value t);
 
-/* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0. */
+/* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0; between two
+ * pinned ends it is turned along the line through them. */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s);
 
 /* Whether its polynomials, where the rest strains vary with s, have converged. */

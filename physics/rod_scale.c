@@ -160,6 +160,41 @@ static double rod_largest_end(const scene *rod_scene, const char *const *base,
     return fmax(at_base, at_tip);
 }
 
+/* What a dead force at the loaded end does along d3 = R(q) e3 of the other end at time t: along
+ * d3 at s = 0 and against it at s = length it compresses. */
+static double rod_compression_at(const scene *rod_scene, bool at_tip, double t)
+{
+    const scene_end *held = at_tip ? &rod_scene->start : &rod_scene->end;
+    const char *const *force = at_tip ? rod_scene->loads.tip.force : rod_scene->loads.base.force;
+    double q[4], f[3], square = 0;
+    for (int i = 0; i < 4; i++) {
+        q[i] = held->rotation[i] ? expression_evaluate(held->rotation[i], 0, t) : i == 0;
+        square += q[i] * q[i];
+    }
+    for (int i = 0; i < 3; i++)
+        f[i] = force[i] ? expression_evaluate(force[i], 0, t) : 0;
+    double pull = 2 * (q[1] * q[3] + q[0] * q[2]) * f[0] + 2 * (q[2] * q[3] - q[0] * q[1]) * f[1] +
+                  (q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]) * f[2];
+    return at_tip ? -pull / square : pull / square;
+}
+
+static double rod_compression(const scene *rod_scene)
+{
+    scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
+    bool at_tip = (start == SCENE_CLAMPED || start == SCENE_DRIVEN) && end == SCENE_LOADED;
+    bool at_base = (end == SCENE_CLAMPED || end == SCENE_DRIVEN) && start == SCENE_LOADED;
+    const scene_load *load = at_tip ? &rod_scene->loads.tip : &rod_scene->loads.base;
+    int samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
+    double largest = 0;
+    if (!(at_tip || at_base) || load->frame != SCENE_DEAD || scene_is_manufactured(rod_scene))
+        return 0;
+    for (int j = 0; j <= samples; j++) {
+        double t = samples ? rod_scene->duration * j / samples : 0;
+        largest = fmax(largest, rod_compression_at(rod_scene, at_tip, t));
+    }
+    return largest;
+}
+
 static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
                                 rod_numbers *numbers)
 {
@@ -200,6 +235,7 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
         .tip_moment =
             rod_largest_end(rod_scene, rod_scene->loads.base.moment, rod_scene->loads.tip.moment) /
             scale.moment,
+        .compression = rod_compression(rod_scene) / scale.force,
         .distributed_force = rod_largest(rod_scene, rod_scene->loads.force, ROD_SPACE_SAMPLES) *
                              scale.length / scale.force,
         .weight = mass * pull * scale.length / scale.force};

@@ -220,13 +220,53 @@ static int shape_anchor(const scene *rod_scene)
     return !start_holds && (end_holds || end_places) ? 1 : 0;
 }
 
+/* Two pinned ends: the smallest rotation that turns the line between the ends of the unloaded rod
+ * to the line between the two points; else, or without such lines, none. */
+static void shape_upright(const scene *rod_scene, double q[4])
+{
+    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], chord[3], side[3];
+    const scene_end *start = &rod_scene->start, *end = &rod_scene->end;
+    q[0] = 1;
+    q[1] = q[2] = q[3] = 0;
+    if (start->type != SCENE_PINNED || end->type != SCENE_PINNED || !start->position[0] ||
+        !end->position[0])
+        return;
+    shape_solve(rod_scene, values);
+    const double *rest = values[SHAPE_DEGREE];
+    double dot = 0, size = 0, square = 0;
+    for (int i = 0; i < 3; i++) {
+        chord[i] = expression_evaluate(end->position[i], rod_scene->rod.length, 0) -
+                   expression_evaluate(start->position[i], 0, 0);
+        dot += rest[i] * chord[i];
+        size += rest[i] * rest[i];
+        square += chord[i] * chord[i];
+    }
+    size = sqrt(size * square);
+    cross(side, rest, chord);
+    if (size + dot > 1e-6 * size) {
+        double scale = 1 / sqrt(2 * size * (size + dot));
+        q[0] = (size + dot) * scale;
+        for (int i = 0; i < 3; i++)
+            q[i + 1] = side[i] * scale;
+    } else if (size > 0) { /* half a turn about anything across */
+        double across[3] = {fabs(rest[0]) < fabs(rest[1]), fabs(rest[0]) >= fabs(rest[1]), 0};
+        cross(side, rest, across);
+        double norm = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
+        q[0] = 0;
+        for (int i = 0; i < 3; i++)
+            q[i + 1] = side[i] / norm;
+    }
+}
+
 /* Relative to the anchor's pose (r_e, q_e) at t = 0, with p = q_e q(e)^-1:
  * q(s) = p q(s), r(s) = r_e + R(p) (r(s) - r(e)). */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s)
 {
     int anchor = shape_anchor(rod->scene);
     const scene_end *end = anchor ? &rod->scene->end : &rod->scene->start;
-    const double origin[3] = {0, 0, 0}, upright[4] = {1, 0, 0, 0};
+    const double origin[3] = {0, 0, 0};
+    double upright[4];
+    shape_upright(rod->scene, upright);
     ad_value zero = ad_scalar(rod->tape, 0), at = ad_scalar(rod->tape, anchor);
     ad_value position =
         rod_expressions(rod, 3, end->position, origin, 1 / rod->scales.length, at, zero);

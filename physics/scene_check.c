@@ -257,19 +257,44 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
     return status != AD_OK ? status : check_end_load(check, keys);
 }
 
-static bool loads_something(const scene_loads *loads)
+/* end - start at time t. */
+static void chord_at(const scene *rod_scene, double t, double chord[3])
 {
-    return loads->gravity[0] != 0 || loads->gravity[1] != 0 || loads->gravity[2] != 0 ||
-           !all_zero(3, loads->force) || !all_zero(3, loads->moment);
+    for (int i = 0; i < 3; i++) {
+        chord[i] = expression_evaluate(rod_scene->end.position[i], 0, t) -
+                   expression_evaluate(rod_scene->start.position[i], 0, t);
+    }
 }
 
-/* Static equilibrium has to be unique up to buckling: no rigid motion may be left free. */
+static double norm(const double a[3])
+{
+    return hypot(hypot(a[0], a[1]), a[2]);
+}
+
+/* Whether a dead load acts that is not along the line through two pinned ends, so that turning the
+ * rod about this line is resisted. */
+static bool resists_spin(const scene *rod_scene)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    const double *g = loads->gravity;
+    double chord[3], moment[3];
+    bool dead = loads->frame == SCENE_DEAD;
+    if (scene_is_manufactured(rod_scene)) {
+        return false;
+    }
+    chord_at(rod_scene, 0, chord);
+    for (int i = 0; i < 3; i++) {
+        moment[i] = g[(i + 1) % 3] * chord[(i + 2) % 3] - g[(i + 2) % 3] * chord[(i + 1) % 3];
+    }
+    return norm(moment) > 1e-9 * norm(g) * norm(chord) ||
+           (dead && (!all_zero(3, loads->force) || !all_zero(3, loads->moment)));
+}
+
+/* Static equilibrium has to be unique up to buckling: no rigid motion may be left free. The spin of
+ * a round rod about its own axis is free with two pinned ends, but moves nothing. */
 static ad_status check_rigid_motion(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
-    scene_properties properties = scene_properties_of(rod_scene);
-    bool round = properties.curvature_stiffness[0] == properties.curvature_stiffness[1] &&
-                 all_zero(3, rod_scene->rod.rest_curvature);
     if (is_dynamic(check) || holds_rotation(&rod_scene->start) || holds_rotation(&rod_scene->end)) {
         return AD_OK;
     }
@@ -284,11 +309,56 @@ static ad_status check_rigid_motion(const scene_checker *check)
             check, "boundary",
             "one pinned end leaves the rotation of a static rod open; clamp one end");
     }
-    if (round || !loads_something(&rod_scene->loads)) {
+    if (!resists_spin(rod_scene)) {
         return scene_refuse(
             check, "boundary",
-            "two pinned ends leave this static rod free to spin about its line; clamp "
-            "one end");
+            "two pinned ends leave this static rod free to spin about the line between them; give "
+            "gravity or a dead distributed load across it, or clamp one end");
+    }
+    return AD_OK;
+}
+
+/* Length of a rod whose strains are all locked at v*(s), by the midpoint rule. */
+static double locked_length(const scene *rod_scene)
+{
+    enum { PIECES = 1000 };
+    double length = rod_scene->rod.length, sum = 0;
+    for (int k = 0; k < PIECES; k++) {
+        double strain[3];
+        for (int i = 0; i < 3; i++) {
+            const char *text = rod_scene->rod.rest_strain[i];
+            strain[i] = text ? expression_evaluate(text, (k + 0.5) / PIECES * length, 0) : i == 2;
+        }
+        sum += norm(strain) / PIECES;
+    }
+    return length * sum;
+}
+
+/* A rod that neither shears nor stretches does not reach farther than its length. (Without stretch
+ * alone it may: a sheared rod is longer.) */
+static ad_status check_reach(const scene_checker *check)
+{
+    enum { INSTANTS = 64 };
+    const scene *rod_scene = check->scene;
+    scene_properties properties = scene_properties_of(rod_scene);
+    for (int i = 0; i < 3; i++) {
+        if (!isinf(properties.strain_stiffness[i])) {
+            return AD_OK;
+        }
+    }
+    if (scene_is_manufactured(rod_scene) || !holds_position(&rod_scene->start) ||
+        !holds_position(&rod_scene->end)) {
+        return AD_OK;
+    }
+    double length = locked_length(rod_scene);
+    for (int k = 0; k <= (is_dynamic(check) ? INSTANTS : 0); k++) {
+        double chord[3];
+        chord_at(rod_scene, rod_scene->duration * k / INSTANTS, chord);
+        if (norm(chord) > (1 + 1e-6) * length) { /* of the midpoint rule */
+            return scene_refuse(check, "boundary.end.position",
+                                "the held ends are farther apart than the rod is long, and "
+                                "rod.model or an infinite stiffness locks its stretch and shear");
+        }
     }
     return AD_OK;
 }
@@ -307,7 +377,10 @@ static ad_status check_ends(const scene_checker *check)
     if (status == AD_OK) {
         status = check_end(check, &ends[1]);
     }
-    return status == AD_OK ? check_rigid_motion(check) : status;
+    if (status == AD_OK) {
+        status = check_rigid_motion(check);
+    }
+    return status == AD_OK ? check_reach(check) : status;
 }
 
 /* ---- time and the manufactured solution ---------------------------------------------------- */

@@ -154,6 +154,17 @@ static ad_status check_material(const scene_checker *check)
     return AD_OK;
 }
 
+/* No damping of what is locked. */
+static bool damping_moves(const double damping[3], const double stiffness[3])
+{
+    for (int i = 0; i < 3; i++) {
+        if (damping[i] != 0 && isinf(stiffness[i])) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static ad_status check_inertia(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
@@ -161,6 +172,9 @@ static ad_status check_inertia(const scene_checker *check)
     const double *gravity = rod_scene->loads.gravity;
     bool heavy = gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0;
     bool follows = rod->section != SCENE_SECTION_NONE && given(rod->density);
+    const char *locked =
+        "damps a strain that rod.model or an infinite stiffness locks; allowed for it: 0";
+    scene_properties properties = scene_properties_of(rod_scene);
     int rotary = 0;
     for (int i = 0; i < 3; i++) {
         rotary += given(rod->rotary_inertia[i]);
@@ -173,6 +187,12 @@ static ad_status check_inertia(const scene_checker *check)
         if (!(rod->curvature_damping[i] >= 0 && isfinite(rod->curvature_damping[i]))) {
             return scene_refuse(check, "rod.damping.curvature", "must be finite and >= 0");
         }
+    }
+    if (!damping_moves(rod->strain_damping, properties.strain_stiffness)) {
+        return scene_refuse(check, "rod.damping.strain", locked);
+    }
+    if (!damping_moves(rod->curvature_damping, properties.curvature_stiffness)) {
+        return scene_refuse(check, "rod.damping.curvature", locked);
     }
     if (rotary != 0 && rotary != 3) {
         return scene_refuse(check, "rod.inertia.rotary",

@@ -129,7 +129,7 @@ static void test_aliases(void **state)
                                    "training:\n"
                                    "  stages:\n"
                                    "    - &first {optimizer: adam, steps: 7, stop: {loss: 0.5}}\n"
-                                   "    - &second {<<: *first, steps: 8, stop: {error: 0.1}}\n"
+                                   "    - &second {<<: *first, steps: 8, stop: {seconds: 5}}\n"
                                    "    - {<<: [{optimizer: lbfgs}, *second]}\n",
                                    NULL);
     assert_close(experiment->scene.rod.bending_stiffness[1], 5, 0);
@@ -139,7 +139,7 @@ static void test_aliases(void **state)
     assert_int_equal(experiment->stages[1].steps, 8);
     assert_close(experiment->stages[0].stop_loss, 0.5, 0);
     assert_close(experiment->stages[1].stop_loss, 0, 0); /* a section is replaced whole */
-    assert_close(experiment->stages[1].stop_error, 0.1, 0);
+    assert_close(experiment->stages[1].stop_seconds, 5, 0);
     assert_int_equal(experiment->stages[2].optimizer, CONFIG_LBFGS); /* the earlier one wins */
     assert_int_equal(experiment->stages[2].steps, 8);
     config_free(experiment);
@@ -350,19 +350,85 @@ static void test_shipped_numbers(void **state)
     const char *path = CONFIGS_FOLDER "/heavy_cantilever.yaml";
     assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     const scene_rod *rod = &experiment->scene.rod;
-    double weight = rod->mass_per_length * 9.81 * pow(rod->length, 3) / rod->bending_stiffness[0];
+    scene_properties follows = scene_properties_of(&experiment->scene);
+    double weight =
+        follows.mass_per_length * 9.81 * pow(rod->length, 3) / follows.curvature_stiffness[0];
     assert_close(weight, 5, 1e-12); /* rounding of a few operations */
     config_free(experiment);
     path = CONFIGS_FOLDER "/helix.yaml";
     assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     rod = &experiment->scene.rod;
-    assert_close(rod->torsional_stiffness / rod->bending_stiffness[0], 1 / 1.3, 1e-14);
+    follows = scene_properties_of(&experiment->scene);
+    assert_close(follows.curvature_stiffness[2] / follows.curvature_stiffness[0], 1 / 1.3, 1e-14);
     config_free(experiment);
     path = CONFIGS_FOLDER "/cantilever_dynamic.yaml";
     assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     assert_close(strtod(experiment->scene.start.rotation[1], NULL), sqrt(0.5), 1e-15);
     assert_close(strtod(experiment->scene.start.rotation[3], NULL), sqrt(0.5), 1e-15);
     config_free(experiment);
+}
+
+/* What follows from section and material is not written as if it had been given: the section of a
+ * resolved experiment can be edited. */
+static void test_edited_section(void **state)
+{
+    (void)state;
+    config *experiment = NULL;
+    const char *path = CONFIGS_FOLDER "/heavy_cantilever.yaml";
+    assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
+    char *text = written(experiment, false);
+    assert_non_null(strstr(text, "    shear_correction: null # 0."));
+    assert_non_null(strstr(text, "    bending: null # [0."));
+    assert_non_null(strstr(text, ", from section and material\n"));
+    assert_non_null(strstr(text, "    mass_per_length: null # 0."));
+    config *thicker = read_with(text, "rod.section.radius=0.02");
+    scene_properties before = scene_properties_of(&experiment->scene);
+    scene_properties after = scene_properties_of(&thicker->scene);
+    for (int i = 0; i < 3; i++) { /* rounding of a fourth power */
+        double ratio = after.curvature_stiffness[i] / before.curvature_stiffness[i];
+        assert_close(ratio, 16, 1e-13);
+    }
+    assert_close(after.mass_per_length / before.mass_per_length, 4, 1e-14);
+    config_free(thicker);
+    config_free(experiment);
+    free(text);
+}
+
+/* Rest strains that vary give the initial shape too. */
+static void test_varying_rest_shape(void **state)
+{
+    (void)state;
+    config *experiment = read_with(DYNAMIC, "rod.rest.curvature=[3*s, 0, sin(s)]");
+    assert_null(experiment->scene.initial.position[0]);
+    assert_round_trip(experiment);
+    config_free(experiment);
+}
+
+/* null puts a section and all below back. */
+static void test_null_sections(void **state)
+{
+    (void)state;
+    static const char *const overrides[] = {
+        "loads.tip={force: [0, 0, 1], frame: follower}",
+        "loads.tip=null",
+        "training={seed: 5, stages: [{optimizer: lbfgs, steps: 5}]}",
+        "training=null",
+        "network.hidden=[7]",
+        "network=null",
+        "losses={interior: {points: 9, weights: {force: 3}}}",
+        "losses.interior=null",
+    };
+    config *changed = read_text(BASE, 8, overrides), *plain = read_with(BASE, NULL);
+    char *one = written(changed, false), *two = written(plain, false);
+    assert_string_equal(one, two);
+    free(one);
+    free(two);
+    config_free(changed);
+    config_free(plain);
+    changed = read_with(BASE "training: {stages: [{optimizer: lbfgs, steps: 5}]}\n",
+                        "training.stages[0].stop=null");
+    assert_int_equal(changed->stages[0].steps, 5);
+    config_free(changed);
 }
 
 static void test_round_trip_of_texts(void **state)
@@ -396,6 +462,8 @@ static void test_help(void **state)
         snprintf(row, sizeof row, "  %s: ", config_keys[i].path);
         assert_non_null(strstr(text, row));
     }
+    assert_non_null(strstr(text, "training.stages[].optimizer: one of adam, lbfgs; required"));
+    assert_non_null(strstr(text, "Without training.stages: adam for 1000 steps"));
     free(text);
 }
 
@@ -468,6 +536,9 @@ int main(void)
         cmocka_unit_test(test_load_units),
         cmocka_unit_test(test_shipped_configs),
         cmocka_unit_test(test_shipped_numbers),
+        cmocka_unit_test(test_edited_section),
+        cmocka_unit_test(test_varying_rest_shape),
+        cmocka_unit_test(test_null_sections),
         cmocka_unit_test(test_round_trip_of_texts),
         cmocka_unit_test(test_help),
         cmocka_unit_test(test_mutations),

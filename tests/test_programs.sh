@@ -54,6 +54,44 @@ for program in cpinn-train cpinn-eval cpinn-check; do
     refused '--threads: a value is missing' "$program" "$elastica" --threads
 done
 
+cat >column.yaml <<'END'
+rod:
+  length: 1
+  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}
+loads: {tip: {force: [0.01, 0, -3]}}
+formulation: displacement
+END
+run 0 cpinn-train column.yaml --explain
+said stdout.txt 'start clamped: hard; end loaded: a loss term \(displacement form\)'
+said stdout.txt "compression .* 3 .*above Euler's load .*the seed decides"
+run 0 cpinn-train column.yaml --explain --set 'loads.tip.force=[0.01, 0, 3]' \
+    --set formulation=mixed
+said stdout.txt 'start clamped: hard; end loaded: hard'
+check no compression -- test "$(grep -c compression stdout.txt)" -eq 0
+rm column.yaml
+
+# A round rod on two pins, 2% closer than it is long, sags in the plane of gravity by 0.089443 m:
+# planar elastica by collocation (scipy.integrate.solve_bvp, tolerance 1e-9).
+cat >pinned.yaml <<'END'
+rod:
+  model: kirchhoff
+  length: 1
+  section: {shape: circle, radius: 0.01}
+  material: {youngs_modulus: 1e9, poissons_ratio: 0.3, density: 1200}
+boundary:
+  start: {type: pinned}
+  end: {type: pinned, position: [0.98, 0, 0]}
+loads: {gravity: [0, 0, -9.81]}
+network: {hidden: [24, 24], activation: sin}
+losses: {interior: {points: 64, sampler: chebyshev}}
+training: {seed: 1, stages: [{optimizer: adam, steps: 1000}, {optimizer: lbfgs, steps: 2000}]}
+END
+run 0 cpinn-train pinned.yaml --quiet --threads 1 --out pinned
+run 0 cpinn-eval pinned --grid 3x1 --out pinned.csv
+check the sag within 1% -- awk -F, 'NR == 3 { off = $5 + 0.089443
+    exit !(off < 9e-4 && off > -9e-4) }' pinned.csv
+rm -r pinned pinned.yaml pinned.csv
+
 entries=$(ls)
 run 0 cpinn-train "$dynamic" --explain
 check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15

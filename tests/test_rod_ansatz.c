@@ -173,6 +173,10 @@ static void test_incompatible(void **state)
         fine.initial_enforcement = SCENE_HARD;
         *mistakes[i].text = right;
     }
+    fine.end.rotation[0] = "-sin(0.35)"; /* half a turn about d1 */
+    fine.end.rotation[1] = "cos(0.35)";
+    assert_int_equal(rod_check(&fine, &key, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "the rotation differs by 3.14 rad"));
     fine.start.type = fine.end.type = SCENE_FREE;
     fine.start.position[0] = "7";
     assert_int_equal(rod_check(&fine, &key, &error), AD_OK); /* nothing is held */
@@ -265,6 +269,32 @@ static void test_soft_conditions(void **state)
 }
 
 /* ---- undeformed shape ------------------------------------------------------------------------ */
+
+/* Between two pinned ends the tangent of the straight rod is along the line, a half turn included.
+ */
+static void test_between_pins(void **state)
+{
+    (void)state;
+    static const char *const ends[3][3] = {{"1", "0", "0"}, {"0", "0", "-1"}, {"0", "0.6", "0.8"}};
+    for (int k = 0; k < 3; k++) {
+        scene given = ends_scene(SCENE_PINNED, SCENE_PINNED, false, SCENE_DEAD);
+        given.boundary_enforcement = SCENE_SOFT;
+        double chord[3];
+        for (int i = 0; i < 4; i++)
+            given.start.rotation[i] = given.end.rotation[i] = NULL;
+        for (int i = 0; i < 3; i++) {
+            given.start.position[i] = "0";
+            given.end.position[i] = ends[k][i];
+            chord[i] = strtod(ends[k][i], NULL);
+        }
+        recorded r = begin(&given);
+        rod_state s = rod_ansatz(&given, ad_zeros(r.tape, 13), r.s, r.t);
+        ad_value tangent = ad_rotate(s.rotation, ad_vector_constant(r.tape, 0, 0, 1));
+        check_rows(tangent, at_end, chord, 1e-15); /* rounding */
+        check_rows(s.position, at_end, chord, 1e-15);
+        ad_tape_free(r.tape);
+    }
+}
 
 static void check_undeformed(bool held_at_start, const char *const *strain,
                              const char *const *curvature, double tolerance)
@@ -477,6 +507,7 @@ int main(void)
         cmocka_unit_test(test_load_signs),
         cmocka_unit_test(test_displacement),
         cmocka_unit_test(test_soft_conditions),
+        cmocka_unit_test(test_between_pins),
         cmocka_unit_test(test_undeformed_shape),
         cmocka_unit_test(test_loss_gradient),
         cmocka_unit_test(test_numbers),

@@ -43,7 +43,8 @@ typedef enum config_reference {
 
 typedef struct config {
     const char *name;
-    scene scene; /* stiffness, inertia, loads in SI, whatever the YAML left out or scaled */
+    scene scene; /* loads in SI, whatever the YAML scaled; what section and material determine is
+                  * left to scene_properties_of */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     config_rotation rotation;
     nn_mlp_settings network; /* inputs and outputs are filled in by the physics */
@@ -62,10 +63,11 @@ typedef struct config {
 } config;
 
 /* Read `path` (or `text` of that name when text is not NULL), then apply `count` overrides
- * "key=value" in order; the value is YAML, so lists are [a, b], and null takes a key back to its
- * default. Keys of a list count from 0: training.stages[0].steps, loads.tip.force[2]. Everything is
- * checked, expressions and contradictions included. On failure *config is NULL and error->message
- * is the whole line: `file:line:column: key: what is wrong; what is allowed`, where
+ * "key=value" in order; the value is YAML, so lists are [a, b], and null takes a key, or every
+ * key of a section, back to its default. Keys of a list count from 0: training.stages[0].steps,
+ * loads.tip.force[2]. Everything is checked, expressions and contradictions included. On failure
+ * *config is NULL and error->message is the whole line: `file:line:column: key: what is wrong; what
+ * is allowed`, where
  * `--set key=value` stands for file:line:column when the override is to blame.
  * AD_BAD_INPUT, AD_IO (file), AD_NO_MEMORY. The overrides are not kept. */
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
@@ -73,7 +75,8 @@ ad_status config_read(const char *path, const char *text, int count, const char 
 void config_free(config *config);
 
 /* The resolved experiment as YAML, every default filled in, each key with its help as a comment
- * when `help` is set. Reading it back gives the same experiment. */
+ * when `help` is set. Stiffness and inertia that follow from section and material stay null, with
+ * their numbers as a comment. Reading it back gives the same experiment. */
 ad_status config_write(const config *config, FILE *file, bool help);
 
 /* May `now` go on where an experiment `before` has come to its stage `stage`? Stages not begun may

@@ -82,9 +82,54 @@ static ad_status check_stage_keys(const config *experiment, int stage, ad_error 
     return AD_OK;
 }
 
+/* Settings of a stage that contradict each other or the experiment. */
+static ad_status check_stage(const config *experiment, int index, ad_error *error)
+{
+    const config_stage *stage = &experiment->stages[index];
+    bool adam = stage->optimizer == CONFIG_ADAM;
+    bool measured = experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file;
+    char path[CONFIG_PATH_MAX];
+    const char *problem = adam ? optim_adam_check(&stage->adam) : optim_lbfgs_check(&stage->lbfgs);
+    if (problem) {
+        snprintf(path, sizeof path, "training.stages[%d]", index);
+        return config_blame(experiment->source, error, path, "%s", problem);
+    }
+    if (adam && stage->adam.schedule.warmup_steps > stage->steps) {
+        snprintf(path, sizeof path, "training.stages[%d].warmup_steps", index);
+        return config_blame(experiment->source, error, path,
+                            "%lld steps are more than the %d steps of the stage",
+                            (long long)stage->adam.schedule.warmup_steps, stage->steps);
+    }
+    if (stage->stop_error > 0 && !measured) {
+        snprintf(path, sizeof path, "training.stages[%d].stop.error", index);
+        return config_blame(experiment->source, error, path,
+                            "there is no reference to measure an error against; give "
+                            "reference.analytic or reference.file, or leave it out");
+    }
+    return AD_OK;
+}
+
+/* Some equation has to count. */
+static bool has_weight(const config *experiment)
+{
+    const problem_settings *losses = &experiment->losses;
+    const struct {
+        rod_residual_kind kind;
+        double weight;
+    } rows[] = {{ROD_STRAIN, losses->strain_weight},  {ROD_CURVATURE, losses->curvature_weight},
+                {ROD_FORCE, losses->force_weight},    {ROD_MOMENT, losses->moment_weight},
+                {ROD_START, losses->boundary_weight}, {ROD_END, losses->boundary_weight},
+                {ROD_INITIAL, losses->initial_weight}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].weight > 0 && rod_residual_rows(&experiment->scene, rows[i].kind) > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 ad_status config_check_training(const config *experiment, ad_error *error)
 {
-    char path[CONFIG_PATH_MAX];
     const char *problem = nn_mlp_settings_check(&experiment->network);
     ad_status status = AD_OK;
     if (problem) {
@@ -95,14 +140,14 @@ ad_status config_check_training(const config *experiment, ad_error *error)
                             "causal weighting follows time, but the scene is static; give "
                             "time.duration, or leave it out");
     }
+    if (!has_weight(experiment)) {
+        return config_blame(experiment->source, error, "losses.interior.weights",
+                            "every loss term of this scene has weight 0: nothing to learn");
+    }
     for (int i = 0; i < experiment->stage_count && status == AD_OK; i++) {
-        const config_stage *stage = &experiment->stages[i];
         status = check_stage_keys(experiment, i, error);
-        problem = stage->optimizer == CONFIG_ADAM ? optim_adam_check(&stage->adam)
-                                                  : optim_lbfgs_check(&stage->lbfgs);
-        if (status == AD_OK && problem) {
-            snprintf(path, sizeof path, "training.stages[%d]", i);
-            status = config_blame(experiment->source, error, path, "%s", problem);
+        if (status == AD_OK) {
+            status = check_stage(experiment, i, error);
         }
     }
     return status;
@@ -204,7 +249,8 @@ static const char *common_obstacle(const scene *rod_scene)
 
 static bool round_rod(const scene *rod_scene)
 {
-    const double *stiffness = rod_scene->rod.bending_stiffness;
+    scene_properties properties = scene_properties_of(rod_scene);
+    const double *stiffness = properties.curvature_stiffness;
     return fabs(stiffness[0] - stiffness[1]) <= 1e-12 * stiffness[0];
 }
 

@@ -77,6 +77,9 @@ ad_status config_read_value(config_reader *reader, const config_key *key, const 
 ad_status config_read_entry(config_reader *reader, const config_key *key, const char *path,
                             int index, yaml_node_t *node);
 
+/* null: as if the key had never been given. */
+ad_status config_unset(config_reader *reader, const config_key *key, const char *path);
+
 /* Where the field of `key` lies; the stage is taken from the path. */
 void *config_field(config *experiment, const config_key *key, const char *path);
 
@@ -102,7 +105,11 @@ config_stage config_stage_defaults(void);
 /* Defaults that depend on other keys but on no physics: name, types of ends, counts. */
 ad_status config_resolve_choices(config *experiment, ad_error *error);
 
-/* Stiffness, inertia, loads in SI, unit quaternions; needs a scene that passes its check. */
+/* What section and material determine, as numbers where nothing was given; needs a scene that
+ * passes its check. For people: scene_properties_of computes them from the scene itself. */
+void config_fill_stiffness(scene *rod_scene);
+
+/* Loads in SI, unit quaternions, absolute paths; needs a scene that passes its check. */
 ad_status config_resolve_physics(config *experiment, ad_error *error);
 
 ad_status config_check_expressions(const config *experiment, ad_error *error);

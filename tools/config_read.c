@@ -184,13 +184,57 @@ static ad_status collect(config_reader *reader, section *into, yaml_node_t *node
 
 /* ---- sections ------------------------------------------------------------------------------ */
 
+/* The stages that run when none are given. */
+static ad_status reset_stages(config_reader *reader, const char *path)
+{
+    config *pristine = malloc(sizeof *pristine);
+    if (!pristine) {
+        return no_memory(reader);
+    }
+    config_defaults(pristine);
+    reader->experiment->stage_count = pristine->stage_count;
+    memcpy(reader->experiment->stages, pristine->stages, sizeof pristine->stages);
+    free(pristine);
+    config_unplace(reader->experiment->source, path);
+    return AD_OK;
+}
+
+/* null for a section: as if none of its keys had been given. */
+static ad_status reset_section(config_reader *reader, const char *path)
+{
+    char pattern[CONFIG_PATH_MAX];
+    ad_status status = AD_OK;
+    config_key_pattern(path, pattern);
+    size_t length = strlen(pattern);
+    for (int i = 0; i < config_key_count && status == AD_OK; i++) {
+        const config_key *key = &config_keys[i];
+        char child[CONFIG_PATH_MAX];
+        const char *rest = key->path + length;
+        if (strncmp(key->path, pattern, length) != 0 || *rest != '.') {
+            continue;
+        }
+        if (strstr(rest, "[]")) {
+            snprintf(child, sizeof child, "%.*s", (int)strcspn(key->path, "["), key->path);
+            status = reset_stages(reader, child);
+        } else {
+            child_path(path, rest + 1, child);
+            status = config_unset(reader, key, child);
+        }
+    }
+    config_unplace(reader->experiment->source, path);
+    return status;
+}
+
 static ad_status read_section(config_reader *reader, const char *path, yaml_node_t *node)
 {
     char siblings[400];
     char pattern[CONFIG_PATH_MAX];
     char sentence[500];
     section entries = {.path = path};
-    if (config_is_empty(node) || config_is_null(node)) {
+    if (config_is_null(node)) {
+        return reset_section(reader, path);
+    }
+    if (config_is_empty(node)) {
         return AD_OK;
     }
     if (node->type != YAML_MAPPING_NODE) {
@@ -219,6 +263,9 @@ static ad_status read_stages(config_reader *reader, const char *path, yaml_node_
     config *experiment = reader->experiment;
     char sentence[100];
     bool list = node->type == YAML_SEQUENCE_NODE;
+    if (config_is_null(node)) {
+        return reset_stages(reader, path);
+    }
     long count = list ? node->data.sequence.items.top - node->data.sequence.items.start : 0;
     if (count < 1 || count > CONFIG_STAGES_MAX) {
         snprintf(sentence, sizeof sentence, "%s; allowed: a list of 1 to %d stages",

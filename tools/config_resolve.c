@@ -218,7 +218,7 @@ static void fill(double *field, double value, bool wanted)
     }
 }
 
-static void resolve_stiffness(scene *rod_scene)
+void config_fill_stiffness(scene *rod_scene)
 {
     scene_rod *rod = &rod_scene->rod;
     scene_properties properties = scene_properties_of(rod_scene);
@@ -264,7 +264,7 @@ static ad_status resolve_units(config *experiment, ad_error *error)
 {
     scene_loads *loads = &experiment->scene.loads;
     double length = experiment->scene.rod.length;
-    double stiffness = experiment->scene.rod.bending_stiffness[0];
+    double stiffness = scene_properties_of(&experiment->scene).curvature_stiffness[0];
     const struct {
         const char **texts;
         int power;
@@ -339,7 +339,6 @@ static ad_status resolve_reference(config *experiment, ad_error *error)
 
 ad_status config_resolve_physics(config *experiment, ad_error *error)
 {
-    resolve_stiffness(&experiment->scene);
     ad_status status = resolve_units(experiment, error);
     if (status == AD_OK) {
         status = normalize(experiment->source, experiment->scene.start.rotation, error);

@@ -339,8 +339,7 @@ static ad_status read_list(config_reader *reader, const config_key *key, const c
     return AD_OK;
 }
 
-/* null: as if the key had never been given. */
-static ad_status unset(config_reader *reader, const config_key *key, const char *path)
+ad_status config_unset(config_reader *reader, const config_key *key, const char *path)
 {
     config *pristine = malloc(sizeof *pristine);
     if (!pristine) {
@@ -370,7 +369,7 @@ ad_status config_read_value(config_reader *reader, const config_key *key, const 
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
     }
     if (config_is_null(node)) {
-        return unset(reader, key, path);
+        return config_unset(reader, key, path);
     }
     if (key->entries_max > 0) {
         return read_list(reader, key, path, node);

@@ -116,6 +116,7 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
 typedef struct yaml_writer {
     FILE *file;
     const config *experiment;
+    const config *derived; /* the experiment, with what follows from section and material */
     bool help;
     const char *before; /* path of the row written last */
 } yaml_writer;
@@ -178,6 +179,12 @@ static void write_row(yaml_writer *writer, const config_key *key)
     indent(writer->file, depth);
     fprintf(writer->file, "%s: ", name);
     config_write_value(writer->file, key, base, base);
+    const char *derived = (const char *)writer->derived;
+    if (!has_value(key, base + key->offset) && has_value(key, derived + key->offset)) {
+        fputs(" # ", writer->file);
+        config_write_value(writer->file, key, derived, derived);
+        fprintf(writer->file, ", %s", key->fallback);
+    }
     fputc('\n', writer->file);
     writer->before = key->path;
 }
@@ -191,7 +198,7 @@ static bool applies(const config_key *key, const config_stage *stage)
 /* The keys of one stage are neighbours in the table, from `first` on. */
 static void write_stage(const yaml_writer *outer, int first, const config_stage *stage, bool help)
 {
-    yaml_writer writer = {outer->file, outer->experiment, help, ""};
+    yaml_writer writer = {outer->file, outer->experiment, outer->derived, help, ""};
     for (int i = first; i < config_key_count && config_key_in_stage(&config_keys[i]); i++) {
         const config_key *key = &config_keys[i];
         const char *path = strstr(key->path, "[].") + 3;
@@ -230,15 +237,23 @@ static int write_stages(yaml_writer *writer, int first)
 
 ad_status config_write(const config *experiment, FILE *file, bool help)
 {
-    yaml_writer writer = {file, experiment, help, ""};
     locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
-    if (!c_locale) {
+    config *derived = malloc(sizeof *derived);
+    if (!c_locale || !derived) {
+        if (c_locale) {
+            freelocale(c_locale);
+        }
+        free(derived);
         return AD_NO_MEMORY;
     }
+    *derived = *experiment;
+    config_fill_stiffness(&derived->scene);
+    yaml_writer writer = {file, experiment, derived, help, ""};
     locale_t before = uselocale(c_locale);
-    fprintf(file, "# Every key of the experiment, defaults filled in. Stiffness and inertia are\n"
-                  "# numbers here and come before what section and material would give; to change\n"
-                  "# section or material, set them to null or edit the original scene.\n");
+    fprintf(file,
+            "# Every key of the experiment, defaults filled in; loads are in SI units. null: not\n"
+            "# given. Behind a null # is the number that follows from section and material;\n"
+            "# a number in place of the null would come before it.\n");
     for (int i = 0; i < config_key_count;) {
         if (config_key_in_stage(&config_keys[i])) {
             i = write_stages(&writer, i);
@@ -248,6 +263,7 @@ ad_status config_write(const config *experiment, FILE *file, bool help)
     }
     uselocale(before);
     freelocale(c_locale);
+    free(derived);
     return ferror(file) ? AD_IO : AD_OK;
 }
 

@@ -150,7 +150,8 @@ static ad_status read_scene(const char *path, const char *text, int count,
     if (status != AD_BAD_INPUT) {
         return status;
     }
-    const char **more = malloc(((size_t)count + 1) * sizeof *more);
+    char stops[CONFIG_STAGES_MAX][48]; /* no error to stop at without the reference */
+    const char **more = malloc(((size_t)count + 1 + CONFIG_STAGES_MAX) * sizeof *more);
     if (!more) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the scene of a checkpoint");
     }
@@ -158,9 +159,15 @@ static ad_status read_scene(const char *path, const char *text, int count,
         more[i] = overrides[i];
     }
     more[count] = "reference.file=null";
-    if (config_read(name, text, count + 1, more, settings, NULL) == AD_OK) {
+    for (int i = 0; i <= CONFIG_STAGES_MAX && status != AD_OK; i++) {
+        status = config_read(name, text, count + 1 + i, more, settings, NULL);
+        if (i < CONFIG_STAGES_MAX) {
+            snprintf(stops[i], sizeof stops[i], "training.stages[%d].stop.error=0", i);
+            more[count + 1 + i] = stops[i];
+        }
+    }
+    if (status == AD_OK) {
         snprintf(warning, 512, "%s", error ? error->message : "the reference file is gone");
-        status = AD_OK;
     }
     free(more);
     return status;

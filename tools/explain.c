@@ -72,6 +72,9 @@ static const verdict end_moment[] = {{0, "turns the tip by less than half a radi
                                      {0.5, "turns the tip by a large angle"},
                                      {3.2, "more than half a turn: train longer"},
                                      {12.6, "several turns: Fourier features help"}};
+static const verdict compression[] = {
+    {0, "near Euler's load pi^2/4: may buckle; the seed decides the branch"},
+    {2.4674, "above Euler's load pi^2/4: may buckle; the seed decides the branch"}};
 static const verdict line_load[] = {{0, "small deflection, nearly linear: easy"},
                                     {2, "large deflection"},
                                     {20, "very large: curvature crowds at the clamp"},
@@ -83,9 +86,11 @@ static const verdict damping[] = {{0, "weak: waves live long"},
                                   {0.05, "moderate: waves fade"},
                                   {1, "overdamped: creeps, no waves"}};
 static const verdict strain_rate[] = {{0, "viscosity of shear and stretch"}};
-static const verdict seconds_of_motion[] = {{0, "a fraction of a swing: easy"},
-                                            {1, "a few swings"},
-                                            {4, "many swings: see losses.causal; more points"}};
+static const verdict seconds_of_motion[] = {{0, "less than one period of the first bending mode"},
+                                            {1, "a few periods"},
+                                            {4, "many periods: see losses.causal; more points"}};
+
+static const double COMPRESSION_TOLD = 1.9; /* three quarters of Euler's load */
 
 typedef struct number_row {
     const char *name, *formula;
@@ -115,6 +120,8 @@ static void print_numbers(FILE *file, const scene *scene)
         {"stretch", "EA L^2/EI", n.axial_ratio, VERDICTS(stiff_strain), true},
         {"twist", "GJ/EI", n.torsion_ratio, VERDICTS(twist_ratio), true},
         {"tip force", "F L^2/EI", n.tip_force, VERDICTS(end_force), n.tip_force > 0},
+        {"compression", "F L^2/EI", n.compression, VERDICTS(compression),
+         n.compression > COMPRESSION_TOLD},
         {"tip moment", "T L/EI", n.tip_moment, VERDICTS(end_moment), n.tip_moment > 0},
         {"line load", "f L^3/EI", n.distributed_force, VERDICTS(line_load),
          n.distributed_force > 0},
@@ -148,9 +155,19 @@ static void print_scales(FILE *file, const scene *scene)
 
 /* ---- what is solved ------------------------------------------------------------------------ */
 
-static const char *end_text(const scene_end *end)
+/* "end loaded: hard". The displacement form has no force and moment to put into the ansatz. */
+static void print_end(FILE *file, const scene *scene, bool at_start)
 {
-    return scene_end_names()[end->type];
+    const scene_end *end = at_start ? &scene->start : &scene->end;
+    bool hard = scene->boundary_enforcement == SCENE_HARD;
+    bool residual = rod_residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
+    fprintf(file, "%s %s: ", at_start ? "start" : "end", scene_end_names()[end->type]);
+    if (!hard || !residual) {
+        fputs(hard ? "hard" : "soft, a loss term", file);
+    } else {
+        fprintf(file, "%sa loss term (displacement form)",
+                end->type == SCENE_PINNED ? "position hard, moment " : "");
+    }
 }
 
 static void print_unknowns(FILE *file, const experiment *e, const problem *p)
@@ -161,8 +178,10 @@ static void print_unknowns(FILE *file, const experiment *e, const problem *p)
     fprintf(file, "  %-15s %s, %s: r[3] position, q[4] rotation%s of s%s\n", "form",
             scene_formulation_names()[scene->formulation], moving ? "dynamic" : "static",
             mixed ? ", N[3] force, m[3] moment" : "", moving ? " and t" : "");
-    fprintf(file, "  %-15s start %s, end %s: %s", "boundary", end_text(&scene->start),
-            end_text(&scene->end), scene_enforcement_names()[scene->boundary_enforcement]);
+    fprintf(file, "  %-15s ", "boundary");
+    print_end(file, scene, true);
+    fputs("; ", file);
+    print_end(file, scene, false);
     if (moving) {
         fprintf(file, "; initial state: %s", scene_enforcement_names()[scene->initial_enforcement]);
     }
