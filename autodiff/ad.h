@@ -245,6 +245,46 @@ typedef struct ad_run {
  * result is the same to the last bit for any number of threads. */
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
+/* ---- normal equations ----------------------------------------------------------------------- */
+
+/* For residuals r_ij (row i of batch values, point j) the sums over rows and points that a
+ * Gauss-Newton step needs, J = dr/dx by the flat parameter vector x: J^T J, J^T r, r^T r. The rows
+ * of J live for a slab of points at a time, their sums are matrix products. */
+typedef struct ad_normal ad_normal;
+
+typedef struct ad_normal_info {
+    size_t rows;        /* of residuals that vary with the parameters, per point */
+    size_t bytes;       /* the slab and all workspaces */
+    size_t slab_points; /* at most, per slab */
+    size_t flops;       /* of the matrix products, per point */
+} ad_normal_info;
+
+/* Compile residuals (any number of rows each) and their Jacobian by wrt: recorded ad_parameters
+ * that cover parts of the vector [parameters] and do not overlap; x outside of them does not count.
+ * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points.
+ */
+ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
+                            const ad_value *wrt, size_t parameters, ad_pool *pool,
+                            ad_normal **normal, ad_error *error);
+void ad_normal_free(ad_normal *normal);
+ad_normal_info ad_normal_inspect(const ad_normal *normal);
+
+/* Adds to jtj [parameters][parameters] (its upper triangle; the lower one is not touched), jtr
+ * [parameters] and *rtr. run->outputs is not read. Allocates nothing; the same bits for any number
+ * of threads. */
+ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr,
+                        double *rtr);
+
+/* Solving with LAPACK's Cholesky factors, for optimisers that are told how. matrix [n][n] holds an
+ * upper triangle, and then its factor; 0 when the matrix was positive definite, also to rounding.
+ * AD_NO_BLAS stands in `error` when there is no library. */
+typedef struct ad_cholesky {
+    int (*factor)(size_t n, double *matrix);
+    void (*solve)(size_t n, const double *factor, double *x); /* x [n]: right side, then solution */
+} ad_cholesky;
+
+ad_status ad_cholesky_load(ad_cholesky *cholesky, ad_error *error);
+
 /* ---- gradient check ------------------------------------------------------------------------ */
 
 /* value and, when gradient is not NULL, gradient [count] at x [count]; 0 on success. */

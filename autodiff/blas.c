@@ -54,13 +54,22 @@ static void *load_single_threaded(void)
 static void load(void)
 {
     void *library = load_with("OPENBLAS_CORETYPE", preferred_core(), load_single_threaded);
-    void *gemm = library ? dlsym(library, "cblas_dgemm") : NULL;
-    if (!gemm) {
-        const char *why = dlerror();
-        ad_fail(&state.error, AD_NO_BLAS, "OpenBLAS: %s", why ? why : "no cblas_dgemm");
-        return;
+    const struct {
+        const char *name;
+        void *to;
+    } wanted[] = {{"cblas_dgemm", &state.loaded.gemm},
+                  {"cblas_dsyrk", &state.loaded.syrk},
+                  {"dpotrf_", &state.loaded.potrf},
+                  {"dpotrs_", &state.loaded.potrs}};
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        void *function = library ? dlsym(library, wanted[i].name) : NULL;
+        if (!function) {
+            const char *why = dlerror();
+            ad_fail(&state.error, AD_NO_BLAS, "OpenBLAS: %s", why ? why : wanted[i].name);
+            return;
+        }
+        memcpy(wanted[i].to, &function, sizeof function);
     }
-    memcpy(&state.loaded.gemm, &gemm, sizeof gemm);
     void *core = dlsym(library, "openblas_get_corename");
     char *(*corename)(void) = NULL;
     memcpy(&corename, &core, sizeof core);

@@ -10,10 +10,18 @@ typedef void (*blas_gemm)(int order, int transpose_a, int transpose_b, int m, in
                           double alpha, const double *a, int lda, const double *b, int ldb,
                           double beta, double *c, int ldc);
 
-enum { BLAS_ROW_MAJOR = 101, BLAS_NORMAL = 111, BLAS_TRANSPOSED = 112 };
+/* The upper or lower triangle of c[n][n] = a a^T + beta c, row-major, a [n][k]. */
+typedef void (*blas_syrk)(int order, int triangle, int transpose, int n, int k, double alpha,
+                          const double *a, int lda, double beta, double *c, int ldc);
+
+enum { BLAS_ROW_MAJOR = 101, BLAS_NORMAL = 111, BLAS_TRANSPOSED = 112, BLAS_UPPER = 121 };
 
 typedef struct blas {
     blas_gemm gemm;
+    blas_syrk syrk;
+    void (*potrf)(const char *, const int *, double *, const int *, int *);
+    void (*potrs)(const char *, const int *, const int *, const double *, const int *, double *,
+                  const int *, int *);
     const char *core; /* the kernels OpenBLAS chose, as it names them */
 } blas;
 

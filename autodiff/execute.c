@@ -22,14 +22,14 @@ typedef struct execution {
 } execution;
 
 /* One tile at work. */
-typedef struct tile_state {
+struct tile_state {
     const execution *e;
     double *workspace, *scratch;
     double *sums;
     int tile;  /* stride unit */
     int width; /* points computed: `valid` rounded up to a multiple of 8 */
     int valid;
-} tile_state;
+};
 
 static size_t minimum(size_t a, size_t b)
 {
@@ -295,7 +295,6 @@ static void run_tile(tile_state *t, size_t number)
             run_other(t, i);
         }
     }
-    write_outputs(t, start);
 }
 
 static void run_chunk(void *context, int chunk, int thread)
@@ -309,6 +308,7 @@ static void run_chunk(void *context, int chunk, int thread)
     size_t end = ((size_t)chunk + 1) * e->tiles / e->chunks;
     for (size_t number = first; number < end; number++) {
         run_tile(&t, number);
+        write_outputs(&t, number * (size_t)t.tile);
     }
 }
 
@@ -401,4 +401,65 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
         }
     }
     return AD_OK;
+}
+
+/* ---- tiles for others ------------------------------------------------------------------------ */
+
+typedef struct tile_job {
+    execution e;
+    size_t first;
+    tile_work work;
+    void *context;
+} tile_job;
+
+static void run_tile_job(void *context, int item, int thread)
+{
+    const tile_job *job = context;
+    const execution *e = &job->e;
+    tile_state t = {.e = e, .workspace = e->program->workspaces[thread], .tile = e->tile};
+    t.scratch = t.workspace + e->program->workspace_numbers;
+    run_tile(&t, job->first + (size_t)item);
+    job->work(job->context, &t, (size_t)item);
+}
+
+void execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
+{
+    execution e = {.program = program};
+    cut(&e, points);
+    *tile = e.tile;
+    *tiles = e.tiles;
+}
+
+void execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
+                   tile_work work, void *context)
+{
+    tile_job job = {
+        {.program = program, .run = run, .pass = &program->passes[0]}, first, work, context};
+    cut(&job.e, run->points);
+    job.e.input_units = program->input_units;
+    if (first == 0) {
+        uniform_evaluate(program, job.e.pass, run);
+    }
+    pool_run(program->pool, (int)count, run_tile_job, &job);
+}
+
+kernel_operand execute_output(const tile_state *t, int output, bool *uniform)
+{
+    const ad_program *program = t->e->program;
+    int id = program->output_ids[output];
+    *uniform = program->tape->nodes[id].extent == AD_UNIFORM;
+    if (*uniform) {
+        return operand(t, program->places[id], 0);
+    }
+    const pass *p = t->e->pass;
+    int i = 0;
+    while (p->outputs[i].number != output) {
+        i++;
+    }
+    return operand(t, p->outputs[i].from, 0);
+}
+
+int execute_valid(const tile_state *t)
+{
+    return t->valid;
 }

@@ -257,6 +257,18 @@ static void sum_points(int rows, int points, double *sum, kernel_operand x)
     }
 }
 
+static void add_outer(int columns, int points, double *out, ptrdiff_t stride, const double *y,
+                      kernel_operand x)
+{
+    for (int k = 0; k < columns; k++) {
+        double *restrict to = out + k * stride;
+        const double *restrict from = x.at + k * x.stride;
+        for (int j = 0; j < points; j++) {
+            to[j] += y[j] * from[j];
+        }
+    }
+}
+
 /* LANES x LANES numbers: vectors i and i + LANES/2 interleaved into 2 i and 2 i + 1 shift the bits
  * of (vector, lane) round by one; after log2(LANES) times the two have changed places. */
 INLINE void transpose_block(const double *from, ptrdiff_t from_stride, double *to,
@@ -336,4 +348,5 @@ const kernel_set AD_KERNEL_SET = {
         },
     .sum_points = sum_points,
     .transpose = transpose,
+    .add_outer = add_outer,
 };

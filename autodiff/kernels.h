@@ -26,6 +26,10 @@ typedef struct kernel_set {
     void (*sum_points)(int rows, int points, double *sum, kernel_operand x);
     /* out[j * stride + r] = x[r][j]; `out` aligned to 64 bytes, stride a multiple of 8 */
     void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
+    /* out[k * stride + j] += y[j] x[k][j] for k < columns, j < points; operands per point; nothing
+     * need be aligned */
+    void (*add_outer)(int columns, int points, double *out, ptrdiff_t stride, const double *y,
+                      kernel_operand x);
 } kernel_set;
 
 extern const kernel_set kernels_baseline;

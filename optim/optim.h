@@ -1,5 +1,6 @@
-/* Minimisers on flat vectors of doubles: Adam, L-BFGS with a strong Wolfe line search, and
- * learning-rate schedules. Knows nothing of networks; needs libc and libm only.
+/* Minimisers on flat vectors of doubles: Adam, L-BFGS with a strong Wolfe line search,
+ * Levenberg-Marquardt (Gauss-Newton with damping), and learning-rate schedules. Knows nothing of
+ * networks; needs libc and libm only.
  *
  *     const char *why;
  *     optim_lbfgs_settings settings = optim_lbfgs_defaults();
@@ -39,7 +40,9 @@
     X(OPTIM_UNBOUNDED, "unbounded",                                                                \
       "The value was still falling at distance maximum_step along a line.")                        \
     X(OPTIM_STOPPED_BY_OBJECTIVE, "stopped by objective", "The objective asked to stop.")          \
-    X(OPTIM_BAD_STATE, "bad state", "The restored state holds a number out of its range.")
+    X(OPTIM_BAD_STATE, "bad state", "The restored state holds a number out of its range.")         \
+    X(OPTIM_DAMPING_OVERFLOW, "damping overflow",                                                  \
+      "No step lowered the value up to the largest damping; rounding may be the limit.")
 
 typedef enum optim_status {
 #define OPTIM_STATUS_ENUM(code, name, sentence) code,
@@ -236,5 +239,92 @@ optim_lbfgs_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs);
 /* As optim_adam_state and optim_adam_state_check. The pairs are a ring of fixed size [memory]. */
 int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity);
 const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs);
+
+/* ---- Levenberg-Marquardt: Madsen, Nielsen & Tingleff 2004; Transtrum & Sethna 2012 ---- */
+
+/* For a value that is a sum of squares |r(x)|^2 with J = dr/dx. A step solves
+ * (J^T J + damping D) step = -J^T r, and is taken when it lowers the value; the damping falls when
+ * the decrease is at least a quarter of what r + J step predicts, and rises when there is none,
+ * when the value is not finite or when the matrix is not positive definite to rounding. */
+
+/* Writes |r|^2 to value[1] and, unless they are NULL, the upper triangle of J^T J to
+ * jtj[count][count], row-major (the rest is not read), and J^T r to jtr[count]. Returns what an
+ * optim_objective does. */
+typedef int (*optim_least_squares)(void *context, const double *x, double *value, double *jtj,
+                                   double *jtr);
+
+/* Cholesky factors, by whoever has a good library. factor: the upper triangle of matrix[n][n]
+ * becomes its factor; not 0 when it is not positive definite. solve: x[n] is the right side, then
+ * the solution. */
+typedef struct optim_solver {
+    int (*factor)(size_t n, double *matrix);
+    void (*solve)(size_t n, const double *factor, double *x);
+} optim_solver;
+
+/* D: the unit matrix (Levenberg), or the diagonal of J^T J (Marquardt). */
+#define OPTIM_SCALING_LIST(X)                                                                      \
+    X(OPTIM_SCALING_IDENTITY, "identity")                                                          \
+    X(OPTIM_SCALING_DIAGONAL, "diagonal")
+
+typedef enum optim_scaling {
+#define OPTIM_SCALING_ENUM(code, name) code,
+    OPTIM_SCALING_LIST(OPTIM_SCALING_ENUM)
+#undef OPTIM_SCALING_ENUM
+        OPTIM_SCALING_COUNT
+} optim_scaling;
+
+enum { OPTIM_GAUSS_NEWTON_COUNT_MAX = 10000 }; /* 1.6 GB for the two matrices */
+
+/* Dampings are in units of the largest diagonal entry of J^T J for identity, of 1 for diagonal. */
+typedef struct optim_gauss_newton_settings {
+    optim_scaling scaling;
+    double initial_damping;    /* > 0 */
+    double maximum_damping;    /* > initial_damping; where it gives up */
+    double damping_increase;   /* > 1; factor after a step that is not taken */
+    double damping_decrease;   /* (0, 1); factor after a good one */
+    double gradient_tolerance; /* >= 0; stop when max |2 J^T r|_i is no larger */
+    double function_tolerance; /* [0, 1); stop when a step lowers the value relatively by no more */
+    double step_tolerance;     /* [0, 1); as in L-BFGS */
+} optim_gauss_newton_settings;
+
+typedef struct optim_gauss_newton_info {
+    int64_t iterations;     /* steps taken */
+    int64_t evaluations;    /* calls of the objective, with matrix or without */
+    int64_t rejected;       /* steps that did not lower the value */
+    int64_t not_finite;     /* steps to where it is not finite */
+    int64_t failed_factors; /* matrices that were not positive definite */
+    double value;           /* at the current point; +infinity before the first evaluation */
+    double gradient_max;    /* max |2 J^T r|_i before the last step; +infinity before the first */
+    double damping;         /* for the next step, as added to the diagonal: not in units */
+    double step;            /* 2-norm of the last step */
+} optim_gauss_newton_info;
+
+typedef struct optim_gauss_newton optim_gauss_newton;
+
+optim_gauss_newton_settings optim_gauss_newton_defaults(void);
+const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings);
+
+/* As optim_adam_create; the solver is copied as well. Memory: 2 count^2 doubles. */
+optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
+                                              const optim_gauss_newton_settings *settings,
+                                              const optim_solver *solver, const char **why);
+void optim_gauss_newton_free(optim_gauss_newton *gn); /* NULL is fine */
+
+/* One step: the matrix at the current point, then dampings until one lowers the value. The value
+ * never rises while the objective stays the same. When no damping does, OPTIM_DAMPING_OVERFLOW or,
+ * when no trial was finite, OPTIM_NO_FINITE_STEP; the point has not moved then. */
+optim_status optim_gauss_newton_step(optim_gauss_newton *gn, optim_least_squares objective,
+                                     void *context);
+
+/* As optim_lbfgs_objective_changed; the damping stays. */
+void optim_gauss_newton_objective_changed(optim_gauss_newton *gn);
+
+const double *optim_gauss_newton_x(const optim_gauss_newton *gn); /* [count], current and best */
+optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn);
+
+/* As optim_adam_state and optim_adam_state_check. Matrices are not part of the state: a step
+ * computes them anew. */
+int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity);
+const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn);
 
 #endif

@@ -255,6 +255,35 @@ ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gr
     return AD_OK;
 }
 
+ad_status problem_normal_equations(problem *p, const double *x, double *loss, double *jtj,
+                                   double *jtr, ad_error *error)
+{
+    const size_t count = p->parameters;
+    *loss = 0;
+    memset(jtj, 0, count * count * sizeof *jtj);
+    memset(jtr, 0, count * sizeof *jtr);
+    double diagonal = 0; /* a column of J that is not finite shows here */
+    for (int i = 0; i < p->set_count; i++) {
+        ad_status status = problem_set_normal(p, &p->sets[i], x, loss, jtj, jtr, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    for (size_t i = 0; i < count; i++) {
+        diagonal += 0 * jtj[i * count + i];
+    }
+    if (!isfinite(*loss) || diagonal != 0 || !all_finite(jtr, count)) {
+        return ad_fail(error, AD_NOT_FINITE, "the loss or its Jacobian is not finite");
+    }
+    return AD_OK;
+}
+
+ad_normal_info problem_normal_inspect(const problem *p, int set)
+{
+    const ad_normal *normal = p->sets[set].normal;
+    return normal ? ad_normal_inspect(normal) : (ad_normal_info){0};
+}
+
 static problem_set *set_of_term(problem *p, int term)
 {
     for (int i = 0; i < p->set_count; i++) {

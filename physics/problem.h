@@ -65,6 +65,16 @@ double problem_term_weight(const problem *p, int term);
 ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gradient,
                            ad_error *error);
 
+/* The loss as the sum of squares of residuals, each times sqrt(weight / points), at x: loss, the
+ * upper triangle of J^T J [parameters][parameters] (0 below) and J^T r [parameters], half the
+ * gradient. Causal weights are taken as constants. Allocates nothing after the first call.
+ * AD_NOT_FINITE as above. */
+ad_status problem_normal_equations(problem *p, const double *x, double *loss, double *jtj,
+                                   double *jtr, ad_error *error);
+
+/* Of a set's normal equations; zeros before their first use. */
+ad_normal_info problem_normal_inspect(const problem *p, int set);
+
 /* The loss terms of the last problem_evaluate, unweighted: [problem_terms]. */
 const double *problem_losses(const problem *p);
 

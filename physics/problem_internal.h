@@ -43,6 +43,7 @@ typedef struct problem_set {
     nn_rng rng;
     ad_program *gradient, *value;
     ad_program *term_gradient[PROBLEM_SET_TERMS]; /* made when asked for */
+    ad_normal *normal;                            /* the same */
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
     /* What depends on the points alone: values of `fixed`, inputs of `gradient`. */
@@ -90,6 +91,9 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
                           ad_error *error);
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, const double *x,
                                double *loss, double *gradient, ad_error *error);
+/* Adds the set's part of the normal equations. */
+ad_status problem_set_normal(problem *p, problem_set *set, const double *x, double *loss,
+                             double *jtj, double *jtr, ad_error *error);
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error);
 

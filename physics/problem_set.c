@@ -108,6 +108,7 @@ void problem_set_clear(problem_set *set)
     ad_program_free(set->fixed);
     ad_program_free(set->gradient);
     ad_program_free(set->value);
+    ad_normal_free(set->normal);
     for (int i = 0; i < PROBLEM_SET_TERMS; i++) {
         ad_program_free(set->term_gradient[i]);
     }
@@ -120,7 +121,8 @@ typedef struct recording {
     ad_tape *tape;
     ad_value s, t, point_weight;
     rod_state state;
-    ad_value squares[PROBLEM_SET_TERMS]; /* per point */
+    ad_value residuals[PROBLEM_SET_TERMS]; /* per point */
+    ad_value squares[PROBLEM_SET_TERMS];   /* their squared norms */
     ad_value views[PROBLEM_VIEWS];
 } recording;
 
@@ -145,6 +147,7 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
     for (int i = 0; i < set->term_count; i++) {
         rod_residual_kind kind = p->terms[set->terms[i]].kind;
         ad_value residual = rod_residual(&p->scene, kind, r->state, r->s, r->t);
+        r->residuals[i] = residual;
         r->squares[i] = ad_dot(residual, residual);
     }
     const nn_view *views;
@@ -405,6 +408,38 @@ ad_status problem_set_run_term(problem *p, problem_set *set, int term, const dou
         outputs[1 + i] = gradient ? gradient + set->view_offsets[i] : NULL;
     }
     return run(set, set->term_gradient[index], &set->trained, x, outputs, error);
+}
+
+/* Residuals times sqrt(weight / points), so that the loss is the sum of their squares. */
+static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
+{
+    recording r;
+    if (!record_begin(p, set, &r)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value rows[PROBLEM_SET_TERMS];
+    ad_value share = ad_sqrt(ad_div(r.point_weight, ad_points(r.tape)));
+    for (int i = 0; i < set->term_count; i++) {
+        double weight = sqrt(p->terms[set->terms[i]].weight);
+        rows[i] = ad_mul(ad_scale(share, weight), r.residuals[i]);
+    }
+    ad_status status = ad_normal_compile(set->term_count, rows, set->view_count, r.views,
+                                         p->parameters, p->pool, &set->normal, error);
+    ad_tape_free(r.tape);
+    return status;
+}
+
+ad_status problem_set_normal(problem *p, problem_set *set, const double *x, double *loss,
+                             double *jtj, double *jtr, ad_error *error)
+{
+    ad_status status = set->normal ? AD_OK : compile_normal(p, set, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    list_inputs(set, &set->trained, inputs);
+    ad_run r = {.points = set->trained.count, .inputs = inputs, .parameters = x};
+    return ad_normal_add(set->normal, &r, jtj, jtr, loss);
 }
 
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,

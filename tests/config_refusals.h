@@ -206,15 +206,25 @@ static const refusal refusals[] = {
     {BASE "training: {stages: []}\n", NULL,
      "scene.yaml:4:20: training.stages: is empty; allowed: a list of 1 to 32 stages"},
     {BASE "training: {stages: [{steps: 5}]}\n", NULL,
-     "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: adam, lbfgs"},
+     "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: adam, lbfgs, gauss_newton"},
     {BASE "training: {stages: [{optimizer: adam, memory: 5}]}\n", NULL,
      "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "adam; leave it out"},
     {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, but this stage "
      "runs lbfgs; leave it out"},
+    {BASE "training: {stages: [{optimizer: gauss_newton, memory: 5}]}\n", NULL,
+     "scene.yaml:4:55: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
+     "gauss_newton; leave it out"},
+    {BASE "training: {stages: [{optimizer: adam, step_tolerance: 0.1}]}\n", NULL,
+     "scene.yaml:4:55: training.stages[0].step_tolerance: belongs to optimizer lbfgs, "
+     "gauss_newton, "
+     "but this stage runs adam; leave it out"},
+    {BASE "training: {stages: [{optimizer: gauss_newton, maximum_damping: 1e-5}]}\n", NULL,
+     "scene.yaml:4:21: training.stages[0]: maximum_damping must be finite and > initial_damping"},
     {BASE "training: {stages: [{optimizer: sgd}]}\n", NULL,
-     "scene.yaml:4:33: training.stages[0].optimizer: is sgd; allowed: one of adam, lbfgs"},
+     "scene.yaml:4:33: training.stages[0].optimizer: is sgd; allowed: one of adam, lbfgs, "
+     "gauss_newton"},
     {BASE "training: {stages: [{optimizer: adam, steps: many}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].steps: is many, which is not a number; allowed: a whole "
      "number 1 to 1000000000"},
@@ -228,7 +238,8 @@ static const refusal refusals[] = {
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
      "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
-     "step_tolerance, curvature_threshold, stop"},
+     "step_tolerance, curvature_threshold, scaling, initial_damping, maximum_damping, "
+     "damping_increase, damping_decrease, stop"},
     {BASE "training: {stages: [{optimizer: adam, beta1: 1}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].beta1: is 1, which is out of range; allowed: a finite "
      "number >= 0 and < 1"},
@@ -494,7 +505,8 @@ static const refusal refusals[] = {
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
      "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
-     "step_tolerance, curvature_threshold, stop"},
+     "step_tolerance, curvature_threshold, scaling, initial_damping, maximum_damping, "
+     "damping_increase, damping_decrease, stop"},
     {DYNAMIC "boundary: {start: {position: [0, 0, t]}}\n", NULL,
      "scene.yaml:6:30: boundary.start.position: depends on t, but the end stands still; allowed: "
      "numbers, or an end of type driven"},
@@ -588,7 +600,7 @@ static const refusal refusals[] = {
     {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
     {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
      "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
-     "missing; allowed: adam, lbfgs"},
+     "missing; allowed: adam, lbfgs, gauss_newton"},
     {BASE, "loads.tip.force=[0, 0, sin(]",
      "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
      "where a number, a name or ( is expected"},

@@ -15,7 +15,14 @@
 
 enum { CONFIG_HIDDEN_MAX = 16, CONFIG_STAGES_MAX = 32 };
 
-typedef enum config_optimizer { CONFIG_ADAM, CONFIG_LBFGS } config_optimizer;
+typedef enum config_optimizer {
+    CONFIG_ADAM,
+    CONFIG_LBFGS,
+    CONFIG_GAUSS_NEWTON,
+    CONFIG_OPTIMIZER_COUNT
+} config_optimizer;
+
+const char *config_optimizer_name(config_optimizer optimizer);
 
 /* Units of the forces and moments under loads: SI, or EI/L^3, EI/L^2 (distributed force, moment)
  * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
@@ -28,6 +35,7 @@ typedef struct config_stage {
     int steps;
     optim_adam_settings adam; /* its schedule included */
     optim_lbfgs_settings lbfgs;
+    optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs */
     double stop_loss;    /* the stage ends when the loss falls below; 0: never */
     double stop_error;   /* the same for the error against the reference */
     double stop_seconds; /* and for its wall time; not reproducible */

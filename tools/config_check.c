@@ -61,22 +61,22 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 
 /* ---- training ------------------------------------------------------------------------------ */
 
-/* A key of the other optimiser in a stage is a mistake, not something to pass over. */
+/* A key of another optimiser in a stage is a mistake, not something to pass over. */
 static ad_status check_stage_keys(const config *experiment, int stage, ad_error *error)
 {
-    bool adam = experiment->stages[stage].optimizer == CONFIG_ADAM;
-    unsigned foreign = adam ? CONFIG_FOR_LBFGS : CONFIG_FOR_ADAM;
-    char path[CONFIG_PATH_MAX];
+    config_optimizer optimizer = experiment->stages[stage].optimizer;
+    char path[CONFIG_PATH_MAX], owners[64];
     for (int i = 0; i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!config_key_in_stage(key) || !(key->flags & foreign)) {
+        if (!config_key_in_stage(key) || config_key_applies(key, optimizer)) {
             continue;
         }
         snprintf(path, sizeof path, "training.stages[%d].%s", stage, strstr(key->path, "[].") + 3);
         if (config_given(experiment->source, path)) {
+            config_key_optimizers(key, owners, sizeof owners);
             return config_blame(experiment->source, error, path,
                                 "belongs to optimizer %s, but this stage runs %s; leave it out",
-                                adam ? "lbfgs" : "adam", adam ? "adam" : "lbfgs");
+                                owners, config_optimizer_name(optimizer));
         }
     }
     return AD_OK;
@@ -89,7 +89,10 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
     bool adam = stage->optimizer == CONFIG_ADAM;
     bool measured = experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file;
     char path[CONFIG_PATH_MAX];
-    const char *problem = adam ? optim_adam_check(&stage->adam) : optim_lbfgs_check(&stage->lbfgs);
+    const char *problem = adam ? optim_adam_check(&stage->adam)
+                          : stage->optimizer == CONFIG_LBFGS
+                              ? optim_lbfgs_check(&stage->lbfgs)
+                              : optim_gauss_newton_check(&stage->gauss_newton);
     if (problem) {
         snprintf(path, sizeof path, "training.stages[%d]", index);
         return config_blame(experiment->source, error, path, "%s", problem);

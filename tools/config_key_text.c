@@ -2,6 +2,7 @@
 #include "tools/config_keys.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 const config_key *config_key_find(const char *pattern)
@@ -63,6 +64,31 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
 bool config_key_in_stage(const config_key *key)
 {
     return strstr(key->path, "[].") != NULL;
+}
+
+static const unsigned optimizer_flags[CONFIG_OPTIMIZER_COUNT] = {CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS,
+                                                                 CONFIG_FOR_GAUSS_NEWTON};
+
+const char *config_optimizer_name(config_optimizer optimizer)
+{
+    return config_key_find("training.stages[].optimizer")->names()[optimizer];
+}
+
+bool config_key_applies(const config_key *key, config_optimizer optimizer)
+{
+    return !(key->flags & CONFIG_FOR_ANY) || (key->flags & optimizer_flags[optimizer]);
+}
+
+void config_key_optimizers(const config_key *key, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < CONFIG_OPTIMIZER_COUNT && used < size; i++) {
+        if (key->flags & optimizer_flags[i]) {
+            used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "",
+                                     config_optimizer_name((config_optimizer)i));
+        }
+    }
 }
 
 /* Levenshtein distance of two short texts; large for long ones. */

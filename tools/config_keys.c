@@ -15,12 +15,13 @@
 
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(rotation_names, "quaternion", )
-CONFIG_NAMES(optimizer_names, "adam", "lbfgs", )
+CONFIG_NAMES(optimizer_names, "adam", "lbfgs", "gauss_newton", )
 CONFIG_NAMES(reference_names, "none", "elastica", "rollup", "helix", "manufactured", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
+CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
 #define AT(field)             .offset = offsetof(config, field)
 #define STAGE(field)          .offset = offsetof(config_stage, field)
@@ -35,6 +36,8 @@ CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 #define FORMULAS(path, field) path, CONFIG_EXPRESSION, VECTOR, AT(field)
 #define ADAM                  .flags = CONFIG_FOR_ADAM
 #define LBFGS                 .flags = CONFIG_FOR_LBFGS
+#define GAUSS_NEWTON          .flags = CONFIG_FOR_GAUSS_NEWTON
+#define NOT_ADAM              CONFIG_FOR_LBFGS | CONFIG_FOR_GAUSS_NEWTON
 
 /* clang-format off */
 const config_key config_keys[] = {
@@ -222,8 +225,8 @@ const config_key config_keys[] = {
     {"training.seed", CONFIG_LONG, AT(seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = optimizer_names,
      .fallback = "required",
-     .help = "adam or lbfgs; stages run in turn. Without training.stages: adam for 1000 steps, then "
-             "lbfgs for 2000."},
+     .help = "Stages run in turn; gauss_newton (Levenberg-Marquardt) takes at most 10000 "
+             "parameters. Without training.stages: adam for 1000 steps, then lbfgs for 2000."},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9),
      .help = "Length of the stage."},
     {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate),
@@ -264,16 +267,32 @@ const config_key config_keys[] = {
      .high = INFINITY, .flags = CONFIG_FOR_LBFGS | CONFIG_LOW_OPEN,
      .help = "Longest step; a loss still falling there counts as unbounded."},
     {"training.stages[].gradient_tolerance", CONFIG_NUMBER, STAGE(lbfgs.gradient_tolerance),
-     NOT_NEGATIVE, LBFGS, .help = "The stage ends when no gradient component is larger."},
+     NOT_NEGATIVE, .flags = NOT_ADAM,
+     .help = "The stage ends when no gradient component is larger."},
     {"training.stages[].function_tolerance", CONFIG_NUMBER, STAGE(lbfgs.function_tolerance),
-     BETWEEN(0, 1), .flags = CONFIG_FOR_LBFGS | CONFIG_HIGH_OPEN,
+     BETWEEN(0, 1), .flags = NOT_ADAM | CONFIG_HIGH_OPEN,
      .help = "... when a step changes the loss relatively by no more."},
     {"training.stages[].step_tolerance", CONFIG_NUMBER, STAGE(lbfgs.step_tolerance),
-     BETWEEN(0, 1), .flags = CONFIG_FOR_LBFGS | CONFIG_HIGH_OPEN,
+     BETWEEN(0, 1), .flags = NOT_ADAM | CONFIG_HIGH_OPEN,
      .help = "... when a step changes the parameters relatively by no more."},
     {"training.stages[].curvature_threshold", CONFIG_NUMBER, STAGE(lbfgs.curvature_threshold),
      BETWEEN(0, 1), .flags = CONFIG_FOR_LBFGS | CONFIG_HIGH_OPEN,
      .help = "Pairs of less curvature are forgotten."},
+    {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
+     .names = scaling_names, GAUSS_NEWTON,
+     .help = "What is damped: every parameter alike, or by the diagonal of J^T J."},
+    {"training.stages[].initial_damping", CONFIG_NUMBER, STAGE(gauss_newton.initial_damping),
+     .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,
+     .help = "In units of the largest diagonal entry of J^T J (identity) or of 1 (diagonal)."},
+    {"training.stages[].maximum_damping", CONFIG_NUMBER, STAGE(gauss_newton.maximum_damping),
+     .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,
+     .help = "The stage ends when no step lowers the loss up to here; same units."},
+    {"training.stages[].damping_increase", CONFIG_NUMBER, STAGE(gauss_newton.damping_increase),
+     .low = 1, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,
+     .help = "Factor after a step that did not lower the loss and is not taken."},
+    {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
+     BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
+     .help = "Factor after a step that brought a quarter or more of what was predicted."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,

@@ -19,7 +19,9 @@ enum {
     CONFIG_HIGH_OPEN = 2, /* nor high */
     CONFIG_INFINITE = 4,  /* .inf is allowed */
     CONFIG_FOR_ADAM = 8,  /* of a stage: belongs to this optimiser only */
-    CONFIG_FOR_LBFGS = 16
+    CONFIG_FOR_LBFGS = 16,
+    CONFIG_FOR_GAUSS_NEWTON = 32,
+    CONFIG_FOR_ANY = CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS | CONFIG_FOR_GAUSS_NEWTON
 };
 
 enum { CONFIG_LIST_MAX = 16, CONFIG_PATH_MAX = 160 };
@@ -56,6 +58,12 @@ bool config_key_is_list(const char *pattern);
 void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 
 bool config_key_in_stage(const config_key *key);
+
+/* Whether a key of a stage means something to its optimiser. */
+bool config_key_applies(const config_key *key, config_optimizer optimizer);
+
+/* The optimisers that a key belongs to, "lbfgs, gauss_newton". */
+void config_key_optimizers(const config_key *key, char *text, size_t size);
 
 /* The known key closest to `pattern`: of the same section, or of the same last part elsewhere; ""
  * when nothing is close. */

@@ -13,7 +13,8 @@ config_stage config_stage_defaults(void)
     config_stage stage = {.optimizer = CONFIG_ADAM,
                           .steps = 1000,
                           .adam = optim_adam_defaults(),
-                          .lbfgs = optim_lbfgs_defaults()};
+                          .lbfgs = optim_lbfgs_defaults(),
+                          .gauss_newton = optim_gauss_newton_defaults()};
     stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
     stage.adam.schedule.learning_rate = 5e-3;
     return stage;

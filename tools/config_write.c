@@ -189,12 +189,6 @@ static void write_row(yaml_writer *writer, const config_key *key)
     writer->before = key->path;
 }
 
-static bool applies(const config_key *key, const config_stage *stage)
-{
-    unsigned foreign = stage->optimizer == CONFIG_ADAM ? CONFIG_FOR_LBFGS : CONFIG_FOR_ADAM;
-    return !(key->flags & foreign);
-}
-
 /* The keys of one stage are neighbours in the table, from `first` on. */
 static void write_stage(const yaml_writer *outer, int first, const config_stage *stage, bool help)
 {
@@ -203,7 +197,7 @@ static void write_stage(const yaml_writer *outer, int first, const config_stage 
         const config_key *key = &config_keys[i];
         const char *path = strstr(key->path, "[].") + 3;
         const char *name = NULL;
-        if (!applies(key, stage)) {
+        if (!config_key_applies(key, stage->optimizer)) {
             continue;
         }
         int depth = i == first ? 3 : open_sections(&writer, path, 3, &name);
@@ -222,7 +216,7 @@ static int write_stages(yaml_writer *writer, int first)
 {
     const config *experiment = writer->experiment;
     int end = first;
-    bool explained[2] = {false, false};
+    bool explained[CONFIG_OPTIMIZER_COUNT] = {false};
     while (end < config_key_count && config_key_in_stage(&config_keys[end])) {
         end++;
     }
@@ -305,8 +299,9 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
         fprintf(file, "; default: ");
         config_write_value(file, key, base, (const char *)defaults);
     }
-    if (key->flags & (CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS)) {
-        fprintf(file, "; %s only", key->flags & CONFIG_FOR_ADAM ? "adam" : "lbfgs");
+    if (key->flags & CONFIG_FOR_ANY) {
+        config_key_optimizers(key, allowed, sizeof allowed);
+        fprintf(file, "; %s only", allowed);
     }
     fputc('\n', file);
     write_wrapped(file, key->help, 6);

@@ -304,8 +304,7 @@ static void print_plan(FILE *file, const experiment *e, const reference *r)
     for (int i = 0; i < settings->stage_count; i++) {
         char text[64];
         snprintf(text, sizeof text, "%s %d steps",
-                 settings->stages[i].optimizer == CONFIG_ADAM ? "adam" : "lbfgs",
-                 settings->stages[i].steps);
+                 config_optimizer_name(settings->stages[i].optimizer), settings->stages[i].steps);
         paragraph_add(&line, text, i + 1 < settings->stage_count);
     }
     fputc('\n', file);

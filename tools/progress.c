@@ -68,9 +68,9 @@ static int write_line(const progress *p, const trainer *t, const experiment *e, 
     return snprintf(
         line, size,
         "%-5s %d/%d step %lld/%d  loss %.2e  held-out %s  error %s  %s left  %.2fM points/s",
-        stage->optimizer == CONFIG_ADAM ? "adam" : "lbfgs", info.stage + 1,
-        e->settings->stage_count, (long long)info.stage_step, stage->steps, info.loss,
-        number_text(info.held_out, held), number_text(info.errors.position, error),
+        config_optimizer_name(stage->optimizer), info.stage + 1, e->settings->stage_count,
+        (long long)info.stage_step, stage->steps, info.loss, number_text(info.held_out, held),
+        number_text(info.errors.position, error),
         duration_text((double)(stage->steps - info.stage_step) / rate, left),
         (double)info.evaluations * info.points / spent / 1e6);
 }

@@ -11,6 +11,7 @@ struct trainer {
     reference *known;
     optim_adam *adam; /* of the stage at hand, or NULL */
     optim_lbfgs *lbfgs;
+    optim_gauss_newton *gauss_newton;
     history history;
     trainer_info info;
     double started; /* wall clock of this process, less the seconds before */
@@ -61,12 +62,56 @@ static const config_stage *stage_of(const trainer *t)
     return &t->e->settings->stages[t->info.stage];
 }
 
+static bool has_optimizer(const trainer *t)
+{
+    return t->adam || t->lbfgs || t->gauss_newton;
+}
+
+/* Said before training begins, not when the stage is reached. */
+static ad_status check_sizes(const trainer *t, ad_error *error)
+{
+    const config *settings = t->e->settings;
+    for (int i = 0; i < settings->stage_count; i++) {
+        if (settings->stages[i].optimizer == CONFIG_GAUSS_NEWTON &&
+            t->e->count > OPTIM_GAUSS_NEWTON_COUNT_MAX) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "training.stages[%d].optimizer: gauss_newton keeps two matrices of "
+                           "parameters^2 numbers, %.1f GB for the %zu parameters of this network; "
+                           "allowed: at most %d parameters; make network.hidden smaller, or take "
+                           "lbfgs",
+                           i, 16e-9 * (double)t->e->count * (double)t->e->count, t->e->count,
+                           OPTIM_GAUSS_NEWTON_COUNT_MAX);
+        }
+    }
+    return AD_OK;
+}
+
 static void forget_optimizer(trainer *t)
 {
     optim_adam_free(t->adam);
     optim_lbfgs_free(t->lbfgs);
+    optim_gauss_newton_free(t->gauss_newton);
     t->adam = NULL;
     t->lbfgs = NULL;
+    t->gauss_newton = NULL;
+}
+
+/* Levenberg-Marquardt, with the Cholesky factors of the library that multiplies the matrices. */
+static ad_status start_gauss_newton(trainer *t, const char **why, ad_error *error)
+{
+    const config_stage *stage = stage_of(t);
+    optim_gauss_newton_settings settings = stage->gauss_newton;
+    settings.gradient_tolerance = stage->lbfgs.gradient_tolerance;
+    settings.function_tolerance = stage->lbfgs.function_tolerance;
+    settings.step_tolerance = stage->lbfgs.step_tolerance;
+    ad_cholesky cholesky;
+    ad_status status = ad_cholesky_load(&cholesky, error);
+    if (status == AD_OK) {
+        const optim_solver solver = {cholesky.factor, cholesky.solve};
+        t->gauss_newton =
+            optim_gauss_newton_create(t->e->count, t->e->parameters, &settings, &solver, why);
+    }
+    return status;
 }
 
 static ad_status start_stage(trainer *t, ad_error *error)
@@ -76,10 +121,15 @@ static ad_status start_stage(trainer *t, ad_error *error)
     size_t count = t->e->count;
     if (stage->optimizer == CONFIG_ADAM) {
         t->adam = optim_adam_create(count, t->e->parameters, &stage->adam, &why);
-    } else {
+    } else if (stage->optimizer == CONFIG_LBFGS) {
         t->lbfgs = optim_lbfgs_create(count, t->e->parameters, &stage->lbfgs, &why);
+    } else {
+        ad_status status = start_gauss_newton(t, &why, error);
+        if (status != AD_OK) {
+            return status;
+        }
     }
-    if (!t->adam && !t->lbfgs) {
+    if (!has_optimizer(t)) {
         return ad_fail(error, AD_NO_MEMORY, "training.stages[%d]: %s", t->info.stage, why);
     }
     t->stage_started = wall_seconds();
@@ -105,7 +155,8 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
     name_columns(t);
-    ad_status status = start_stage(t, error);
+    ad_status status = check_sizes(t, error);
+    status = status == AD_OK ? start_stage(t, error) : status;
     if (status != AD_OK) {
         trainer_free(t);
         return status;
@@ -127,7 +178,10 @@ void trainer_free(trainer *t)
 
 static const double *current_x(const trainer *t)
 {
-    return t->adam ? optim_adam_x(t->adam) : t->lbfgs ? optim_lbfgs_x(t->lbfgs) : t->e->parameters;
+    return t->adam           ? optim_adam_x(t->adam)
+           : t->lbfgs        ? optim_lbfgs_x(t->lbfgs)
+           : t->gauss_newton ? optim_gauss_newton_x(t->gauss_newton)
+                             : t->e->parameters;
 }
 
 const double *trainer_parameters(const trainer *t)
@@ -135,7 +189,7 @@ const double *trainer_parameters(const trainer *t)
     if (t->losses_compare && t->adam && isfinite(optim_adam_get_info(t->adam).best_value)) {
         return optim_adam_best_x(t->adam);
     }
-    return current_x(t); /* L-BFGS never rises: its point is its best */
+    return current_x(t); /* the others never rise: their point is their best */
 }
 
 trainer_info trainer_inspect(const trainer *t)
@@ -204,6 +258,22 @@ static int objective(void *context, const double *x, double *value, double *grad
     return status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE : OPTIM_OBJECTIVE_STOP;
 }
 
+static int least_squares(void *context, const double *x, double *value, double *jtj, double *jtr)
+{
+    trainer *t = context;
+    ad_status status = jtj ? problem_normal_equations(t->problem, x, value, jtj, jtr, &t->failure)
+                           : problem_evaluate(t->problem, x, value, NULL, &t->failure);
+    t->info.evaluations++;
+    if (status == AD_OK && jtj) {
+        t->info.gradient_norm = 2 * norm(jtr, t->e->count);
+    } else if (!jtj) {
+        t->evaluated = *value;
+    }
+    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
+           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
+                                     : OPTIM_OBJECTIVE_STOP;
+}
+
 /* What to try: before the first step only the scene can be to blame. */
 static void advise(const trainer *t, char advice[160])
 {
@@ -215,7 +285,8 @@ static void advise(const trainer *t, char advice[160])
                  "clip_norm or warmup_steps",
                  t->info.stage);
     } else {
-        snprintf(advice, 160, "more steps of adam before, or a smaller maximum_step");
+        snprintf(advice, 160, "more steps of adam before, or a %s",
+                 t->lbfgs ? "smaller maximum_step" : "larger initial_damping");
     }
 }
 
@@ -239,17 +310,19 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
                    step, problem_term_name(t->problem, place.term), place.s, place.t, advice);
 }
 
+/* A step may end at another point than the one it tried last; terms and causal losses have to be
+ * those of the point it chose, and so the norm of the gradient after L-BFGS. */
 static optim_status settle(trainer *t, optim_status status)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
-    int count = optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY);
+    int count = t->lbfgs ? optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY) : 0;
     for (int i = 0; i < count; i++) {
         if (strcmp(arrays[i].name, "gradient") == 0) {
             t->info.gradient_norm = norm(arrays[i].data, arrays[i].count);
         }
     }
     double value;
-    if (problem_evaluate(t->problem, optim_lbfgs_x(t->lbfgs), &value, NULL, &t->failure) != AD_OK) {
+    if (problem_evaluate(t->problem, current_x(t), &value, NULL, &t->failure) != AD_OK) {
         return OPTIM_STOPPED_BY_OBJECTIVE;
     }
     t->evaluated = value;
@@ -272,6 +345,13 @@ static optim_status optimizer_step(trainer *t)
         info->loss = adam.value;
         info->learning_rate = adam.learning_rate;
         return status;
+    }
+    if (t->gauss_newton) {
+        optim_status status = optim_gauss_newton_step(t->gauss_newton, least_squares, t);
+        optim_gauss_newton_info done = optim_gauss_newton_get_info(t->gauss_newton);
+        info->loss = done.value;
+        info->learning_rate = done.damping;
+        return failed(status) || t->evaluated == done.value ? status : settle(t, status);
     }
     optim_status status = optim_lbfgs_step(t->lbfgs, objective, t);
     optim_lbfgs_info lbfgs = optim_lbfgs_get_info(t->lbfgs);
@@ -332,8 +412,10 @@ ad_status trainer_step(trainer *t, ad_error *error)
     }
     if (changed && t->adam) {
         optim_adam_objective_changed(t->adam);
-    } else if (changed) {
+    } else if (changed && t->lbfgs) {
         optim_lbfgs_objective_changed(t->lbfgs);
+    } else if (changed) {
+        optim_gauss_newton_objective_changed(t->gauss_newton);
     }
     optim_status result = optimizer_step(t);
     if (failed(result)) {
@@ -356,7 +438,9 @@ static int optimizer_state(trainer *t, optim_array *arrays)
 {
     return t->adam    ? optim_adam_state(t->adam, arrays, OPTIM_STATE_CAPACITY)
            : t->lbfgs ? optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY)
-                      : 0;
+           : t->gauss_newton
+               ? optim_gauss_newton_state(t->gauss_newton, arrays, OPTIM_STATE_CAPACITY)
+               : 0;
 }
 
 enum { NAME_MAX_ = 96 };
@@ -378,7 +462,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
     checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
     checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
-    checkpoint_put_integer(file, "training/optimizer", t->adam || t->lbfgs);
+    checkpoint_put_integer(file, "training/optimizer", has_optimizer(t));
     optim_array arrays[OPTIM_STATE_CAPACITY];
     char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
     int count = optimizer_state(t, arrays);
@@ -427,9 +511,10 @@ static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error 
         item_name(name, "optimizer", arrays[i].name);
         status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
     }
-    const char *why = t->adam    ? optim_adam_state_check(t->adam)
-                      : t->lbfgs ? optim_lbfgs_state_check(t->lbfgs)
-                                 : NULL;
+    const char *why = t->adam           ? optim_adam_state_check(t->adam)
+                      : t->lbfgs        ? optim_lbfgs_state_check(t->lbfgs)
+                      : t->gauss_newton ? optim_gauss_newton_state_check(t->gauss_newton)
+                                        : NULL;
     return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }
 

@@ -30,7 +30,8 @@ typedef struct trainer_info {
     double seconds;     /* wall time of all runs so far */
     double loss;        /* weighted; at the last evaluation */
     double gradient_norm;
-    double learning_rate; /* Adam's; L-BFGS: the step length of the last line search */
+    double learning_rate; /* Adam's; L-BFGS: the step length of the last line search; Gauss-Newton:
+                           * the damping */
     double held_out;      /* at the last row of the history */
     reference_errors errors;
     int64_t evaluations; /* of the loss in this process */

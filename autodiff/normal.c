@@ -1,0 +1,244 @@
+/* J^T J without J. Slab by slab of points: first every tile of the slab writes its rows of J, as
+ * columns of a matrix [parameters][rows of the slab]; then blocks of J^T J, each the product of two
+ * strips of that matrix, are dealt to the threads. So there is one J^T J, whatever the number of
+ * threads, and each of its numbers is summed in the same order. */
+#include "autodiff/normal.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Numbers in a slab: large enough that reading and writing J^T J once per slab costs little. */
+enum { SLAB_NUMBERS = 16 << 20, SLAB_TILES_MIN = 2, STRIP = 256 };
+
+struct ad_normal {
+    ad_program *program;
+    jacobian jacobian;
+    size_t parameters;
+    size_t slab_rows; /* room for so many rows of J, a multiple of 8 */
+    double *slab;     /* [parameters][slab_rows] */
+    double *residual; /* [slab_rows] */
+};
+
+/* One run. */
+typedef struct normal_run {
+    const ad_normal *normal;
+    const ad_run *run;
+    double *jtj, *jtr;
+    int tile;
+    size_t rows;   /* of the slab at hand */
+    size_t strips; /* of J^T J */
+} normal_run;
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status check_wrt(int count, const ad_value *wrt, size_t parameters, ad_error *error)
+{
+    for (int i = 0; i < count; i++) {
+        bool inside = ad_is_valid(wrt[i]) && node_of(wrt[i])->op == OP_PARAMETER &&
+                      node_of(wrt[i])->offset + (size_t)ad_rows(wrt[i]) <= parameters;
+        if (!inside) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "normal equations: variable %d is not a parameter within the vector", i);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status compile(ad_normal *normal, int count, const ad_value *residuals, int wrt_count,
+                         const ad_value *wrt, ad_pool *pool, ad_error *error)
+{
+    jacobian *j = &normal->jacobian;
+    ad_status status = jacobian_record(j, count, residuals, wrt_count, wrt);
+    if (status != AD_OK || j->row_count == 0) {
+        ad_status sticky = count > 0 ? ad_tape_status(residuals[0].tape, error) : AD_OK;
+        return sticky != AD_OK ? sticky
+               : status != AD_OK
+                   ? ad_fail(error, status, "normal equations: %s", ad_status_text(status))
+                   : ad_fail(error, AD_BAD_ARGUMENT, "normal equations: every residual is 0");
+    }
+    status = ad_compile(j->output_count, j->outputs, NULL, pool, &normal->program, error);
+    if (status == AD_OK && normal->program->pass_count != 1) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "normal equations: residuals have to vary over the points and may not "
+                         "contain sums over them");
+    }
+    return status;
+}
+
+static bool allocate(ad_normal *normal)
+{
+    size_t tile_rows = (size_t)normal->program->tile * (size_t)normal->jacobian.row_count;
+    size_t tiles = SLAB_NUMBERS / (normal->parameters * tile_rows + 1);
+    tiles = tiles < SLAB_TILES_MIN ? SLAB_TILES_MIN : tiles;
+    normal->slab_rows = tiles * tile_rows;
+    normal->slab_rows += normal->slab_rows % 512 == 0 ? 8 : 0; /* spread over the cache's sets */
+    normal->slab = calloc(normal->slab_rows, normal->parameters * sizeof *normal->slab);
+    normal->residual = calloc(normal->slab_rows, sizeof *normal->residual);
+    return normal->slab && normal->residual;
+}
+
+ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
+                            const ad_value *wrt, size_t parameters, ad_pool *pool,
+                            ad_normal **result, ad_error *error)
+{
+    *result = NULL;
+    ad_status status = check_wrt(wrt_count, wrt, parameters, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    ad_normal *normal = calloc(1, sizeof *normal);
+    if (!normal) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for normal equations");
+    }
+    normal->parameters = parameters;
+    status = compile(normal, count, residuals, wrt_count, wrt, pool, error);
+    if (status == AD_OK && !allocate(normal)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for normal equations");
+    }
+    if (status != AD_OK) {
+        ad_normal_free(normal);
+        return status;
+    }
+    *result = normal;
+    return AD_OK;
+}
+
+void ad_normal_free(ad_normal *normal)
+{
+    if (normal) {
+        ad_program_free(normal->program);
+        jacobian_clear(&normal->jacobian);
+        free(normal->slab);
+        free(normal->residual);
+        free(normal);
+    }
+}
+
+ad_normal_info ad_normal_inspect(const ad_normal *normal)
+{
+    size_t rows = (size_t)normal->jacobian.row_count, n = normal->parameters;
+    size_t threads = (size_t)ad_pool_threads(normal->program->pool);
+    return (ad_normal_info){.rows = rows,
+                            .bytes = normal->slab_rows * (n + 1) * sizeof(double) +
+                                     threads * normal->program->info.workspace_bytes,
+                            .slab_points = normal->slab_rows / rows,
+                            .flops = rows * n * (n + 1)};
+}
+
+/* ---- rows of J ------------------------------------------------------------------------------- */
+
+/* out += y x^T where a factor may be the same at every point. */
+static void add_uniform_outer(int columns, int points, double *out, ptrdiff_t stride,
+                              const double *y, bool y_uniform, kernel_operand x, bool x_uniform)
+{
+    for (int k = 0; k < columns; k++) {
+        const double *from = x.at + k * x.stride;
+        for (int j = 0; j < points; j++) {
+            out[k * stride + j] += y[y_uniform ? 0 : j] * from[x_uniform ? 0 : j];
+        }
+    }
+}
+
+static void add_term(const normal_run *n, const tile_state *t, const jacobian_block *block,
+                     jacobian_term term, double *out)
+{
+    static const double one = 1;
+    bool y_uniform, x_uniform = true;
+    int points = execute_valid(t);
+    ptrdiff_t stride = (ptrdiff_t)n->normal->slab_rows;
+    kernel_operand y = execute_output(t, term.y, &y_uniform), x = {&one, 0};
+    if (term.x >= 0) {
+        x = execute_output(t, term.x, &x_uniform);
+    }
+    /* A block with outer products may have terms that are not: they have all its rows. */
+    int columns = term.x >= 0 ? block->columns : 1;
+    int rows = block->rows * block->columns / columns;
+    for (int i = 0; i < rows; i++) {
+        double *to = out + i * columns * stride;
+        if (y_uniform || x_uniform) {
+            add_uniform_outer(columns, points, to, stride, y.at + i * y.stride, y_uniform, x,
+                              x_uniform);
+        } else {
+            n->normal->program->kernels->add_outer(columns, points, to, stride, y.at + i * y.stride,
+                                                   x);
+        }
+    }
+}
+
+static void write_rows(void *context, const tile_state *t, size_t item)
+{
+    const normal_run *n = context;
+    const ad_normal *normal = n->normal;
+    const jacobian *j = &normal->jacobian;
+    int points = execute_valid(t);
+    double *residual = normal->residual + item * (size_t)(n->tile * j->row_count);
+    double *slab = normal->slab + (residual - normal->residual);
+    for (int r = 0; r < j->row_count; r++, residual += points, slab += points) {
+        bool uniform;
+        const double *from = execute_output(t, j->rows[r].residual, &uniform).at;
+        for (int i = 0; i < points; i++) {
+            residual[i] = from[uniform ? 0 : i];
+        }
+        for (int b = 0; b < j->rows[r].count; b++) {
+            const jacobian_block *block = &j->blocks[j->rows[r].first + b];
+            double *out = slab + block->offset * normal->slab_rows;
+            for (int i = 0; i < block->rows * block->columns; i++) {
+                memset(out + (size_t)i * normal->slab_rows, 0, (size_t)points * sizeof *out);
+            }
+            for (int i = 0; i < block->count; i++) {
+                add_term(n, t, block, j->terms[block->first + i], out);
+            }
+        }
+    }
+}
+
+/* ---- sums of products ------------------------------------------------------------------------ */
+
+static void multiply_strips(void *context, int item, int thread)
+{
+    (void)thread;
+    const normal_run *n = context;
+    const ad_normal *normal = n->normal;
+    const blas *library = normal->program->blas;
+    size_t count = normal->parameters, stride = normal->slab_rows;
+    size_t a = 0, b = (size_t)item;
+    for (; b >= n->strips - a; a++) { /* row a of the triangle has strips - a blocks */
+        b -= n->strips - a;
+    }
+    b += a;
+    size_t top = a * count / n->strips, left = b * count / n->strips;
+    int height = (int)((a + 1) * count / n->strips - top);
+    int width = (int)((b + 1) * count / n->strips - left);
+    const double *rows = normal->slab + top * stride, *columns = normal->slab + left * stride;
+    double *to = n->jtj + top * count + left;
+    if (a != b) {
+        library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_TRANSPOSED, height, width, (int)n->rows, 1,
+                      rows, (int)stride, columns, (int)stride, 1, to, (int)count);
+        return;
+    }
+    library->syrk(BLAS_ROW_MAJOR, BLAS_UPPER, BLAS_NORMAL, height, (int)n->rows, 1, rows,
+                  (int)stride, 1, to, (int)count);
+    library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, height, 1, (int)n->rows, 1, rows,
+                  (int)stride, normal->residual, 1, 1, n->jtr + top, 1);
+}
+
+ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr)
+{
+    normal_run n = {.normal = normal, .run = run, .jtj = jtj, .jtr = jtr};
+    size_t tiles, row_count = (size_t)normal->jacobian.row_count;
+    execute_cut(normal->program, run->points, &n.tile, &tiles);
+    n.strips = (normal->parameters + STRIP - 1) / STRIP;
+    size_t most = normal->slab_rows / ((size_t)n.tile * row_count), points;
+    for (size_t first = 0; first < tiles; first += most) {
+        size_t count = tiles - first < most ? tiles - first : most;
+        execute_tiles(normal->program, run, first, count, write_rows, &n);
+        points = (first + count) * (size_t)n.tile;
+        points = (points < run->points ? points : run->points) - first * (size_t)n.tile;
+        n.rows = points * row_count;
+        for (size_t i = 0; i < n.rows; i++) {
+            *rtr += normal->residual[i] * normal->residual[i];
+        }
+        pool_run(normal->program->pool, (int)(n.strips * (n.strips + 1) / 2), multiply_strips, &n);
+    }
+    return AD_OK;
+}

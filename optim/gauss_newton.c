@@ -1,0 +1,388 @@
+/* Levenberg 1944, Marquardt 1963; the ratio of the decrease to what the model predicts rules the
+ * damping, as in Madsen, Nielsen & Tingleff, "Methods for Non-Linear Least Squares Problems", 2nd
+ * ed. 2004, but with the factors of Transtrum & Sethna, "Improvements to the Levenberg-Marquardt
+ * algorithm for nonlinear least-squares minimization", arXiv:1201.5885 (2012): quickly down, slowly
+ * up. A trial costs one factorisation, the matrix of the next step many, and the largest step that
+ * lowers the value follows a curved valley best. */
+#include "internal.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Scalars live in one array of doubles so that the state is nothing but arrays. */
+enum {
+    EVALUATED, /* 1 when the value belongs to x */
+    VALUE,
+    DAMPING,      /* multiple of the scaling matrix; 0: not yet chosen */
+    GRADIENT_MAX, /* at the start of the last step */
+    STEP,         /* 2-norm of the last accepted step */
+    ITERATIONS,
+    EVALUATIONS,
+    REJECTED,
+    NOT_FINITE,
+    FAILED_FACTORS,
+    SCALAR_COUNT
+};
+
+struct optim_gauss_newton {
+    optim_gauss_newton_settings settings;
+    optim_solver solver;
+    size_t count;
+    double *x;       /* [count] */
+    double *jtj;     /* [count][count], upper triangle */
+    double *factor;  /* [count][count], work */
+    double *jtr;     /* [count] */
+    double *scale;   /* [count], diagonal of the scaling matrix */
+    double *step;    /* [count], work */
+    double *trial_x; /* [count], work */
+    double unit;     /* of the damping at x: the largest diagonal entry, or 1 */
+    double scalar[SCALAR_COUNT];
+};
+
+optim_gauss_newton_settings optim_gauss_newton_defaults(void)
+{
+    return (optim_gauss_newton_settings){.scaling = OPTIM_SCALING_IDENTITY,
+                                         .initial_damping = 1e-3,
+                                         .maximum_damping = 1e10,
+                                         .damping_increase = 4,
+                                         .damping_decrease = 0.05,
+                                         .gradient_tolerance = 1e-12,
+                                         .function_tolerance = 0,
+                                         .step_tolerance = 0};
+}
+
+/* Conditions are written so that a NaN fails them. */
+const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings)
+{
+    if ((int)settings->scaling < 0 || settings->scaling >= OPTIM_SCALING_COUNT) {
+        return "scaling must be identity or diagonal";
+    }
+    if (!(settings->initial_damping > 0 && isfinite(settings->initial_damping))) {
+        return "initial_damping must be finite and > 0";
+    }
+    if (!(settings->maximum_damping > settings->initial_damping &&
+          isfinite(settings->maximum_damping))) {
+        return "maximum_damping must be finite and > initial_damping";
+    }
+    if (!(settings->damping_increase > 1 && isfinite(settings->damping_increase))) {
+        return "damping_increase must be finite and > 1";
+    }
+    if (!(settings->damping_decrease > 0 && settings->damping_decrease < 1)) {
+        return "damping_decrease must be in (0, 1)";
+    }
+    if (!(settings->gradient_tolerance >= 0 && isfinite(settings->gradient_tolerance))) {
+        return "gradient_tolerance must be finite and >= 0";
+    }
+    if (!(settings->function_tolerance >= 0 && settings->function_tolerance < 1)) {
+        return "function_tolerance must be in [0, 1)";
+    }
+    if (!(settings->step_tolerance >= 0 && settings->step_tolerance < 1)) {
+        return "step_tolerance must be in [0, 1)";
+    }
+    return NULL;
+}
+
+void optim_gauss_newton_free(optim_gauss_newton *gn)
+{
+    if (gn) {
+        free(gn->x);
+        free(gn->jtj);
+        free(gn->factor);
+        free(gn->jtr);
+        free(gn->scale);
+        free(gn->step);
+        free(gn->trial_x);
+        free(gn);
+    }
+}
+
+static optim_gauss_newton *allocate(size_t count)
+{
+    optim_gauss_newton *gn = calloc(1, sizeof *gn);
+    if (!gn) {
+        return NULL;
+    }
+    gn->count = count;
+    gn->x = optim_vector_create(1, count);
+    gn->jtj = optim_vector_create(count, count);
+    gn->factor = optim_vector_create(count, count);
+    gn->jtr = optim_vector_create(1, count);
+    gn->scale = optim_vector_create(1, count);
+    gn->step = optim_vector_create(1, count);
+    gn->trial_x = optim_vector_create(1, count);
+    if (!gn->x || !gn->jtj || !gn->factor || !gn->jtr || !gn->scale || !gn->step || !gn->trial_x) {
+        optim_gauss_newton_free(gn);
+        return NULL;
+    }
+    return gn;
+}
+
+optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
+                                              const optim_gauss_newton_settings *settings,
+                                              const optim_solver *solver, const char **why)
+{
+    const char *problem = optim_gauss_newton_check(settings);
+    optim_gauss_newton *gn = NULL;
+    if (!problem && (count == 0 || count > OPTIM_GAUSS_NEWTON_COUNT_MAX)) {
+        problem = "count must be in [1, 10000]: the matrices have count^2 numbers";
+    }
+    if (!problem && !optim_all_finite(count, x)) {
+        problem = "the starting point x must be finite";
+    }
+    if (!problem) {
+        gn = allocate(count);
+        problem = gn ? NULL : "out of memory";
+    }
+    if (gn) {
+        gn->settings = *settings;
+        gn->solver = *solver;
+        memcpy(gn->x, x, count * sizeof *x);
+        gn->scalar[GRADIENT_MAX] = INFINITY;
+        optim_gauss_newton_objective_changed(gn);
+    }
+    if (why) {
+        *why = problem;
+    }
+    return gn;
+}
+
+void optim_gauss_newton_objective_changed(optim_gauss_newton *gn)
+{
+    gn->scalar[EVALUATED] = 0;
+    gn->scalar[VALUE] = INFINITY;
+}
+
+/* ---- one step ---- */
+
+typedef struct least_squares {
+    optim_least_squares objective;
+    void *context;
+} least_squares;
+
+static optim_status evaluate(optim_gauss_newton *gn, least_squares f, const double *x,
+                             double *value, double *jtj, double *jtr)
+{
+    *value = NAN; /* an objective that forgets to write it must not pass */
+    gn->scalar[EVALUATIONS] += 1;
+    const int code = f.objective(f.context, x, value, jtj, jtr);
+    if (code == OPTIM_OBJECTIVE_NOT_FINITE) {
+        return OPTIM_NOT_FINITE;
+    }
+    if (code != OPTIM_OBJECTIVE_OK) {
+        return OPTIM_STOPPED_BY_OBJECTIVE;
+    }
+    return isfinite(*value) ? OPTIM_RUNNING : OPTIM_NOT_FINITE;
+}
+
+/* The normal equations at x, and what follows from them. */
+static optim_status linearize(optim_gauss_newton *gn, least_squares f)
+{
+    const size_t count = gn->count;
+    double value = 0, largest = 0;
+    optim_status status = OPTIM_RUNNING;
+    if (gn->scalar[EVALUATED] == 0) {
+        status = evaluate(gn, f, gn->x, &gn->scalar[VALUE], NULL, NULL);
+    }
+    if (status == OPTIM_RUNNING) {
+        gn->scalar[EVALUATED] = 1;
+        status = evaluate(gn, f, gn->x, &value, gn->jtj, gn->jtr);
+    }
+    if (status != OPTIM_RUNNING) {
+        return status;
+    }
+    for (size_t i = 0; i < count; i++) {
+        gn->scale[i] = gn->jtj[i * count + i];
+        largest = fmax(largest, gn->scale[i]);
+    }
+    if (!optim_all_finite(count, gn->scale) || !optim_all_finite(count, gn->jtr)) {
+        return OPTIM_NOT_FINITE;
+    }
+    for (size_t i = 0; i < count; i++) {
+        gn->scale[i] = gn->settings.scaling == OPTIM_SCALING_IDENTITY
+                           ? 1
+                           : fmax(gn->scale[i], DBL_EPSILON * largest);
+    }
+    gn->unit = gn->settings.scaling == OPTIM_SCALING_IDENTITY ? largest : 1;
+    gn->scalar[GRADIENT_MAX] = 2 * optim_max_abs(count, gn->jtr);
+    return gn->scalar[GRADIENT_MAX] <= gn->settings.gradient_tolerance ? OPTIM_GRADIENT_TOLERANCE
+                                                                       : OPTIM_RUNNING;
+}
+
+/* step of (J^T J + damping D) step = -J^T r; 0 when the matrix has no factor. */
+static int solve(optim_gauss_newton *gn)
+{
+    const size_t count = gn->count;
+    memcpy(gn->factor, gn->jtj, count * count * sizeof *gn->factor);
+    for (size_t i = 0; i < count; i++) {
+        gn->factor[i * count + i] += gn->scalar[DAMPING] * gn->scale[i];
+        gn->step[i] = -gn->jtr[i];
+    }
+    if (gn->solver.factor(count, gn->factor) != 0) {
+        return 0;
+    }
+    gn->solver.solve(count, gn->factor, gn->step);
+    return optim_all_finite(count, gn->step);
+}
+
+/* What the model r + J step says the value falls by. */
+static double predicted_decrease(const optim_gauss_newton *gn)
+{
+    double sum = 0;
+    for (size_t i = 0; i < gn->count; i++) {
+        sum += gn->step[i] * (gn->scalar[DAMPING] * gn->scale[i] * gn->step[i] - gn->jtr[i]);
+    }
+    return sum;
+}
+
+static int raise_damping(optim_gauss_newton *gn)
+{
+    gn->scalar[DAMPING] *= gn->settings.damping_increase;
+    return gn->scalar[DAMPING] <= gn->settings.maximum_damping * gn->unit;
+}
+
+/* A step that brought less than a quarter of what was predicted leaves the damping as it is. */
+static void lower_damping(optim_gauss_newton *gn, double ratio)
+{
+    static const double poor = 0.25;
+    if (ratio > poor) {
+        gn->scalar[DAMPING] *= gn->settings.damping_decrease;
+        gn->scalar[DAMPING] = fmax(gn->scalar[DAMPING], DBL_EPSILON * gn->unit);
+    }
+}
+
+static optim_status accept(optim_gauss_newton *gn, double value)
+{
+    const double change = gn->scalar[VALUE] - value, before = gn->scalar[VALUE];
+    memcpy(gn->x, gn->trial_x, gn->count * sizeof *gn->x);
+    gn->scalar[VALUE] = value;
+    gn->scalar[STEP] = sqrt(optim_dot(gn->count, gn->step, gn->step));
+    gn->scalar[ITERATIONS] += 1;
+    if (change <= gn->settings.function_tolerance * before) {
+        return OPTIM_FUNCTION_TOLERANCE;
+    }
+    if (optim_max_abs(gn->count, gn->step) <=
+        gn->settings.step_tolerance * optim_max_abs(gn->count, gn->x)) {
+        return OPTIM_STEP_TOLERANCE;
+    }
+    return OPTIM_RUNNING;
+}
+
+typedef enum trial { TRIAL_ACCEPTED, TRIAL_REJECTED, TRIAL_NO_MOVE, TRIAL_STOPPED } trial;
+
+/* One damping: its step is tried. */
+static trial try_damping(optim_gauss_newton *gn, least_squares f, double *value)
+{
+    if (!solve(gn)) {
+        gn->scalar[FAILED_FACTORS] += 1;
+        return TRIAL_REJECTED;
+    }
+    int moved = 0;
+    for (size_t i = 0; i < gn->count; i++) {
+        gn->trial_x[i] = gn->x[i] + gn->step[i];
+        moved = moved || gn->trial_x[i] != gn->x[i];
+    }
+    if (!moved) {
+        return TRIAL_NO_MOVE;
+    }
+    const optim_status status = evaluate(gn, f, gn->trial_x, value, NULL, NULL);
+    if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
+        return TRIAL_STOPPED;
+    }
+    const double predicted = predicted_decrease(gn);
+    if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE] && predicted > 0) {
+        lower_damping(gn, (gn->scalar[VALUE] - *value) / predicted);
+        return TRIAL_ACCEPTED;
+    }
+    gn->scalar[status == OPTIM_RUNNING ? REJECTED : NOT_FINITE] += 1;
+    return TRIAL_REJECTED;
+}
+
+static const char *check_scalars(const optim_gauss_newton *gn)
+{
+    static const int counters[] = {ITERATIONS, EVALUATIONS, REJECTED, NOT_FINITE, FAILED_FACTORS};
+    const double *scalar = gn->scalar;
+    for (size_t i = 0; i < sizeof counters / sizeof counters[0]; i++) {
+        if (!optim_is_counter(scalar[counters[i]], OPTIM_COUNTER_LIMIT)) {
+            return "scalars: a counter is not an integer in [0, 2^53]";
+        }
+    }
+    if (!optim_is_counter(scalar[EVALUATED], 1) ||
+        (scalar[EVALUATED] > 0 && !isfinite(scalar[VALUE]))) {
+        return "scalars: the value is not a number";
+    }
+    if (!(scalar[DAMPING] >= 0 && isfinite(scalar[DAMPING]))) {
+        return "scalars: the damping is not a number";
+    }
+    return NULL;
+}
+
+optim_status optim_gauss_newton_step(optim_gauss_newton *gn, optim_least_squares objective,
+                                     void *context)
+{
+    const least_squares f = {objective, context};
+    if (check_scalars(gn)) {
+        return OPTIM_BAD_STATE;
+    }
+    const optim_status status = linearize(gn, f);
+    if (status != OPTIM_RUNNING) {
+        return status;
+    }
+    if (gn->scalar[DAMPING] == 0) {
+        gn->scalar[DAMPING] = gn->settings.initial_damping * gn->unit;
+    }
+    const double start = gn->scalar[DAMPING], finite_before = gn->scalar[REJECTED];
+    const double bad_before = gn->scalar[NOT_FINITE];
+    double value = 0;
+    trial result;
+    do {
+        result = try_damping(gn, f, &value);
+    } while (result == TRIAL_REJECTED && raise_damping(gn));
+    if (result == TRIAL_ACCEPTED) {
+        return accept(gn, value);
+    }
+    gn->scalar[DAMPING] = start; /* a step may be called again */
+    if (result == TRIAL_STOPPED) {
+        return OPTIM_STOPPED_BY_OBJECTIVE;
+    }
+    const int none_finite =
+        gn->scalar[REJECTED] == finite_before && gn->scalar[NOT_FINITE] > bad_before;
+    return none_finite ? OPTIM_NO_FINITE_STEP : OPTIM_DAMPING_OVERFLOW;
+}
+
+/* ---- looking ---- */
+
+const double *optim_gauss_newton_x(const optim_gauss_newton *gn)
+{
+    return gn->x;
+}
+
+optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn)
+{
+    const double *scalar = gn->scalar;
+    return (optim_gauss_newton_info){.iterations = (int64_t)scalar[ITERATIONS],
+                                     .evaluations = (int64_t)scalar[EVALUATIONS],
+                                     .rejected = (int64_t)scalar[REJECTED],
+                                     .not_finite = (int64_t)scalar[NOT_FINITE],
+                                     .failed_factors = (int64_t)scalar[FAILED_FACTORS],
+                                     .value = scalar[VALUE],
+                                     .gradient_max = scalar[GRADIENT_MAX],
+                                     .damping = scalar[DAMPING],
+                                     .step = scalar[STEP]};
+}
+
+int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity)
+{
+    const optim_array rows[] = {{"x", gn->x, gn->count}, {"scalars", gn->scalar, SCALAR_COUNT}};
+    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
+}
+
+const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn)
+{
+    const char *problem = check_scalars(gn);
+    if (problem) {
+        return problem;
+    }
+    return optim_all_finite(gn->count, gn->x) ? NULL : "x holds a number that is not finite";
+}

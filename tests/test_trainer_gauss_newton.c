@@ -1,0 +1,166 @@
+/* Training by Gauss-Newton: checkpoints, bits, refusals. Points are resampled and causal weights
+ * change on the way. */
+#include "training_testing.h"
+
+#include "tools/trainer.h"
+
+#include <unistd.h>
+
+enum { STEPS = 14 };
+
+static const char *const still[] = {
+    "training.stages=[{optimizer: adam, steps: 3}, {optimizer: gauss_newton, steps: 9}, "
+    "{optimizer: lbfgs, steps: 2}]",
+    "output.every=4", NULL};
+
+static const char *const moving[] = {
+    "training.stages=[{optimizer: adam, steps: 4}, {optimizer: gauss_newton, steps: 10, "
+    "scaling: diagonal}]",
+    "output.every=3",
+    "enforcement.initial=soft",
+    "losses.interior.sampler=latin_hypercube",
+    "losses.interior.resample_every=5",
+    "losses.causal.slices=3",
+    "losses.causal.update_every=3",
+    NULL};
+
+typedef struct run {
+    made made;
+    reference *known;
+    trainer *trainer;
+} run;
+
+static run start(const char *path, const char *const *changes, int threads)
+{
+    run r = {.made = make_problem(path, changes, threads)};
+    ad_error error = {AD_OK, ""};
+    if (reference_create(r.made.e, &r.known, &error) != AD_OK ||
+        trainer_create(r.made.e, r.made.p, r.known, 0, &r.trainer, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return r;
+}
+
+static void stop(run *r)
+{
+    trainer_free(r->trainer);
+    reference_free(r->known);
+    made_free(&r->made);
+}
+
+static void step(run *r)
+{
+    ad_error error = {AD_OK, ""};
+    if (trainer_step(r->trainer, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+/* What a step leaves: loss, norm of the gradient, damping, held-out loss, error. */
+typedef struct shown {
+    double numbers[5];
+} shown;
+
+static shown show(const run *r)
+{
+    trainer_info i = trainer_inspect(r->trainer);
+    return (shown){{i.loss, i.gradient_norm, i.learning_rate, i.held_out, i.errors.position}};
+}
+
+static void check(const char *path, const char *const *changes)
+{
+    static double x[STEPS][600];
+    static shown whole[STEPS];
+    char folder[] = "/tmp/cpinn-gauss-newton-XXXXXX", name[64];
+    assert_non_null(mkdtemp(folder));
+    run r = start(path, changes, 1);
+    size_t count = r.made.e->count;
+    assert_true(count <= 600);
+    ad_error error = {AD_OK, ""};
+    for (int i = 0; i < STEPS; i++) {
+        snprintf(name, sizeof name, "%s/%d.h5", folder, i);
+        assert_int_equal(trainer_save(r.trainer, name, 1, &error), AD_OK);
+        step(&r);
+        whole[i] = show(&r);
+        memcpy(x[i], trainer_parameters(r.trainer), count * sizeof(double));
+    }
+    assert_int_equal(trainer_inspect(r.trainer).state, TRAINER_DONE);
+    for (int from = 0; from < STEPS; from++) {
+        snprintf(name, sizeof name, "%s/%d.h5", folder, from);
+        run again = start(path, changes, 1 + from % 2);
+        checkpoint *file = NULL;
+        assert_int_equal(checkpoint_open(name, &file, &error), AD_OK);
+        if (trainer_restore(again.trainer, file, &error) != AD_OK) {
+            fail_msg("%s", error.message);
+        }
+        for (int i = from; i < STEPS; i++) {
+            step(&again);
+            shown now = show(&again);
+            assert_memory_equal(trainer_parameters(again.trainer), x[i], count * sizeof(double));
+            assert_memory_equal(&now, &whole[i], sizeof now);
+        }
+        checkpoint_free(file);
+        stop(&again);
+        unlink(name);
+    }
+    stop(&r);
+    rmdir(folder);
+}
+
+static void test_static(void **state)
+{
+    (void)state;
+    check("configs/elastica.yaml", still);
+}
+
+static void test_moving(void **state)
+{
+    (void)state;
+    check("configs/cantilever_dynamic.yaml", moving);
+}
+
+/* Six orders of magnitude in 60 steps: first-order methods need thousands. */
+static void test_falls(void **state)
+{
+    (void)state;
+    const char *const changes[] = {"training.stages=[{optimizer: gauss_newton, steps: 60}]",
+                                   "network.hidden=[10, 10]", "output.every=100", NULL};
+    run r = start("configs/elastica.yaml", changes, 1);
+    step(&r);
+    double first = trainer_inspect(r.trainer).loss, before = first;
+    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+        step(&r);
+        assert_true(trainer_inspect(r.trainer).loss <= before);
+        before = trainer_inspect(r.trainer).loss;
+    }
+    assert_true(before < 1e-6 * first);
+    stop(&r);
+}
+
+static void test_too_many(void **state)
+{
+    (void)state;
+    const char *const changes[] = {"network.hidden=[100, 100]", "losses.interior.points=8",
+                                   "training.stages=[{optimizer: adam, steps: 5}, "
+                                   "{optimizer: gauss_newton, steps: 5}]",
+                                   NULL};
+    made m = make_problem("configs/elastica.yaml", changes, 1);
+    ad_error error = {AD_OK, ""};
+    trainer *t = NULL;
+    assert_int_equal(trainer_create(m.e, m.p, NULL, 0, &t, &error), AD_BAD_INPUT);
+    assert_null(t);
+    const char *begin = "training.stages[1].optimizer: gauss_newton keeps two matrices";
+    assert_memory_equal(error.message, begin, strlen(begin));
+    made_free(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_static),
+        cmocka_unit_test(test_moving),
+        cmocka_unit_test(test_falls),
+        cmocka_unit_test(test_too_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
