@@ -1,9 +1,8 @@
-/* Levenberg 1944, Marquardt 1963; the ratio of the decrease to what the model predicts rules the
- * damping, as in Madsen, Nielsen & Tingleff, "Methods for Non-Linear Least Squares Problems", 2nd
- * ed. 2004, but with the factors of Transtrum & Sethna, "Improvements to the Levenberg-Marquardt
- * algorithm for nonlinear least-squares minimization", arXiv:1201.5885 (2012): quickly down, slowly
- * up. A trial costs one factorisation, the matrix of the next step many, and the largest step that
- * lowers the value follows a curved valley best. */
+/* Levenberg 1944, Marquardt 1963. The damping falls by a large factor after every step that lowers
+ * the value and rises by a small one until a step does: Transtrum & Sethna, "Improvements to the
+ * Levenberg-Marquardt algorithm for nonlinear least-squares minimization", arXiv:1201.5885 (2012).
+ * For networks this was measured to end up to eight orders of magnitude lower, after equally many
+ * steps, than Nielsen's rule of the ratio between decrease and prediction. */
 #include "internal.h"
 
 #include <float.h>
@@ -226,30 +225,16 @@ static int solve(optim_gauss_newton *gn)
     return optim_all_finite(count, gn->step);
 }
 
-/* What the model r + J step says the value falls by. */
-static double predicted_decrease(const optim_gauss_newton *gn)
-{
-    double sum = 0;
-    for (size_t i = 0; i < gn->count; i++) {
-        sum += gn->step[i] * (gn->scalar[DAMPING] * gn->scale[i] * gn->step[i] - gn->jtr[i]);
-    }
-    return sum;
-}
-
 static int raise_damping(optim_gauss_newton *gn)
 {
     gn->scalar[DAMPING] *= gn->settings.damping_increase;
     return gn->scalar[DAMPING] <= gn->settings.maximum_damping * gn->unit;
 }
 
-/* A step that brought less than a quarter of what was predicted leaves the damping as it is. */
-static void lower_damping(optim_gauss_newton *gn, double ratio)
+static void lower_damping(optim_gauss_newton *gn)
 {
-    static const double poor = 0.25;
-    if (ratio > poor) {
-        gn->scalar[DAMPING] *= gn->settings.damping_decrease;
-        gn->scalar[DAMPING] = fmax(gn->scalar[DAMPING], DBL_EPSILON * gn->unit);
-    }
+    gn->scalar[DAMPING] *= gn->settings.damping_decrease;
+    gn->scalar[DAMPING] = fmax(gn->scalar[DAMPING], DBL_EPSILON * gn->unit);
 }
 
 static optim_status accept(optim_gauss_newton *gn, double value)
@@ -290,9 +275,8 @@ static trial try_damping(optim_gauss_newton *gn, least_squares f, double *value)
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
         return TRIAL_STOPPED;
     }
-    const double predicted = predicted_decrease(gn);
-    if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE] && predicted > 0) {
-        lower_damping(gn, (gn->scalar[VALUE] - *value) / predicted);
+    if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE]) {
+        lower_damping(gn);
         return TRIAL_ACCEPTED;
     }
     gn->scalar[status == OPTIM_RUNNING ? REJECTED : NOT_FINITE] += 1;

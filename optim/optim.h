@@ -240,12 +240,11 @@ optim_lbfgs_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs);
 int optim_lbfgs_state(optim_lbfgs *lbfgs, optim_array *arrays, int capacity);
 const char *optim_lbfgs_state_check(const optim_lbfgs *lbfgs);
 
-/* ---- Levenberg-Marquardt: Madsen, Nielsen & Tingleff 2004; Transtrum & Sethna 2012 ---- */
+/* ---- Levenberg-Marquardt: Levenberg 1944, Marquardt 1963, Transtrum & Sethna 2012 ---- */
 
 /* For a value that is a sum of squares |r(x)|^2 with J = dr/dx. A step solves
- * (J^T J + damping D) step = -J^T r, and is taken when it lowers the value; the damping falls when
- * the decrease is at least a quarter of what r + J step predicts, and rises when there is none,
- * when the value is not finite or when the matrix is not positive definite to rounding. */
+ * (J^T J + damping D) step = -J^T r. The damping rises until a step lowers the value, also when the
+ * value is not finite or the matrix not positive definite to rounding, and falls afterwards. */
 
 /* Writes |r|^2 to value[1] and, unless they are NULL, the upper triangle of J^T J to
  * jtj[count][count], row-major (the rest is not read), and J^T r to jtr[count]. Returns what an
@@ -281,7 +280,7 @@ typedef struct optim_gauss_newton_settings {
     double initial_damping;    /* > 0 */
     double maximum_damping;    /* > initial_damping; where it gives up */
     double damping_increase;   /* > 1; factor after a step that is not taken */
-    double damping_decrease;   /* (0, 1); factor after a good one */
+    double damping_decrease;   /* (0, 1); factor after one that is */
     double gradient_tolerance; /* >= 0; stop when max |2 J^T r|_i is no larger */
     double function_tolerance; /* [0, 1); stop when a step lowers the value relatively by no more */
     double step_tolerance;     /* [0, 1); as in L-BFGS */
