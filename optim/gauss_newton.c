@@ -1,8 +1,8 @@
 /* Levenberg 1944, Marquardt 1963. The damping falls by a large factor after every step that lowers
  * the value and rises by a small one until a step does: Transtrum & Sethna, "Improvements to the
  * Levenberg-Marquardt algorithm for nonlinear least-squares minimization", arXiv:1201.5885 (2012).
- * For networks this was measured to end up to eight orders of magnitude lower, after equally many
- * steps, than Nielsen's rule of the ratio between decrease and prediction. */
+ * For networks this was measured to end far lower, after equally many steps, than rules that keep
+ * the damping where the decrease falls short of what the model predicts. */
 #include "internal.h"
 
 #include <float.h>
