@@ -114,7 +114,19 @@ optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_se
     return adam;
 }
 
-/* m, v and then x; the new point is committed only when it is finite. */
+static double next_mean(double beta1, double mean, double g)
+{
+    return beta1 * mean + (1 - beta1) * g;
+}
+
+static double next_square(double beta2, double square, double g)
+{
+    return beta2 * square + (1 - beta2) * g * g;
+}
+
+/* The new point comes first, and nothing is stored unless it is finite; only then are the moments
+ * computed once more and kept. They are finite with the old ones and the squares of the gradient,
+ * which optim_evaluate has seen to. */
 static optim_status update(optim_adam *adam, double gradient_norm)
 {
     const optim_adam_settings *settings = &adam->settings;
@@ -133,13 +145,17 @@ static optim_status update(optim_adam *adam, double gradient_norm)
     double *restrict next_x = adam->next_x;
     for (size_t i = 0; i < adam->count; i++) {
         const double g = scale * gradient[i];
-        mean[i] = beta1 * mean[i] + (1 - beta1) * g;
-        square[i] = beta2 * square[i] + (1 - beta2) * g * g;
-        next_x[i] = x[i] - rate * (mean[i] / correction1) /
-                               (sqrt(square[i] / correction2) + settings->epsilon);
+        const double m = next_mean(beta1, mean[i], g);
+        const double v = next_square(beta2, square[i], g);
+        next_x[i] = x[i] - rate * (m / correction1) / (sqrt(v / correction2) + settings->epsilon);
     }
     if (!optim_all_finite(adam->count, next_x)) {
         return OPTIM_NOT_FINITE;
+    }
+    for (size_t i = 0; i < adam->count; i++) {
+        const double g = scale * gradient[i];
+        mean[i] = next_mean(beta1, mean[i], g);
+        square[i] = next_square(beta2, square[i], g);
     }
     memcpy(adam->x, next_x, adam->count * sizeof *next_x);
     adam->scalar[STEPS] = steps;

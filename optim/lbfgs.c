@@ -412,6 +412,7 @@ const double *optim_lbfgs_best_x(const optim_lbfgs *lbfgs)
 optim_lbfgs_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs)
 {
     const double *scalar = lbfgs->scalar;
+    const double *gradient = lbfgs->gradient;
     const int evaluated = scalar[EVALUATED] > 0;
     return (optim_lbfgs_info){
         .iterations = (int64_t)scalar[ITERATIONS],
@@ -420,7 +421,8 @@ optim_lbfgs_info optim_lbfgs_get_info(const optim_lbfgs *lbfgs)
         .skipped = (int64_t)scalar[SKIPPED],
         .resets = (int64_t)scalar[RESETS],
         .value = scalar[VALUE],
-        .gradient_max = evaluated ? optim_max_abs(lbfgs->count, lbfgs->gradient) : INFINITY,
+        .gradient_max = evaluated ? optim_max_abs(lbfgs->count, gradient) : INFINITY,
+        .gradient_norm = evaluated ? sqrt(optim_dot(lbfgs->count, gradient, gradient)) : INFINITY,
         .step = scalar[STEP],
         .best_value = scalar[BEST_VALUE]};
 }

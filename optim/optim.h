@@ -159,7 +159,8 @@ optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_se
                               const char **why);
 void optim_adam_free(optim_adam *adam); /* NULL is fine */
 
-/* One evaluation and one update. On anything but OPTIM_RUNNING the point has not moved. */
+/* One evaluation and one update. On anything but OPTIM_RUNNING neither the point nor the moments
+ * have changed. */
 optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context);
 
 /* Call when the objective is no longer the same function and its values no longer compare: forgets
@@ -196,15 +197,16 @@ typedef struct optim_lbfgs_settings {
 } optim_lbfgs_settings;
 
 typedef struct optim_lbfgs_info {
-    int64_t iterations;  /* completed, each ending in a strong Wolfe point */
-    int64_t evaluations; /* calls of the objective */
-    int64_t pairs;       /* pairs (s, y) in the history */
-    int64_t skipped;     /* updates dropped by curvature_threshold */
-    int64_t resets;      /* histories dropped after a failed line search */
-    double value;        /* at the current point; +infinity before the first evaluation */
-    double gradient_max; /* max |g_i| at the current point; +infinity before the first */
-    double step;         /* multiple of the search direction taken last */
-    double best_value;   /* lowest value evaluated, trial points included; +infinity before */
+    int64_t iterations;   /* completed, each ending in a strong Wolfe point */
+    int64_t evaluations;  /* calls of the objective */
+    int64_t pairs;        /* pairs (s, y) in the history */
+    int64_t skipped;      /* updates dropped by curvature_threshold */
+    int64_t resets;       /* histories dropped after a failed line search */
+    double value;         /* at the current point; +infinity before the first evaluation */
+    double gradient_max;  /* max |g_i| at the current point; +infinity before the first */
+    double gradient_norm; /* 2-norm at the current point; +infinity before the first */
+    double step;          /* multiple of the search direction taken last */
+    double best_value;    /* lowest value evaluated, trial points included; +infinity before */
 } optim_lbfgs_info;
 
 typedef struct optim_lbfgs optim_lbfgs;

@@ -2,6 +2,7 @@
  * (no tape: s and t are unknown), evaluates it (s and t are numbers) and records it (s and t are
  * values of a tape). */
 #include "physics/expression.h"
+#include "physics/constants.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -10,8 +11,6 @@
 #include <string.h>
 
 enum { EXPRESSION_DEPTH_MAX = 64, EXPRESSION_NUMBER_MAX = 63, EXPRESSION_POWER_MAX = 8 };
-
-static const double EXPRESSION_PI = 3.14159265358979323846;
 
 /* A known number, or else a value of the tape (when there is one). */
 typedef struct expression_node {
@@ -281,7 +280,7 @@ static expression_node parse_name(expression_parser *parser)
         return *name == 's' ? parser->s : parser->t;
     }
     if (length == 2 && strncmp(name, "pi", 2) == 0)
-        return node_number(EXPRESSION_PI);
+        return node_number(PI);
     for (int i = 0; i < EXPRESSION_FUNCTIONS; i++) {
         const expression_function *function = &expression_functions[i];
         if (strlen(function->name) == length && strncmp(name, function->name, length) == 0)
@@ -403,6 +402,15 @@ double expression_evaluate(const char *text, double s, double t)
     expression_parser parser = {.status = AD_OK, .s = node_number(s), .t = node_number(t)};
     expression_node result = parse(&parser, text);
     return parser.status == AD_OK ? result.number : NAN;
+}
+
+bool expression_is_number(const char *text, double *value)
+{
+    expression_use use = {.s = false, .t = false};
+    if (!text || expression_check(text, &use, NULL) != AD_OK || use.s || use.t)
+        return false;
+    *value = expression_evaluate(text, 0, 0);
+    return true;
 }
 
 ad_value expression_record(const char *text, ad_value s, ad_value t)

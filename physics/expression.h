@@ -25,6 +25,10 @@ ad_status expression_check(const char *text, expression_use *use, ad_error *erro
 /* The number at s (m) and t (s) of a text that passes expression_check; NaN when not finite. */
 double expression_evaluate(const char *text, double s, double t);
 
+/* Whether a text uses neither s nor t, and then its value; false for NULL and for a text that does
+ * not parse. */
+bool expression_is_number(const char *text, double *value);
+
 /* Record on the tape of s and t (scalars, SI). A text that does not parse leaves its error on the
  * tape. */
 ad_value expression_record(const char *text, ad_value s, ad_value t);

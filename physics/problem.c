@@ -87,10 +87,64 @@ static bool make_causal(problem *p)
     return p->slice_weights && p->slice_losses && p->slice_points;
 }
 
+problem_settings problem_settings_default(void)
+{
+    static const double epsilons[] = {0.01, 0.1, 1, 10, 100};
+    const problem_points points = {256, SAMPLING_SOBOL, 0};
+    problem_settings settings = {.interior = points, .boundary = points, .initial = points};
+    /* errors of the first two add up along s */
+    settings.strain_weight = settings.curvature_weight = 100;
+    settings.force_weight = settings.moment_weight = 1;
+    settings.boundary_weight = settings.initial_weight = 1;
+    settings.held_out_points = 256;
+    settings.causal_epsilon_count = sizeof epsilons / sizeof *epsilons;
+    memcpy(settings.causal_epsilon, epsilons, sizeof epsilons);
+    settings.causal_threshold = 0.99;
+    settings.causal_update_every = 50;
+    return settings;
+}
+
+const char *problem_settings_check(const problem_settings *settings, const scene *scene)
+{
+    const problem_points *sets[] = {&settings->interior, &settings->boundary, &settings->initial};
+    const double weights[] = {settings->strain_weight,   settings->curvature_weight,
+                              settings->force_weight,    settings->moment_weight,
+                              settings->boundary_weight, settings->initial_weight};
+    for (int i = 0; i < 3; i++) {
+        if (sets[i]->points < 1 || sets[i]->resample_every < 0) {
+            return "points: at least 1, resample_every: at least 0";
+        }
+    }
+    for (int i = 0; i < 6; i++) {
+        if (!(weights[i] >= 0 && isfinite(weights[i]))) {
+            return "weights: finite and at least 0";
+        }
+    }
+    if (settings->held_out_points < 1) {
+        return "held_out_points: at least 1";
+    }
+    if (settings->causal_slices == 0) {
+        return NULL;
+    }
+    if (settings->causal_slices < 0 || !scene_is_dynamic(scene)) {
+        return "causal_slices: at least 0, and 0 in a static scene";
+    }
+    if (settings->causal_epsilon_count < 1 ||
+        settings->causal_epsilon_count > PROBLEM_EPSILONS_MAX ||
+        settings->causal_update_every < 1) {
+        return "causal_epsilon_count: 1 to 16, causal_update_every: at least 1";
+    }
+    return NULL;
+}
+
 ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_settings *settings,
                          uint64_t seed, ad_pool *pool, problem **result, ad_error *error)
 {
     *result = NULL;
+    const char *wrong = problem_settings_check(settings, scene);
+    if (wrong) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "problem settings: %s", wrong);
+    }
     problem *p = calloc(1, sizeof *p);
     if (!p) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
@@ -132,7 +186,7 @@ void problem_free(problem *p)
     if (!p) {
         return;
     }
-    for (int i = 0; i < PROBLEM_SETS; i++) {
+    for (int i = 0; i < SET_COUNT; i++) {
         problem_set_clear(&p->sets[i]);
     }
     free(p->scratch);
@@ -196,16 +250,18 @@ const char *problem_derivatives(const problem *p)
 
 size_t problem_bytes(const problem *p)
 {
+    enum { LEAST_CHUNKS = 8 }; /* each sums for itself; more only for very many points */
     size_t bytes = 2 * p->parameters * sizeof(double);
     int threads = ad_pool_threads(p->pool);
     for (int i = 0; i < p->set_count; i++) {
         const problem_set *s = &p->sets[i];
-        const ad_program *programs[2] = {s->gradient, s->value};
+        const ad_program *programs[3] = {s->gradient, s->value, s->fixed};
         bytes += 3 * (s->trained.count + s->held_out.count) * sizeof(double);
         bytes += (size_t)s->fixed_rows * s->trained.count * sizeof(double);
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < 3 && programs[k]; k++) {
             ad_program_info info = ad_program_inspect(programs[k]);
-            bytes += (size_t)threads * info.workspace_bytes + 8 * info.reduced * sizeof(double);
+            bytes += (size_t)threads * info.workspace_bytes;
+            bytes += LEAST_CHUNKS * info.reduced * sizeof(double);
         }
     }
     return bytes;
@@ -311,17 +367,12 @@ ad_status problem_held_out(problem *p, const double *x, double *loss, double *te
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         double total;
-        ad_status status =
-            problem_set_run(set, set->value, &set->held_out, x, values, &total, NULL, error);
+        ad_status status = problem_set_run(set, set->value, &set->held_out, x,
+                                           terms ? terms : values, &total, NULL, error);
         if (status != AD_OK) {
             return status;
         }
-    }
-    for (int k = 0; k < p->term_count; k++) {
-        *loss += p->terms[k].weight * values[k];
-        if (terms) {
-            terms[k] = values[k];
-        }
+        *loss += total;
     }
     return AD_OK;
 }
@@ -413,7 +464,6 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
     *generator_count = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
-        set->fixed_stale = set->fixed != NULL; /* whoever fills the points makes them new */
         arrays[count++] = (problem_array){points[set->kind], set->trained.s, 2, set->trained.count};
         generators[(*generator_count)++] =
             (problem_generator){problem_set_names[set->kind], &set->rng};
@@ -455,10 +505,11 @@ static ad_status causal_state_check(const problem *p, ad_error *error)
     return AD_OK;
 }
 
-ad_status problem_state_check(const problem *p, ad_error *error)
+ad_status problem_restored(problem *p, ad_error *error)
 {
     for (int i = 0; i < p->set_count; i++) {
         const problem_cloud *c = &p->sets[i].trained;
+        p->sets[i].fixed_stale = p->sets[i].fixed != NULL;
         for (size_t k = 0; k < c->count; k++) {
             if (!(c->s[k] >= 0 && c->s[k] <= 1 && c->t[k] >= 0 && c->t[k] <= p->duration)) {
                 return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");

@@ -44,6 +44,11 @@ typedef struct problem_settings {
     int causal_update_every; /* steps between updates of the weights */
 } problem_settings;
 
+problem_settings problem_settings_default(void);
+
+/* NULL, or which field is out of range and what is allowed (static text). */
+const char *problem_settings_check(const problem_settings *settings, const scene *scene);
+
 typedef struct problem problem;
 
 /* Record, transform, compile and sample; every random number follows from `seed`. `settings` and
@@ -122,8 +127,8 @@ enum { PROBLEM_STATE_MAX = 8 };
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count);
 
-/* After a restore: AD_BAD_INPUT when a point or weight lies where none can be. */
-ad_status problem_state_check(const problem *p, ad_error *error);
+/* Call it after a restore: AD_BAD_INPUT when a point or weight lies where none can be. */
+ad_status problem_restored(problem *p, ad_error *error);
 
 /* ---- what was built ------------------------------------------------------------------------- */
 

@@ -6,7 +6,6 @@
 
 enum {
     PROBLEM_TERMS = ROD_RESIDUAL_COUNT,
-    PROBLEM_SETS = 4,
     PROBLEM_SET_TERMS = 4,
     PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2,
     PROBLEM_FIXED_ROWS = 256,
@@ -67,7 +66,7 @@ struct problem {
     double length, time, duration; /* scales in SI; duration in units of time */
     problem_term terms[PROBLEM_TERMS];
     int term_count;
-    problem_set sets[PROBLEM_SETS];
+    problem_set sets[SET_COUNT];
     int set_count;
     double losses[PROBLEM_TERMS];
     double *scratch;                                     /* [parameters] */

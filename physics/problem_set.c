@@ -273,14 +273,15 @@ static ad_status compile_gradient(problem *p, problem_set *set, recording *r, ad
                            : status;
 }
 
-/* outputs: weighted loss (unused: 0), means, squares per point */
+/* outputs: weighted loss, means, squares per point; without causal weights */
 static ad_status compile_value(problem *p, problem_set *set, recording *r, ad_error *error)
 {
     ad_value outputs[1 + 2 * PROBLEM_SET_TERMS];
     int count = 1;
-    outputs[0] = ad_scalar(r->tape, 0);
+    outputs[0] = ad_zeros(r->tape, 1);
     for (int i = 0; i < set->term_count; i++) {
-        outputs[count++] = mean(r->squares[i]);
+        outputs[count] = mean(r->squares[i]);
+        outputs[0] = ad_add(outputs[0], ad_scale(outputs[count++], p->terms[set->terms[i]].weight));
     }
     for (int i = 0; i < set->term_count; i++) {
         outputs[count++] = r->squares[i];
@@ -331,8 +332,9 @@ static ad_status refresh_fixed(problem_set *set, ad_error *error)
         outputs[i] = set->fixed_values + (size_t)set->fixed_offsets[i] * set->trained.count;
     }
     ad_run r = {.points = set->trained.count, .inputs = inputs, .outputs = outputs};
-    set->fixed_stale = false;
-    return ad_execute(set->fixed, &r, error);
+    ad_status status = ad_execute(set->fixed, &r, error);
+    set->fixed_stale = status != AD_OK;
+    return status;
 }
 
 static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
@@ -369,7 +371,7 @@ ad_status problem_set_run(problem_set *set, ad_program *program, const problem_c
         }
     }
     ad_status status = run(set, program, cloud, x, outputs, error);
-    for (int i = 0; i < set->term_count; i++) {
+    for (int i = 0; status == AD_OK && i < set->term_count; i++) {
         terms[set->terms[i]] = means[i];
     }
     return status;

@@ -10,15 +10,17 @@
  *   n = Kse (v - v*) + Bse v_t                               internal force, body
  *   m = Kbt (u - u*) + Bbt u_t                               internal moment, body
  *   N_s + f = rhoA r_tt                                      balance of force, world
- *   m_s + u x m + v x R^T N + l = rhoJ w_t + w x (rhoJ w)    balance of moment, body
+ *   m_s + u x m + v x R^T N + R^T l
+ *     = rhoJ w_t + w x (rhoJ w)                              balance of moment, body
+ *
+ * with f and l the distributed force and moment, world.
  *
  * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
- * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI); `s` and `t` below are
- * sigma and tau. They are one-row values that the caller makes: batch inputs, or rows of one.
- * Residuals and observables differentiate with respect to them, so they must not be constants;
- * only in a static scene t is the constant 0, and every derivative by it is an exact 0. Absent
- * physics (no damping, locked strain, no gravity) enters as a constant 0 and is folded away by the
- * tape; there is one copy of each equation.
+ * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene; `s`
+ * and `t` below are sigma and tau. They are one-row inputs or uniforms that the caller makes
+ * (ad_derivative takes no results of operations); in a static scene t is the constant 0, and every
+ * derivative by it is an exact 0. Absent physics (no damping, locked strain, no gravity) enters as
+ * a constant 0 and is folded away by the tape; there is one copy of each equation.
  *
  * Errors are sticky on the tape. Scenes must pass scene_check. */
 #ifndef PHYSICS_ROD_H
@@ -31,7 +33,7 @@
 
 typedef struct rod_scales {
     double length; /* m */
-    double time;   /* s: length^2 sqrt(rhoA/EI); the duration if there is no mass, 1 if static */
+    double time;   /* s: length^2 sqrt(rhoA/EI), 1 if static */
     double force;  /* N: EI/length^2 */
     double moment; /* N m: EI/length */
 } rod_scales;      /* EI: the smaller of the two bending stiffnesses that is finite */
@@ -48,13 +50,14 @@ typedef struct rod_numbers {
     double tip_moment;     /* |T| L/EI, largest over time */
     double compression;    /* F L^2/EI of a dead load at one end against the tangent of the other,
                               clamped one, largest over time; Euler's load is pi^2/4 */
-    double distributed_force; /* |f| L^3/EI, largest over s and t */
-    double weight;            /* rhoA |g| L^3/EI */
-    double strain_damping;    /* largest Bse L^2/(EI time) */
-    double curvature_damping; /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
-    double drag;              /* damping ratio of the first bending mode by drag: c/(2 rhoA w1) */
-    double duration;          /* in scales.time; 0: static */
-    double periods;           /* duration over 2 pi/3.516 time units: first bending periods */
+    double distributed_force;  /* |f| L^3/EI, largest over s and t */
+    double distributed_moment; /* |l| L^2/EI, largest over s and t */
+    double weight;             /* rhoA |g| L^3/EI */
+    double strain_damping;     /* largest Bse L^2/(EI time) */
+    double curvature_damping;  /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
+    double drag;               /* damping ratio of the first bending mode by drag: c/(2 rhoA w1) */
+    double duration;           /* in scales.time; 0: static */
+    double periods;            /* duration over 2 pi/3.516 time units: first bending periods */
 } rod_numbers;
 
 rod_numbers rod_numbers_of(const scene *scene);

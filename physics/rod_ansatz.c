@@ -1,7 +1,6 @@
 /* From raw network outputs to a state that meets the conditions of the scene by construction. */
+#include "nn/nn.h"
 #include "physics/rod_internal.h"
-
-#include <math.h>
 
 int rod_network_inputs(const scene *rod_scene)
 {
@@ -116,7 +115,7 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value position, ad_va
         rod_assemble(lift.rotation, &around, at_start.rotation, at_end.rotation, rotation);
     return (rod_pose){.position = rod_assemble(lift.position, &along, at_start.position,
                                                at_end.position, position),
-                      .rotation = ad_normalize(raw)};
+                      .rotation = nn_rotation_quaternion(raw)};
 }
 
 /* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
@@ -135,18 +134,9 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, ad_value rotation, a
                                                rod_end_moment(&end, rotation), moment)};
 }
 
-static bool rod_is_locked(const scene_properties *properties)
-{
-    for (int i = 0; i < 3; i++) {
-        if (isinf(properties->strain_stiffness[i]) || isinf(properties->curvature_stiffness[i]))
-            return true;
-    }
-    return false;
-}
-
 static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
 {
-    if (rod_is_locked(&rod->properties)) {
+    if (scene_is_locked(&rod->properties)) {
         ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
                      "formulation displacement: a locked strain has no constitutive law; use the "
                      "mixed formulation or finite stiffness");

@@ -118,16 +118,6 @@ static scene_end_type rod_end_type(const scene *rod_scene, int end)
     return end ? rod_scene->end.type : rod_scene->start.type;
 }
 
-static bool rod_gives_force(scene_end_type type)
-{
-    return type == SCENE_FREE || type == SCENE_LOADED;
-}
-
-static bool rod_gives_moment(scene_end_type type)
-{
-    return rod_gives_force(type) || type == SCENE_PINNED;
-}
-
 /* Which of the two rows-of-3 of an end are residuals: a held pose only when it is soft, force and
  * moment also in displacement form, where the ansatz cannot hold them. */
 static bool rod_end_needs(const scene *rod_scene, bool natural)
@@ -138,8 +128,8 @@ static bool rod_end_needs(const scene *rod_scene, bool natural)
 static int rod_end_rows(const scene *rod_scene, int end)
 {
     scene_end_type type = rod_end_type(rod_scene, end);
-    return 3 * rod_end_needs(rod_scene, rod_gives_force(type)) +
-           3 * rod_end_needs(rod_scene, rod_gives_moment(type));
+    return 3 * rod_end_needs(rod_scene, !scene_end_holds_position(type)) +
+           3 * rod_end_needs(rod_scene, !scene_end_holds_rotation(type));
 }
 
 /* 2 vec(p* q): the rotation from p to q, 0 for q = p and q = -p. */

@@ -3,9 +3,6 @@
 
 #include <math.h>
 
-/* Dimensionless; well above rounding, well below what training resolves. */
-static const double ROD_MISMATCH = 1e-8;
-
 enum { MISMATCHES = 4 };
 
 typedef struct rod_mismatch {

@@ -50,9 +50,8 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
     const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
     ad_value zeros = ad_zeros(rod->tape, 3);
     rod_end_data data = {.force = zeros, .moment = zeros};
-    bool held = given->type == SCENE_CLAMPED || given->type == SCENE_DRIVEN;
-    data.holds_rotation = held;
-    data.holds_position = held || given->type == SCENE_PINNED;
+    data.holds_position = scene_end_holds_position(given->type);
+    data.holds_rotation = scene_end_holds_rotation(given->type);
     if (scene_is_manufactured(rod->scene)) {
         rod_manufactured_end(rod, end, t, &data);
         return data;

@@ -4,6 +4,10 @@
 
 #include "physics/rod.h"
 
+/* Dimensionless: how far a held end may be from the initial state, and so what the unstressed shape
+ * has to be resolved to. Well above rounding, well below what training resolves. */
+static const double ROD_MISMATCH = 1e-8;
+
 /* A scene at work on a tape. */
 typedef struct rod_context {
     const scene *scene;
@@ -23,7 +27,7 @@ typedef struct rod_coefficients {
     ad_value curvature_stiffness;  /* [3] Kbt, 0 where locked */
     ad_value strain_damping;       /* [3] Bse */
     ad_value curvature_damping;    /* [3] Bbt */
-    ad_value mass;                 /* rhoA: 1, or 0 */
+    ad_value mass;                 /* rhoA: 1, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
     ad_value weight;               /* [3] rhoA g */
     ad_value drag;                 /* c */

@@ -2,8 +2,6 @@
  * loads that make it a solution. */
 #include "physics/rod_internal.h"
 
-#include <math.h>
-
 /* exp of a rotation by `angle` about body axis 0, 1, 2. */
 static ad_value rod_axis_rotation(ad_value angle, int axis)
 {
@@ -23,20 +21,10 @@ static ad_value rod_manufactured_rotation(const rod_context *rod)
     return ad_quaternion_multiply(ad_quaternion_multiply(first, second), third);
 }
 
-static bool rod_is_deformable(const scene_properties *properties)
-{
-    for (int i = 0; i < 3; i++) {
-        if (!isfinite(properties->strain_stiffness[i]) ||
-            !isfinite(properties->curvature_stiffness[i]))
-            return false;
-    }
-    return true;
-}
-
 rod_state rod_manufactured(const scene *rod_scene, ad_value s, ad_value t)
 {
     rod_context rod = rod_context_of(rod_scene, s, t);
-    if (!rod_is_deformable(&rod.properties)) {
+    if (scene_is_locked(&rod.properties)) {
         ad_tape_fail(s.tape, AD_BAD_ARGUMENT,
                      "manufactured: internal force and moment follow from the strains, so every "
                      "stiffness must be finite (model cosserat)");

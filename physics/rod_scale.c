@@ -1,4 +1,5 @@
 /* Scales, dimensionless numbers and the constants of the equations. */
+#include "physics/constants.h"
 #include "physics/expression.h"
 #include "physics/rod_internal.h"
 
@@ -6,38 +7,26 @@
 
 /* First bending mode of a cantilever: angular frequency 3.516 / time (beta_1^2, 1.8751^2). */
 static const double ROD_FIRST_MODE = 3.516015268523;
-static const double ROD_PI = 3.14159265358979323846;
 
 enum { ROD_TIME_SAMPLES = 64, ROD_SPACE_SAMPLES = 8 };
 
-/* A number the scene may lack (NaN: a static scene without density) counts as 0. */
-static double rod_or_zero(double x)
-{
-    return isfinite(x) ? x : 0;
-}
-
+/* The smaller one: scene_check lets at most one of the two be infinite. */
 static double rod_bending_stiffness(const scene_properties *properties)
 {
-    double smallest = INFINITY;
-    for (int i = 0; i < 3; i++) {
-        bool last_resort = i == 2 && !isfinite(smallest); /* torsion, when bending is locked */
-        if (i < 2 || last_resort)
-            smallest = fmin(smallest, properties->curvature_stiffness[i]);
-    }
-    return isfinite(smallest) ? smallest : 1;
+    return fmin(properties->curvature_stiffness[0], properties->curvature_stiffness[1]);
 }
 
 rod_scales rod_scales_of(const scene *rod_scene)
 {
     scene_properties properties = scene_properties_of(rod_scene);
     double stiffness = rod_bending_stiffness(&properties);
-    double length = rod_scene->rod.length, mass = rod_or_zero(properties.mass_per_length);
+    double length = rod_scene->rod.length, mass = properties.mass_per_length;
     rod_scales scales = {.length = length,
                          .time = 1,
                          .force = stiffness / (length * length),
                          .moment = stiffness / length};
     if (scene_is_dynamic(rod_scene))
-        scales.time = mass > 0 ? length * length * sqrt(mass / stiffness) : rod_scene->duration;
+        scales.time = length * length * sqrt(mass / stiffness);
     return scales;
 }
 
@@ -98,10 +87,10 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
     const rod_scales *scale = &rod->scales;
     double length = scale->length, force = scale->force, moment = scale->moment;
     double rate = rod->dynamic ? 1 / scale->time : 0; /* 0: what needs time is absent */
-    double mass = rod_or_zero(rod->properties.mass_per_length);
+    double mass = rod->properties.mass_per_length;
     double inertia[3], strain_damping[3], curvature_damping[3], weight[3];
     for (int i = 0; i < 3; i++) {
-        inertia[i] = rod_or_zero(rod->properties.rotary_inertia[i]) * rate * rate;
+        inertia[i] = rod->properties.rotary_inertia[i] * rate * rate;
         strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
         curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
         weight[i] = mass * rod_scene->loads.gravity[i] * length;
@@ -119,7 +108,7 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
             rod_constants(rod, rod_stiffness, rod->properties.curvature_stiffness, moment * length),
         .strain_damping = rod_constants(rod, rod_divide, strain_damping, force),
         .curvature_damping = rod_constants(rod, rod_divide, curvature_damping, moment),
-        .mass = ad_scalar(rod->tape, rod->dynamic && mass > 0), /* by the choice of the time */
+        .mass = ad_scalar(rod->tape, rod->dynamic), /* by the choice of the time */
         .rotary_inertia = rod_constants(rod, rod_divide, inertia, force),
         .weight = rod_constants(rod, rod_divide, weight, force),
         .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
@@ -181,8 +170,8 @@ static double rod_compression_at(const scene *rod_scene, bool at_tip, double t)
 static double rod_compression(const scene *rod_scene)
 {
     scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
-    bool at_tip = (start == SCENE_CLAMPED || start == SCENE_DRIVEN) && end == SCENE_LOADED;
-    bool at_base = (end == SCENE_CLAMPED || end == SCENE_DRIVEN) && start == SCENE_LOADED;
+    bool at_tip = scene_end_holds_rotation(start) && end == SCENE_LOADED;
+    bool at_base = scene_end_holds_rotation(end) && start == SCENE_LOADED;
     const scene_load *load = at_tip ? &rod_scene->loads.tip : &rod_scene->loads.base;
     int samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
     double largest = 0;
@@ -199,7 +188,7 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
                                 rod_numbers *numbers)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    double mass = rod_or_zero(properties.mass_per_length), length = scale->length;
+    double mass = properties.mass_per_length, length = scale->length;
     double stiffness = scale->moment * length, frequency = ROD_FIRST_MODE / scale->time;
     for (int i = 0; i < 3; i++) {
         double strain = rod_scene->rod.strain_damping[i] / (scale->force * scale->time);
@@ -208,14 +197,11 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
         if (i < 2)
             numbers->curvature_damping = fmax(numbers->curvature_damping, curvature);
     }
-    if (mass > 0) {
-        double inertia = fmax(rod_or_zero(properties.rotary_inertia[0]),
-                              rod_or_zero(properties.rotary_inertia[1]));
-        numbers->rotary_inertia = inertia / (mass * length * length);
-        numbers->drag = rod_scene->loads.drag / (2 * mass * frequency);
-    }
+    double inertia = fmax(properties.rotary_inertia[0], properties.rotary_inertia[1]);
+    numbers->rotary_inertia = inertia / (mass * length * length);
+    numbers->drag = rod_scene->loads.drag / (2 * mass * frequency);
     numbers->duration = rod_scene->duration / scale->time;
-    numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * ROD_PI);
+    numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * PI);
 }
 
 rod_numbers rod_numbers_of(const scene *rod_scene)
@@ -223,7 +209,7 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
     rod_scales scale = rod_scales_of(rod_scene);
     scene_properties properties = scene_properties_of(rod_scene);
     const double *strain = properties.strain_stiffness, *gravity = rod_scene->loads.gravity;
-    double mass = rod_or_zero(properties.mass_per_length);
+    double mass = properties.mass_per_length;
     double pull = sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
     rod_numbers numbers = {
         .shear_ratio = fmin(strain[0], strain[1]) / scale.force,
@@ -238,6 +224,8 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
         .compression = rod_compression(rod_scene) / scale.force,
         .distributed_force = rod_largest(rod_scene, rod_scene->loads.force, ROD_SPACE_SAMPLES) *
                              scale.length / scale.force,
+        .distributed_moment = rod_largest(rod_scene, rod_scene->loads.moment, ROD_SPACE_SAMPLES) *
+                              scale.length / scale.moment,
         .weight = mass * pull * scale.length / scale.force};
     if (scene_is_dynamic(rod_scene))
         rod_dynamic_numbers(rod_scene, &scale, &numbers);
@@ -256,5 +244,5 @@ double rod_moment_scale(const scene *rod_scene)
 {
     rod_numbers numbers = rod_numbers_of(rod_scene);
     double lever = fmax(numbers.tip_force, 0.5 * (numbers.distributed_force + numbers.weight));
-    return fmax(1, fmax(numbers.tip_moment, lever));
+    return fmax(fmax(1, lever), fmax(numbers.tip_moment, numbers.distributed_moment));
 }

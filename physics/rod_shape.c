@@ -1,5 +1,6 @@
 /* The unloaded rod: v = v*, u = u* from a held end on. Exact exponentials for constant v*, u*; for
  * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. */
+#include "physics/constants.h"
 #include "physics/expression.h"
 #include "physics/rod_internal.h"
 
@@ -11,8 +12,6 @@ enum {
     SHAPE_STEPS = 16,  /* of the integrator between two Chebyshev points */
     SHAPE_ROWS = 7     /* r, q */
 };
-
-static const double SHAPE_PI = 3.14159265358979323846;
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
@@ -30,7 +29,7 @@ static void cross(double *result, const double *a, const double *b)
         result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 
-/* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 8 terms reach rounding for a < 1. */
+/* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 10 terms reach rounding for a <= 1. */
 static double shape_stumpff(int k, double a)
 {
     double term = 1, sum = 0;
@@ -105,7 +104,7 @@ static void shape_solve(const scene *rod_scene, double (*values)[SHAPE_ROWS])
     shape_pose pose = {.q = {1, 0, 0, 0}};
     double s = 0;
     for (int j = 0; j <= SHAPE_DEGREE; j++) {
-        double next = 0.5 - 0.5 * cos(SHAPE_PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
+        double next = 0.5 - 0.5 * cos(PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
         for (int i = 0; i < SHAPE_STEPS && j > 0; i++)
             shape_step(rod_scene, &pose, s + i * h, h);
         s = next;
@@ -123,7 +122,7 @@ static int shape_coefficients(double (*values)[SHAPE_ROWS], double (*c)[SHAPE_RO
             double sum = 0;
             for (int j = 0; j <= SHAPE_DEGREE; j++) {
                 double end = j == 0 || j == SHAPE_DEGREE ? 0.5 : 1;
-                sum += end * values[SHAPE_DEGREE - j][row] * cos(SHAPE_PI * j * k / SHAPE_DEGREE);
+                sum += end * values[SHAPE_DEGREE - j][row] * cos(PI * j * k / SHAPE_DEGREE);
             }
             c[k][row] = sum * (k == 0 || k == SHAPE_DEGREE ? 1.0 : 2.0) / SHAPE_DEGREE;
             if (fabs(c[k][row]) > 1e-15 && k > degree)
@@ -162,14 +161,14 @@ static rod_pose shape_helix(const shape_twist *twist, ad_value s)
     return (rod_pose){.position = ad_mul(s, mean), .rotation = ad_quaternion_exp(turn)};
 }
 
-/* Constant if no expression mentions s. */
+/* Constant strains: no expression mentions s, and none may mention t. */
 static bool shape_is_uniform(const scene_rod *rod)
 {
     for (int i = 0; i < 3; i++) {
-        expression_use use = {.s = false};
         const char *texts[2] = {rod->rest_strain[i], rod->rest_curvature[i]};
+        double value = 0;
         for (int k = 0; k < 2; k++) {
-            if (texts[k] && expression_check(texts[k], &use, NULL) == AD_OK && use.s)
+            if (texts[k] && !expression_is_number(texts[k], &value))
                 return false;
         }
     }
@@ -178,7 +177,6 @@ static bool shape_is_uniform(const scene_rod *rod)
 
 bool rod_shape_is_resolved(const scene *rod_scene)
 {
-    const double resolved = 1e-8; /* as far as the ends may disagree with the initial state */
     double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS], rest = 0;
     if (shape_is_uniform(&rod_scene->rod))
         return true;
@@ -188,7 +186,7 @@ bool rod_shape_is_resolved(const scene *rod_scene)
         for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++)
             rest += fabs(c[k][row]);
     }
-    return rest <= resolved;
+    return rest <= ROD_MISMATCH;
 }
 
 /* Poses at several arc lengths, from one numerical solution. */
@@ -210,14 +208,13 @@ static void shape_poses(const rod_context *rod, int count, const ad_value *s, ro
     }
 }
 
-/* The end whose pose places the rod: the first that holds the rotation, else the start. */
+/* The end whose pose places the rod: the first that holds the rotation, else the first that holds
+ * the position, else the start. */
 static int shape_anchor(const scene *rod_scene)
 {
     scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
-    bool start_holds = start == SCENE_CLAMPED || start == SCENE_DRIVEN;
-    bool end_holds = end == SCENE_CLAMPED || end == SCENE_DRIVEN;
-    bool end_places = end == SCENE_PINNED && start != SCENE_PINNED;
-    return !start_holds && (end_holds || end_places) ? 1 : 0;
+    bool end_places = scene_end_holds_position(end) && !scene_end_holds_position(start);
+    return !scene_end_holds_rotation(start) && (scene_end_holds_rotation(end) || end_places);
 }
 
 /* Two pinned ends: the smallest rotation that turns the line between the ends of the unloaded rod

@@ -24,11 +24,8 @@ static const char *reason_if(bool applies, const char *reason, const char *other
 /* Whether a formula is the number `value` for all s and t. */
 static bool text_is(const char *text, double fallback, double value)
 {
-    if (!text)
-        return fallback == value;
-    expression_use use = {.s = false, .t = false};
-    bool constant = expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t;
-    return constant && expression_evaluate(text, 0, 0) == value;
+    double number = fallback;
+    return (!text || expression_is_number(text, &number)) && number == value;
 }
 
 static bool texts_are_zero(const char *const *text)
@@ -68,10 +65,10 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
     const double *inertia = properties.rotary_inertia;
     const scene_rod *rod = &rod_scene->rod;
     const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
-    bool massless = !(properties.mass_per_length > 0), pointlike = numbers_are_zero(inertia);
+    bool pointlike = numbers_are_zero(inertia);
     bool round = inertia[0] == inertia[1] && inertia[1] == inertia[2];
     const char *no_inertia = reason_if(pointlike, "rho I = 0", still);
-    term_add(list, "translational inertia", still ? still : reason_if(massless, "rho A = 0", NULL));
+    term_add(list, "translational inertia", still);
     term_add(list, "rotary inertia", still ? still : no_inertia);
     term_add(list, "gyroscopic moment",
              still ? still : reason_if(round, "rho I equal about all axes", no_inertia));
@@ -94,10 +91,8 @@ static const char *load_reason(scene_end_type type, const scene_load *load)
 static void terms_of_loads(const scene *rod_scene, term_list *list)
 {
     const scene_loads *loads = &rod_scene->loads;
-    bool massless = !(scene_properties_of(rod_scene).mass_per_length > 0);
     bool weightless = numbers_are_zero(loads->gravity);
-    term_add(list, "gravity",
-             reason_if(weightless, "not given", reason_if(massless, "rho A = 0", NULL)));
+    term_add(list, "gravity", reason_if(weightless, "not given", NULL));
     term_add(list, "distributed force", reason_if(texts_are_zero(loads->force), "not given", NULL));
     term_add(list, "distributed moment",
              reason_if(texts_are_zero(loads->moment), "not given", NULL));

@@ -1,10 +1,10 @@
 #include "physics/sampling.h"
+#include "physics/constants.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-static const double pi = 3.14159265358979323846;
 static const double below_one = 1.0 - 0x1p-53;
 
 static const struct {
@@ -186,8 +186,8 @@ static double axis_point(sampling_kind kind, size_t index, size_t count)
         return (double)index / (double)(count - 1);
     }
     const double half_angle = kind == SAMPLING_CHEBYSHEV
-                                  ? pi * (double)(2 * index + 1) / (4.0 * (double)count)
-                                  : pi * (double)index / (2.0 * (double)(count - 1));
+                                  ? PI * (double)(2 * index + 1) / (4.0 * (double)count)
+                                  : PI * (double)index / (2.0 * (double)(count - 1));
     return sin(half_angle) * sin(half_angle);
 }
 

@@ -98,3 +98,13 @@ scene_properties scene_properties_of(const scene *rod_scene)
     }
     return properties;
 }
+
+bool scene_is_locked(const scene_properties *properties)
+{
+    for (int i = 0; i < 3; i++) {
+        if (isinf(properties->strain_stiffness[i]) || isinf(properties->curvature_stiffness[i])) {
+            return true;
+        }
+    }
+    return false;
+}

@@ -154,12 +154,27 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 /* Needs a scene that passes scene_check. */
 scene_properties scene_properties_of(const scene *rod_scene);
 
+/* Whether any stiffness is infinite: that strain has no constitutive law. */
+bool scene_is_locked(const scene_properties *properties);
+
 static inline bool scene_is_dynamic(const scene *rod_scene)
 {
     return rod_scene->duration > 0;
 }
 
 bool scene_is_manufactured(const scene *rod_scene);
+
+/* What an end holds; where it does not hold the position it gives the force, where it does not hold
+ * the rotation it gives the moment. */
+static inline bool scene_end_holds_rotation(scene_end_type type)
+{
+    return type == SCENE_CLAMPED || type == SCENE_DRIVEN;
+}
+
+static inline bool scene_end_holds_position(scene_end_type type)
+{
+    return scene_end_holds_rotation(type) || type == SCENE_PINNED;
+}
 
 /* Texts of each enumeration in the order of its values, NULL at the end. */
 const char *const *scene_model_names(void);

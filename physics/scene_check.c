@@ -30,23 +30,11 @@ static bool any_given(int count, const char *const *texts)
     return false;
 }
 
-/* Whether a text depends on neither s nor t, and its value. */
-static bool is_number(const char *text, double *value)
-{
-    expression_use use = {true, true};
-    *value = NAN;
-    if (text && expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t) {
-        *value = expression_evaluate(text, 0, 0);
-        return true;
-    }
-    return false;
-}
-
 static bool all_zero(int count, const char *const *texts)
 {
     for (int i = 0; i < count; i++) {
         double value = 0;
-        if (texts[i] && (!is_number(texts[i], &value) || value != 0)) {
+        if (texts[i] && (!expression_is_number(texts[i], &value) || value != 0)) {
             return false;
         }
     }
@@ -79,10 +67,6 @@ static ad_status check_group(const scene_checker *check, const group *entries)
         if (status != AD_OK) {
             *check->key = entries->key;
             return status;
-        }
-        double value = 0;
-        if (is_number(entries->texts[i], &value) && !isfinite(value)) {
-            return scene_refuse(check, entries->key, "is a number that is not finite");
         }
         if (use.s && !entries->s_allowed) {
             return scene_refuse(check, entries->key, entries->s_sentence);
@@ -174,16 +158,6 @@ static ad_status check_frames(const scene_checker *check)
     return AD_OK;
 }
 
-static bool holds_position(const scene_end *end)
-{
-    return end->type == SCENE_CLAMPED || end->type == SCENE_PINNED || end->type == SCENE_DRIVEN;
-}
-
-static bool holds_rotation(const scene_end *end)
-{
-    return end->type == SCENE_CLAMPED || end->type == SCENE_DRIVEN;
-}
-
 /* One end with the keys that speak of it. */
 typedef struct end_keys {
     const scene_end *end;
@@ -220,7 +194,7 @@ static ad_status check_rotation_number(const scene_checker *check, const end_key
     double square = 0;
     for (int i = 0; i < 4; i++) {
         double value = 0;
-        if (!is_number(keys->end->rotation[i], &value)) {
+        if (!expression_is_number(keys->end->rotation[i], &value)) {
             return AD_OK;
         }
         square += value * value;
@@ -246,13 +220,13 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
         return status;
     }
     if (!scene_is_manufactured(check->scene)) {
-        if (holds_position(end) && !end->position[0]) {
+        if (scene_end_holds_position(end->type) && !end->position[0]) {
             return scene_refuse(check, keys->position, "missing; the type of this end needs it");
         }
-        if (holds_rotation(end) && !end->rotation[0]) {
+        if (scene_end_holds_rotation(end->type) && !end->rotation[0]) {
             return scene_refuse(check, keys->rotation, "missing; the type of this end needs it");
         }
-        status = holds_rotation(end) ? check_rotation_number(check, keys) : AD_OK;
+        status = scene_end_holds_rotation(end->type) ? check_rotation_number(check, keys) : AD_OK;
     }
     return status != AD_OK ? status : check_end_load(check, keys);
 }
@@ -295,16 +269,19 @@ static bool resists_spin(const scene *rod_scene)
 static ad_status check_rigid_motion(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
-    if (is_dynamic(check) || holds_rotation(&rod_scene->start) || holds_rotation(&rod_scene->end)) {
+    if (is_dynamic(check) || scene_end_holds_rotation(rod_scene->start.type) ||
+        scene_end_holds_rotation(rod_scene->end.type)) {
         return AD_OK;
     }
-    if (!holds_position(&rod_scene->start) && !holds_position(&rod_scene->end)) {
+    if (!scene_end_holds_position(rod_scene->start.type) &&
+        !scene_end_holds_position(rod_scene->end.type)) {
         return scene_refuse(
             check, "boundary",
             "nothing holds the rod, so a static scene leaves its position and rotation "
             "open; clamp one end");
     }
-    if (!holds_position(&rod_scene->start) || !holds_position(&rod_scene->end)) {
+    if (!scene_end_holds_position(rod_scene->start.type) ||
+        !scene_end_holds_position(rod_scene->end.type)) {
         return scene_refuse(
             check, "boundary",
             "one pinned end leaves the rotation of a static rod open; clamp one end");
@@ -346,8 +323,8 @@ static ad_status check_reach(const scene_checker *check)
             return AD_OK;
         }
     }
-    if (scene_is_manufactured(rod_scene) || !holds_position(&rod_scene->start) ||
-        !holds_position(&rod_scene->end)) {
+    if (scene_is_manufactured(rod_scene) || !scene_end_holds_position(rod_scene->start.type) ||
+        !scene_end_holds_position(rod_scene->end.type)) {
         return AD_OK;
     }
     double length = locked_length(rod_scene);
@@ -408,7 +385,8 @@ static ad_status check_initial(const scene_checker *check)
     if (!is_dynamic(check) || position || scene_is_manufactured(rod_scene)) {
         return AD_OK;
     }
-    if (!holds_rotation(&rod_scene->start) && !holds_rotation(&rod_scene->end)) {
+    if (!scene_end_holds_rotation(rod_scene->start.type) &&
+        !scene_end_holds_rotation(rod_scene->end.type)) {
         return scene_refuse(
             check, "initial.position",
             "missing; without a clamped or driven end the pose at t = 0 is unknown");

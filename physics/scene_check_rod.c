@@ -8,6 +8,11 @@ static bool given(double value)
     return !isnan(value);
 }
 
+static bool is_finite_positive(double value)
+{
+    return value > 0 && isfinite(value);
+}
+
 /* A dimension of the section: the shapes (bits) that have it. */
 static ad_status check_section(const scene_checker *check)
 {
@@ -24,7 +29,7 @@ static ad_status check_section(const scene_checker *check)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         bool has = rows[i].shapes >> rod->section & 1;
-        if (has && !(rows[i].value > 0 && isfinite(rows[i].value))) {
+        if (has && !is_finite_positive(rows[i].value)) {
             return scene_refuse(check, rows[i].key,
                                 given(rows[i].value) ? "must be a finite number > 0"
                                                      : "missing; the section's shape needs it");
@@ -109,11 +114,7 @@ static ad_status check_stiffness(const scene_checker *check)
         }
     }
     scene_properties properties = scene_properties_of(check->scene);
-    bool locked = false;
-    for (int i = 0; i < 3; i++) {
-        locked = locked || isinf(properties.strain_stiffness[i]) ||
-                 isinf(properties.curvature_stiffness[i]);
-    }
+    bool locked = scene_is_locked(&properties);
     if (isinf(properties.curvature_stiffness[0]) && isinf(properties.curvature_stiffness[1])) {
         return scene_refuse(check, "rod.stiffness.bending",
                             "at least one of the two must be finite");
@@ -134,22 +135,27 @@ static ad_status check_stiffness(const scene_checker *check)
 static ad_status check_material(const scene_checker *check)
 {
     const scene_rod *rod = &check->scene->rod;
-    if (!(rod->length > 0 && isfinite(rod->length))) {
+    const struct {
+        const char *key;
+        double value;
+    } rows[] = {
+        {"rod.material.youngs_modulus", rod->youngs_modulus},
+        {"rod.material.shear_correction", rod->shear_correction},
+        {"rod.material.density", rod->density},
+        {"rod.inertia.mass_per_length", rod->mass_per_length},
+    };
+    if (!is_finite_positive(rod->length)) {
         return scene_refuse(check, "rod.length",
                             given(rod->length) ? "must be a finite number > 0"
                                                : "missing; the length of the undeformed rod in m");
     }
-    if (given(rod->youngs_modulus) && !(rod->youngs_modulus > 0)) {
-        return scene_refuse(check, "rod.material.youngs_modulus", "must be > 0");
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (given(rows[i].value) && !is_finite_positive(rows[i].value)) {
+            return scene_refuse(check, rows[i].key, "must be a finite number > 0");
+        }
     }
     if (given(rod->poissons_ratio) && !(rod->poissons_ratio > -1 && rod->poissons_ratio <= 0.5)) {
         return scene_refuse(check, "rod.material.poissons_ratio", "must be > -1 and <= 0.5");
-    }
-    if (given(rod->shear_correction) && !(rod->shear_correction > 0)) {
-        return scene_refuse(check, "rod.material.shear_correction", "must be > 0");
-    }
-    if (given(rod->density) && !(rod->density > 0)) {
-        return scene_refuse(check, "rod.material.density", "must be > 0");
     }
     return AD_OK;
 }
@@ -198,10 +204,7 @@ static ad_status check_inertia(const scene_checker *check)
         return scene_refuse(check, "rod.inertia.rotary",
                             "some entries are missing; give all or none");
     }
-    if (given(rod->mass_per_length) && !(rod->mass_per_length >= 0)) {
-        return scene_refuse(check, "rod.inertia.mass_per_length", "must be >= 0");
-    }
-    if ((heavy || scene_is_dynamic(check->scene)) && !follows && !(rod->mass_per_length > 0)) {
+    if ((heavy || scene_is_dynamic(check->scene)) && !follows && !given(rod->mass_per_length)) {
         return scene_refuse(check,
                             rod->section == SCENE_SECTION_NONE ? "rod.inertia.mass_per_length"
                                                                : "rod.material.density",

@@ -1,9 +1,8 @@
 /* Area, second moments, torsion constant and shear correction of the sections a rod may have. */
+#include "physics/constants.h"
 #include "physics/scene.h"
 
 #include <math.h>
-
-static const double pi = 3.14159265358979323846;
 
 /* Saint-Venant torsion constant of a rectangle (Timoshenko and Goodier, Theory of Elasticity,
  * section 109): with the shorter side c and the longer side d,
@@ -17,14 +16,14 @@ static double rectangle_torsion(double width, double height)
     double longer = fmax(width, height);
     double sum = 31.0 / 32 * zeta5;
     for (int n = 1; n <= 13; n += 2) {
-        sum -= 2 / (exp(n * pi * longer / shorter) + 1) / pow(n, 5);
+        sum -= 2 / (exp(n * PI * longer / shorter) + 1) / pow(n, 5);
     }
-    return longer * pow(shorter, 3) * (1.0 / 3 - 64 / pow(pi, 5) * shorter / longer * sum);
+    return longer * pow(shorter, 3) * (1.0 / 3 - 64 / pow(PI, 5) * shorter / longer * sum);
 }
 
 static scene_section_geometry annulus(double outer, double inner)
 {
-    double area = pi * (outer - inner) * (outer + inner);
+    double area = PI * (outer - inner) * (outer + inner);
     double second_moment = area * (outer * outer + inner * inner) / 4;
     return (scene_section_geometry){area, {second_moment, second_moment}, 2 * second_moment};
 }

@@ -244,6 +244,9 @@ static inline void assert_consistent(optim_lbfgs *lbfgs, const problem *p)
     optim_lbfgs_state(lbfgs, arrays, OPTIM_STATE_CAPACITY);
     assert_string_equal(arrays[1].name, "gradient");
     assert_memory_equal(arrays[1].data, gradient, p->count * sizeof *gradient);
+    /* At most MAX_COUNT squares, summed in another order. */
+    const double norm = sqrt(dot(p->count, gradient, gradient));
+    assert_near(optim_lbfgs_get_info(lbfgs).gradient_norm, norm, 1e-13 * norm);
 }
 
 #endif

@@ -2,6 +2,7 @@
  * writing and reading an experiment changes nothing. Run from the project folder, or with
  * CONFIGS_FOLDER set to where the shipped scenes are. */
 #include "config_refusals.h"
+#include "config_refusals_scene.h"
 #include "tools/config_keys.h"
 
 #include <locale.h>
@@ -54,11 +55,10 @@ static char *written(const config *experiment, bool help)
 
 /* ---- refusals ------------------------------------------------------------------------------ */
 
-static void test_refusals(void **state)
+static void check_refusals(const refusal *rows, size_t count)
 {
-    (void)state;
-    for (size_t i = 0; i < sizeof refusals / sizeof *refusals; i++) {
-        const refusal *row = &refusals[i];
+    for (size_t i = 0; i < count; i++) {
+        const refusal *row = &rows[i];
         ad_error error = {AD_OK, ""};
         config *experiment = NULL;
         ad_status status = config_read("scene.yaml", row->text, row->override ? 1 : 0,
@@ -67,6 +67,18 @@ static void test_refusals(void **state)
         assert_int_equal(status, AD_BAD_INPUT);
         assert_null(experiment);
     }
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    check_refusals(refusals, sizeof refusals / sizeof *refusals);
+}
+
+static void test_scene_refusals(void **state)
+{
+    (void)state;
+    check_refusals(scene_refusals, sizeof scene_refusals / sizeof *scene_refusals);
 }
 
 static void test_files(void **state)
@@ -526,6 +538,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_scene_refusals),
         cmocka_unit_test(test_files),
         cmocka_unit_test(test_every_key),
         cmocka_unit_test(test_aliases),

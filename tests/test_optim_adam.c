@@ -120,12 +120,36 @@ static void test_adam_endings(void **state)
     optim_adam *adam = optim_adam_create(2, minimum, &settings, NULL);
     assert_int_equal(optim_adam_step(adam, objective, &p), OPTIM_GRADIENT_TOLERANCE);
     optim_adam_free(adam);
-    optim_adam_settings huge = settings; /* the next point overflows */
-    huge.schedule.learning_rate = 1e308;
-    adam = optim_adam_create(2, (double[2]){1e308, 0}, &huge, NULL);
-    problem line = make_problem(falling_line, 2);
+}
+
+/* The third point overflows: the point, the moments and the number of steps stay those of the
+ * second, so that a checkpoint written then is good. */
+static void test_adam_overflow(void **state)
+{
+    (void)state;
+    optim_adam_settings settings = optim_adam_defaults();
+    settings.schedule.learning_rate = 0.75e308; /* what each step adds to x under a slope of -1 */
+    optim_adam *adam = optim_adam_create(1, (double[1]){0}, &settings, NULL);
+    problem line = make_problem(falling_line, 1);
+    for (int step = 0; step < 2; step++) {
+        assert_int_equal(optim_adam_step(adam, objective, &line), OPTIM_RUNNING);
+    }
+    static const char *const wanted[3] = {"x", "mean", "square"};
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    optim_adam_state(adam, arrays, OPTIM_STATE_CAPACITY);
+    double before[3];
+    for (int i = 0; i < 3; i++) {
+        assert_string_equal(arrays[i].name, wanted[i]);
+        before[i] = arrays[i].data[0];
+    }
+    assert_true(before[0] > 0 && before[1] < 0 && before[2] > 0);
     assert_int_equal(optim_adam_step(adam, objective, &line), OPTIM_NOT_FINITE);
-    assert_true(optim_adam_x(adam)[0] == 1e308);
+    optim_adam_state(adam, arrays, OPTIM_STATE_CAPACITY);
+    for (int i = 0; i < 3; i++) {
+        assert_memory_equal(arrays[i].data, &before[i], sizeof before[i]);
+    }
+    assert_int_equal(optim_adam_get_info(adam).steps, 2);
+    assert_null(optim_adam_state_check(adam));
     optim_adam_free(adam);
 }
 
@@ -134,7 +158,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_adam_by_hand),   cmocka_unit_test(test_adam_clipping),
         cmocka_unit_test(test_adam_quadratic), cmocka_unit_test(test_adam_best),
-        cmocka_unit_test(test_adam_endings),
+        cmocka_unit_test(test_adam_endings),   cmocka_unit_test(test_adam_overflow),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -282,7 +282,7 @@ static void test_resampling(void **state)
             assert_int_equal(now_initial != initial, fifth);
             assert_int_equal(changed, third || fifth);
             assert_true(points_of_set(m.p, "points/start") == start);
-            assert_int_equal(problem_state_check(m.p, NULL), AD_OK);
+            assert_int_equal(problem_restored(m.p, NULL), AD_OK);
             inside = now_inside;
             initial = now_initial;
         }
@@ -436,7 +436,7 @@ static void test_bad_state(void **state)
     problem_array arrays[PROBLEM_STATE_MAX];
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count, count = problem_state(m.p, arrays, generators, &generator_count);
-    assert_int_equal(problem_state_check(m.p, NULL), AD_OK);
+    assert_int_equal(problem_restored(m.p, NULL), AD_OK);
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
         int found = 0;
         for (int i = 0; i < count; i++) {
@@ -444,7 +444,7 @@ static void test_bad_state(void **state)
                 ad_error error = {AD_OK, ""};
                 double good = arrays[i].data[0];
                 arrays[i].data[0] = bad[k].value;
-                assert_int_equal(problem_state_check(m.p, &error), AD_BAD_INPUT);
+                assert_int_equal(problem_restored(m.p, &error), AD_BAD_INPUT);
                 assert_true(strlen(error.message) > 20 && !strchr(error.message, '\n'));
                 arrays[i].data[0] = good;
                 found++;
@@ -452,7 +452,7 @@ static void test_bad_state(void **state)
         }
         assert_int_equal(found, 1);
     }
-    assert_int_equal(problem_state_check(m.p, NULL), AD_OK);
+    assert_int_equal(problem_restored(m.p, NULL), AD_OK);
     made_free(&m);
 }
 

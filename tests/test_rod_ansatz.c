@@ -3,6 +3,7 @@
 #include "rod_testing.h"
 
 #include "nn/nn.h"
+#include "physics/rod_internal.h"
 
 /* ---- a scene for every pair of ends ---------------------------------------------------------- */
 
@@ -457,6 +458,11 @@ static void test_numbers(void **state)
     assert_near(numbers.duration, 0.5, 1e-14);
     assert_near(numbers.weight, 24, 1e-12);
     assert_near(numbers.tip_force, 16, 1e-12);
+    assert_near(rod_moment_scale(&given), 16, 1e-12); /* the tip force on a lever of the length */
+    given.loads.moment[0] = "-5*s*t";                 /* 20 N at s = 2, t = 2; times L^2/EI = 4 */
+    numbers = rod_numbers_of(&given);
+    assert_near(numbers.distributed_moment, 80, 1e-12);
+    assert_near(rod_moment_scale(&given), 80, 1e-12);
 }
 
 static const char *reason_of(const scene *given, const char *name)

@@ -157,6 +157,32 @@ static void test_refusals(void **state)
     assert_refused(&rod_scene, "time.duration");
 }
 
+/* Material and mass are finite and positive where they are given, also beside a section. */
+static void test_material_is_finite(void **state)
+{
+    (void)state;
+    scene rod_scene = steel_rod();
+    const struct {
+        const char *key;
+        double *value;
+    } rows[] = {
+        {"rod.material.youngs_modulus", &rod_scene.rod.youngs_modulus},
+        {"rod.material.shear_correction", &rod_scene.rod.shear_correction},
+        {"rod.material.density", &rod_scene.rod.density},
+        {"rod.inertia.mass_per_length", &rod_scene.rod.mass_per_length},
+    };
+    static const double wrong[] = {0, -1, INFINITY};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+            rod_scene = steel_rod();
+            *rows[i].value = wrong[k];
+            assert_refused(&rod_scene, rows[i].key);
+        }
+        *rows[i].value = 1;
+        assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
+    }
+}
+
 /* Two pinned ends are enough under a load across the line between them, or in motion with a known
  * start: the spin of a round rod about its own axis moves nothing. */
 static void test_pinned(void **state)
@@ -215,13 +241,10 @@ static void test_names(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_shear_correction),
-        cmocka_unit_test(test_rectangle_torsion),
-        cmocka_unit_test(test_rectangle_axes),
-        cmocka_unit_test(test_properties),
-        cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_pinned),
-        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_shear_correction), cmocka_unit_test(test_rectangle_torsion),
+        cmocka_unit_test(test_rectangle_axes),   cmocka_unit_test(test_properties),
+        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_material_is_finite),
+        cmocka_unit_test(test_pinned),           cmocka_unit_test(test_names),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

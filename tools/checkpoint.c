@@ -1,4 +1,4 @@
-/* The items of a checkpoint in memory; the file is checkpoint_file.c. */
+/* The items of a checkpoint in memory; the file is checkpoint_read.c and checkpoint_write.c. */
 #include "tools/checkpoint.h"
 
 #include <stdlib.h>
@@ -267,6 +267,9 @@ ad_status checkpoint_put_uint64(checkpoint *cp, const char *name, const uint64_t
 
 ad_status checkpoint_put_text(checkpoint *cp, const char *name, const char *text)
 {
+    if (!text) {
+        return refuse_put(cp, name, "it has no text");
+    }
     size_t length = strlen(text);
     return put_array(cp, name, CHECKPOINT_TEXT, text, 1, &length);
 }

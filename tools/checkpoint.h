@@ -16,8 +16,9 @@
  *     doubles          float64 little-endian, rank 0 to 3
  *     integers         int64 or uint64 little-endian, rank 0 to 3
  *     texts            scalar fixed-length UTF-8 string, ended by a zero
- *     tables           float64 [rows, columns], attribute "columns": array of `columns` such
- * strings The user block lets every byte be checked before HDF5 interprets any of it. The checksum
+ *     tables           float64 [rows, columns], attribute "columns": their names
+ *
+ * The user block lets every byte be checked before HDF5 interprets any of it. The checksum
  * of the items lets another reader check what it was given: 64-bit FNV-1a over the items in the
  * order of their names as bytes, each as: name and a zero byte; one of the letters d (double), i
  * (int64), u (uint64), t (text); rank and each extent as little-endian 64-bit integers (a text has

@@ -1,4 +1,5 @@
-/* What checkpoint.c (items) and checkpoint_file.c (the file) share; not for other files. */
+/* What checkpoint.c (items) and checkpoint_read.c, checkpoint_write.c (the file) share; not for
+ * other files. */
 #ifndef TOOLS_CHECKPOINT_PARTS_H
 #define TOOLS_CHECKPOINT_PARTS_H
 

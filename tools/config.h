@@ -13,7 +13,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-enum { CONFIG_HIDDEN_MAX = 16, CONFIG_STAGES_MAX = 32 };
+enum { CONFIG_STAGES_MAX = 32 };
 
 typedef enum config_optimizer {
     CONFIG_ADAM,
@@ -88,7 +88,8 @@ void config_free(config *config);
 ad_status config_write(const config *config, FILE *file, bool help);
 
 /* May `now` go on where an experiment `before` has come to its stage `stage`? Stages not begun may
- * change, come and go; of the stage at work everything but the optimiser; name, checkpoint, output
+ * change, come and go; of the stage at work everything but the optimiser
+ * and the memory of L-BFGS; name, checkpoint, output
  * and reference always. AD_BAD_INPUT names the first key that may not, and both values. */
 ad_status config_continues(const config *before, const config *now, int stage, ad_error *error);
 

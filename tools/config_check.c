@@ -158,33 +158,26 @@ ad_status config_check_training(const config *experiment, ad_error *error)
 
 /* ---- reference ----------------------------------------------------------------------------- */
 
+/* Whether a formula, 0 if not given, is this number for all s and t. */
+static bool is_value(const char *text, double value)
+{
+    double number = 0;
+    return (!text || expression_is_number(text, &number)) && number == value;
+}
+
 static bool zero(const char *const *texts)
 {
-    for (int i = 0; i < 3; i++) {
-        if (texts[i] && expression_evaluate(texts[i], 0, 0) != 0) {
-            return false;
-        }
-    }
-    return true;
+    return is_value(texts[0], 0) && is_value(texts[1], 0) && is_value(texts[2], 0);
 }
 
 static bool straight(const scene_rod *rod)
 {
-    for (int i = 0; i < 3; i++) {
-        expression_use strain = {true, true};
-        expression_use curvature = {true, true};
-        expression_check(rod->rest_strain[i], &strain, NULL);
-        expression_check(rod->rest_curvature[i], &curvature, NULL);
-        if (strain.s || curvature.s || expression_evaluate(rod->rest_curvature[i], 0, 0) != 0 ||
-            expression_evaluate(rod->rest_strain[i], 0, 0) != (i == 2)) {
-            return false;
-        }
-    }
-    return true;
+    return zero(rod->rest_curvature) && is_value(rod->rest_strain[0], 0) &&
+           is_value(rod->rest_strain[1], 0) && is_value(rod->rest_strain[2], 1);
 }
 
-/* d3 of the clamped start: the third column of R(q). */
-static void clamped_directors(const scene *rod_scene, double d[3][3])
+/* d3 at the clamped start: the third column of R(q). */
+static void clamped_tangent(const scene *rod_scene, double d3[3])
 {
     double q[4];
     double square = 0;
@@ -192,31 +185,21 @@ static void clamped_directors(const scene *rod_scene, double d[3][3])
         q[i] = expression_evaluate(rod_scene->start.rotation[i], 0, 0);
         square += q[i] * q[i];
     }
-    for (int i = 0; i < 4; i++) {
-        q[i] /= sqrt(square);
-    }
-    double w = q[0];
-    double x = q[1];
-    double y = q[2];
-    double z = q[3];
-    const double columns[3][3] = {
-        {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)},
-        {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)},
-        {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)},
-    };
-    memcpy(d, columns, sizeof columns);
+    d3[0] = 2 * (q[1] * q[3] + q[0] * q[2]) / square;
+    d3[1] = 2 * (q[2] * q[3] - q[0] * q[1]) / square;
+    d3[2] = 1 - 2 * (q[1] * q[1] + q[2] * q[2]) / square;
 }
 
-/* Largest |load . director| over |load|, the load constant. */
-static double along(const scene *rod_scene, const char *const *load, int director)
+/* |load . d3| / |load| of a constant load, 0 for none. */
+static double along_tangent(const scene *rod_scene, const char *const *load)
 {
-    double d[3][3];
+    double d3[3];
     double dot = 0;
     double square = 0;
-    clamped_directors(rod_scene, d);
+    clamped_tangent(rod_scene, d3);
     for (int i = 0; i < 3; i++) {
         double value = load[i] ? expression_evaluate(load[i], 0, 0) : 0;
-        dot += value * d[director][i];
+        dot += value * d3[i];
         square += value * value;
     }
     return square > 0 ? fabs(dot) / sqrt(square) : 0;
@@ -269,7 +252,7 @@ static const char *elastica_obstacle(const scene *rod_scene)
     if (zero(tip->force)) {
         return "needs a tip force that is not zero";
     }
-    if (along(rod_scene, tip->force, 2) > 1e-12) {
+    if (along_tangent(rod_scene, tip->force) > 1e-12) {
         return "needs a tip force perpendicular to the clamped tangent";
     }
     return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
@@ -284,7 +267,7 @@ static const char *couple_obstacle(const scene *rod_scene, bool planar)
     if (zero(tip->moment)) {
         return "needs a tip moment that is not zero";
     }
-    if (planar && along(rod_scene, tip->moment, 2) > 1e-12) {
+    if (planar && along_tangent(rod_scene, tip->moment) > 1e-12) {
         return "needs a tip moment perpendicular to the clamped tangent; helix allows any";
     }
     return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";

@@ -25,7 +25,10 @@ static char *value_text(const config_key *key, const void *base, const config *e
         return NULL;
     }
     config_write_value(file, key, base, (const char *)experiment);
-    fclose(file);
+    if (fclose(file) != 0) {
+        free(text);
+        return NULL;
+    }
     return text;
 }
 
@@ -61,11 +64,12 @@ static ad_status compare_stage(const config *before, const config *now, int inde
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!config_key_in_stage(key) || (at_work && !strstr(key->path, "].optimizer"))) {
+        bool state = strstr(key->path, "].optimizer") || strstr(key->path, "].memory");
+        if (!config_key_in_stage(key) || (at_work && !state)) {
             continue;
         }
         status = compare(key, before, now, index,
-                         at_work ? "the stage at work keeps its optimiser"
+                         at_work ? "the stage at work keeps its optimiser and memory"
                                  : "this stage is over, add one after it",
                          error);
     }

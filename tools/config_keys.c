@@ -1,4 +1,4 @@
-/* Every key a scene file may have. Defaults live in config_defaults (config.c); `fallback` says in
+/* Every key a scene file may have. Defaults live in config_resolve.c; `fallback` says in
  * words what a default that depends on other keys is. */
 #include "tools/config_keys.h"
 

@@ -20,21 +20,12 @@ config_stage config_stage_defaults(void)
     return stage;
 }
 
-static void losses_defaults(problem_settings *losses)
+static problem_settings losses_defaults(void)
 {
-    const problem_points points = {0, SAMPLING_SOBOL, 0};
-    losses->interior = losses->boundary = losses->initial = points;
-    losses->initial.points = 64;
-    losses->strain_weight = losses->curvature_weight = 100; /* errors of these add up along s */
-    losses->force_weight = losses->moment_weight = 1;
-    losses->boundary_weight = losses->initial_weight = 1;
-    losses->causal_epsilon_count = 5;
-    for (int i = 0; i < 5; i++) {
-        static const double epsilon[5] = {0.01, 0.1, 1, 10, 100};
-        losses->causal_epsilon[i] = epsilon[i];
-    }
-    losses->causal_threshold = 0.99;
-    losses->causal_update_every = 50;
+    problem_settings losses = problem_settings_default();
+    losses.interior.points = losses.boundary.points = losses.held_out_points = 0; /* follow time */
+    losses.initial.points = 64;
+    return losses;
 }
 
 void config_defaults(config *experiment)
@@ -46,7 +37,7 @@ void config_defaults(config *experiment)
     if (!(experiment->network.fourier_scale > 0)) {
         experiment->network.fourier_scale = 1;
     }
-    losses_defaults(&experiment->losses);
+    experiment->losses = losses_defaults();
     experiment->stage_count = 2;
     for (int i = 0; i < CONFIG_STAGES_MAX; i++) {
         experiment->stages[i] = config_stage_defaults();
@@ -101,8 +92,8 @@ static ad_status resolve_name(config *experiment, ad_error *error)
 static ad_status resolve_end(config *experiment, scene_end *end, const char *name, ad_error *error)
 {
     bool exact = scene_is_manufactured(&experiment->scene);
-    bool rotation = end->type == SCENE_CLAMPED || end->type == SCENE_DRIVEN;
-    bool position = rotation || end->type == SCENE_PINNED;
+    bool position = scene_end_holds_position(end->type);
+    bool rotation = scene_end_holds_rotation(end->type);
     char path[CONFIG_PATH_MAX];
     const struct {
         const char *key;
@@ -241,7 +232,7 @@ void config_fill_stiffness(scene *rod_scene)
 /* text times factor as a formula; a constant becomes a number. */
 static const char *scaled(config_source *source, const char *text, double factor)
 {
-    expression_use use = {true, true};
+    double value = 0;
     char number[32];
     size_t size = strlen(text) + 64;
     char *product = malloc(size);
@@ -249,8 +240,8 @@ static const char *scaled(config_source *source, const char *text, double factor
     if (!product) {
         return NULL;
     }
-    if (expression_check(text, &use, NULL) == AD_OK && !use.s && !use.t) {
-        config_number_text(expression_evaluate(text, 0, 0) * factor, number);
+    if (expression_is_number(text, &value)) {
+        config_number_text(value * factor, number);
         kept = config_keep(source, number);
     } else {
         config_number_text(factor, number);

@@ -1,12 +1,12 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
 #include "tools/cli.h"
+#include "tools/clock.h"
 #include "tools/reference.h"
 #include "tools/table_file.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 static const char program[] = "cpinn-eval";
 
@@ -119,7 +119,8 @@ static ad_status points_of_grid(session *x, ad_error *error)
 static ad_status check_point(const char *path, const table_file *table, size_t row,
                              const char *name, double value, double limit, ad_error *error)
 {
-    if (value >= -1e-9 * limit && value <= (1 + 1e-9) * limit) {
+    if (value >= -REFERENCE_END_TOLERANCE * limit &&
+        value <= (1 + REFERENCE_END_TOLERANCE) * limit) {
         return AD_OK;
     }
     char where[64];
@@ -212,13 +213,6 @@ static ad_status write_out(const session *x, ad_error *error)
     return table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error);
 }
 
-static double seconds_now(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* The asked points over and over, repeated to a batch worth timing. */
 static ad_status measure(session *x, ad_error *error)
 {
@@ -234,10 +228,10 @@ static ad_status measure(session *x, ad_error *error)
         t[i] = p->t[i % p->count];
     }
     ad_status status = field_evaluate(x->field, x->e->parameters, batch, s, t, values, error);
-    double start = seconds_now(), spent = 0;
+    double start = wall_seconds(), spent = 0;
     while (status == AD_OK && spent < TIMED_SECONDS) {
         status = field_evaluate(x->field, x->e->parameters, batch, s, t, values, error);
-        spent = seconds_now() - start;
+        spent = wall_seconds() - start;
         done += batch;
     }
     x->rate = (double)done / spent;

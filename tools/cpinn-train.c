@@ -1,5 +1,6 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "tools/cli.h"
+#include "tools/clock.h"
 #include "tools/explain.h"
 #include "tools/progress.h"
 #include "tools/run.h"

@@ -1,5 +1,5 @@
-/* An experiment made ready: network, parameters, and whatever of problem, field and reference a
- * program needs; and its way into and out of a checkpoint.
+/* An experiment made ready: its network, parameters and threads; and its way into and out of a
+ * checkpoint.
  *
  * Items of a checkpoint (tools/checkpoint.h), beside the network's parameters
  * "parameters/network/layer0/weight" [rows, columns] and so on:

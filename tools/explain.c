@@ -79,6 +79,10 @@ static const verdict line_load[] = {{0, "small deflection, nearly linear: easy"}
                                     {2, "large deflection"},
                                     {20, "very large: curvature crowds at the clamp"},
                                     {200, "extreme: a boundary layer; more points"}};
+static const verdict line_moment[] = {{0, "turns the tip by less than half a radian: easy"},
+                                      {1, "turns the tip by a large angle"},
+                                      {6.4, "more than half a turn: train longer"},
+                                      {25.2, "several turns: Fourier features help"}};
 static const verdict slenderness[] = {{0, "none"},
                                       {1e-300, "slender: the rotary inertia hardly matters"},
                                       {1e-3, "stout: shear and rotary inertia matter"}};
@@ -125,6 +129,8 @@ static void print_numbers(FILE *file, const scene *scene)
         {"tip moment", "T L/EI", n.tip_moment, VERDICTS(end_moment), n.tip_moment > 0},
         {"line load", "f L^3/EI", n.distributed_force, VERDICTS(line_load),
          n.distributed_force > 0},
+        {"line moment", "l L^2/EI", n.distributed_moment, VERDICTS(line_moment),
+         n.distributed_moment > 0},
         {"weight", "rhoA g L^3/EI", n.weight, VERDICTS(line_load), n.weight > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
         {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),

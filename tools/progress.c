@@ -1,5 +1,7 @@
 #include "tools/progress.h"
 
+#include "tools/clock.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>

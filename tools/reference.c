@@ -10,10 +10,6 @@
 
 enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41 };
 
-/* A point counts as lying at an end of the rod or the duration within this fraction of it: files
- * hold rounded numbers. */
-static const double END_TOLERANCE = 1e-9;
-
 struct reference {
     char name[256];
     double length, duration;
@@ -193,7 +189,8 @@ static ad_status find_columns(const char *path, const table_file *table, bool dy
 
 static bool within(double value, double limit)
 {
-    return value >= -END_TOLERANCE * limit && value <= (1 + END_TOLERANCE) * limit;
+    return value >= -REFERENCE_END_TOLERANCE * limit &&
+           value <= (1 + REFERENCE_END_TOLERANCE) * limit;
 }
 
 static bool normalized(double rotation[4])
@@ -365,7 +362,7 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
         angles += angle * angle;
         most = worse(most, sqrt(square));
         turned = worse(turned, angle);
-        if (r->s[i] >= (1 - END_TOLERANCE) * r->length) {
+        if (r->s[i] >= (1 - REFERENCE_END_TOLERANCE) * r->length) {
             tip = worse(tip, sqrt(square));
         }
     }

@@ -4,6 +4,10 @@
 
 #include "tools/experiment.h"
 
+/* A point counts as lying at an end of the rod or the duration within this fraction of it: files
+ * hold rounded numbers. */
+#define REFERENCE_END_TOLERANCE 1e-9
+
 typedef struct reference reference;
 
 /* The reference that the scene names: closed form or manufactured solution at points of our choice

@@ -78,7 +78,10 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
     for (size_t row = 0; row < h->count; row++) {
         history_print(h, (long)row, file);
     }
-    fclose(file);
+    if (fclose(file) != 0) {
+        free(text);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->history);
+    }
     ad_status status = file_bytes_write(run->history, text, size, 1, error);
     free(text);
     return status;
@@ -113,7 +116,7 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
     while (run->rows_written < h->count) {
         history_print(h, (long)run->rows_written++, run->rows);
     }
-    if (fflush(run->rows) != 0) {
+    if (fflush(run->rows) != 0 || ferror(run->rows)) {
         return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
     }
     return AD_OK;

@@ -1,32 +1,9 @@
-#include "tools/trainer.h"
+#include "tools/clock.h"
+#include "tools/trainer_internal.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-
-struct trainer {
-    experiment *e;
-    problem *problem;
-    reference *known;
-    optim_adam *adam; /* of the stage at hand, or NULL */
-    optim_lbfgs *lbfgs;
-    optim_gauss_newton *gauss_newton;
-    history history;
-    trainer_info info;
-    double started; /* wall clock of this process, less the seconds before */
-    double stage_started;
-    bool losses_compare; /* points and weights stay, so the best point is the best */
-    double evaluated;    /* loss of the last evaluation */
-    ad_error failure;    /* why an evaluation failed for another reason than its numbers */
-};
-
-double wall_seconds(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -62,7 +39,7 @@ static const config_stage *stage_of(const trainer *t)
     return &t->e->settings->stages[t->info.stage];
 }
 
-static bool has_optimizer(const trainer *t)
+bool trainer_has_optimizer(const trainer *t)
 {
     return t->adam || t->lbfgs || t->gauss_newton;
 }
@@ -86,7 +63,7 @@ static ad_status check_sizes(const trainer *t, ad_error *error)
     return AD_OK;
 }
 
-static void forget_optimizer(trainer *t)
+void trainer_forget_optimizer(trainer *t)
 {
     optim_adam_free(t->adam);
     optim_lbfgs_free(t->lbfgs);
@@ -114,7 +91,7 @@ static ad_status start_gauss_newton(trainer *t, const char **why, ad_error *erro
     return status;
 }
 
-static ad_status start_stage(trainer *t, ad_error *error)
+ad_status trainer_start_stage(trainer *t, ad_error *error)
 {
     const config_stage *stage = stage_of(t);
     const char *why = NULL;
@@ -129,7 +106,7 @@ static ad_status start_stage(trainer *t, ad_error *error)
             return status;
         }
     }
-    if (!has_optimizer(t)) {
+    if (!trainer_has_optimizer(t)) {
         return ad_fail(error, AD_NO_MEMORY, "training.stages[%d]: %s", t->info.stage, why);
     }
     t->stage_started = wall_seconds();
@@ -156,7 +133,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     }
     name_columns(t);
     ad_status status = check_sizes(t, error);
-    status = status == AD_OK ? start_stage(t, error) : status;
+    status = status == AD_OK ? trainer_start_stage(t, error) : status;
     if (status != AD_OK) {
         trainer_free(t);
         return status;
@@ -168,7 +145,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
 void trainer_free(trainer *t)
 {
     if (t) {
-        forget_optimizer(t);
+        trainer_forget_optimizer(t);
         history_free(&t->history);
         free(t);
     }
@@ -251,11 +228,9 @@ static int objective(void *context, const double *x, double *value, double *grad
     ad_status status = problem_evaluate(t->problem, x, value, gradient, &t->failure);
     t->info.evaluations++;
     t->evaluated = *value;
-    if (status == AD_OK) {
-        t->info.gradient_norm = norm(gradient, t->e->count);
-        return OPTIM_OBJECTIVE_OK;
-    }
-    return status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE : OPTIM_OBJECTIVE_STOP;
+    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
+           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
+                                     : OPTIM_OBJECTIVE_STOP;
 }
 
 static int least_squares(void *context, const double *x, double *value, double *jtj, double *jtr)
@@ -310,17 +285,13 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
                    step, problem_term_name(t->problem, place.term), place.s, place.t, advice);
 }
 
-/* A step may end at another point than the one it tried last; terms and causal losses have to be
- * those of the point it chose, and so the norm of the gradient after L-BFGS. */
+/* An optimiser may keep another point than the one it evaluated last: a line search that gives up
+ * returns to an earlier trial, and a rejected Gauss-Newton step to where it began. The loss terms
+ * and causal weights that the problem holds are those of its last evaluation, so it is evaluated
+ * once more at the point kept; the history and the causal schedule then speak of that point. Passes
+ * the status of the step through, unless this evaluation fails. */
 static optim_status settle(trainer *t, optim_status status)
 {
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    int count = t->lbfgs ? optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY) : 0;
-    for (int i = 0; i < count; i++) {
-        if (strcmp(arrays[i].name, "gradient") == 0) {
-            t->info.gradient_norm = norm(arrays[i].data, arrays[i].count);
-        }
-    }
     double value;
     if (problem_evaluate(t->problem, current_x(t), &value, NULL, &t->failure) != AD_OK) {
         return OPTIM_STOPPED_BY_OBJECTIVE;
@@ -343,6 +314,7 @@ static optim_status optimizer_step(trainer *t)
         optim_status status = optim_adam_step(t->adam, objective, t);
         optim_adam_info adam = optim_adam_get_info(t->adam);
         info->loss = adam.value;
+        info->gradient_norm = adam.gradient_norm;
         info->learning_rate = adam.learning_rate;
         return status;
     }
@@ -356,6 +328,7 @@ static optim_status optimizer_step(trainer *t)
     optim_status status = optim_lbfgs_step(t->lbfgs, objective, t);
     optim_lbfgs_info lbfgs = optim_lbfgs_get_info(t->lbfgs);
     info->loss = lbfgs.value;
+    info->gradient_norm = lbfgs.gradient_norm;
     info->learning_rate = lbfgs.step;
     return failed(status) || t->evaluated == lbfgs.value ? status : settle(t, status);
 }
@@ -381,7 +354,7 @@ static const char *reason_to_end(const trainer *t, optim_status status)
 static ad_status end_stage(trainer *t, const char *why, ad_error *error)
 {
     memcpy(t->e->parameters, trainer_parameters(t), t->e->count * sizeof *t->e->parameters);
-    forget_optimizer(t);
+    trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.stage++;
     t->info.stage_step = 0;
@@ -389,7 +362,7 @@ static ad_status end_stage(trainer *t, const char *why, ad_error *error)
         t->info.state = TRAINER_DONE;
         return AD_OK;
     }
-    return start_stage(t, error);
+    return trainer_start_stage(t, error);
 }
 
 static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
@@ -430,181 +403,4 @@ ad_status trainer_step(trainer *t, ad_error *error)
         end = end ? end : reason_to_end(t, result); /* the error is known only now */
     }
     return status == AD_OK && end ? end_stage(t, end, error) : status;
-}
-
-/* ---- saving -------------------------------------------------------------------------------- */
-
-static int optimizer_state(trainer *t, optim_array *arrays)
-{
-    return t->adam    ? optim_adam_state(t->adam, arrays, OPTIM_STATE_CAPACITY)
-           : t->lbfgs ? optim_lbfgs_state(t->lbfgs, arrays, OPTIM_STATE_CAPACITY)
-           : t->gauss_newton
-               ? optim_gauss_newton_state(t->gauss_newton, arrays, OPTIM_STATE_CAPACITY)
-               : 0;
-}
-
-enum { NAME_MAX_ = 96 };
-
-static void item_name(char name[NAME_MAX_], const char *group, const char *rest)
-{
-    snprintf(name, NAME_MAX_, "%s/%s", group, rest);
-}
-
-ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
-{
-    checkpoint *file = checkpoint_create(CPINN_VERSION);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
-    }
-    experiment_put(t->e, trainer_parameters(t), file);
-    checkpoint_put_integer(file, "training/step", t->info.step);
-    checkpoint_put_integer(file, "training/stage", t->info.stage);
-    checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
-    checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
-    checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
-    checkpoint_put_integer(file, "training/optimizer", has_optimizer(t));
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
-    int count = optimizer_state(t, arrays);
-    for (int i = 0; i < count; i++) {
-        item_name(names[i], "optimizer", arrays[i].name);
-        checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
-    }
-    problem_array points[PROBLEM_STATE_MAX];
-    problem_generator generators[PROBLEM_STATE_MAX];
-    int generator_count,
-        point_count = problem_state(t->problem, points, generators, &generator_count);
-    for (int i = 0; i < point_count; i++) {
-        size_t shape[2] = {points[i].rows, points[i].columns};
-        checkpoint_put_doubles(file, points[i].name, points[i].data, 2, shape);
-    }
-    size_t words = 4;
-    for (int i = 0; i < generator_count; i++) {
-        char name[NAME_MAX_];
-        item_name(name, "generators", generators[i].name);
-        checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
-    }
-    history_put(&t->history, file);
-    ad_status status = checkpoint_write(file, path, keep, error);
-    checkpoint_free(file);
-    return status;
-}
-
-static ad_status get_integer(const checkpoint *file, const char *name, int64_t low, int64_t high,
-                             int64_t *value, ad_error *error)
-{
-    ad_status status = checkpoint_get_int64(file, name, value, 1, error);
-    if (status == AD_OK && (*value < low || *value > high)) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %lld; %lld to %lld are possible",
-                       name, (long long)*value, (long long)low, (long long)high);
-    }
-    return status;
-}
-
-static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error *error)
-{
-    optim_array arrays[OPTIM_STATE_CAPACITY];
-    int count = optimizer_state(t, arrays);
-    ad_status status = AD_OK;
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        char name[NAME_MAX_];
-        item_name(name, "optimizer", arrays[i].name);
-        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
-    }
-    const char *why = t->adam           ? optim_adam_state_check(t->adam)
-                      : t->lbfgs        ? optim_lbfgs_state_check(t->lbfgs)
-                      : t->gauss_newton ? optim_gauss_newton_state_check(t->gauss_newton)
-                                        : NULL;
-    return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
-}
-
-static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *error)
-{
-    problem_array points[PROBLEM_STATE_MAX];
-    problem_generator generators[PROBLEM_STATE_MAX];
-    int generator_count, count = problem_state(t->problem, points, generators, &generator_count);
-    ad_status status = AD_OK;
-    for (int i = 0; status == AD_OK && i < count; i++) {
-        status = checkpoint_get_doubles(file, points[i].name, points[i].data,
-                                        points[i].rows * points[i].columns, error);
-    }
-    for (int i = 0; status == AD_OK && i < generator_count; i++) {
-        char name[NAME_MAX_];
-        item_name(name, "generators", generators[i].name);
-        status = checkpoint_get_uint64(file, name, generators[i].rng->state, 4, error);
-    }
-    return status == AD_OK ? problem_state_check(t->problem, error) : status;
-}
-
-static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
-                             ad_error *error)
-{
-    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
-    if (status == AD_OK && !(*value >= 0 && isfinite(*value))) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
-                       *value);
-    }
-    return status;
-}
-
-static ad_status get_parameters(experiment *e, const checkpoint *file, ad_error *error)
-{
-    ad_status status = experiment_get(e, file, error);
-    if (status == AD_OK && !isfinite(norm(e->parameters, e->count))) {
-        return ad_fail(error, AD_BAD_INPUT, "checkpoint: a parameter is not finite");
-    }
-    return status;
-}
-
-/* Where the run stands, and the stage at work with the state of its optimiser. */
-static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
-{
-    int64_t stage, at_work;
-    double seconds, stage_seconds;
-    trainer_info *info = &t->info;
-    int stages = t->e->settings->stage_count;
-    ad_status status = get_integer(file, "training/step", 0, INT64_MAX - 1, &info->step, error);
-    if (status != AD_OK ||
-        (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
-        (status = get_integer(file, "training/stage_step", 0, info->step, &info->stage_step,
-                              error)) != AD_OK ||
-        (status = get_integer(file, "training/optimizer", stage < stages && info->stage_step > 0,
-                              stage < stages, &at_work, error)) != AD_OK ||
-        (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
-        (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
-        (status = get_parameters(t->e, file, error)) != AD_OK) {
-        return status;
-    }
-    forget_optimizer(t);
-    info->stage = (int)stage;
-    info->state = stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
-    t->started -= seconds;
-    if (stage < stages) {
-        status = start_stage(t, error);
-        t->stage_started -= stage_seconds;
-    }
-    if (status == AD_OK && at_work) { /* not if the run was over and has got more stages */
-        status = restore_optimizer(t, file, error);
-    }
-    return status;
-}
-
-ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
-{
-    ad_status status = restore_stage(t, file, error);
-    if (status == AD_OK) {
-        status = restore_problem(t, file, error);
-    }
-    if (status == AD_OK) {
-        status = history_get(&t->history, file, error);
-    }
-    if (status == AD_OK && t->history.count > 0) { /* what stopping criteria look at */
-        size_t last = t->history.count - 1;
-        t->info.loss = history_value(&t->history, last, "loss");
-        t->info.held_out = history_value(&t->history, last, "held_out");
-        t->info.errors.position = history_value(&t->history, last, "error");
-        t->info.errors.tip = history_value(&t->history, last, "tip_error");
-        t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
-    }
-    return status;
 }

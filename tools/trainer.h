@@ -59,6 +59,4 @@ const double *trainer_parameters(const trainer *t);
 ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error);
 ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error);
 
-double wall_seconds(void); /* monotonic */
-
 #endif

@@ -5,6 +5,7 @@
  * out of each. Without scenes: a static planar-loaded rod against a rod in motion in space. The
  * scenes take turns, so that a busy moment slows all of them; medians. */
 #include "tools/cli.h"
+#include "tools/clock.h"
 #include "tools/table_file.h"
 #include "tools/trainer.h"
 

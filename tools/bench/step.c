@@ -6,6 +6,7 @@
  * grows when the points become a hundred times as many. */
 #include "autodiff/blas.h"
 #include "fused.h"
+#include "tools/clock.h"
 
 #include <errno.h>
 #include <math.h>
@@ -13,7 +14,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
-#include <time.h>
 
 enum { LAYERS = 5, REPETITIONS = 15, THREADS_MAX = FUSED_MAX_THREADS, POINTS_MAX = 10000000 };
 
@@ -48,13 +48,6 @@ typedef struct tape_side {
     ad_pool *pool;
     ad_program *program;
 } tape_side;
-
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int compare_numbers(const void *a, const void *b)
 {
@@ -192,12 +185,12 @@ static double dgemm_rate(const blas *library)
     double *a = calloc(N * N, sizeof *a), *b = calloc(N * COLUMNS, sizeof *b);
     double *c = calloc(N * COLUMNS, sizeof *c), seconds[TRIALS];
     for (int trial = 0; a && b && c && trial < TRIALS; trial++) {
-        double start = now();
+        double start = wall_seconds();
         for (int i = 0; i < TIMES; i++) {
             library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, N, COLUMNS, N, 1, a, N, b,
                           COLUMNS, 0, c, COLUMNS);
         }
-        seconds[trial] = (now() - start) / TIMES;
+        seconds[trial] = (wall_seconds() - start) / TIMES;
     }
     double rate = a && b && c ? 2.0 * N * N * COLUMNS / median(seconds, TRIALS) : NAN;
     free(a);
@@ -225,16 +218,16 @@ static bool run_contest(const tape_side *side, fused_state *fused, const problem
     static result tape_result, fused_result;
     double tape[REPETITIONS], hand[REPETITIONS], ratio[REPETITIONS];
     for (int i = -1; i < REPETITIONS; i++) { /* the first to warm up */
-        double start = now();
+        double start = wall_seconds();
         if (!tape_step(side, p, &tape_result)) {
             return false;
         }
-        double between = now();
+        double between = wall_seconds();
         fused_step(fused, p->parameters, p->s, p->t, p->points, &fused_result.loss,
                    fused_result.gradient);
         if (i >= 0) {
             tape[i] = (between - start) / (double)p->points;
-            hand[i] = (now() - between) / (double)p->points;
+            hand[i] = (wall_seconds() - between) / (double)p->points;
             ratio[i] = tape[i] / hand[i];
         }
     }

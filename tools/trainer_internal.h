@@ -1,0 +1,30 @@
+/* What trainer.c (steps and stages) and trainer_state.c (checkpoints) share; not for callers. */
+#ifndef TOOLS_TRAINER_INTERNAL_H
+#define TOOLS_TRAINER_INTERNAL_H
+
+#include "tools/trainer.h"
+
+struct trainer {
+    experiment *e;
+    problem *problem;
+    reference *known;
+    optim_adam *adam; /* of the stage at hand, or NULL */
+    optim_lbfgs *lbfgs;
+    optim_gauss_newton *gauss_newton;
+    history history;
+    trainer_info info;
+    double started; /* wall clock of this process, less the seconds before */
+    double stage_started;
+    bool losses_compare; /* points and weights stay, so the best point is the best */
+    double evaluated;    /* loss of the last evaluation */
+    ad_error failure;    /* why an evaluation failed for another reason than its numbers */
+};
+
+bool trainer_has_optimizer(const trainer *t);
+void trainer_forget_optimizer(trainer *t);
+
+/* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The
+ * one before has to be forgotten. */
+ad_status trainer_start_stage(trainer *t, ad_error *error);
+
+#endif
