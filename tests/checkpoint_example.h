@@ -24,9 +24,9 @@
 
 #include <cmocka.h>
 
-#include "tools/checkpoint.h"
-#include "tools/checkpoint_parts.h"
-#include "tools/file_bytes.h"
+#include "tools/files/checkpoint.h"
+#include "tools/files/checkpoint_parts.h"
+#include "tools/files/file_bytes.h"
 
 static char directory[64];
 

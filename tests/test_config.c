@@ -3,7 +3,7 @@
  * CONFIGS_FOLDER set to where the shipped scenes are. */
 #include "config_refusals.h"
 #include "config_refusals_scene.h"
-#include "tools/config_keys.h"
+#include "tools/config/config_keys.h"
 
 #include <locale.h>
 #include <math.h>

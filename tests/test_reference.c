@@ -2,8 +2,8 @@
 #include "evaluate.h"
 
 #include "physics/analytic.h"
+#include "tools/files/table_file.h"
 #include "tools/reference.h"
-#include "tools/table_file.h"
 
 #include <stdio.h>
 #include <unistd.h>

@@ -20,8 +20,8 @@
 
 #include <cmocka.h>
 
-#include "tools/file_bytes.h"
-#include "tools/table_file.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/table_file.h"
 
 static char directory[64];
 

@@ -1,8 +1,8 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
 #include "tools/cli.h"
 #include "tools/clock.h"
+#include "tools/files/table_file.h"
 #include "tools/reference.h"
-#include "tools/table_file.h"
 
 #include <math.h>
 #include <stdlib.h>

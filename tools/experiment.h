@@ -1,7 +1,7 @@
 /* An experiment made ready: its network, parameters and threads; and its way into and out of a
  * checkpoint.
  *
- * Items of a checkpoint (tools/checkpoint.h), beside the network's parameters
+ * Items of a checkpoint (tools/files/checkpoint.h), beside the network's parameters
  * "parameters/network/layer0/weight" [rows, columns] and so on:
  *   scene/yaml                 the resolved experiment, reads back as it is
  *   network/fourier            [features, inputs] frequencies, where there are any
@@ -15,8 +15,8 @@
 
 #include "physics/field.h"
 #include "physics/problem.h"
-#include "tools/checkpoint.h"
-#include "tools/config.h"
+#include "tools/config/config.h"
+#include "tools/files/checkpoint.h"
 
 typedef struct experiment {
     config *settings; /* owned */

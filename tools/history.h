@@ -2,7 +2,7 @@
 #ifndef TOOLS_HISTORY_H
 #define TOOLS_HISTORY_H
 
-#include "tools/checkpoint.h"
+#include "tools/files/checkpoint.h"
 
 #include <stdio.h>
 

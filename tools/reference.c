@@ -2,7 +2,7 @@
 
 #include "physics/analytic.h"
 #include "physics/expression.h"
-#include "tools/table_file.h"
+#include "tools/files/table_file.h"
 
 #include <math.h>
 #include <stdlib.h>

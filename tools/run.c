@@ -1,6 +1,6 @@
 #include "tools/run.h"
 
-#include "tools/file_bytes.h"
+#include "tools/files/file_bytes.h"
 
 #include <errno.h>
 #include <stdlib.h>

@@ -6,7 +6,7 @@
  * scenes take turns, so that a busy moment slows all of them; medians. */
 #include "tools/cli.h"
 #include "tools/clock.h"
-#include "tools/table_file.h"
+#include "tools/files/table_file.h"
 #include "tools/trainer.h"
 
 #include <stdlib.h>

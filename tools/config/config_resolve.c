@@ -1,5 +1,5 @@
 /* Defaults: those that are plain numbers, and those that follow from other keys. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include "physics/expression.h"
 

@@ -1,6 +1,6 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training, and
  * whether a named reference is a solution of this scene. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include "physics/expression.h"
 

@@ -1,4 +1,4 @@
-#include "tools/file_bytes.h"
+#include "tools/files/file_bytes.h"
 
 #include <errno.h>
 #include <fcntl.h>

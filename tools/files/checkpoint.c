@@ -1,11 +1,11 @@
 /* The items of a checkpoint in memory; the file is checkpoint_read.c and checkpoint_write.c. */
-#include "tools/checkpoint.h"
+#include "tools/files/checkpoint.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/checkpoint_parts.h"
-#include "tools/file_bytes.h"
+#include "tools/files/checkpoint_parts.h"
+#include "tools/files/file_bytes.h"
 
 static const char *const kind_word[] = {
 #define KIND_WORD(name, letter, word) [name] = word,

@@ -2,7 +2,7 @@
 #ifndef TOOLS_TABLE_PARTS_H
 #define TOOLS_TABLE_PARTS_H
 
-#include "tools/table_file.h"
+#include "tools/files/table_file.h"
 
 struct table_file {
     size_t rows, columns;

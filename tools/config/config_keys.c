@@ -1,6 +1,6 @@
 /* Every key a scene file may have. Defaults live in config_resolve.c; `fallback` says in
  * words what a default that depends on other keys is. */
-#include "tools/config_keys.h"
+#include "tools/config/config_keys.h"
 
 #include <math.h>
 

@@ -3,7 +3,7 @@
 #ifndef TOOLS_CONFIG_KEYS_H
 #define TOOLS_CONFIG_KEYS_H
 
-#include "tools/config.h"
+#include "tools/config/config.h"
 
 typedef enum config_type {
     CONFIG_NUMBER,    /* double; NaN: not given */

@@ -1,5 +1,5 @@
 /* The table of keys printed: an experiment as YAML, and the help on all keys. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <locale.h>
 #include <math.h>

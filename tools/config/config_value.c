@@ -1,5 +1,5 @@
 /* One value of a scene file: what a number is, and storing scalars and lists into their fields. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 /* Reading an experiment from end to end: file, overrides, defaults, checks. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <locale.h>
 #include <stdlib.h>

@@ -1,11 +1,11 @@
-#include "tools/table_file.h"
+#include "tools/files/table_file.h"
 
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/file_bytes.h"
-#include "tools/table_parts.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/table_parts.h"
 
 typedef enum table_format { FORMAT_CSV, FORMAT_HDF5, FORMAT_UNKNOWN } table_format;
 

@@ -1,5 +1,5 @@
 /* What may differ between an experiment and the one that continues it. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -5,7 +5,7 @@
 
 #include <hdf5.h>
 
-#include "tools/checkpoint.h"
+#include "tools/files/checkpoint.h"
 
 #define CHECKPOINT_USER_BLOCK 512
 #define CHECKPOINT_MAGIC      "cpinn checkpoint"

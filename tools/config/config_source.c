@@ -1,5 +1,5 @@
 /* Texts of an experiment and the places of its keys, for messages that point into the file. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <stdarg.h>
 #include <stdlib.h>

@@ -7,8 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/file_bytes.h"
-#include "tools/table_parts.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/table_parts.h"
 
 #define MAX_NUMBER 127 /* bytes of one number */
 #define MAX_QUOTED 40  /* bytes of the file repeated in a message */

@@ -44,10 +44,10 @@ const double *table_column(const table_file *table, const char *name);
 /* The line of a CSV file, from 1, on which a row, from 0, stands; 0 for a row of an HDF5 file. */
 size_t table_line(const table_file *table, size_t row);
 
-/* Write columns[ncols] of nrows values each to `path`, atomically (tools/file_bytes.h). CSV numbers
- * are the shortest of 15 to 17 digits that read back to the same double; NaN loses its payload in
- * CSV, not in HDF5. Errors: AD_BAD_ARGUMENT (ending, names), AD_IO, AD_NO_MEMORY; a file that was
- * there is then untouched. */
+/* Write columns[ncols] of nrows values each to `path`, atomically (tools/files/file_bytes.h). CSV
+ * numbers are the shortest of 15 to 17 digits that read back to the same double; NaN loses its
+ * payload in CSV, not in HDF5. Errors: AD_BAD_ARGUMENT (ending, names), AD_IO, AD_NO_MEMORY; a file
+ * that was there is then untouched. */
 ad_status table_write(const char *path, const char *const *names, const double *const *columns,
                       size_t ncols, size_t nrows, ad_error *error);
 

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/checkpoint.h"
-#include "tools/checkpoint_parts.h"
-#include "tools/file_bytes.h"
-#include "tools/hdf5_image.h"
+#include "tools/files/checkpoint.h"
+#include "tools/files/checkpoint_parts.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/hdf5_image.h"
 
 void checkpoint_user_block(unsigned char *block, size_t file_size, uint64_t hash)
 {

@@ -1,6 +1,6 @@
 /* The walk through a YAML document along the table of keys: sections, lists of sections, merge
  * keys; and overrides, which are small documents put at one key. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 #ifndef TOOLS_CONFIG_PARTS_H
 #define TOOLS_CONFIG_PARTS_H
 
-#include "tools/config_keys.h"
+#include "tools/config/config_keys.h"
 
 #include <yaml.h>
 

@@ -1,4 +1,4 @@
-#include "tools/hdf5_image.h"
+#include "tools/files/hdf5_image.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* From bytes to one YAML document, with every failure as one line that names its place. */
-#include "tools/config_parts.h"
+#include "tools/config/config_parts.h"
 
 #include <errno.h>
 #include <stdlib.h>

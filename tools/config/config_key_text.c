@@ -1,5 +1,5 @@
 /* Searching the table of keys, and what it says about a key in words. */
-#include "tools/config_keys.h"
+#include "tools/config/config_keys.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tools/file_bytes.h"
-#include "tools/hdf5_image.h"
-#include "tools/table_parts.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/hdf5_image.h"
+#include "tools/files/table_parts.h"
 
 /* Compression by deflate shrinks at most 1032:1 (zlib's documentation), so a dataset that claims
  * more for what it stores is damaged or mostly absent. */
