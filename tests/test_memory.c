@@ -1,56 +1,13 @@
 /* Nothing is allocated in a step; running out of memory anywhere is an error and leaves nothing
- * behind. Linked with --wrap for malloc, calloc, realloc and posix_memalign. Also the gradient
- * check. */
+ * behind. Also the gradient check. */
 #include "ad_testing.h"
-
-#include <errno.h>
-
-/* ---- allocation under control -------------------------------------------------------------------
- */
-
-static long allocations; /* since `watch` */
-static long failing;     /* the one that fails, 0: none */
-static bool watching;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *memory, size_t size);
-int __real_posix_memalign(void **memory, size_t alignment, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size);
-
-static bool fails(void)
-{
-    return watching && ++allocations == failing;
-}
-
-void *__wrap_malloc(size_t size)
-{
-    return fails() ? NULL : __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    return fails() ? NULL : __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *memory, size_t size)
-{
-    return fails() ? NULL : __real_realloc(memory, size);
-}
-
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size)
-{
-    return fails() ? ENOMEM : __real_posix_memalign(memory, alignment, size);
-}
+#include "allocations.h"
 
 static void watch(long fail_at)
 {
     allocations = 0;
-    failing = fail_at;
-    watching = true;
+    failing_allocation = fail_at;
+    allocations_count = true;
 }
 
 /* ---- a whole life -------------------------------------------------------------------------------
@@ -139,13 +96,13 @@ static void test_out_of_memory_anywhere(void **state)
     assert_int_equal(live(&expected), AD_OK); /* also loads what is loaded once */
     watch(0);
     assert_int_equal(live(&loss), AD_OK);
-    watching = false;
+    allocations_count = false;
     long all = allocations;
     assert_true(all > 50);
     for (long n = 1; n <= all; n++) {
         watch(n);
         ad_status status = live(&loss);
-        watching = false;
+        allocations_count = false;
         if (status != AD_NO_MEMORY)
             fail_msg("allocation %ld of %ld fails: status %d", n, all, status);
     }
@@ -169,7 +126,7 @@ static void test_steps_allocate_nothing(void **state)
         watch(0);
         for (int i = 0; i < 20; i++)
             assert_int_equal(execute(program, (size_t)(POINTS - 7 * i), &loss, NULL), AD_OK);
-        watching = false;
+        allocations_count = false;
         assert_int_equal(allocations, 0);
         ad_program_free(program);
         ad_pool_free(pool);

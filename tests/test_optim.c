@@ -1,26 +1,6 @@
-/* Optimisers in general: settings, schedules, allocations, state. Link with
- * -Wl,--wrap=malloc,--wrap=calloc: allocation failures are injected. */
+/* Optimisers in general: settings, schedules, allocations, state. */
+#include "allocations.h"
 #include "optim_testing.h"
-
-/* ---- allocation hooks ---- */
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-
-static long allocations;
-static long failing_allocation; /* 1, 2, 3, ...; 0: none */
-
-void *__wrap_malloc(size_t size)
-{
-    return ++allocations == failing_allocation ? NULL : __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    return ++allocations == failing_allocation ? NULL : __real_calloc(count, size);
-}
 
 /* ---- schedules, texts, settings ---- */
 

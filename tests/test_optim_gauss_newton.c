@@ -1,6 +1,7 @@
-/* Levenberg-Marquardt. Link with -Wl,--wrap=malloc,--wrap=calloc: allocation failures are injected.
+/* Levenberg-Marquardt.
  * The Cholesky factors are made here, so that nothing but optim/ is under test. */
 #include "../optim/optim.h"
+#include "allocations.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -9,26 +10,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-/* ---- allocation hooks ---- */
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-
-static long allocations;
-static long failing_allocation; /* 1, 2, 3, ...; 0: none */
-
-void *__wrap_malloc(size_t size)
-{
-    return ++allocations == failing_allocation ? NULL : __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    return ++allocations == failing_allocation ? NULL : __real_calloc(count, size);
-}
 
 /* ---- Cholesky: matrix = U^T U ---- */
 

@@ -1,48 +1,8 @@
-/* The loss of a scene: gradient, bits, allocations, causal weights, points, bad numbers. Linked
- * with
- * --wrap for malloc, calloc, realloc and posix_memalign, which counts the project's own calls; what
- * a BLAS does inside itself is not seen. */
+/* The loss of a scene: gradient, bits, allocations, causal weights, points, bad numbers. */
+#include "allocations.h"
 #include "training_testing.h"
 
 #include "physics/problem_internal.h"
-
-/* ---- allocations -------------------------------------------------------------------------------
- */
-
-static long allocations;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *memory, size_t size);
-int __real_posix_memalign(void **memory, size_t alignment, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size);
-
-void *__wrap_malloc(size_t size)
-{
-    allocations++;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    allocations++;
-    return __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *memory, size_t size)
-{
-    allocations++;
-    return __real_realloc(memory, size);
-}
-
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size)
-{
-    allocations++;
-    return __real_posix_memalign(memory, alignment, size);
-}
 
 /* ---- scenes ------------------------------------------------------------------------------------
  */

@@ -1,45 +1,7 @@
 /* Training step by step: resuming to the same bits from everywhere, what history says, how stages
- * end, numbers that are not finite, allocations in a step. Linked with
- * --wrap for malloc, calloc, realloc and posix_memalign. */
+ * end, numbers that are not finite, allocations in a step. */
+#include "allocations.h"
 #include "trainer_testing.h"
-
-/* ---- allocations -------------------------------------------------------------------------------
- */
-
-static long allocations;
-
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *memory, size_t size);
-int __real_posix_memalign(void **memory, size_t alignment, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size);
-
-void *__wrap_malloc(size_t size)
-{
-    allocations++;
-    return __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size)
-{
-    allocations++;
-    return __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *memory, size_t size)
-{
-    allocations++;
-    return __real_realloc(memory, size);
-}
-
-int __wrap_posix_memalign(void **memory, size_t alignment, size_t size)
-{
-    allocations++;
-    return __real_posix_memalign(memory, alignment, size);
-}
 
 /* ---- resuming ----------------------------------------------------------------------------------
  */
