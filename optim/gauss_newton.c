@@ -71,16 +71,8 @@ const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings
     if (!(settings->damping_decrease > 0 && settings->damping_decrease < 1)) {
         return "damping_decrease must be in (0, 1)";
     }
-    if (!(settings->gradient_tolerance >= 0 && isfinite(settings->gradient_tolerance))) {
-        return "gradient_tolerance must be finite and >= 0";
-    }
-    if (!(settings->function_tolerance >= 0 && settings->function_tolerance < 1)) {
-        return "function_tolerance must be in [0, 1)";
-    }
-    if (!(settings->step_tolerance >= 0 && settings->step_tolerance < 1)) {
-        return "step_tolerance must be in [0, 1)";
-    }
-    return NULL;
+    return optim_check_tolerances(settings->gradient_tolerance, settings->function_tolerance,
+                                  settings->step_tolerance);
 }
 
 void optim_gauss_newton_free(optim_gauss_newton *gn)

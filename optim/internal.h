@@ -28,6 +28,9 @@ int optim_copy_rows(optim_array *arrays, int capacity, const optim_array *rows, 
 
 /* ---- evaluate.c ---- */
 
+/* NULL, or a static text that names the one out of its range. */
+const char *optim_check_tolerances(double gradient, double function, double step);
+
 /* An objective together with the bookkeeping every evaluation needs. */
 typedef struct optim_evaluator {
     size_t count;

@@ -71,19 +71,11 @@ const char *optim_lbfgs_check(const optim_lbfgs_settings *settings)
     if (!(settings->maximum_step > 0 && isfinite(settings->maximum_step))) {
         return "maximum_step must be finite and > 0";
     }
-    if (!(settings->gradient_tolerance >= 0 && isfinite(settings->gradient_tolerance))) {
-        return "gradient_tolerance must be finite and >= 0";
-    }
-    if (!(settings->function_tolerance >= 0 && settings->function_tolerance < 1)) {
-        return "function_tolerance must be in [0, 1)";
-    }
-    if (!(settings->step_tolerance >= 0 && settings->step_tolerance < 1)) {
-        return "step_tolerance must be in [0, 1)";
-    }
     if (!(settings->curvature_threshold >= 0 && settings->curvature_threshold < 1)) {
         return "curvature_threshold must be in [0, 1)";
     }
-    return NULL;
+    return optim_check_tolerances(settings->gradient_tolerance, settings->function_tolerance,
+                                  settings->step_tolerance);
 }
 
 void optim_lbfgs_free(optim_lbfgs *lbfgs)
