@@ -334,12 +334,6 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
     return AD_OK;
 }
 
-ad_normal_info problem_normal_inspect(const problem *p, int set)
-{
-    const ad_normal *normal = p->sets[set].normal;
-    return normal ? ad_normal_inspect(normal) : (ad_normal_info){0};
-}
-
 static problem_set *set_of_term(problem *p, int term)
 {
     for (int i = 0; i < p->set_count; i++) {

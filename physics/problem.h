@@ -77,9 +77,6 @@ ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gr
 ad_status problem_normal_equations(problem *p, const double *x, double *loss, double *jtj,
                                    double *jtr, ad_error *error);
 
-/* Of a set's normal equations; zeros before their first use. */
-ad_normal_info problem_normal_inspect(const problem *p, int set);
-
 /* The loss terms of the last problem_evaluate, unweighted: [problem_terms]. */
 const double *problem_losses(const problem *p);
 

@@ -4,6 +4,7 @@
 #define TESTS_AD_TESTING_H
 
 #include "autodiff/tape.h"
+#include "near.h"
 
 #include <float.h>
 #include <math.h>
@@ -293,19 +294,6 @@ static inline double compiled_number(ad_value value, const run_data *data)
     double result = c.results[0][0];
     compiled_free(&c);
     return result;
-}
-
-#define assert_near(value, expected, tolerance)                                                    \
-    check_near(value, expected, tolerance, __FILE__, __LINE__)
-
-static inline void check_near(double value, double expected, double tolerance, const char *file,
-                              int line)
-{
-    if (!(fabs(value - expected) <= tolerance)) {
-        print_error("%.17g is not %.17g: off by %.3g, %.3g is allowed\n", value, expected,
-                    fabs(value - expected), tolerance);
-        _fail(file, line);
-    }
 }
 
 static inline void assert_tape_ok(const ad_tape *tape)

@@ -3,6 +3,7 @@
 #define TESTS_EVALUATE_H
 
 #include "autodiff/ad.h"
+#include "near.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -13,20 +14,6 @@
 #include <string.h>
 
 #include <cmocka.h>
-
-/* |value - expected| <= tolerance; not a number fails. */
-#define assert_near(value, expected, tolerance)                                                    \
-    check_near(value, expected, tolerance, __FILE__, __LINE__)
-
-static inline void check_near(double value, double expected, double tolerance, const char *file,
-                              int line)
-{
-    if (!(fabs(value - expected) <= tolerance)) {
-        print_error("%.17g is not %.17g: off by %.3g, %.3g is allowed\n", value, expected,
-                    fabs(value - expected), tolerance);
-        _fail(file, line);
-    }
-}
 
 /* results[i] is [rows][points] also for uniform values. Fails the test on any error. */
 static inline void evaluate(int count, const ad_value *values, size_t points,

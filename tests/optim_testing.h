@@ -3,6 +3,7 @@
 #define TESTS_OPTIM_TESTING_H
 
 #include "../optim/optim.h"
+#include "near.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -199,13 +200,6 @@ static inline double distance(size_t count, const double *a, const double *b)
         largest = fmax(largest, fabs(a[i] - b[i]));
     }
     return largest;
-}
-
-static inline void assert_near(double got, double wanted, double tolerance)
-{
-    if (!(fabs(got - wanted) <= tolerance)) {
-        fail_msg("got %.17g, wanted %.17g within %g", got, wanted, tolerance);
-    }
 }
 
 static inline void assert_below(double got, double bound)

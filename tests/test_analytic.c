@@ -1,5 +1,7 @@
 /* Closed-form rods against tabulated values, against high-precision evaluations and against direct
  * Runge-Kutta integration of the equations they solve. */
+#include "near.h"
+
 #include "physics/analytic.h"
 
 #include <math.h>
@@ -14,18 +16,6 @@
 
 static const double pi = 3.14159265358979323846;
 static const double root_half = 0.70710678118654752440;
-
-#define assert_near(actual, expected, tolerance)                                                   \
-    check_near(actual, expected, tolerance, __FILE__, __LINE__)
-
-static void check_near(double actual, double expected, double tolerance, const char *file, int line)
-{
-    if (!(fabs(actual - expected) <= tolerance)) {
-        print_error("%.17g is not %.17g: off by %.3g, allowed %.3g\n", actual, expected,
-                    actual - expected, tolerance);
-        _fail(file, line);
-    }
-}
 
 /* Angle between two orientations; the same for q and -q. */
 static double rotation_distance(const double p[4], const double q[4])
