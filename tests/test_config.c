@@ -350,8 +350,9 @@ static void test_shipped_configs(void **state)
                                         "helix",
                                         "heavy_cantilever",
                                         "cantilever_dynamic",
-                                        "manufactured_dynamic"};
-    for (int i = 0; i < 6; i++) {
+                                        "manufactured_dynamic",
+                                        "slender"};
+    for (int i = 0; i < 7; i++) {
         char path[512];
         ad_error error = {AD_OK, ""};
         config *experiment = NULL;
