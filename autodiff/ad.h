@@ -167,6 +167,11 @@ ad_status ad_taylor(int count, const ad_value *y, ad_value x, ad_value direction
 /* d^order y / dx^order for a scalar x (1 row): order! times the Taylor coefficient. */
 ad_value ad_derivative(ad_value y, ad_value x, int order);
 
+/* Derivatives [count] of each y where all of the different variables wrt move at once, each along
+ * its direction as above: sum_i (dy / d wrt[i]) directions[i]. */
+ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_value *wrt,
+                         const ad_value *directions, ad_value *derivatives);
+
 /* Adjoints d root / d wrt[i] for a scalar root, each with the rows of wrt[i]; wrt are inputs,
  * uniforms or parameters.
  * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant) and
@@ -279,6 +284,13 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
  * [stride], zeros too, and of r; all points of a residual follow each other. Allocates nothing. */
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r);
+
+/* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
+ * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program
+ * takes some three times the operations of a gradient. The tape gains an input that no program
+ * needs. */
+ad_status ad_normal_product(int count, const ad_value *residuals, int wrt_count,
+                            const ad_value *wrt, const ad_value *directions, ad_value *products);
 
 /* ---- gradient check ------------------------------------------------------------------------ */
 

@@ -6,9 +6,11 @@
 typedef struct taylor {
     ad_tape *tape;
     dependence depends;
-    ad_value x, direction;
+    int moving; /* variables, each along its direction */
+    const ad_value *x, *direction;
     int order;
-    int *known; /* [nodes][order + 1] ids, -2: not yet computed */
+    bool first_order; /* nothing but: known partials serve */
+    int *known;       /* [nodes][order + 1] ids, -2: not yet computed */
     int known_count, known_capacity;
 } taylor;
 
@@ -107,8 +109,23 @@ static void note_partials(taylor *t, ad_value y, int k, ad_value result)
     }
 }
 
+/* The sum that note_partials wrote down, where only the first order is wanted. */
+static ad_value coefficient_known(taylor *t, ad_value y)
+{
+    ad_value sum = transform_zeros(y);
+    for (int i = node_of(y)->partials; i > 0; i = t->tape->partials[i - 1].next) {
+        const known_partial known = t->tape->partials[i - 1];
+        ad_value x = coefficient(t, value_of(t->tape, known.argument), 1);
+        sum = ad_add(sum, ad_mul(x, value_of(t->tape, known.partial)));
+    }
+    return sum;
+}
+
 static ad_value coefficient_compute(taylor *t, ad_value y, int k)
 {
+    if (t->first_order && node_of(y)->partials) {
+        return coefficient_known(t, y);
+    }
     switch (op_table[node_of(y)->op].kind) {
     case LINEAR:
     case SELECT:
@@ -127,8 +144,10 @@ static ad_value coefficient(taylor *t, ad_value y, int k)
     if (k == 0 || !ad_is_valid(y) || !taylor_extend(t)) {
         return y;
     }
-    if (y.id == t->x.id) {
-        return k == 1 ? t->direction : transform_zeros(y);
+    for (int i = 0; i < t->moving; i++) {
+        if (y.id == t->x[i].id) {
+            return k == 1 ? t->direction[i] : transform_zeros(y);
+        }
     }
     if (!t->depends.on[y.id]) {
         return transform_zeros(y);
@@ -172,12 +191,12 @@ static void coefficients_in_order(taylor *t, ad_value y)
     free(needed);
 }
 
-static ad_status taylor_record(ad_tape *tape, int count, const ad_value *y, ad_value x,
-                               ad_value direction, int order, ad_value *coefficients)
+/* The direction, with the rows of its variable; failed where it has others. */
+static ad_value direction_of(ad_tape *tape, ad_value x, ad_value direction)
 {
     if (!transform_variable(x, "Taylor variable", tape) ||
         !transform_usable(direction, "Taylor direction", tape)) {
-        return tape->error.status;
+        return tape_failed(tape);
     }
     if (ad_rows(direction) == 1 && ad_rows(x) > 1) {
         direction = ad_repeat(direction, ad_rows(x));
@@ -185,33 +204,79 @@ static ad_status taylor_record(ad_tape *tape, int count, const ad_value *y, ad_v
     if (ad_rows(direction) != ad_rows(x)) {
         ad_tape_fail(tape, AD_BAD_SHAPE, "Taylor direction of %d rows for a variable of %d",
                      ad_rows(direction), ad_rows(x));
-        return tape->error.status;
+        return tape_failed(tape);
     }
-    taylor t = {.tape = tape, .depends = {.tape = tape}, .x = x, .direction = direction};
-    t.order = order;
-    if (taylor_extend(&t)) {
-        dependence_mark(&t.depends, x.id);
+    return direction;
+}
+
+/* coefficients: `first` .. order of each y. */
+static ad_status taylor_record(taylor *t, int count, const ad_value *y, int first,
+                               ad_value *coefficients)
+{
+    ad_tape *tape = t->tape;
+    if (taylor_extend(t)) {
+        for (int i = 0; i < t->moving; i++) {
+            dependence_mark(&t->depends, t->x[i].id);
+        }
         for (int i = 0; i < count && transform_usable(y[i], "Taylor function", tape); i++) {
-            coefficients_in_order(&t, y[i]);
-            for (int k = 0; k <= order; k++) {
-                coefficients[i * (order + 1) + k] = coefficient(&t, y[i], k);
+            coefficients_in_order(t, y[i]);
+            for (int k = first; k <= t->order; k++) {
+                *coefficients++ = coefficient(t, y[i], k);
             }
         }
     }
-    free(t.known);
-    free(t.depends.on);
+    free(t->known);
+    free(t->depends.on);
     return tape->error.status;
 }
 
 ad_status ad_taylor(int count, const ad_value *y, ad_value x, ad_value direction, int order,
                     ad_value *coefficients)
 {
-    if (!x.tape || order < 0) {
+    ad_tape *tape = x.tape;
+    if (!tape || order < 0) {
         return AD_BAD_ARGUMENT;
     }
-    ad_status status = taylor_record(x.tape, count, y, x, direction, order, coefficients);
+    direction = direction_of(tape, x, direction);
+    taylor t = {.tape = tape, .depends = {.tape = tape}, .order = order};
+    t.moving = 1;
+    t.x = &x;
+    t.direction = &direction;
+    ad_status status = tape->error.status;
+    if (status == AD_OK) {
+        status = taylor_record(&t, count, y, 0, coefficients);
+    }
     if (status != AD_OK) {
-        transform_fail(x.tape, count * (order + 1), coefficients);
+        transform_fail(tape, count * (order + 1), coefficients);
+    }
+    return status;
+}
+
+ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_value *wrt,
+                         const ad_value *directions, ad_value *derivatives)
+{
+    ad_tape *tape = wrt_count > 0 ? wrt[0].tape : NULL;
+    if (!tape) {
+        return AD_BAD_ARGUMENT;
+    }
+    ad_value *along = malloc((size_t)wrt_count * sizeof *along);
+    if (!along) {
+        ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
+    }
+    for (int i = 0; along && i < wrt_count; i++) {
+        along[i] = direction_of(tape, wrt[i], directions[i]);
+    }
+    taylor t = {.tape = tape, .depends = {.tape = tape}, .order = 1, .first_order = true};
+    t.moving = wrt_count;
+    t.x = wrt;
+    t.direction = along;
+    ad_status status = tape->error.status;
+    if (status == AD_OK) {
+        status = taylor_record(&t, count, y, 1, derivatives);
+    }
+    free(along);
+    if (status != AD_OK) {
+        transform_fail(tape, count, derivatives);
     }
     return status;
 }

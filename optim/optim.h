@@ -375,4 +375,48 @@ optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn
 int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity);
 const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn);
 
+/* ---- linear systems by products alone ---- */
+
+/* y[count] = A x[count] for a symmetric positive semidefinite A. Not 0: stop, with that code. */
+typedef int (*optim_product)(void *context, const double *x, double *y);
+
+/* An approximation U diag(lambda) U^T of A of low rank from products with random vectors, and a
+ * preconditioner for A + damping I made of it. Frangella, Tropp & Udell, "Randomized Nystrom
+ * preconditioning", SIAM J. Matrix Anal. Appl. 44 (2023) 718; for networks that solve differential
+ * equations Rathore, Lei, Frangella, Lu & Udell, arXiv:2402.01868 (2024). */
+typedef struct optim_nystrom optim_nystrom;
+
+/* random [rank][count]: independent standard normal numbers, which are not kept as they are; rank
+ * in [1, count]. NULL: out of memory. Memory: 2 rank count doubles. */
+optim_nystrom *optim_nystrom_create(size_t count, size_t rank, const double *random);
+void optim_nystrom_free(optim_nystrom *n); /* NULL is fine */
+
+/* The approximation of this A, in `rank` products; 0, or the product's code. */
+int optim_nystrom_update(optim_nystrom *n, optim_product product, void *context);
+
+const double *optim_nystrom_eigenvalues(const optim_nystrom *n);       /* [rank], >= 0, falling */
+void optim_nystrom_diagonal(const optim_nystrom *n, double *diagonal); /* [count], of U..U^T */
+
+/* z = P^-1 r, P = U (diag(lambda) + damping) U^T / (lambda_last + damping) + (I - U U^T);
+ * z may not be r. */
+void optim_nystrom_apply(const optim_nystrom *n, double damping, const double *r, double *z);
+
+/* Conjugate gradients for (A + damping I) x = b from x = 0. */
+typedef struct optim_cg optim_cg;
+
+optim_cg *optim_cg_create(size_t count); /* NULL: out of memory. Memory: 4 count doubles */
+void optim_cg_free(optim_cg *cg);        /* NULL is fine */
+
+typedef struct optim_cg_result {
+    int code;        /* 0, or the product's */
+    int iterations;  /* products */
+    double residual; /* sqrt(r^T P^-1 r), relative to its beginning */
+} optim_cg_result;
+
+/* Until the residual is within tolerance, after `most` iterations, or where rounding ends it: x is
+ * the best of all points that as many products span. */
+optim_cg_result optim_cg_solve(optim_cg *cg, optim_product product, void *context, double damping,
+                               const optim_nystrom *preconditioner, const double *b,
+                               double tolerance, int most, double *x);
+
 #endif

@@ -172,6 +172,7 @@ void problem_free(problem *p)
     }
     clear_sets(p);
     free(p->scratch);
+    free(p->pair);
     problem_weights_free(p);
     free(p);
 }
@@ -388,6 +389,7 @@ ad_status problem_restored(problem *p, ad_error *error)
     for (int i = 0; i < p->set_count; i++) {
         const problem_cloud *c = &p->sets[i].trained;
         p->sets[i].gradient_fixed.stale = p->sets[i].normal_fixed.stale = true;
+        p->sets[i].product_fixed.stale = true;
         for (size_t k = 0; k < c->count; k++) {
             if (!(c->s[k] >= 0 && c->s[k] <= 1 && c->t[k] >= p->start && c->t[k] <= p->end)) {
                 return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");

@@ -122,6 +122,12 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
 ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt, double *r,
                            double *jtr, double *diagonal, ad_error *error);
 
+/* J^T J v [parameters] at x, by a program that is compiled when it has not been; no rows of J are
+ * kept. rows and bytes of info are written. AD_NOT_FINITE as above. */
+ad_status problem_prepare_product(problem *p, problem_least_squares *info, ad_error *error);
+ad_status problem_normal_product(problem *p, const double *x, const double *v, double *product,
+                                 ad_error *error);
+
 /* The loss terms of the last problem_evaluate, unweighted: [problem_terms]. */
 const double *problem_losses(const problem *p);
 

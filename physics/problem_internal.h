@@ -52,10 +52,12 @@ typedef struct problem_set {
     ad_program *gradient, *value;
     ad_program *term_gradient[PROBLEM_SET_TERMS];  /* made when asked for */
     ad_normal *normal;                             /* the same */
+    ad_program *product;                           /* the same; J^T J v per view */
+    int product_rows;                              /* of J, per point */
     ad_program *share_gradient[PROBLEM_SET_TERMS]; /* balanced: points by their weights */
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
-    problem_fixed gradient_fixed, normal_fixed;
+    problem_fixed gradient_fixed, normal_fixed, product_fixed;
     double *point_weights; /* causal, self-adaptive: [trained] */
     double *point_losses;  /* the same, of the last evaluation */
     double *adaptive;      /* self-adaptive: [trained], the variables behind the weights */
@@ -79,6 +81,7 @@ struct problem {
     int set_count;
     double losses[PROBLEM_TERMS];
     double *scratch;                                     /* [parameters] */
+    double *pair;                                        /* [2 parameters], x and v of a product */
     double *slice_weights, *slice_losses, *slice_points; /* [slices] */
     double epsilon_index;
     double balance[PROBLEM_TERMS]; /* 1 where terms are not balanced */
@@ -111,6 +114,10 @@ ad_status problem_set_normal(problem_set *set, const double *x, double *loss, do
                              double *jtr, ad_error *error);
 ad_status problem_set_jacobian(problem_set *set, const double *x, size_t first, size_t stride,
                                double *jt, double *r, ad_error *error);
+/* J^T J v of the set, written; pair is x, then v. */
+ad_status problem_set_prepare_product(problem *p, problem_set *set, ad_error *error);
+ad_status problem_set_product(problem_set *set, const double *pair, double *product,
+                              ad_error *error);
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error);
 

@@ -1,7 +1,8 @@
-/* The loss as a sum of squares: its Jacobian, as such or in normal equations. */
+/* The loss as a sum of squares: its Jacobian, as such, in normal equations or in products. */
 #include "physics/problem_internal.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info, ad_error *error)
@@ -79,4 +80,55 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
         entries += 0 * diagonal[i];
     }
     return check(*loss, entries, jtr, p->parameters, error);
+}
+
+/* ---- products ------------------------------------------------------------------------------ */
+
+ad_status problem_prepare_product(problem *p, problem_least_squares *info, ad_error *error)
+{
+    *info = (problem_least_squares){0};
+    if (!p->pair) {
+        p->pair = calloc(2 * p->parameters, sizeof *p->pair);
+    }
+    if (!p->pair) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for products with J^T J");
+    }
+    info->bytes = 2 * p->parameters * sizeof *p->pair;
+    for (int i = 0; i < p->set_count; i++) {
+        problem_set *set = &p->sets[i];
+        ad_status status = problem_set_prepare_product(p, set, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        info->rows += (size_t)set->product_rows * set->trained.count;
+        info->bytes +=
+            (size_t)ad_pool_threads(p->pool) * ad_program_inspect(set->product).workspace_bytes;
+        info->bytes += (size_t)set->product_fixed.rows * set->trained.count * sizeof(double);
+    }
+    return AD_OK;
+}
+
+ad_status problem_normal_product(problem *p, const double *x, const double *v, double *product,
+                                 ad_error *error)
+{
+    const size_t count = p->parameters;
+    problem_least_squares info;
+    ad_status status = problem_prepare_product(p, &info, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(p->pair, x, count * sizeof *x);
+    memcpy(p->pair + count, v, count * sizeof *v);
+    memset(product, 0, count * sizeof *product);
+    memset(p->scratch, 0, count * sizeof *p->scratch);
+    for (int i = 0; status == AD_OK && i < p->set_count; i++) {
+        status = problem_set_product(&p->sets[i], p->pair, p->scratch, error);
+        for (size_t k = 0; k < count; k++) {
+            product[k] += p->scratch[k];
+        }
+    }
+    if (status == AD_OK && !problem_all_finite(product, count)) {
+        return ad_fail(error, AD_NOT_FINITE, "a product with the Jacobian is not finite");
+    }
+    return status;
 }

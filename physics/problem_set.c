@@ -88,7 +88,7 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
 {
-    set->gradient_fixed.stale = set->normal_fixed.stale = true;
+    set->gradient_fixed.stale = set->normal_fixed.stale = set->product_fixed.stale = true;
     return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
 }
 
@@ -108,8 +108,10 @@ void problem_set_clear(problem_set *set)
     free(set->adaptive);
     fixed_clear(&set->gradient_fixed);
     fixed_clear(&set->normal_fixed);
+    fixed_clear(&set->product_fixed);
     ad_program_free(set->gradient);
     ad_program_free(set->value);
+    ad_program_free(set->product);
     ad_normal_free(set->normal);
     for (int i = 0; i < PROBLEM_SET_TERMS; i++) {
         ad_program_free(set->term_gradient[i]);
@@ -371,7 +373,9 @@ static ad_status run(problem_set *set, ad_program *program, const problem_cloud 
                      const double *x, double **outputs, ad_error *error)
 {
     const double *inputs[3 + PROBLEM_FIXED_ROWS];
-    problem_fixed *fixed = program == set->gradient ? &set->gradient_fixed : NULL;
+    problem_fixed *fixed = program == set->gradient  ? &set->gradient_fixed
+                           : program == set->product ? &set->product_fixed
+                                                     : NULL;
     ad_status status = fixed ? refresh_fixed(set, fixed, error) : AD_OK;
     if (status != AD_OK) {
         return status;
@@ -432,6 +436,17 @@ ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weig
 }
 
 /* Residuals times sqrt(weight / points), so that the loss is the sum of their squares. */
+static void record_rows(const problem *p, const problem_set *set, const recording *r,
+                        ad_value *rows)
+{
+    ad_value share = ad_sqrt(ad_div(r->point_weight, ad_points(r->tape)));
+    for (int i = 0; i < set->term_count; i++) {
+        double weight = sqrt(p->terms[set->terms[i]].weight);
+        ad_value factor = ad_mul(share, ad_sqrt(r->balance[i]));
+        rows[i] = ad_mul(ad_scale(factor, weight), r->residuals[i]);
+    }
+}
+
 static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
 {
     recording r;
@@ -439,12 +454,7 @@ static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
     ad_value rows[PROBLEM_SET_TERMS];
-    ad_value share = ad_sqrt(ad_div(r.point_weight, ad_points(r.tape)));
-    for (int i = 0; i < set->term_count; i++) {
-        double weight = sqrt(p->terms[set->terms[i]].weight);
-        ad_value factor = ad_mul(share, ad_sqrt(r.balance[i]));
-        rows[i] = ad_mul(ad_scale(factor, weight), r.residuals[i]);
-    }
+    record_rows(p, set, &r, rows);
     ad_status status = compile_fixed(p, set, &r, set->term_count, rows, &set->normal_fixed, error);
     if (status == AD_OK) {
         status = ad_normal_compile(set->term_count, rows, set->view_count, r.views, p->parameters,
@@ -455,6 +465,51 @@ static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
     }
     ad_tape_free(r.tape);
     return status;
+}
+
+/* The vector v follows x in one vector of parameters. */
+static ad_status compile_product(problem *p, problem_set *set, ad_error *error)
+{
+    recording r;
+    if (!record_begin(p, set, &r)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value rows[PROBLEM_SET_TERMS], v[PROBLEM_VIEWS], products[PROBLEM_VIEWS];
+    record_rows(p, set, &r, rows);
+    ad_status status = compile_fixed(p, set, &r, set->term_count, rows, &set->product_fixed, error);
+    set->product_rows = 0;
+    for (int i = 0; status == AD_OK && i < set->term_count; i++) {
+        for (int row = 0; row < ad_rows(rows[i]); row++) {
+            set->product_rows += !ad_is_constant(ad_row(rows[i], row), 0);
+        }
+    }
+    for (int i = 0; status == AD_OK && i < set->view_count; i++) {
+        v[i] = ad_parameter(r.tape, "v", ad_rows(r.views[i]), p->parameters + set->view_offsets[i]);
+    }
+    if (status == AD_OK) {
+        ad_normal_product(set->term_count, rows, set->view_count, r.views, v, products);
+        status = ad_compile(set->view_count, products, NULL, p->pool, &set->product, error);
+    }
+    if (status != AD_OK) {
+        fixed_clear(&set->product_fixed);
+    }
+    ad_tape_free(r.tape);
+    return status;
+}
+
+ad_status problem_set_prepare_product(problem *p, problem_set *set, ad_error *error)
+{
+    return set->product ? AD_OK : compile_product(p, set, error);
+}
+
+ad_status problem_set_product(problem_set *set, const double *pair, double *product,
+                              ad_error *error)
+{
+    double *outputs[PROBLEM_VIEWS];
+    for (int i = 0; i < set->view_count; i++) {
+        outputs[i] = product + set->view_offsets[i];
+    }
+    return run(set, set->product, &set->trained, pair, outputs, error);
 }
 
 ad_status problem_set_prepare_normal(problem *p, problem_set *set, ad_error *error)

@@ -176,9 +176,10 @@ static void test_allocations(void **state)
 {
     (void)state;
     const char *const changes[] = {"network.hidden=[3]", "losses.interior.points=8", NULL};
-    const config_linear_algebra forms[] = {CONFIG_NORMAL_EQUATIONS, CONFIG_KERNEL};
+    const config_linear_algebra forms[] = {CONFIG_NORMAL_EQUATIONS, CONFIG_KERNEL,
+                                           CONFIG_MATRIX_FREE};
     made m = make_problem("configs/elastica_deep.yaml", changes, 1);
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < 3; i++) {
         const config_stage stage = stage_of(forms[i]);
         linear_model_info plan;
         linear_model *model = NULL;

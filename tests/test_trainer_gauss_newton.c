@@ -22,6 +22,17 @@ static const char *const kernel[] = {
     "losses.interior.resample_every=5",
     NULL};
 
+static const char *const products[] = {
+    "training.stages=[{optimizer: adam, steps: 4}, {optimizer: gauss_newton, steps: 10, "
+    "linear_algebra: matrix_free}]",
+    "output.every=3",
+    "enforcement.initial=soft",
+    "losses.interior.sampler=latin_hypercube",
+    "losses.interior.resample_every=5",
+    "losses.causal.slices=3",
+    "losses.causal.update_every=3",
+    NULL};
+
 static const char *const moving[] = {
     "training.stages=[{optimizer: adam, steps: 4}, {optimizer: gauss_newton, steps: 10, "
     "scaling: diagonal}]",
@@ -134,22 +145,33 @@ static void test_moving(void **state)
     check("configs/cantilever_deep.yaml", moving);
 }
 
+static void test_products(void **state)
+{
+    (void)state;
+    check("configs/cantilever_deep.yaml", products);
+}
+
 /* Six orders of magnitude in 60 steps: first-order methods need thousands. */
 static void test_falls(void **state)
 {
     (void)state;
-    const char *const changes[] = {"training.stages=[{optimizer: gauss_newton, steps: 60}]",
-                                   "network.hidden=[10, 10]", "output.every=100", NULL};
-    run r = start("configs/elastica_deep.yaml", changes, 1);
-    step(&r);
-    double first = trainer_inspect(r.trainer).loss, before = first;
-    while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+    static const char *const stages[] = {
+        "training.stages=[{optimizer: gauss_newton, steps: 60}]",
+        "training.stages=[{optimizer: gauss_newton, steps: 60, linear_algebra: matrix_free}]"};
+    for (int i = 0; i < 2; i++) {
+        const char *const changes[] = {stages[i], "network.hidden=[10, 10]", "output.every=100",
+                                       NULL};
+        run r = start("configs/elastica_deep.yaml", changes, 1);
         step(&r);
-        assert_true(trainer_inspect(r.trainer).loss <= before);
-        before = trainer_inspect(r.trainer).loss;
+        double first = trainer_inspect(r.trainer).loss, before = first;
+        while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+            step(&r);
+            assert_true(trainer_inspect(r.trainer).loss <= before);
+            before = trainer_inspect(r.trainer).loss;
+        }
+        assert_true(before < 1e-6 * first);
+        stop(&r);
     }
-    assert_true(before < 1e-6 * first);
-    stop(&r);
 }
 
 static void test_too_many(void **state)
@@ -180,9 +202,9 @@ static void test_too_many(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_static),   cmocka_unit_test(test_kernel),
-        cmocka_unit_test(test_moving),   cmocka_unit_test(test_falls),
-        cmocka_unit_test(test_too_many),
+        cmocka_unit_test(test_static), cmocka_unit_test(test_kernel),
+        cmocka_unit_test(test_moving), cmocka_unit_test(test_products),
+        cmocka_unit_test(test_falls),  cmocka_unit_test(test_too_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

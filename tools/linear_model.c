@@ -1,6 +1,7 @@
 #include "tools/linear_model.h"
 
 #include "autodiff/dense.h"
+#include "nn/rng.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +9,7 @@
 #include <string.h>
 
 static const double BYTES_MAX = 2e9;
+enum { RANK = 80, ITERATIONS_MAX = 200 }; /* of the preconditioner; of conjugate gradients */
 
 struct linear_model {
     problem *problem;
@@ -20,6 +22,11 @@ struct linear_model {
     double *jt;     /* kernel: [count][rows], in time divided by sqrt(scale) */
     double *r, *z;  /* [rows] */
     bool scaled;    /* kernel: jt is divided, matrix is made of it */
+    optim_nystrom *preconditioner;
+    optim_cg *cg;
+    double *x; /* matrix_free: where J is, [count] */
+    ad_status status;
+    ad_error *error;
 };
 
 /* ---- choosing ------------------------------------------------------------------------------ */
@@ -34,36 +41,72 @@ const char *linear_model_form_name(config_linear_algebra form)
     return names[form];
 }
 
-static double bytes_of(config_linear_algebra form, double n, double rows, double slab_bytes)
+static size_t rank_of(size_t parameters)
 {
-    return form == CONFIG_KERNEL ? 8 * (n * rows + 2 * rows * rows) : 16 * n * n + slab_bytes;
+    return parameters < RANK ? parameters : RANK;
+}
+
+static double bytes_of(const linear_model_info *plan, const problem_least_squares *sizes)
+{
+    enum { VECTORS = 7 }; /* the random numbers of the preconditioner are needed once */
+    double n = (double)plan->parameters, rows = (double)plan->rows;
+    switch (plan->form) {
+    case CONFIG_MATRIX_FREE:
+        return 8 * n * (3 * (double)rank_of(plan->parameters) + VECTORS) + (double)sizes->bytes;
+    case CONFIG_KERNEL:
+        return 8 * (n * rows + 2 * rows * rows);
+    default:
+        return 16 * n * n + (double)sizes->slab_bytes;
+    }
+}
+
+/* Sizes of one form; its programs are compiled. */
+static ad_status size_up(problem *p, config_linear_algebra form, linear_model_info *plan,
+                         ad_error *error)
+{
+    problem_least_squares sizes;
+    ad_status status = form == CONFIG_MATRIX_FREE ? problem_prepare_product(p, &sizes, error)
+                                                  : problem_prepare_least_squares(p, &sizes, error);
+    *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
+    if (status == AD_OK) {
+        plan->rows = sizes.rows;
+        if (form == CONFIG_LINEAR_AUTOMATIC) {
+            plan->form = plan->rows < plan->parameters ? CONFIG_KERNEL : CONFIG_NORMAL_EQUATIONS;
+        }
+        plan->bytes = bytes_of(plan, &sizes);
+    }
+    return status;
 }
 
 ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
                             linear_model_info *plan, ad_error *error)
 {
-    problem_least_squares sizes;
-    ad_status status = problem_prepare_least_squares(p, &sizes, error);
-    if (status != AD_OK) {
-        return status;
+    const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
+    ad_status status = AD_OK;
+    if (stage->linear_algebra == CONFIG_MATRIX_FREE && !identity) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "training.stages[%d].linear_algebra: matrix_free has no diagonal of J^T J; "
+                       "allowed with it: scaling identity",
+                       number);
     }
-    *plan = (linear_model_info){
-        .form = stage->linear_algebra, .parameters = problem_parameters(p), .rows = sizes.rows};
-    if (plan->form == CONFIG_LINEAR_AUTOMATIC) {
-        plan->form = plan->rows < plan->parameters ? CONFIG_KERNEL : CONFIG_NORMAL_EQUATIONS;
+    status = size_up(p, stage->linear_algebra, plan, error);
+    if (status == AD_OK && plan->bytes > BYTES_MAX && identity &&
+        stage->linear_algebra == CONFIG_LINEAR_AUTOMATIC) {
+        status = size_up(p, CONFIG_MATRIX_FREE, plan, error);
     }
-    double slab = (double)sizes.slab_bytes;
-    plan->bytes = bytes_of(plan->form, (double)plan->parameters, (double)plan->rows, slab);
-    if (plan->bytes > BYTES_MAX) {
-        return ad_fail(
-            error, AD_BAD_INPUT,
-            "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB of matrices "
-            "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
-            "network.hidden smaller, or take lbfgs",
-            number, linear_model_form_name(plan->form), 1e-9 * plan->bytes, plan->parameters,
-            plan->rows, 1e-9 * BYTES_MAX);
+    if (status == AD_OK && plan->bytes > BYTES_MAX) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB%s "
+                       "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
+                       "network.hidden smaller, or take %s",
+                       number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
+                       plan->form == CONFIG_MATRIX_FREE ? "" : " of matrices", plan->parameters,
+                       plan->rows, 1e-9 * BYTES_MAX,
+                       plan->form == CONFIG_MATRIX_FREE ? "lbfgs"
+                       : identity                       ? "linear_algebra matrix_free"
+                                  : "scaling identity with linear_algebra matrix_free");
     }
-    return AD_OK;
+    return status;
 }
 
 void linear_model_describe(const linear_model_info *info, char text[160])
@@ -84,12 +127,35 @@ void linear_model_free(linear_model *m)
         free(m->jt);
         free(m->r);
         free(m->z);
+        optim_nystrom_free(m->preconditioner);
+        optim_cg_free(m->cg);
+        free(m->x);
         free(m);
     }
 }
 
+/* The same random numbers for every J: a step is what its point makes it, also after --resume. */
+static bool allocate_vectors(linear_model *m)
+{
+    const size_t rank = rank_of(m->count);
+    nn_rng rng = nn_rng_split(0, "nystrom");
+    double *random = calloc(m->count, rank * sizeof *random);
+    for (size_t i = 0; random && i < rank * m->count; i++) {
+        random[i] = nn_rng_normal(&rng);
+    }
+    m->preconditioner = random ? optim_nystrom_create(m->count, rank, random) : NULL;
+    free(random);
+    m->cg = optim_cg_create(m->count);
+    m->jtr = calloc(m->count, sizeof *m->jtr);
+    m->x = calloc(m->count, sizeof *m->x);
+    return m->preconditioner && m->cg && m->jtr && m->x;
+}
+
 static bool allocate(linear_model *m)
 {
+    if (m->info.form == CONFIG_MATRIX_FREE) {
+        return allocate_vectors(m);
+    }
     bool kernel = m->info.form == CONFIG_KERNEL;
     size_t order = kernel ? m->rows : m->count;
     m->jtr = calloc(m->count, sizeof *m->jtr);
@@ -132,11 +198,44 @@ linear_model_info linear_model_inspect(const linear_model *m)
 
 /* ---- at a point ---------------------------------------------------------------------------- */
 
+static int product(void *context, const double *v, double *result)
+{
+    linear_model *m = context;
+    m->status = problem_normal_product(m->problem, m->x, v, result, m->error);
+    return m->status != AD_OK;
+}
+
+/* The gradient by its own program, and where J^T J is large; of its diagonal what shows there. */
+static ad_status linearize_products(linear_model *m, const double *x, double *value, double *jtr,
+                                    double *diagonal, ad_error *error)
+{
+    ad_status status = problem_evaluate(m->problem, x, value, m->jtr, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < m->count; i++) {
+        m->jtr[i] /= 2;
+    }
+    memcpy(jtr, m->jtr, m->count * sizeof *jtr);
+    memcpy(m->x, x, m->count * sizeof *x);
+    m->error = error;
+    const int code = optim_nystrom_update(m->preconditioner, product, m);
+    m->error = NULL;
+    if (code != 0) {
+        return m->status;
+    }
+    optim_nystrom_diagonal(m->preconditioner, diagonal);
+    return AD_OK;
+}
+
 ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
                                  double *diagonal, ad_error *error)
 {
     ad_status status;
     m->scaled = false;
+    if (m->info.form == CONFIG_MATRIX_FREE) {
+        return linearize_products(m, x, value, jtr, diagonal, error);
+    }
     if (m->info.form == CONFIG_KERNEL) {
         status = problem_jacobian(m->problem, x, value, m->jt, m->r, m->jtr, diagonal, error);
     } else {
@@ -209,9 +308,31 @@ static int solve_kernel(linear_model *m, double damping, const double *scale, do
     return 0;
 }
 
+static int solve_products(linear_model *m, double damping, double *step)
+{
+    ad_error error;
+    m->error = &error;
+    const optim_cg_result found =
+        optim_cg_solve(m->cg, product, m, damping, m->preconditioner, m->jtr,
+                       LINEAR_MODEL_TOLERANCE, ITERATIONS_MAX, step);
+    m->error = NULL;
+    m->info.solves++;
+    m->info.iterations += found.iterations;
+    for (size_t i = 0; i < m->count; i++) {
+        step[i] = -step[i];
+    }
+    return found.code;
+}
+
 int linear_model_solve(void *context, double damping, const double *scale, double *step)
 {
     linear_model *m = context;
-    return m->info.form == CONFIG_KERNEL ? solve_kernel(m, damping, scale, step)
-                                         : solve_normal_equations(m, damping, scale, step);
+    switch (m->info.form) {
+    case CONFIG_MATRIX_FREE:
+        return solve_products(m, damping, step);
+    case CONFIG_KERNEL:
+        return solve_kernel(m, damping, scale, step);
+    default:
+        return solve_normal_equations(m, damping, scale, step);
+    }
 }

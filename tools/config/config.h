@@ -29,7 +29,8 @@ const char *config_optimizer_name(config_optimizer optimizer);
 #define CONFIG_LINEAR_ALGEBRA_LIST(X)                                                              \
     X(CONFIG_LINEAR_AUTOMATIC, "automatic")                                                        \
     X(CONFIG_NORMAL_EQUATIONS, "normal_equations")                                                 \
-    X(CONFIG_KERNEL, "kernel")
+    X(CONFIG_KERNEL, "kernel")                                                                     \
+    X(CONFIG_MATRIX_FREE, "matrix_free")
 
 #define CONFIG_LINEAR_ALGEBRA_ENUM(code, name) code,
 typedef enum config_linear_algebra {

@@ -316,7 +316,8 @@ const config_key config_keys[] = {
      .help = "Pairs of less curvature are forgotten."},
     {"training.stages[].linear_algebra", CONFIG_CHOICE, STAGE(linear_algebra),
      .names = linear_algebra_names, GAUSS_NEWTON,
-     .help = "How steps are computed; automatic: by the numbers of parameters and residuals."},
+     .help = "How steps are computed; automatic: by the numbers of parameters and residuals, "
+             "matrix_free where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
      .help = "What is damped: every parameter alike, or by the diagonal of J^T J."},
