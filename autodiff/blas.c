@@ -57,11 +57,10 @@ static void load(void)
     const struct {
         const char *name;
         void *to;
-    } wanted[] = {{"cblas_dgemm", &state.loaded.gemm},
-                  {"cblas_dsyrk", &state.loaded.syrk},
-                  {"cblas_dtrsm", &state.loaded.trsm},
-                  {"dpotrf_", &state.loaded.potrf},
-                  {"dpotrs_", &state.loaded.potrs}};
+    } wanted[] = {{"cblas_dgemm", &state.loaded.gemm}, {"cblas_dsyrk", &state.loaded.syrk},
+                  {"cblas_dtrsm", &state.loaded.trsm}, {"dpotrf_", &state.loaded.potrf},
+                  {"dpotrs_", &state.loaded.potrs},    {"dgetrf_", &state.loaded.getrf},
+                  {"dgetrs_", &state.loaded.getrs}};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         void *function = library ? dlsym(library, wanted[i].name) : NULL;
         if (!function) {

@@ -34,6 +34,9 @@ typedef struct blas {
     void (*potrf)(const char *, const int *, double *, const int *, int *);
     void (*potrs)(const char *, const int *, const int *, const double *, const int *, double *,
                   const int *, int *);
+    void (*getrf)(const int *, const int *, double *, const int *, int *, int *);
+    void (*getrs)(const char *, const int *, const int *, const double *, const int *, const int *,
+                  double *, const int *, int *);
     const char *core; /* the kernels OpenBLAS chose, as it names them */
 } blas;
 

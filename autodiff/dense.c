@@ -2,6 +2,8 @@
 
 #include "autodiff/program.h"
 
+#include <math.h>
+
 enum { TILE = 192, SMALL = 2 * TILE };
 
 /* Work on an upper triangle cut into tiles. */
@@ -136,4 +138,23 @@ void ad_dense_cholesky_solve(size_t n, const double *factor, double *x)
 {
     int size = (int)n, one = 1, info = 0;
     blas_load(NULL)->potrs("L", &size, &one, factor, &size, x, &size, &info);
+}
+
+/* ---- LU ---------------------------------------------------------------------------------------
+ */
+
+int ad_dense_lu(size_t n, double *matrix, int *pivots)
+{
+    int size = (int)n, info = 0;
+    blas_load(NULL)->getrf(&size, &size, matrix, &size, pivots, &info);
+    for (size_t i = 0; i < n && info == 0; i++) {
+        info = isnan(matrix[i * (n + 1)]) != 0;
+    }
+    return info;
+}
+
+void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *pivots, double *x)
+{
+    int size = (int)n, columns = (int)count, info = 0;
+    blas_load(NULL)->getrs("N", &size, &columns, factor, &size, pivots, x, &size, &info);
 }

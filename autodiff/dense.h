@@ -1,7 +1,7 @@
-/* Dense linear algebra for optimisers: products and factors of large matrices, dealt to the threads
- * of a pool by tiles that depend on the sizes alone, so that results have the same bits for any
- * number of threads. Symmetric matrices [n][n] are upper triangles, row-major; the lower ones are
- * neither read nor written. Nothing here allocates. */
+/* Dense linear algebra for optimisers and solvers: products and factors of large matrices, dealt to
+ * the threads of a pool by tiles that depend on the sizes alone, so that results have the same bits
+ * for any number of threads. Symmetric matrices [n][n] are upper triangles, row-major; the lower
+ * ones are neither read nor written. Nothing here allocates. */
 #ifndef AD_DENSE_H
 #define AD_DENSE_H
 
@@ -19,5 +19,12 @@ int ad_dense_cholesky(ad_pool *pool, size_t n, double *matrix);
 
 /* x[n]: the right side, then the solution. */
 void ad_dense_cholesky_solve(size_t n, const double *factor, double *x);
+
+/* LU factors with partial pivoting of a general matrix [n][n], column-major, in place, by the
+ * calling thread alone; pivots [n]. 0, or not when the matrix is singular or holds a NaN. */
+int ad_dense_lu(size_t n, double *matrix, int *pivots);
+
+/* x: `count` right sides [n] one after another, then the solutions. */
+void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *pivots, double *x);
 
 #endif
