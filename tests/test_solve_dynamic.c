@@ -129,7 +129,7 @@ static void test_loaded_cantilever(void **state)
     assert_true(worst < 1e-9);
     const integrate_energy *energy = dynamic_energies(x.motion);
     for (int i = 0; i < 5; i++) {
-        assert_near(energy[i].kinetic + energy[i].strain, energy[i].work, 1e-8);
+        assert_near(energy[i].kinetic + energy[i].strain, energy[i].work, 1e-7); /* ten steps */
         assert_near(energy[i].dissipated, 0, 0);
     }
     free_solved(&x);

@@ -4,8 +4,9 @@
  * 5, L-stable. Vibrations far faster than the motion of interest, which stretch and shear bring
  * with them, are damped instead of followed. BDF would not do: beyond order 2 it is unstable where
  * eigenvalues lie beside the imaginary axis.
- * Explicit: Verner's 6(5), SIAM J. Numer. Anal. 15, 1978. Follows every vibration of the mesh,
- * which is best where the motion has many of them, or the rod is thick. */
+ * Explicit: ARK4(3)6L[2]SA of the same authors (Appl. Numer. Math. 44, 2003), order 4, which is
+ * stable far up the imaginary axis. Follows every vibration of the mesh, which is best where the
+ * motion has many of them, or the rod is thick. */
 #ifndef TOOLS_SOLVE_INTEGRATE_H
 #define TOOLS_SOLVE_INTEGRATE_H
 
