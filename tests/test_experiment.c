@@ -1,16 +1,11 @@
 /* An experiment from its settings, and through a checkpoint and back; derivatives of its unknowns
  * by s and t. */
 #include "evaluate.h"
+#include "temporary_folder.h"
 
 #include "physics/derivative_check.h"
 #include "tools/experiment.h"
 #include "tools/reference.h"
-
-#include <stdio.h>
-#include <unistd.h>
-
-static char folder[] = "/tmp/cpinn_experiment_XXXXXX";
-static char checkpoint_path[sizeof folder + 32], reference_path[sizeof folder + 32];
 
 static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "
                           "shear: [100, 100], axial: 100}}\n"
@@ -35,7 +30,7 @@ static void save(experiment *e)
     checkpoint *file = checkpoint_create("test");
     assert_non_null(file);
     experiment_put(e, e->parameters, file);
-    if (checkpoint_write(file, checkpoint_path, 1, &error) != AD_OK) {
+    if (checkpoint_write(file, at("checkpoint.h5"), 1, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     checkpoint_free(file);
@@ -87,7 +82,7 @@ static void test_round_trip(void **state)
     double *fourier = nn_mlp_fourier(e->mlp, &count);
     fourier[0] = 0.125;
     save(e);
-    if (experiment_open(folder, 0, NULL, 1, &back, &file, &error) != AD_OK) {
+    if (experiment_open(directory, 0, NULL, 1, &back, &file, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     assert_int_equal(back->count, e->count);
@@ -107,7 +102,7 @@ static void test_round_trip(void **state)
     assert_true(checkpoint_shape(file, "parameters/network/layer1/bias", &rank, shape));
     assert_true(rank == 1 && shape[0] == 5);
     const char *wider = "network.hidden=[6, 7]"; /* no longer the parameters of the file */
-    assert_int_equal(experiment_open(checkpoint_path, 1, &wider, 1, &again, NULL, &error),
+    assert_int_equal(experiment_open(at("checkpoint.h5"), 1, &wider, 1, &again, NULL, &error),
                      AD_BAD_INPUT);
     assert_null(again);
     assert_non_null(strstr(error.message, "layer1/weight"));
@@ -120,29 +115,29 @@ static void test_round_trip(void **state)
 static void test_lost_reference(void **state)
 {
     (void)state;
-    char override[sizeof reference_path + 32];
+    char override[600];
     ad_error error = {.message = ""};
     experiment *e, *back = NULL;
     reference *r = NULL;
-    FILE *file = fopen(reference_path, "w");
+    FILE *file = fopen(at("reference.csv"), "w");
     assert_non_null(file);
     fputs("s,x,y,z\n0,0,0,0\n", file);
     fclose(file);
-    snprintf(override, sizeof override, "reference.file=%s", reference_path);
+    snprintf(override, sizeof override, "reference.file=%s", at("reference.csv"));
     e = experiment_of("rod.yaml", rod, override);
     e->settings->stages[1].stop_error = 0.1; /* nothing to stop at, once the file is gone */
     save(e);
-    assert_int_equal(experiment_open(checkpoint_path, 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_int_equal(experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error), AD_OK);
     assert_string_equal(back->warning, "");
     experiment_free(back);
-    unlink(reference_path);
-    assert_int_equal(experiment_open(checkpoint_path, 0, NULL, 1, &back, NULL, &error), AD_OK);
-    assert_non_null(strstr(back->warning, reference_path));
+    unlink(at("reference.csv"));
+    assert_int_equal(experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_non_null(strstr(back->warning, at("reference.csv")));
     assert_int_equal(reference_create(back, &r, &error), AD_OK);
     assert_null(r);
     experiment_free(back);
     const char *wrong = "rod.length=-1"; /* not the file's fault */
-    assert_int_equal(experiment_open(checkpoint_path, 1, &wrong, 1, &back, NULL, &error),
+    assert_int_equal(experiment_open(at("checkpoint.h5"), 1, &wrong, 1, &back, NULL, &error),
                      AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "rod.length"));
     experiment_free(e);
@@ -228,24 +223,6 @@ static void test_refused_derivatives(void **state)
     experiment_free(e);
 }
 
-static int make_folder(void **state)
-{
-    (void)state;
-    if (!mkdtemp(folder)) {
-        return -1;
-    }
-    snprintf(checkpoint_path, sizeof checkpoint_path, "%s/checkpoint.h5", folder);
-    snprintf(reference_path, sizeof reference_path, "%s/reference.csv", folder);
-    return 0;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    unlink(checkpoint_path);
-    return rmdir(folder);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_seed),
@@ -255,5 +232,5 @@ int main(void)
                                        cmocka_unit_test(test_derivatives),
                                        cmocka_unit_test(test_fast_derivatives),
                                        cmocka_unit_test(test_refused_derivatives)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

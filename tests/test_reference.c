@@ -1,20 +1,15 @@
 /* What a scene is compared with, and the numbers of the comparison. */
 #include "evaluate.h"
+#include "temporary_folder.h"
 
 #include "physics/analytic.h"
 #include "tools/files/table_file.h"
 #include "tools/reference.h"
 
-#include <stdio.h>
-#include <unistd.h>
-
 #define PI 3.14159265358979323846
 
 /* Rounding of sums over some thousand numbers of order 1. */
 static const double rounding = 1e-12;
-
-static char folder[] = "/tmp/cpinn_reference_XXXXXX";
-static char file_path[sizeof folder + 32];
 
 static experiment *experiment_of(const char *path, const char *text, const char *override)
 {
@@ -209,7 +204,7 @@ static const char moving_rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], 
 
 static void write_text(const char *text)
 {
-    FILE *file = fopen(file_path, "w");
+    FILE *file = fopen(at("field.csv"), "w");
     assert_non_null(file);
     fputs(text, file);
     assert_int_equal(fclose(file), 0);
@@ -217,8 +212,8 @@ static void write_text(const char *text)
 
 static experiment *with_file(const char *text)
 {
-    char override[sizeof file_path + 32];
-    snprintf(override, sizeof override, "reference.file=%s", file_path);
+    char override[600];
+    snprintf(override, sizeof override, "reference.file=%s", at("field.csv"));
     return experiment_of("rod.yaml", text, override);
 }
 
@@ -246,7 +241,7 @@ static void write_field(const experiment *e, double shift, double angle)
         names[2 + k] = field_column_name(k);
         columns[2 + k] = k < 3 ? values + 4 * k : turned + 4 * (k - 3);
     }
-    assert_int_equal(table_write(file_path, names, columns, 2 + FIELD_POSE, 4, NULL), AD_OK);
+    assert_int_equal(table_write(at("field.csv"), names, columns, 2 + FIELD_POSE, 4, NULL), AD_OK);
 }
 
 static void test_file(void **state)
@@ -346,23 +341,6 @@ static void test_none_and_not_a_number(void **state)
     experiment_free(e);
 }
 
-static int make_folder(void **state)
-{
-    (void)state;
-    if (!mkdtemp(folder)) {
-        return -1;
-    }
-    snprintf(file_path, sizeof file_path, "%s/field.csv", folder);
-    return 0;
-}
-
-static int remove_folder(void **state)
-{
-    (void)state;
-    unlink(file_path);
-    return rmdir(folder);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_angles),
@@ -372,5 +350,5 @@ int main(void)
                                        cmocka_unit_test(test_left_out),
                                        cmocka_unit_test(test_refused_files),
                                        cmocka_unit_test(test_none_and_not_a_number)};
-    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -39,6 +39,18 @@ int cli_fail_error(const char *program, const ad_error *error)
     return cli_fail(program, "%s", error->message);
 }
 
+int cli_refuse(const char *program, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
+}
+
+int cli_fail_training(const char *program, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    return 1;
+}
+
 void cli_warn(const char *program, const char *format, ...)
 {
     va_list arguments;

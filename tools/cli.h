@@ -57,6 +57,11 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
 int cli_fail(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 int cli_fail_error(const char *program, const ad_error *error);
 
+/* The same for programs that train: before anything has been trained, bad input and files that
+ * cannot be had are CLI_BAD, out of memory is 1; later everything is 1. */
+int cli_refuse(const char *program, const ad_error *error);
+int cli_fail_training(const char *program, const ad_error *error);
+
 /* A remark on stderr that does not end the program. */
 void cli_warn(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

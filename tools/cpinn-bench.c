@@ -75,20 +75,6 @@ typedef struct bench {
     char folder[3800];
 } bench;
 
-/* What goes wrong while training is 1. */
-static int fail(const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return 1;
-}
-
-/* Before anything has been trained: bad input and files that cannot be had are 2. */
-static int refuse(const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
-}
-
 static void say(const bench *b, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 static void say(const bench *b, const char *format, ...)
@@ -439,16 +425,16 @@ static int run(bench *b)
     ad_error error = {AD_OK, ""};
     if (read_plan(b, &error) != AD_OK || rehearse(b, &error) != AD_OK ||
         (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
-        return refuse(&error);
+        return cli_refuse(program, &error);
     }
     if (signals_caught()) {
         return 128 + signals_caught();
     }
     say(b, "%d runs of at most %.3g s of training each -> %s\n",
         b->results.cell_count * b->o->seeds, b->o->seconds, b->folder);
-    int result = train_all(b, &error) == AD_OK ? 0 : fail(&error);
+    int result = train_all(b, &error) == AD_OK ? 0 : cli_fail_training(program, &error);
     if (finish(b, &error) != AD_OK) {
-        return fail(&error);
+        return cli_fail_training(program, &error);
     }
     return signals_caught() ? 128 + signals_caught() : result;
 }

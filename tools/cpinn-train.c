@@ -27,20 +27,6 @@ typedef struct options {
     bool resume, print_config, explain, quiet;
 } options;
 
-/* What goes wrong while training is 1. */
-static int fail(const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return 1;
-}
-
-/* Before anything has been trained: bad input and files that cannot be had are 2. */
-static int refuse(const ad_error *error)
-{
-    cli_fail_error(program, error);
-    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
-}
-
 /* Everything a run is made of. */
 typedef struct session {
     experiment *e;
@@ -208,7 +194,7 @@ static void print_word(const char *text)
 static int interrupted(session *s, const options *o, ad_error *error)
 {
     if (save(s, error) != AD_OK) {
-        return fail(error);
+        return cli_fail_training(program, error);
     }
     progress_say(&s->progress, "stopped at step %lld and saved; continue with",
                  (long long)s->saved_step);
@@ -258,19 +244,19 @@ static int train(session *s, const options *o, ad_error *error)
                 progress_say(&s->progress, "stopped; the checkpoint of step %lld is kept: %s",
                              (long long)s->saved_step, s->folder.checkpoint);
             }
-            return fail(error);
+            return cli_fail_training(program, error);
         }
         progress_step(&s->progress, s->trainer, s->e);
         trainer_info info = trainer_inspect(s->trainer);
         say_ended(s, &before, &info);
         if (run_append(&s->folder, trainer_history(s->trainer), error) != AD_OK) {
-            return fail(error);
+            return cli_fail_training(program, error);
         }
         if (signals_caught()) {
             return interrupted(s, o, error);
         }
         if ((save_is_due(s) || info.state == TRAINER_DONE) && save(s, error) != AD_OK) {
-            return fail(error);
+            return cli_fail_training(program, error);
         }
     }
     finish(s);
@@ -283,12 +269,12 @@ static int run(const options *o, config *settings, double started)
     ad_error error = {AD_OK, ""};
     int result;
     if (prepare(&s, o, settings, started, &error) != AD_OK) {
-        result = refuse(&error);
+        result = cli_refuse(program, &error);
     } else if (o->explain) {
         explain_print(stdout, s.e, s.problem, s.known);
         result = 0;
     } else if (begin(&s, o, &error) != AD_OK) {
-        result = refuse(&error);
+        result = cli_refuse(program, &error);
     } else {
         result = train(&s, o, &error);
     }
@@ -329,7 +315,7 @@ int main(int count, char **arguments)
     ad_error error = {AD_OK, ""};
     if (config_read(o.config, NULL, o.overrides.count, o.overrides.texts, &settings, &error) !=
         AD_OK) {
-        return refuse(&error);
+        return cli_refuse(program, &error);
     }
     if (o.print_config) {
         result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;

@@ -32,18 +32,6 @@ hid_t checkpoint_memory_type(checkpoint_kind kind)
                                       : H5T_NATIVE_UINT64;
 }
 
-/* Type of texts of up to size - 1 bytes. */
-static hid_t text_type(size_t size)
-{
-    hid_t type = H5Tcopy(H5T_C_S1);
-    if (type >= 0 && (H5Tset_size(type, size) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0 ||
-                      H5Tset_strpad(type, H5T_STR_NULLTERM) < 0)) {
-        hdf5_close(type);
-        return H5I_INVALID_HID;
-    }
-    return type;
-}
-
 /* Attribute with `count` elements, or a scalar if count is 0. */
 static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t from, size_t count,
                             const void *data)
@@ -60,7 +48,7 @@ static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t fr
 
 static bool write_text_attribute(hid_t object, const char *name, const char *text)
 {
-    hid_t type = text_type(strlen(text) + 1);
+    hid_t type = hdf5_text_type(strlen(text) + 1);
     bool written = type >= 0 && write_attribute(object, name, type, type, 0, text);
     hdf5_close(type);
     return written;
@@ -74,7 +62,7 @@ static bool write_columns(hid_t dataset, const checkpoint_item *item)
         width = needed > width ? needed : width;
     }
     char *names = calloc(item->columns, width);
-    hid_t type = text_type(width);
+    hid_t type = hdf5_text_type(width);
     for (size_t k = 0; names && k < item->columns; k++) {
         strcpy(names + k * width, item->column_names[k]);
     }
@@ -108,7 +96,7 @@ static bool write_item(hid_t file, const checkpoint_item *item, hid_t dataset_cr
 {
     hsize_t shape[CHECKPOINT_MAX_RANK] = {item->shape[0], item->shape[1], item->shape[2]};
     bool is_text = item->kind == CHECKPOINT_TEXT;
-    hid_t text = is_text ? text_type(item->count + 1) : H5I_INVALID_HID;
+    hid_t text = is_text ? hdf5_text_type(item->count + 1) : H5I_INVALID_HID;
     hid_t type = is_text ? text : file_type(item->kind);
     hid_t from = is_text ? text : checkpoint_memory_type(item->kind);
     hid_t space = is_text || item->rank == 0 ? H5Screate(H5S_SCALAR)

@@ -25,6 +25,17 @@ void hdf5_close(hid_t identifier)
     }
 }
 
+hid_t hdf5_text_type(size_t size)
+{
+    hid_t type = H5Tcopy(H5T_C_S1);
+    if (type >= 0 && (H5Tset_size(type, size) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0 ||
+                      H5Tset_strpad(type, H5T_STR_NULLTERM) < 0)) {
+        hdf5_close(type);
+        return H5I_INVALID_HID;
+    }
+    return type;
+}
+
 hid_t hdf5_creation(hid_t property_class)
 {
     hid_t list = H5Pcreate(property_class);

@@ -38,6 +38,9 @@ hid_t hdf5_image_open(const unsigned char *bytes, size_t size);
  * attributes above 64 KiB. */
 hid_t hdf5_creation(hid_t property_class);
 
+/* Texts of up to size - 1 bytes in UTF-8, ended by a zero byte. Close with hdf5_close. */
+hid_t hdf5_text_type(size_t size);
+
 /* Close an identifier of any kind; a negative one is fine. */
 void hdf5_close(hid_t identifier);
 

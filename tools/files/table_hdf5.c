@@ -48,18 +48,6 @@ static bool storage_is_plausible(hid_t dataset, hsize_t rows, size_t width, size
     }
 }
 
-/* Strings of `size` bytes in UTF-8, a zero byte at the end. */
-static hid_t hdf5_word_type(size_t size)
-{
-    hid_t type = H5Tcopy(H5T_C_S1);
-    if (type >= 0 && (H5Tset_size(type, size) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0 ||
-                      H5Tset_strpad(type, H5T_STR_NULLTERM) < 0)) {
-        hdf5_close(type);
-        return H5I_INVALID_HID;
-    }
-    return type;
-}
-
 /* Number of rows of a column, or an error. */
 static ad_status check_column(const hdf5_reader *reader, hid_t dataset, const char *name,
                               size_t *rows)
@@ -101,7 +89,7 @@ static ad_status read_words(const hdf5_reader *reader, hid_t dataset, const char
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu words",
                        file_bytes_shown(reader->wanted->path), table->rows);
     }
-    hid_t type = hdf5_word_type(TABLE_MAX_NAME + 1);
+    hid_t type = hdf5_text_type(TABLE_MAX_NAME + 1);
     bool read = type >= 0 && (table->rows == 0 || H5Dread(dataset, type, H5S_ALL, H5S_ALL,
                                                           H5P_DEFAULT, table->words[column]) >= 0);
     hdf5_close(type);
@@ -249,7 +237,7 @@ static bool write_words(hid_t file, const char *name, const char *const *words, 
     for (size_t row = 0; row < rows; row++) {
         strcpy(text + row * size, words[row]);
     }
-    hid_t type = hdf5_word_type(size);
+    hid_t type = hdf5_text_type(size);
     hid_t space = H5Screate_simple(1, (const hsize_t[]){rows}, NULL);
     hid_t dataset = H5Dcreate2(file, name, type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
     bool written = dataset >= 0 &&

@@ -1,0 +1,167 @@
+#include "tools/solve/dynamic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Intervals between nodes: each mesh has half as many again as the one before. */
+enum { COARSEST = 12, FINEST = 256, ELEMENT_DEGREE_MAX = 32, COMPARED = 33 };
+
+struct dynamic_solution {
+    motion *motion;
+    size_t count;
+    double *times;              /* [count] */
+    double *states;             /* [count][nodes][MOTION_ROWS] */
+    integrate_energy *energies; /* [count] */
+};
+
+void dynamic_free(dynamic_solution *x)
+{
+    if (x) {
+        motion_free(x->motion);
+        free(x->times);
+        free(x->states);
+        free(x->energies);
+        free(x);
+    }
+}
+
+const integrate_energy *dynamic_energies(const dynamic_solution *x)
+{
+    return x->energies;
+}
+
+ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+                     solve_state *out, ad_error *error)
+{
+    const double *state = x->states + which * motion_nodes(x->motion) * MOTION_ROWS;
+    ad_status status = motion_at(x->motion, x->times[which], error);
+    if (status == AD_OK) {
+        motion_samples(x->motion, state, n, s, out);
+    }
+    return status;
+}
+
+/* Memory for a solution on a mesh of at least so many intervals. */
+static ad_status create(const solve_rod *rod, int intervals, size_t count, const double *times,
+                        dynamic_solution **result, ad_error *error)
+{
+    int elements = (intervals + ELEMENT_DEGREE_MAX - 1) / ELEMENT_DEGREE_MAX;
+    int degree = (intervals + elements - 1) / elements;
+    dynamic_solution *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    }
+    ad_status status = motion_create(rod, elements, degree, &x->motion, error);
+    if (status == AD_OK) {
+        x->count = count;
+        x->times = malloc((count + 1) * sizeof *x->times);
+        x->states = malloc((count + 1) * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double));
+        x->energies = malloc((count + 1) * sizeof *x->energies);
+        if (!x->times || !x->states || !x->energies) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
+        }
+    }
+    if (status != AD_OK) {
+        dynamic_free(x);
+        return status;
+    }
+    memcpy(x->times, times, count * sizeof *times);
+    *result = x;
+    return AD_OK;
+}
+
+static ad_status solve_once(const solve_rod *rod, int intervals, double tolerance, size_t count,
+                            const double *times, dynamic_solution **result, solve_report *report,
+                            ad_error *error)
+{
+    dynamic_solution *x = NULL;
+    integrate_counts counts;
+    *result = NULL;
+    ad_status status = create(rod, intervals, count, times, &x, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = integrate(x->motion, tolerance, count, times, x->states, x->energies, &counts, error);
+    report->nodes = (int)motion_nodes(x->motion);
+    report->newton_steps += counts.newton_steps;
+    report->time_steps += counts.steps;
+    report->time = counts.time / rod->duration;
+    if (status != AD_OK) {
+        dynamic_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* Largest distance between positions, at all times. */
+static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, double *distance,
+                         ad_error *error)
+{
+    double s[COMPARED];
+    solve_state of_x[COMPARED], of_y[COMPARED];
+    ad_status status = AD_OK;
+    *distance = 0;
+    for (int i = 0; i < COMPARED; i++) {
+        s[i] = (double)i / (COMPARED - 1);
+    }
+    for (size_t which = 0; which < x->count && status == AD_OK; which++) {
+        status = dynamic_at(x, which, COMPARED, s, of_x, error);
+        status = status == AD_OK ? dynamic_at(y, which, COMPARED, s, of_y, error) : status;
+        for (int i = 0; i < COMPARED && status == AD_OK; i++) {
+            const double *p = of_x[i].position, *q = of_y[i].position;
+            double apart = hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]);
+            *distance = fmax(*distance, apart);
+        }
+    }
+    return status;
+}
+
+/* Steps grow finer with the mesh, so that neither hides behind the other. */
+static ad_status refine(const solve_rod *rod, double tolerance, size_t count, const double *times,
+                        dynamic_solution **result, solve_report *report, ad_error *error)
+{
+    const double finest = 1e-12; /* of time steps; rounding is not far */
+    dynamic_solution *coarse = NULL, *fine = NULL;
+    ad_status status = AD_OK;
+    double step = 10 * tolerance; /* what a step may lose is most often damped again */
+    for (int intervals = COARSEST; intervals <= FINEST; intervals += intervals / 2, step /= 4) {
+        double distance = NAN;
+        status = solve_once(rod, intervals, fmax(step, finest), count, times, &fine, report, error);
+        if (status == AD_OK && coarse) {
+            status = compare(coarse, fine, &distance, error);
+        }
+        dynamic_free(coarse);
+        coarse = fine;
+        report->estimate = distance;
+        if (status != AD_OK || distance <= tolerance) {
+            break;
+        }
+    }
+    *result = status == AD_OK ? coarse : NULL;
+    if (status != AD_OK) {
+        dynamic_free(coarse);
+    }
+    return status;
+}
+
+ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
+                        const double *times, dynamic_solution **result, solve_report *report,
+                        ad_error *error)
+{
+    *result = NULL;
+    *report = (solve_report){.estimate = NAN, .load_fraction = 1};
+    for (size_t i = 0; i < count; i++) {
+        if (!(times[i] >= (i > 0 ? times[i - 1] : 0) && times[i] <= rod->duration)) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "time %zu is %g; allowed: ascending, from 0 to %g", i, times[i],
+                           rod->duration);
+        }
+    }
+    if (settings->nodes > 0) {
+        return solve_once(rod, settings->nodes > 2 ? settings->nodes - 1 : 2, settings->tolerance,
+                          count, times, result, report, error);
+    }
+    return refine(rod, settings->tolerance, count, times, result, report, error);
+}

@@ -1,0 +1,29 @@
+/* The motion of a rod: spectral elements in s (motion.h), implicit Runge-Kutta in t (integrate.h),
+ * both refined together until the position stops changing. */
+#ifndef TOOLS_SOLVE_DYNAMIC_H
+#define TOOLS_SOLVE_DYNAMIC_H
+
+#include "tools/solve/integrate.h"
+
+typedef struct dynamic_solution dynamic_solution;
+
+/* From the initial state through times [count], ascending, in [0, duration], in units of
+ * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
+ * of time steps, no estimate. Otherwise meshes and steps grow finer until two differ by no more
+ * than the tolerance at the times given; the finer one is the solution and the difference the
+ * estimate, which is therefore that of the coarser. AD_OK also when the finest mesh does not meet
+ * it: report->estimate is then above. AD_BAD_INPUT: a locked strain, or no rotary inertia. The rod
+ * must outlive the solution. */
+ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
+                        const double *times, dynamic_solution **result, solve_report *report,
+                        ad_error *error);
+void dynamic_free(dynamic_solution *x);
+
+/* At time `which` of those given and n points s [n] within [0, 1]; out [n]. */
+ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+                     solve_state *out, ad_error *error);
+
+/* [count] */
+const integrate_energy *dynamic_energies(const dynamic_solution *x);
+
+#endif
