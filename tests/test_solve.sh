@@ -40,6 +40,17 @@ said stdout.txt '^error against solved.csv \(41 points\)'
 head -1 network.csv >stdout.txt
 same stdout.txt columns.txt
 
+# ---- a motion ---------------------------------------------------------------------------------
+
+run 0 cpinn-solve "$dynamic" --nodes 9 --tol 1e-3 --out motion.csv --grid 3x5
+said stdout.txt '^[a-z_]+: dynamic, .*duration 1$'
+said stdout.txt '^solved: 9 nodes, [0-9]+ steps of time, '
+said stdout.txt '^difference from cantilever_ramp.csv'
+said motion.csv '^s,t,x,.*,vx,vy,vz,w1,w2,w3$'
+check the tip falls as far -- awk -F, 'END { exit !(NR == 16 && $5 < -0.85 && $5 > -0.86) }' motion.csv
+refused '^cpinn-solve: .*locked' cpinn-solve "$elastica" --set time.duration=1 \
+    --set rod.material.density=1000 --set reference=null
+
 # ---- work and precision -----------------------------------------------------------------------
 
 run 0 cpinn-solve "$elastica" --work-precision curve.csv

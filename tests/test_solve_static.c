@@ -25,7 +25,8 @@ static solved solve_with(const char *path, const char *text, const char *overrid
     ad_error error = {.message = ""};
     solved x = {NULL, NULL, {0}};
     if (config_read(path, text, override != NULL, &override, &x.settings, &error) != AD_OK ||
-        solution_create(&x.settings->scene, &settings, &x.solution, &x.report, &error) != AD_OK) {
+        solution_create(&x.settings->scene, &settings, 0, NULL, &x.solution, &x.report, &error) !=
+            AD_OK) {
         fail_msg("%s", error.message);
     }
     return x;

@@ -13,10 +13,13 @@
 static const char program[] = "cpinn-solve";
 
 static const char summary[] =
-    "Solve the scene of a YAML file without a network: collocation at Gauss points along the rod,\n"
-    "Newton's method, and continuation of the load from 0, with an estimate of the error. The\n"
-    "equations are written separately from those that networks are trained on, so each checks the\n"
-    "other; --out gives a scene a reference to train against (reference.file).";
+    "Solve the scene of a YAML file without a network, with an estimate of the error. At rest:\n"
+    "collocation at Gauss points along the rod, Newton's method, continuation of the load from 0. "
+    "In\n"
+    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. The equations "
+    "are\n"
+    "written separately from those that networks are trained on, so each checks the other; --out\n"
+    "gives a scene a reference to train against (reference.file).";
 
 static const char epilogue[] =
     "A rod may have several equilibria. This finds the one that continues the unstressed rod "
@@ -51,18 +54,31 @@ typedef struct samples {
 
 typedef struct session {
     options asked;
+    char name[128];   /* of the scene */
     config *settings; /* NULL once the experiment has them */
     const scene *scene;
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
+    samples grid, at_reference;
+    size_t count;
+    double *times; /* [count] at which a motion is wanted, ascending, dimensionless */
     solution *solved;
     solve_report report;
     double seconds;
 } session;
 
+static void samples_free(samples *p)
+{
+    free(p->s);
+    free(p->values);
+}
+
 static void session_free(session *x)
 {
     solution_free(x->solved);
+    free(x->times);
+    samples_free(&x->grid);
+    samples_free(&x->at_reference);
     reference_free(x->known);
     experiment_free(x->e);
     config_free(x->settings);
@@ -128,12 +144,6 @@ static ad_status evaluate(const solution *solved, const samples *p, int columns,
     return status;
 }
 
-static void samples_free(samples *p)
-{
-    free(p->s);
-    free(p->values);
-}
-
 /* The points that --grid asks for, or their default. */
 static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
 {
@@ -146,50 +156,90 @@ static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
                          dynamic ? "" : "; this scene is static, so NT is 1");
 }
 
-static ad_status samples_of_grid(const session *x, samples *p, int columns, ad_error *error)
+static ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
 {
+    p->count = count;
+    p->s = malloc(2 * count * sizeof *p->s);
+    p->values = malloc((size_t)columns * count * sizeof *p->values);
+    if (!p->s || !p->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
+    }
+    p->t = p->s + count;
+    return AD_OK;
+}
+
+static ad_status samples_of_grid(session *x, ad_error *error)
+{
+    samples *p = &x->grid;
     long ns, nt;
     ad_status status = grid_of(x, &ns, &nt, error);
-    if (status != AD_OK) {
-        return status;
+    if (status == AD_OK) {
+        status = samples_make(p, (size_t)(ns * nt), columns_of(x->scene), error);
     }
-    p->count = (size_t)(ns * nt);
-    p->s = malloc(2 * p->count * sizeof *p->s);
-    p->values = malloc((size_t)columns * p->count * sizeof *p->values);
-    if (!p->s || !p->values) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", p->count);
-    }
-    p->t = p->s + p->count;
-    for (long i = 0; i < ns * nt; i++) {
+    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
         long at_s = i % ns, at_t = i / ns;
         p->s[i] = ns > 1 ? x->scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
         p->t[i] = nt > 1 ? x->scene->duration * (double)at_t / (double)(nt - 1) : 0;
     }
+    return status;
+}
+
+static ad_status samples_of_reference(session *x, ad_error *error)
+{
+    samples *p = &x->at_reference;
+    ad_status status = samples_make(p, reference_points(x->known), FIELD_POSE, error);
+    if (status == AD_OK) {
+        memcpy(p->s, reference_s(x->known), p->count * sizeof *p->s);
+        memcpy(p->t, reference_t(x->known), p->count * sizeof *p->t);
+    }
+    return status;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* All times of the samples, each once, and the end. */
+static ad_status gather_times(session *x, ad_error *error)
+{
+    const samples *from[2] = {&x->grid, &x->at_reference};
+    double time = rod_scales_of(x->scene).time, end = x->scene->duration / time;
+    size_t count = 0;
+    x->times = malloc((x->grid.count + x->at_reference.count + 1) * sizeof *x->times);
+    if (!x->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    }
+    x->times[count++] = end;
+    for (int k = 0; k < 2; k++) {
+        for (size_t i = 0; i < from[k]->count; i++) {
+            x->times[count++] = fmin(end, fmax(0, from[k]->t[i] / time));
+        }
+    }
+    qsort(x->times, count, sizeof *x->times, ascending);
+    for (size_t i = 0; i < count; i++) {
+        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
+            x->times[x->count++] = x->times[i];
+        }
+    }
     return AD_OK;
 }
 
-static ad_status write_out(const session *x, size_t *points, ad_error *error)
+static ad_status write_out(session *x, ad_error *error)
 {
-    const char *names[2 + FIELD_COLUMNS_MAX] = {"s", "t"};
-    const double *columns[2 + FIELD_COLUMNS_MAX];
+    const samples *p = &x->grid;
     int count = columns_of(x->scene);
-    samples p = {0};
-    ad_status status = samples_of_grid(x, &p, count, error);
-    if (status == AD_OK) {
-        status = evaluate(x->solved, &p, count, error);
+    const char *names[2 + FIELD_COLUMNS_MAX] = {"s", "t"};
+    const double *columns[2 + FIELD_COLUMNS_MAX] = {p->s, p->t};
+    for (int i = 0; i < count; i++) {
+        names[2 + i] = field_column_name(i);
+        columns[2 + i] = p->values + (size_t)i * p->count;
     }
-    if (status == AD_OK) {
-        columns[0] = p.s;
-        columns[1] = p.t;
-        for (int i = 0; i < count; i++) {
-            names[2 + i] = field_column_name(i);
-            columns[2 + i] = p.values + (size_t)i * p.count;
-        }
-        status = table_write(x->asked.out, names, columns, (size_t)count + 2, p.count, error);
-    }
-    *points = p.count;
-    samples_free(&p);
-    return status;
+    ad_status status = evaluate(x->solved, p, count, error);
+    return status == AD_OK
+               ? table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error)
+               : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
@@ -203,10 +253,10 @@ static void print_number(const char *name, double value)
     }
 }
 
-static void print_scene(const session *x, const char *name)
+static void print_scene(const session *x)
 {
     rod_numbers n = rod_numbers_of(x->scene);
-    printf("%s: %s", name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
+    printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
     print_number("shear kGA L^2/EI", n.shear_ratio);
     print_number("stretch EA L^2/EI", n.axial_ratio);
     print_number("tip force F L^2/EI", n.tip_force);
@@ -227,26 +277,16 @@ static void print_error(const char *name, double value, const char *unit)
 
 static ad_status print_reference(session *x, ad_error *error)
 {
-    samples p = {.count = reference_points(x->known)};
-    p.s = malloc(2 * p.count * sizeof *p.s);
-    p.values = malloc(FIELD_POSE * p.count * sizeof *p.values);
-    ad_status status =
-        p.s && p.values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for points");
+    const samples *p = &x->at_reference;
+    ad_status status = evaluate(x->solved, p, FIELD_POSE, error);
     if (status == AD_OK) {
-        p.t = p.s + p.count;
-        memcpy(p.s, reference_s(x->known), p.count * sizeof *p.s);
-        memcpy(p.t, reference_t(x->known), p.count * sizeof *p.t);
-        status = evaluate(x->solved, &p, FIELD_POSE, error);
-    }
-    if (status == AD_OK) {
-        reference_errors errors = reference_compare_poses(x->known, p.values);
-        printf("difference from %s (%zu points)\n", reference_name(x->known), p.count);
+        reference_errors errors = reference_compare_poses(x->known, p->values);
+        printf("difference from %s (%zu points)\n", reference_name(x->known), p->count);
         print_error("position, relative L2", errors.position, "");
         print_error("position, largest", errors.position_max, " of the length");
         print_error("tip", errors.tip, " of the length");
         print_error("rotation, largest", errors.rotation_max, " rad");
     }
-    samples_free(&p);
     return status;
 }
 
@@ -296,7 +336,7 @@ static int complain(const session *x)
                  r->load_fraction);
         return 1;
     }
-    if (x->asked.nodes == 0 && !(r->estimate <= x->asked.tolerance)) {
+    if (x->asked.nodes == 0 && !x->asked.work_precision && !(r->estimate <= x->asked.tolerance)) {
         cli_warn(program,
                  "estimated error %.2g of the length with %d nodes, above --tol %.2g; try a larger "
                  "tolerance; jumps in loads or rest shape converge slowly",
@@ -309,7 +349,6 @@ static int complain(const session *x)
 /* ---- work and precision -------------------------------------------------------------------- */
 
 enum { SWEEP_MAX = 24, REPEATS = 5 };
-static const double FINEST = 1e-12;   /* tolerance of the solution to compare with */
 static const double SMALLEST = 1e-16; /* error told, since curves are drawn over logarithms */
 
 typedef struct sweep {
@@ -328,32 +367,30 @@ static double distance(const samples *p, const double *exact)
     return sqrt(off / size);
 }
 
-/* One row: the median time of a few solutions, everything included, and the error. */
-static ad_status sweep_at(const session *x, const solve_settings *settings, samples *p,
-                          const double *exact, sweep *rows, ad_error *error)
+/* One row: the median time of a few solutions, everything included, and the error. A motion is
+ * solved once. */
+static ad_status sweep_at(const session *x, const solve_settings *settings, const double *exact,
+                          sweep *rows, ad_error *error)
 {
     double seconds[REPEATS];
     solution *solved = NULL;
     solve_report report;
+    int repeats = scene_is_dynamic(x->scene) ? 1 : REPEATS;
     ad_status status = AD_OK;
-    for (int i = 0; i < REPEATS && status == AD_OK; i++) {
+    for (int i = 0; i < repeats && status == AD_OK; i++) {
         solution_free(solved);
         double start = wall_seconds();
-        status = solution_create(x->scene, settings, &solved, &report, error);
-        double spent = wall_seconds() - start;
-        int k = i;
-        for (; k > 0 && seconds[k - 1] > spent; k--) {
-            seconds[k] = seconds[k - 1];
-        }
-        seconds[k] = spent;
+        status = solution_create(x->scene, settings, x->count, x->times, &solved, &report, error);
+        seconds[i] = wall_seconds() - start;
     }
+    qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
     if (status == AD_OK) {
-        status = evaluate(solved, p, FIELD_POSE, error);
+        status = evaluate(solved, &x->grid, FIELD_POSE, error);
     }
-    if (status == AD_OK && report.load_fraction == 1) {
+    if (status == AD_OK && (scene_is_dynamic(x->scene) || report.load_fraction == 1)) {
         rows->nodes[rows->count] = report.nodes;
-        rows->seconds[rows->count] = seconds[REPEATS / 2];
-        rows->errors[rows->count++] = fmax(SMALLEST, distance(p, exact));
+        rows->seconds[rows->count] = seconds[repeats / 2];
+        rows->errors[rows->count++] = fmax(SMALLEST, distance(&x->grid, exact));
     }
     solution_free(solved);
     return status;
@@ -373,38 +410,45 @@ static ad_status sweep_write(const session *x, const sweep *rows, ad_error *erro
     return table_write(x->asked.work_precision, names, columns, 3, (size_t)rows->count, error);
 }
 
-/* More and more nodes, against the solution at hand, until rounding stops it. */
-static ad_status work_precision(const session *x, ad_error *error)
+/* More and more nodes, for a motion with ever finer steps of time. */
+static ad_status sweep_all(const session *x, const double *exact, sweep *rows, ad_error *error)
 {
-    static const int nodes[] = {2,  3,  4,  5,  6,  8,  10,  12,  16,
-                                20, 24, 32, 48, 64, 96, 128, 192, 256};
+    static const int at_rest[] = {2,  3,  4,  5,  6,  8,  10,  12,  16,
+                                  20, 24, 32, 48, 64, 96, 128, 192, 256};
+    static const int moving[] = {5, 7, 9, 11, 13, 17, 21};
     static const double rounding = 1e-14;
-    solve_settings settings = {.perturbation = x->asked.perturbation};
-    sweep rows = {0};
-    samples p = {0};
-    ad_status status = samples_of_grid(x, &p, FIELD_POSE, error);
-    double *exact = status == AD_OK ? malloc(3 * p.count * sizeof *exact) : NULL;
-    if (status == AD_OK && !exact) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", p.count);
-    }
-    if (status == AD_OK) {
-        status = evaluate(x->solved, &p, FIELD_POSE, error);
-    }
-    if (status == AD_OK) {
-        memcpy(exact, p.values, 3 * p.count * sizeof *exact);
-    }
-    for (size_t i = 0; i < sizeof nodes / sizeof *nodes && status == AD_OK; i++) {
-        settings.nodes = nodes[i];
-        status = sweep_at(x, &settings, &p, exact, &rows, error);
-        if (rows.count > 0 && rows.errors[rows.count - 1] < rounding) {
+    bool dynamic = scene_is_dynamic(x->scene);
+    size_t count = dynamic ? sizeof moving / sizeof *moving : sizeof at_rest / sizeof *at_rest;
+    solve_settings settings = {.tolerance = 1e-1, .perturbation = x->asked.perturbation};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        settings.nodes = dynamic ? moving[i] : at_rest[i];
+        settings.tolerance /= 10;
+        status = sweep_at(x, &settings, exact, rows, error);
+        if (rows->count > 0 && rows->errors[rows->count - 1] < rounding) {
             break;
         }
+    }
+    return status;
+}
+
+static ad_status work_precision(const session *x, ad_error *error)
+{
+    size_t numbers = 3 * x->grid.count;
+    sweep rows = {0};
+    double *exact = malloc(numbers * sizeof *exact);
+    if (!exact) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
+    }
+    ad_status status = evaluate(x->solved, &x->grid, FIELD_POSE, error);
+    if (status == AD_OK) {
+        memcpy(exact, x->grid.values, numbers * sizeof *exact);
+        status = sweep_all(x, exact, &rows, error);
     }
     if (status == AD_OK) {
         status = sweep_write(x, &rows, error);
     }
     free(exact);
-    samples_free(&p);
     return status;
 }
 
@@ -426,34 +470,56 @@ static ad_status open_reference(session *x, ad_error *error)
     return status;
 }
 
+/* Without --tol; of the solution that others are compared with. */
+static void choose_tolerance(session *x)
+{
+    bool dynamic = scene_is_dynamic(x->scene);
+    double *tolerance = &x->asked.tolerance;
+    if (*tolerance == 0) {
+        *tolerance = dynamic ? 1e-6 : 1e-10;
+    }
+    if (x->asked.work_precision) {
+        *tolerance = fmin(*tolerance, dynamic ? 1e-8 : 1e-12);
+    }
+}
+
 static ad_status solve(session *x, ad_error *error)
 {
-    options *o = &x->asked;
-    double tolerance = o->work_precision ? fmin(o->tolerance, FINEST) : o->tolerance;
-    const solve_settings settings = {tolerance, o->nodes, o->perturbation};
+    const options *o = &x->asked;
+    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
     double start = wall_seconds();
-    ad_status status = solution_create(x->scene, &settings, &x->solved, &x->report, error);
+    ad_status status =
+        solution_create(x->scene, &settings, x->count, x->times, &x->solved, &x->report, error);
     x->seconds = wall_seconds() - start;
     return status;
 }
 
-static ad_status run(session *x, ad_error *error)
+/* Everything but the solution. */
+static ad_status prepare(session *x, ad_error *error)
 {
-    options *o = &x->asked;
-    size_t points = 0;
-    char name[128];
+    const options *o = &x->asked;
     ad_status status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
     if (status != AD_OK) {
         return status;
     }
     x->scene = &x->settings->scene;
-    snprintf(name, sizeof name, "%s", x->settings->name);
-    long ns, nt;
-    status = grid_of(x, &ns, &nt, error);
+    snprintf(x->name, sizeof x->name, "%s", x->settings->name);
+    choose_tolerance(x);
+    status = samples_of_grid(x, error);
     if (status == AD_OK) {
         status = open_reference(x, error);
     }
+    if (status == AD_OK && x->known) {
+        status = samples_of_reference(x, error);
+    }
+    return status == AD_OK ? gather_times(x, error) : status;
+}
+
+static ad_status run(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = prepare(x, error);
     if (status == AD_OK) {
         status = solve(x, error);
     }
@@ -461,13 +527,13 @@ static ad_status run(session *x, ad_error *error)
         return status;
     }
     if (o->out) {
-        status = write_out(x, &points, error);
+        status = write_out(x, error);
     }
     if (status == AD_OK && !o->quiet) {
-        print_scene(x, name);
+        print_scene(x);
         status = print_report(x, error);
         if (o->out) {
-            printf("wrote %s: %zu points\n", o->out, points);
+            printf("wrote %s: %zu points\n", o->out, x->grid.count);
         }
     }
     if (status == AD_OK && o->work_precision) {
@@ -478,19 +544,22 @@ static ad_status run(session *x, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    session x = {.asked = {.tolerance = 1e-10}};
+    session x = {.asked = {.tolerance = 0}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
-         "refine until the position is estimated to be within so many\nlengths (default 1e-10)"},
+         "refine until the position is estimated to be within so many\nlengths (default 1e-10 "
+         "static, 1e-6 dynamic)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
-         "so many nodes along the rod, without refinement and estimate"},
+         "so many nodes along the rod, without refinement and estimate;\nof a motion --tol is then "
+         "that of steps of time"},
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
          "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
          "shapes"},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the values, as .csv, .h5 or .hdf5"},
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0,
-         "where: that many points along s and t, ends included\n(default 101x1 static)"},
+         "where: that many points along s and t, ends included\n(default 101x1 static, 51x21 "
+         "dynamic)"},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes; print and write run time and\nerror against the finest, "
          "for cpinn-bench --curve CSV"},

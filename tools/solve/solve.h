@@ -41,16 +41,18 @@ solve_settings solve_settings_default(void); /* tolerance 1e-10 */
 
 typedef struct solution solution;
 
-/* Solve a scene that passes scene_check and rod_check. AD_OK also where the load could not be
- * reached or the tolerance not met, which the report says: the solution is then that of the load
- * reached, or less accurate. AD_BAD_ARGUMENT for a scene that no solver takes, AD_NO_MEMORY. */
-ad_status solution_create(const scene *rod_scene, const solve_settings *settings, solution **result,
-                          solve_report *report, ad_error *error);
+/* Solve a scene that passes scene_check and rod_check. A dynamic one at times [count], ascending,
+ * in [0, duration]; a static one needs none. AD_OK also where the load could not be reached or the
+ * tolerance not met, which the report says: the solution is then that of the load reached, or less
+ * accurate. AD_BAD_ARGUMENT for a scene that no solver takes, AD_NO_MEMORY. */
+ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
+                          const double *times, solution **result, solve_report *report,
+                          ad_error *error);
 void solution_free(solution *x);
 
 const solve_rod *solution_rod(const solution *x);
 
-/* At n points s [n] within [0, 1] at time t; out [n]. */
+/* At n points s [n] within [0, 1], at t, one of the times given; out [n]. */
 ad_status solution_at(const solution *x, size_t n, const double *s, double t, solve_state *out,
                       ad_error *error);
 
