@@ -1,5 +1,6 @@
 /* Static rods solved classically, against closed forms and published values, and put into the
  * residuals that networks are trained on. */
+#include "allocations.h"
 #include "rod_testing.h"
 
 #include "tools/config/config.h"
@@ -546,6 +547,32 @@ static void test_jump(void **state)
     free(text);
 }
 
+/* Whichever allocation fails, it is told (or, of a formula's value, survived) and nothing is left.
+ */
+static void test_no_memory(void **state)
+{
+    (void)state;
+    config *settings = NULL;
+    const solve_settings rough = {.tolerance = 1e-3};
+    long needed = 0;
+    int told = 0;
+    assert_int_equal(config_read("configs/elastica.yaml", NULL, 0, NULL, &settings, NULL), AD_OK);
+    for (long n = 0; n <= needed; n += n < 20 ? 1 : 7) {
+        solution *x = NULL;
+        solve_report report;
+        allocations = 0;
+        failing_allocation = n;
+        ad_status status = solution_create(&settings->scene, &rough, 0, NULL, &x, &report, NULL);
+        failing_allocation = 0;
+        needed = n == 0 ? allocations : needed;
+        assert_true(status == AD_OK || (status == AD_NO_MEMORY && x == NULL));
+        told += status == AD_NO_MEMORY;
+        solution_free(x);
+    }
+    assert_true(needed > 100 && told > 30);
+    config_free(settings);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -555,7 +582,7 @@ int main(void)
         cmocka_unit_test(test_column),       cmocka_unit_test(test_two_clamps),
         cmocka_unit_test(test_other_ends),   cmocka_unit_test(test_convergence),
         cmocka_unit_test(test_residuals),    cmocka_unit_test(test_manufactured),
-        cmocka_unit_test(test_jump),
+        cmocka_unit_test(test_jump),         cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
