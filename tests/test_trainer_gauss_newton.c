@@ -222,13 +222,31 @@ static void test_account(void **state)
     stop(&r);
 }
 
+/* A linear network finds what rounding leaves, also from a start so far that the first three steps
+ * gain little: seed 2 of the roll-up ended there once. Measured: 3e-14, 7e-13. */
+static void test_linear(void **state)
+{
+    (void)state;
+    static const char *const paths[] = {"configs/elastica.yaml", "configs/rollup.yaml"};
+    static const char *const changes[] = {"network.hidden=[]", "network.fourier.features=16",
+                                          "losses.interior.points=132", "training.seed=2", NULL};
+    for (int i = 0; i < 2; i++) {
+        run r = start(paths[i], changes, 1);
+        while (trainer_inspect(r.trainer).state == TRAINER_RUNNING) {
+            step(&r);
+        }
+        assert_true(trainer_inspect(r.trainer).errors.position < 1e-10);
+        stop(&r);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_static),  cmocka_unit_test(test_kernel),
         cmocka_unit_test(test_moving),  cmocka_unit_test(test_products),
         cmocka_unit_test(test_falls),   cmocka_unit_test(test_too_many),
-        cmocka_unit_test(test_account),
+        cmocka_unit_test(test_account), cmocka_unit_test(test_linear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
