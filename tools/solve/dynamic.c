@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Intervals between nodes: each mesh has half as many again as the one before. */
-enum { COARSEST = 12, FINEST = 256, ELEMENT_DEGREE_MAX = 32, COMPARED = 33 };
+enum { COARSEST = 12, FINEST = 128, ELEMENT_DEGREE_MAX = 16, COMPARED = 33 };
 
 struct dynamic_solution {
     motion *motion;
@@ -71,22 +71,46 @@ static ad_status create(const solve_rod *rod, int intervals, size_t count, const
     return AD_OK;
 }
 
+/* The implicit method has as many steps as cost what the explicit one would; where they do not
+ * suffice the explicit one it is. So no choice costs more than twice the better one. */
+static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, double tolerance,
+                                  solve_report *report, ad_error *error)
+{
+    const double explicit_steps_per_implicit = 6; /* measured with 20 to 40 nodes */
+    double needed = 0;
+    integrate_counts counts;
+    ad_status status = integrate_explicit_steps(x->motion, &needed, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    double allowed = fmin(needed * rod->duration / explicit_steps_per_implicit, 1e9);
+    integrate_settings settings = {INTEGRATE_IMPLICIT, tolerance, 1 + (long)allowed};
+    for (int method = 0; method < 2; method++) {
+        status = integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
+                           &counts, error);
+        report->newton_steps += counts.newton_steps;
+        report->time_steps += counts.steps;
+        report->time = counts.time / rod->duration;
+        if (counts.steps < settings.steps_max || settings.steps_max == 0) {
+            break;
+        }
+        settings = (integrate_settings){INTEGRATE_EXPLICIT, tolerance, 0};
+    }
+    return status;
+}
+
 static ad_status solve_once(const solve_rod *rod, int intervals, double tolerance, size_t count,
                             const double *times, dynamic_solution **result, solve_report *report,
                             ad_error *error)
 {
     dynamic_solution *x = NULL;
-    integrate_counts counts;
     *result = NULL;
     ad_status status = create(rod, intervals, count, times, &x, error);
     if (status != AD_OK) {
         return status;
     }
-    status = integrate(x->motion, tolerance, count, times, x->states, x->energies, &counts, error);
+    status = integrate_either(rod, x, tolerance, report, error);
     report->nodes = (int)motion_nodes(x->motion);
-    report->newton_steps += counts.newton_steps;
-    report->time_steps += counts.steps;
-    report->time = counts.time / rod->duration;
     if (status != AD_OK) {
         dynamic_free(x);
         return status;
@@ -118,31 +142,46 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
     return status;
 }
 
-/* Steps grow finer with the mesh, so that neither hides behind the other. */
-static ad_status refine(const solve_rod *rod, double tolerance, size_t count, const double *times,
-                        dynamic_solution **result, solve_report *report, ad_error *error)
+/* What refining has reached. */
+typedef struct refined {
+    dynamic_solution *best;
+    double tolerance; /* of time steps */
+    int intervals;
+    double distance; /* between the last two; NaN: there has been one */
+} refined;
+
+/* Replace the best by a solution on the mesh and with the steps at hand. */
+static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *report,
+                             ad_error *error)
+{
+    dynamic_solution *next = NULL, *last = at->best;
+    ad_status status = solve_once(rod, at->intervals, at->tolerance, last->count, last->times,
+                                  &next, report, error);
+    if (status == AD_OK) {
+        status = compare(last, next, &at->distance, error);
+        dynamic_free(last);
+        at->best = next;
+    }
+    return status;
+}
+
+/* First t, where meshes are coarse and steps cheap, then s: steps of two meshes differ, and their
+ * errors would pass for errors of the mesh. */
+static ad_status refine(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
+                        ad_error *error)
 {
     const double finest = 1e-12; /* of time steps; rounding is not far */
-    dynamic_solution *coarse = NULL, *fine = NULL;
     ad_status status = AD_OK;
-    double step = 10 * tolerance; /* what a step may lose is most often damped again */
-    for (int intervals = COARSEST; intervals <= FINEST; intervals += intervals / 2, step /= 4) {
-        double distance = NAN;
-        status = solve_once(rod, intervals, fmax(step, finest), count, times, &fine, report, error);
-        if (status == AD_OK && coarse) {
-            status = compare(coarse, fine, &distance, error);
-        }
-        dynamic_free(coarse);
-        coarse = fine;
-        report->estimate = distance;
-        if (status != AD_OK || distance <= tolerance) {
-            break;
-        }
-    }
-    *result = status == AD_OK ? coarse : NULL;
-    if (status != AD_OK) {
-        dynamic_free(coarse);
-    }
+    do {
+        at->tolerance = fmax(at->tolerance / 10, finest);
+        status = solve_again(rod, at, report, error);
+    } while (status == AD_OK && at->distance > 0.5 * tolerance && at->tolerance > finest);
+    double by_time = at->distance;
+    do {
+        at->intervals += at->intervals / 2;
+        status = status == AD_OK ? solve_again(rod, at, report, error) : status;
+    } while (status == AD_OK && at->distance > 0.5 * tolerance && at->intervals < FINEST);
+    report->estimate = by_time + at->distance;
     return status;
 }
 
@@ -159,9 +198,20 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                            rod->duration);
         }
     }
-    if (settings->nodes > 0) {
-        return solve_once(rod, settings->nodes > 2 ? settings->nodes - 1 : 2, settings->tolerance,
-                          count, times, result, report, error);
+    bool is_given = settings->nodes > 0;
+    refined at = {.tolerance = (is_given ? 1 : 10) * settings->tolerance,
+                  .intervals = !is_given             ? COARSEST
+                               : settings->nodes > 2 ? settings->nodes - 1
+                                                     : 2};
+    ad_status status =
+        solve_once(rod, at.intervals, at.tolerance, count, times, &at.best, report, error);
+    if (status == AD_OK && !is_given) {
+        status = refine(rod, settings->tolerance, &at, report, error);
     }
-    return refine(rod, settings->tolerance, count, times, result, report, error);
+    if (status != AD_OK) {
+        dynamic_free(at.best);
+        return status;
+    }
+    *result = at.best;
+    return AD_OK;
 }

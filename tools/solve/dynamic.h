@@ -1,5 +1,5 @@
 /* The motion of a rod: spectral elements in s (motion.h), implicit Runge-Kutta in t (integrate.h),
- * both refined together until the position stops changing. */
+ * both refined until the position stops changing. */
 #ifndef TOOLS_SOLVE_DYNAMIC_H
 #define TOOLS_SOLVE_DYNAMIC_H
 
@@ -9,11 +9,11 @@ typedef struct dynamic_solution dynamic_solution;
 
 /* From the initial state through times [count], ascending, in [0, duration], in units of
  * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
- * of time steps, no estimate. Otherwise meshes and steps grow finer until two differ by no more
- * than the tolerance at the times given; the finer one is the solution and the difference the
- * estimate, which is therefore that of the coarser. AD_OK also when the finest mesh does not meet
- * it: report->estimate is then above. AD_BAD_INPUT: a locked strain, or no rotary inertia. The rod
- * must outlive the solution. */
+ * of time steps, no estimate. Otherwise steps and then the mesh grow finer until two solutions
+ * differ by no more than half the tolerance at the times given; the finest is the solution, and the
+ * sum of the last differences the estimate, rather that of the solutions before. AD_OK also when
+ * the finest steps or mesh do not meet the tolerance: report->estimate is then above. AD_BAD_INPUT:
+ * a locked strain, or no rotary inertia. The rod must outlive the solution. */
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);

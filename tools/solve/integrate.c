@@ -1,6 +1,6 @@
 #include "tools/solve/integrate.h"
 
-#include "tools/solve/lobatto.h"
+#include "tools/solve/gauss.h"
 #include "tools/solve/motion_system.h"
 
 #include <arkode/arkode_arkstep.h>
@@ -8,18 +8,17 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
-
-enum { QUADRATURE_DEGREE = 4 }; /* over a step: as exact as the step */
 
 typedef struct integration {
     motion *motion;
-    motion_system *system;
+    motion_system *system; /* implicit */
     SUNContext context;
     void *stepper;
     N_Vector state, sample;
-    ad_error error; /* of a formula, or SUNDIALS' words */
-    double x[QUADRATURE_DEGREE + 1], weights[QUADRATURE_DEGREE + 1];
+    ad_error error;                /* of a formula, or SUNDIALS' words */
+    gauss_rule quadrature;         /* of power over a step */
     double work, dissipated, time; /* energy so far, up to `time` */
 } integration;
 
@@ -34,7 +33,9 @@ static int rate(realtype t, N_Vector state, N_Vector to, void *data)
         return -1;
     }
     motion_rate(in->motion, from, result);
-    motion_system_at(in->system, from, result);
+    if (in->system) {
+        motion_system_at(in->system, from, result);
+    }
     for (size_t i = 0; i < motion_nodes(in->motion) * MOTION_ROWS; i++) {
         if (!isfinite(result[i])) {
             return 1; /* a shorter step may do */
@@ -83,34 +84,48 @@ static void close_integration(integration *in)
     }
 }
 
-static bool set_up(integration *in, double tolerance)
+/* How the implicit stages are solved. */
+static int set_up_stages(integration *in)
 {
     /* Of the tolerance, what the iterations may leave: more of it would pass for errors of steps.
      */
     const double left_over = 0.01;
     void *s = in->stepper;
-    int bad = ARKStepSetErrHandlerFn(s, keep_words, in) != 0;
-    bad |= ARKStepSetUserData(s, in) != 0;
-    bad |= ARKStepSStolerances(s, tolerance, tolerance) != 0;
-    bad |= ARKStepSetTableNum(s, ARKODE_ARK548L2SAb_DIRK_8_4_5, ARKODE_ERK_NONE) != 0;
-    bad |= ARKStepSetMaxNumSteps(s, -1) != 0;
-    bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE) != 0;
-    bad |= ARKStepSetPredictorMethod(s, 1) != 0; /* by interpolation through past steps */
-    bad |= ARKStepSetDeduceImplicitRhs(s, SUNTRUE) != 0;
-    bad |= ARKStepSetNonlinConvCoef(s, left_over) != 0;
+    int bad = ARKStepSetPredictorMethod(s, 1); /* by interpolation through past steps */
+    bad |= ARKStepSetDeduceImplicitRhs(s, SUNTRUE);
+    bad |= ARKStepSetNonlinConvCoef(s, left_over);
     bad |= ARKStepSetLinearSolver(s, motion_system_solver(in->system),
-                                  motion_system_matrix(in->system)) != 0;
-    bad |= ARKStepSetLinSysFn(s, form) != 0;
-    return !bad;
+                                  motion_system_matrix(in->system));
+    bad |= ARKStepSetLinSysFn(s, form);
+    return bad;
 }
 
-static ad_status open_integration(integration *in, double tolerance, ad_error *error)
+static bool set_up(integration *in, const integrate_settings *settings)
 {
+    bool implicit = settings->method == INTEGRATE_IMPLICIT;
+    void *s = in->stepper;
+    int bad = ARKStepSetErrHandlerFn(s, keep_words, in);
+    bad |= ARKStepSetUserData(s, in);
+    bad |= ARKStepSStolerances(s, settings->tolerance, settings->tolerance);
+    bad |= ARKStepSetTableNum(s, implicit ? ARKODE_ARK548L2SAb_DIRK_8_4_5 : ARKODE_DIRK_NONE,
+                              implicit ? ARKODE_ERK_NONE : ARKODE_VERNER_8_5_6);
+    bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE);
+    bad |= implicit ? set_up_stages(in) : 0;
+    return bad == 0;
+}
+
+static ad_status open_integration(integration *in, const integrate_settings *settings,
+                                  ad_error *error)
+{
+    bool implicit = settings->method == INTEGRATE_IMPLICIT;
+    ad_status status = AD_OK;
     size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
     if (SUNContext_Create(NULL, &in->context) != 0) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
-    ad_status status = motion_system_create(in->motion, in->context, &in->system, error);
+    if (implicit) {
+        status = motion_system_create(in->motion, in->context, &in->system, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -123,11 +138,12 @@ static ad_status open_integration(integration *in, double tolerance, ad_error *e
     if (status != AD_OK) {
         return status;
     }
-    in->stepper = ARKStepCreate(NULL, rate, 0, in->state, in->context);
-    if (!in->stepper || !set_up(in, tolerance)) {
+    in->stepper =
+        ARKStepCreate(implicit ? NULL : rate, implicit ? rate : NULL, 0, in->state, in->context);
+    if (!in->stepper || !set_up(in, settings)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
-    lobatto_points(QUADRATURE_DEGREE, in->x, in->weights);
+    in->quadrature = gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
     return AD_OK;
 }
 
@@ -148,15 +164,16 @@ static double *state_at(integration *in, double t, bool has_stepped)
 /* Work and dissipation from in->time to t, within the last step. */
 static bool integrate_power(integration *in, double t)
 {
-    double half = 0.5 * (t - in->time), middle = 0.5 * (t + in->time);
-    for (int i = 0; half > 0 && i <= QUADRATURE_DEGREE; i++) {
-        const double *state = state_at(in, middle + half * in->x[i], true);
+    const gauss_rule *rule = &in->quadrature;
+    double length = t - in->time;
+    for (int i = 0; length > 0 && i < rule->stages; i++) {
+        const double *state = state_at(in, in->time + length * rule->nodes[i], true);
         if (!state) {
             return false;
         }
         motion_energy energy = motion_energy_of(in->motion, state);
-        in->work += half * in->weights[i] * energy.power;
-        in->dissipated += half * in->weights[i] * energy.dissipation;
+        in->work += length * rule->weights[i] * energy.power;
+        in->dissipated += length * rule->weights[i] * energy.dissipation;
     }
     in->time = t;
     return true;
@@ -180,11 +197,12 @@ static bool record(integration *in, double t, bool has_stepped, double *to,
     return true;
 }
 
-static bool run(integration *in, size_t count, const double *times, double *states,
+static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
                 integrate_energy *energies, double *t)
 {
     size_t rows = motion_nodes(in->motion) * MOTION_ROWS, done = 0;
-    for (bool has_stepped = false; true; has_stepped = true) {
+    for (long steps = 0; true; steps++) {
+        bool has_stepped = steps > 0;
         for (; done < count && times[done] <= *t; done++) {
             if (!record(in, times[done], has_stepped, states + done * rows,
                         energies ? energies + done : NULL)) {
@@ -193,6 +211,10 @@ static bool run(integration *in, size_t count, const double *times, double *stat
         }
         if (done == count) {
             return true;
+        }
+        if (steps_max > 0 && steps == steps_max) {
+            snprintf(in->error.message, sizeof in->error.message, "%ld steps", steps);
+            return false;
         }
         if (energies && has_stepped && !integrate_power(in, *t)) {
             return false;
@@ -206,20 +228,23 @@ static bool run(integration *in, size_t count, const double *times, double *stat
 
 static void count_work(const integration *in, integrate_counts *counts)
 {
-    long unused;
     ARKStepGetNumSteps(in->stepper, &counts->steps);
-    ARKStepGetNonlinSolvStats(in->stepper, &counts->newton_steps, &unused);
-    ARKStepGetNumLinSolvSetups(in->stepper, &counts->matrices);
     ARKStepGetNumErrTestFails(in->stepper, &counts->failures);
+    if (in->system) {
+        ARKStepGetNumNonlinSolvIters(in->stepper, &counts->newton_steps);
+        ARKStepGetNumLinSolvSetups(in->stepper, &counts->matrices);
+    }
 }
 
-ad_status integrate(motion *m, double tolerance, size_t count, const double *times, double *states,
-                    integrate_energy *energies, integrate_counts *counts, ad_error *error)
+ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
+                    const double *times, double *states, integrate_energy *energies,
+                    integrate_counts *counts, ad_error *error)
 {
     integration in = {.motion = m};
     *counts = (integrate_counts){0};
-    ad_status status = open_integration(&in, tolerance, error);
-    if (status == AD_OK && !run(&in, count, times, states, energies, &counts->time)) {
+    ad_status status = open_integration(&in, settings, error);
+    if (status == AD_OK &&
+        !run(&in, settings->steps_max, count, times, states, energies, &counts->time)) {
         status = in.error.status != AD_OK ? in.error.status : AD_NOT_FINITE;
         ad_fail(error, status, "time integration stopped at t = %g of %g: %s", counts->time,
                 times[count - 1], in.error.message);
@@ -228,5 +253,54 @@ ad_status integrate(motion *m, double tolerance, size_t count, const double *tim
         count_work(&in, counts);
     }
     close_integration(&in);
+    return status;
+}
+
+/* ---- the fastest vibration ----------------------------------------------------------------- */
+
+/* d = J d, with J = d rate/d state; returns how much longer it is, and gives it length 1 again. */
+static double apply_jacobian(motion *m, size_t rows, const double *state, const double *its_rate,
+                             double *d, double *moved)
+{
+    const double by = 1e-7;
+    double length = 0;
+    for (size_t i = 0; i < rows; i++) {
+        moved[i] = state[i] + by * d[i];
+    }
+    motion_rate(m, moved, d);
+    for (size_t i = 0; i < rows; i++) {
+        d[i] = (d[i] - its_rate[i]) / by;
+        length += d[i] * d[i];
+    }
+    length = sqrt(length);
+    for (size_t i = 0; i < rows && length > 0; i++) {
+        d[i] /= length;
+    }
+    return length;
+}
+
+ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error)
+{
+    const double stable = 3; /* |eigenvalue| times a step that holds everywhere left of the axis */
+    size_t rows = motion_nodes(m) * MOTION_ROWS;
+    double *state = malloc(4 * rows * sizeof *state);
+    if (!state) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+    }
+    double *its_rate = state + rows, *d = its_rate + rows, *moved = d + rows, growth = 0;
+    ad_status status = motion_initial(m, state, error);
+    status = status == AD_OK ? motion_at(m, 0, error) : status;
+    if (status == AD_OK) {
+        motion_rate(m, state, its_rate);
+        for (size_t i = 0; i < rows; i++) {
+            d[i] = 0.01 * sin((double)(i * i));
+        }
+        for (int i = 0; i < 20; i++) { /* twice each: eigenvalues come as +-i omega */
+            growth = apply_jacobian(m, rows, state, its_rate, d, moved);
+            growth *= apply_jacobian(m, rows, state, its_rate, d, moved);
+        }
+    }
+    *steps = sqrt(growth) / stable;
+    free(state);
     return status;
 }

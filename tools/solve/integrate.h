@@ -1,9 +1,11 @@
-/* A rod's equations of motion through time.
+/* A rod's equations of motion through time: Runge-Kutta with error control, in SUNDIALS' ARKODE.
  *
- * Implicit Runge-Kutta of order 5, L-stable, with error control: ESDIRK ARK5(4)8L[2]SAb of Kennedy
- * and Carpenter (Appl. Numer. Math. 136, 2019) in SUNDIALS' ARKODE. Vibrations far faster than the
- * motion of interest, which stretch and shear bring with them, are damped instead of followed. BDF
- * would not do: beyond order 2 it is unstable where eigenvalues lie beside the imaginary axis. */
+ * Implicit: ESDIRK ARK5(4)8L[2]SAb of Kennedy and Carpenter (Appl. Numer. Math. 136, 2019), order
+ * 5, L-stable. Vibrations far faster than the motion of interest, which stretch and shear bring
+ * with them, are damped instead of followed. BDF would not do: beyond order 2 it is unstable where
+ * eigenvalues lie beside the imaginary axis.
+ * Explicit: Verner's 6(5), SIAM J. Numer. Anal. 15, 1978. Follows every vibration of the mesh,
+ * which is best where the motion has many of them, or the rod is thick. */
 #ifndef TOOLS_SOLVE_INTEGRATE_H
 #define TOOLS_SOLVE_INTEGRATE_H
 
@@ -17,16 +19,28 @@ typedef struct integrate_energy {
     double dissipated; /* by damping and drag since t = 0, >= 0 */
 } integrate_energy;
 
+typedef enum integrate_method { INTEGRATE_IMPLICIT, INTEGRATE_EXPLICIT } integrate_method;
+
+typedef struct integrate_settings {
+    integrate_method method;
+    double tolerance; /* of each step, relative and absolute, in every row */
+    long steps_max;   /* 0: as many as it takes */
+} integrate_settings;
+
 typedef struct integrate_counts {
     long steps, newton_steps, matrices, failures;
     double time; /* reached */
 } integrate_counts;
 
 /* From the initial state through times [count], ascending, >= 0, to states
- * [count][nodes][MOTION_ROWS] and energies [count] (NULL: not wanted). tolerance: of each step,
- * relative and absolute, in every row. AD_NOT_FINITE when steps become too small, and errors of
- * formulas; counts->time then says how far it came. */
-ad_status integrate(motion *m, double tolerance, size_t count, const double *times, double *states,
-                    integrate_energy *energies, integrate_counts *counts, ad_error *error);
+ * [count][nodes][MOTION_ROWS] and energies [count] (NULL: not wanted). AD_NOT_FINITE when steps
+ * become too small or too many, and errors of formulas; counts->time then says how far it came. */
+ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
+                    const double *times, double *states, integrate_energy *energies,
+                    integrate_counts *counts, ad_error *error);
+
+/* How many steps for a unit of time the explicit method needs, lest the fastest vibration of the
+ * mesh grow; by a power iteration at the initial state. */
+ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error);
 
 #endif

@@ -183,6 +183,11 @@ const double *motion_points(const motion *m)
     return m->s;
 }
 
+const double *motion_weights(const motion *m)
+{
+    return m->weight;
+}
+
 ad_status motion_initial(const motion *m, double *state, ad_error *error)
 {
     _Static_assert(sizeof(solve_initial) == MOTION_ROWS * sizeof(double), "the same rows");

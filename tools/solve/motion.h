@@ -33,7 +33,8 @@ void motion_free(motion *m);
 
 size_t motion_nodes(const motion *m);
 int motion_degree(const motion *m);
-const double *motion_points(const motion *m); /* s [nodes] */
+const double *motion_points(const motion *m);  /* s [nodes] */
+const double *motion_weights(const motion *m); /* of the quadrature over s [nodes] */
 
 /* state [nodes][MOTION_ROWS] at t = 0. */
 ad_status motion_initial(const motion *m, double *state, ad_error *error);

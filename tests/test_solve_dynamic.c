@@ -1,0 +1,367 @@
+/* Motions of rods by the classical solver: exact solutions, published histories, what a rod
+ * conserves. Error bounds are some three times what is measured where no other reason is given. */
+#include "rod_testing.h"
+
+#include "tools/config/config.h"
+#include "tools/solve/dynamic.h"
+#include "tools/solve/quaternion.h"
+
+#include <string.h>
+
+typedef struct solved {
+    config *settings;
+    solve_rod *rod;
+    dynamic_solution *motion;
+    solve_report report;
+} solved;
+
+static void make_rod(solved *x, const char *path, const char *text)
+{
+    ad_error error = {.message = ""};
+    *x = (solved){0};
+    if (config_read(path, text, 0, NULL, &x->settings, &error) != AD_OK ||
+        solve_rod_create(&x->settings->scene, &x->rod, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static void solve(solved *x, int nodes, double tolerance, size_t count, const double *times)
+{
+    ad_error error = {.message = ""};
+    solve_settings settings = {.nodes = nodes, .tolerance = tolerance};
+    if (dynamic_solve(x->rod, &settings, count, times, &x->motion, &x->report, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static solve_state state_at(const solved *x, size_t which, double s)
+{
+    ad_error error = {.message = ""};
+    solve_state state;
+    if (dynamic_at(x->motion, which, 1, &s, &state, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return state;
+}
+
+static void free_solved(solved *x)
+{
+    dynamic_free(x->motion);
+    solve_rod_free(x->rod);
+    config_free(x->settings);
+}
+
+static double distance(const double *a, const double *b)
+{
+    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
+}
+
+/* ---- manufactured solution ----------------------------------------------------------------- */
+
+/* Largest error of the position at the end of the time, in SI units as in the configuration. */
+static double manufactured_error(int nodes, double tolerance, long *steps)
+{
+    solved x;
+    make_rod(&x, "configs/manufactured_dynamic.yaml", NULL);
+    double t = 1, worst = 0;
+    solve(&x, nodes, tolerance, 1, (double[]){x.rod->duration});
+    for (int i = 0; i <= 20; i++) {
+        double s = i / 20.0;
+        const double exact[3] = {0.3 * s * s * cos(2 * t) + 0.1 * s * s * s,
+                                 0.2 * s * s * sin(3 * t), s + 0.05 * s * s * sin(t)};
+        solve_state state = state_at(&x, 0, s);
+        worst = fmax(worst, distance(state.position, exact));
+    }
+    *steps = x.report.time_steps;
+    free_solved(&x);
+    return worst;
+}
+
+/* Every term of the equations, damping and drag among them. */
+static void test_order_in_space(void **state)
+{
+    (void)state;
+    const int nodes[4] = {6, 9, 12, 17};
+    double error[4];
+    long steps;
+    for (int i = 0; i < 4; i++) {
+        error[i] = manufactured_error(nodes[i], i < 3 ? 1e-7 : 1e-9, &steps);
+        print_message("%d nodes: %.1e\n", nodes[i], error[i]);
+    }
+    /* Faster than any power: three nodes more gain a factor that itself grows. */
+    assert_true(error[1] < error[0] / 10);
+    assert_true(error[2] < error[1] / 20);
+    assert_true(error[3] < 2e-8); /* the motion is unstable: ten times what steps are allowed */
+}
+
+static void test_order_in_time(void **state)
+{
+    (void)state;
+    long coarse_steps, fine_steps;
+    double coarse = manufactured_error(17, 1e-5, &coarse_steps);
+    double fine = manufactured_error(17, 1e-8, &fine_steps);
+    double order = log(coarse / fine) / log((double)fine_steps / (double)coarse_steps);
+    print_message("%ld steps: %.1e, %ld steps: %.1e, order %.1f\n", coarse_steps, coarse,
+                  fine_steps, fine, order);
+    assert_true(order > 3.5); /* 5, of stiff vibrations less: stages have order 2 */
+}
+
+/* ---- published histories ------------------------------------------------------------------- */
+
+/* D8a: the reference is good to 6e-12, and printed in full. Source: as configs/reference. */
+static void test_loaded_cantilever(void **state)
+{
+    (void)state;
+    static const double exact[5][3] = {{0.9988439902064237, 0, -0.03222181208313791},
+                                       {0.9485131881798559, 0, -0.27545702514688936},
+                                       {0.6382390929857518, 0, -0.7099332427270912},
+                                       {0.1913752426799292, 0, -0.8675003714495297},
+                                       {0.28976971024616704, 0, -0.8563839622444808}};
+    solved x;
+    make_rod(&x, "configs/cantilever_dynamic.yaml", NULL);
+    solve(&x, 29, 1e-8, 5, (double[]){0.2, 0.4, 0.6, 0.8, 1});
+    double worst = 0;
+    for (size_t i = 0; i < 5; i++) {
+        solve_state tip = state_at(&x, i, 1);
+        worst = fmax(worst, distance(tip.position, exact[i]));
+    }
+    print_message("D8a: %.1e, %ld steps\n", worst, x.report.time_steps);
+    assert_true(worst < 1e-9);
+    const integrate_energy *energy = dynamic_energies(x.motion);
+    for (int i = 0; i < 5; i++) {
+        assert_near(energy[i].kinetic + energy[i].strain, energy[i].work, 1e-8);
+        assert_near(energy[i].dissipated, 0, 0);
+    }
+    free_solved(&x);
+}
+
+/* D8d: released under its weight. That starts waves with kinks, which no polynomial follows fast:
+ * the error falls as nodes^-3, to 8e-8 with 65 nodes; the reference is good to 4e-8. */
+static void test_released_cantilever(void **state)
+{
+    (void)state;
+    static const double exact[4][3] = {{0.73238223572757, 0, -0.6372451867290297},
+                                       {0.6607374177176036, 0, -0.6957865193311547},
+                                       {1.0000502889251002, 0, -0.00928638644000164},
+                                       {0.8018599762047774, 0, -0.5649794239790529}};
+    static const char text[] =
+        "rod:\n"
+        "  length: 1\n"
+        "  stiffness:\n"
+        "    shear: [545.4545454545455, 545.4545454545455]\n"
+        "    axial: 1600\n"
+        "    bending: [1, 1]\n"
+        "    torsion: 0.7692307692307692\n"
+        "  inertia: {mass_per_length: 1, rotary: [0.000625, 0.000625, 0.00125]}\n"
+        "boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}}\n"
+        "loads: {gravity: [0, 0, -5]}\n"
+        "time: {duration: 2}\n";
+    solved x;
+    make_rod(&x, "released.yaml", text);
+    solve(&x, 17, 1e-6, 4, (double[]){0.5, 1, 1.5, 2});
+    double worst = 0;
+    for (size_t i = 0; i < 4; i++) {
+        solve_state tip = state_at(&x, i, 1);
+        worst = fmax(worst, distance(tip.position, exact[i]));
+    }
+    print_message("D8d: %.1e, %ld steps\n", worst, x.report.time_steps);
+    assert_true(worst < 2e-5);
+    free_solved(&x);
+}
+
+/* ---- exact motions ------------------------------------------------------------------------- */
+
+/* D4: a torsion wave of 6 rad, exact at any amplitude. */
+static void test_torsion_wave(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "rod:\n"
+        "  length: 1\n"
+        "  stiffness: {shear: [500, 500], axial: 1600, bending: [1, 1], torsion: 0.8}\n"
+        "  inertia: {mass_per_length: 1, rotary: [0.0006, 0.0006, 0.00125]}\n"
+        "initial:\n"
+        "  position: [0, 0, s]\n"
+        "  rotation: [cos(3*sin(pi*s/2)), 0, 0, sin(3*sin(pi*s/2))]\n"
+        "time: {duration: 0.1}\n";
+    solved x;
+    make_rod(&x, "torsion.yaml", text);
+    double t = 0.1, c = sqrt(0.8 / 0.00125), worst = 0;
+    solve(&x, 33, 1e-8, 1, &t);
+    for (int i = 0; i <= 10; i++) {
+        double s = i / 10.0, half = 3 * sin(PI * s / 2) * cos(PI * c * t / 2);
+        const double exact[4] = {cos(half), 0, 0, sin(half)};
+        double apart[4];
+        solve_state at = state_at(&x, 0, s);
+        quaternion_quotient(at.rotation, exact, apart);
+        worst = fmax(worst, 2 * hypot(hypot(apart[1], apart[2]), apart[3]));
+    }
+    print_message("D4: %.1e rad\n", worst);
+    assert_true(worst < 3e-7);
+    free_solved(&x);
+}
+
+/* D5: a free rod that spins about d1, stretched by it; once round. */
+static void test_spinning_rod(void **state)
+{
+    (void)state;
+    const double axial = 90, mass = 1.3, rate = 4, k = rate * sqrt(mass / axial);
+    char text[1024];
+    snprintf(text, sizeof text,
+             "rod:\n"
+             "  length: 1\n"
+             "  stiffness: {shear: [40, 50], axial: %g, bending: [1, 1], torsion: 0.5}\n"
+             "  inertia: {mass_per_length: %g, rotary: [0.03, 0.02, 0.05]}\n"
+             "boundary: {start: {type: free}, end: {type: free}}\n"
+             "initial:\n"
+             "  position: [0, 0, sin(%.17g*(s-0.5))/%.17g]\n"
+             "  rotation: [1, 0, 0, 0]\n"
+             "  velocity: [0, -%g*sin(%.17g*(s-0.5))/%.17g, 0]\n"
+             "  angular_velocity: [%g, 0, 0]\n"
+             "time: {duration: %.17g}\n",
+             axial, mass, k, k * cos(k / 2), rate, k, k * cos(k / 2), rate, 2 * PI / rate);
+    solved x;
+    make_rod(&x, "spinning.yaml", text);
+    solve(&x, 13, 1e-8, 1, (double[]){x.rod->duration});
+    double worst = 0;
+    for (int i = 0; i <= 10; i++) {
+        double s = i / 10.0;
+        const double exact[3] = {0, 0, sin(k * (s - 0.5)) / (k * cos(k / 2))};
+        solve_state at = state_at(&x, 0, s);
+        worst = fmax(worst, distance(at.position, exact));
+    }
+    print_message("D5: %.1e\n", worst);
+    assert_true(worst < 1e-7);
+    free_solved(&x);
+}
+
+/* ---- conservation -------------------------------------------------------------------------- */
+
+/* A free rod without loads or damping, bent and moving at random. */
+static motion *random_motion(const solve_rod *rod, double *state, double *rate)
+{
+    ad_error error = {.message = ""};
+    motion *m = NULL;
+    if (motion_create(rod, 2, 5, &m, &error) != AD_OK || motion_at(m, 0, &error) != AD_OK ||
+        motion_initial(m, state, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (size_t i = 0; i < motion_nodes(m) * MOTION_ROWS; i++) {
+        state[i] += 0.3 * sin(1.7 * (double)(i * i));
+    }
+    motion_prescribe(m, state);
+    motion_rate(m, state, rate);
+    return m;
+}
+
+/* d/dt of the energy, by a difference quotient along the motion. */
+static double energy_rate(motion *m, const double *state, const double *rate)
+{
+    const double step = 1e-6;
+    double moved[20 * MOTION_ROWS], energy[2];
+    for (int way = 0; way < 2; way++) {
+        for (size_t i = 0; i < motion_nodes(m) * MOTION_ROWS; i++) {
+            moved[i] = state[i] + (way ? step : -step) * rate[i];
+        }
+        motion_energy now = motion_energy_of(m, moved);
+        energy[way] = now.kinetic + now.strain;
+    }
+    return (energy[1] - energy[0]) / (2 * step);
+}
+
+/* Not to the order of a method but exactly, whatever the mesh. */
+static void test_conservation(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "rod:\n"
+        "  length: 1\n"
+        "  stiffness: {shear: [40, 50], axial: 90, bending: [1.2, 1], torsion: 0.5}\n"
+        "  inertia: {mass_per_length: 1, rotary: [0.03, 0.02, 0.05]}\n"
+        "boundary: {start: {type: free}, end: {type: free}}\n"
+        "initial: {position: [0, 0, s], rotation: [1, 0, 0, 0]}\n"
+        "time: {duration: 1}\n";
+    double now[20 * MOTION_ROWS], rate[20 * MOTION_ROWS], force[3] = {0}, moment[3] = {0};
+    solved x;
+    make_rod(&x, "free.yaml", text);
+    motion *m = random_motion(x.rod, now, rate);
+    double largest = 0;
+    for (size_t i = 0; i < motion_nodes(m); i++) {
+        const double *r = now + i * MOTION_ROWS, *q = r + MOTION_Q, *w = r + MOTION_W;
+        const double *V_t = rate + i * MOTION_ROWS + MOTION_V, *w_t = V_t + 3;
+        const double *inertia = x.rod->rotary_inertia, weight = motion_weights(m)[i];
+        const double spin[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
+        double R[3][3], gyroscopic[3], body[3], world[3], of_force[3];
+        vector_cross(w, spin, gyroscopic);
+        vector_cross(r, V_t, of_force);
+        for (int k = 0; k < 3; k++) {
+            body[k] = inertia[k] * w_t[k] + gyroscopic[k];
+        }
+        rotation_matrix(q, R);
+        to_world(R, body, world);
+        for (int k = 0; k < 3; k++) {
+            force[k] += weight * V_t[k];
+            moment[k] += weight * (of_force[k] + world[k]);
+            largest = fmax(largest, fabs(weight * V_t[k]));
+        }
+    }
+    double power = energy_rate(m, now, rate);
+    print_message("forces up to %.1e, sums %.1e %.1e, power %.1e\n", largest, force[0], moment[0],
+                  power);
+    for (int k = 0; k < 3; k++) { /* rounding of some hundred operations */
+        assert_near(force[k], 0, 1e-13 * largest);
+        assert_near(moment[k], 0, 1e-13 * largest);
+    }
+    assert_near(power, 0, 1e-7 * largest); /* of the difference quotient */
+    motion_free(m);
+    free_solved(&x);
+}
+
+/* ---- settings ------------------------------------------------------------------------------ */
+
+static void test_estimate(void **state)
+{
+    (void)state;
+    static const double exact[3] = {0.28976971024616704, 0, -0.8563839622444808};
+    solved x;
+    make_rod(&x, "configs/cantilever_dynamic.yaml", NULL);
+    solve(&x, 0, 1e-5, 2, (double[]){0.5, 1});
+    solve_state tip = state_at(&x, 1, 1);
+    double error = distance(tip.position, exact);
+    print_message("error %.1e, estimate %.1e\n", error, x.report.estimate);
+    assert_true(error <= x.report.estimate && x.report.estimate <= 1e-5);
+    assert_near(x.report.time, 1, 0);
+    free_solved(&x);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    ad_error error = {.message = ""};
+    solve_settings settings = {.tolerance = 1e-6};
+    solve_report report;
+    solved x;
+    make_rod(&x, "configs/cantilever_dynamic.yaml", NULL);
+    const double late[2] = {0.5, 1.5};
+    assert_int_equal(dynamic_solve(x.rod, &settings, 2, late, &x.motion, &report, &error),
+                     AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "time 1 is 1.5; allowed: ascending, from 0 to 1"));
+    x.rod->strain_compliance[2] = 0;
+    assert_int_equal(dynamic_solve(x.rod, &settings, 1, late, &x.motion, &report, &error),
+                     AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "locked strain"));
+    assert_null(x.motion);
+    free_solved(&x);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_order_in_space),    cmocka_unit_test(test_order_in_time),
+        cmocka_unit_test(test_loaded_cantilever), cmocka_unit_test(test_released_cantilever),
+        cmocka_unit_test(test_torsion_wave),      cmocka_unit_test(test_spinning_rod),
+        cmocka_unit_test(test_conservation),      cmocka_unit_test(test_estimate),
+        cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
