@@ -1,5 +1,5 @@
 /* Dense networks: hidden layers activation(W x + b), a linear last layer. */
-#include "nn/nn.h"
+#include "nn/basis.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,6 +21,8 @@ struct nn_mlp {
     nn_view views[2 * (NN_HIDDEN_MAX + 1)];
     size_t parameters;
     double *fourier; /* [fourier_features][inputs], NULL when there are none */
+    int basis_rows;
+    double *basis; /* [basis_rows][functions], of a linear network with features; else NULL */
 };
 
 nn_mlp_settings nn_mlp_settings_default(void)
@@ -72,10 +74,30 @@ static void nn_mlp_add_view(nn_mlp *mlp, int layer, const char *part, int rows, 
     mlp->parameters += (size_t)rows * (size_t)columns;
 }
 
-/* Rows that enter the first layer: the inputs, then sin, then cos of their projections. */
-static int nn_mlp_features(const nn_mlp_settings *settings)
+/* Rows that enter the first layer: the inputs, then sin, then cos of their projections; or the
+ * basis made of them. */
+static int nn_mlp_features(const nn_mlp *mlp)
 {
-    return settings->inputs + 2 * settings->fourier_features;
+    const nn_mlp_settings *settings = &mlp->settings;
+    return mlp->basis ? mlp->basis_rows : settings->inputs + 2 * settings->fourier_features;
+}
+
+static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
+{
+    const nn_mlp_settings *settings = &mlp->settings;
+    size_t count = (size_t)settings->fourier_features * (size_t)settings->inputs;
+    if (count == 0)
+        return AD_OK;
+    mlp->fourier = malloc(count * sizeof *mlp->fourier);
+    if (!mlp->fourier)
+        return ad_fail(error, AD_NO_MEMORY, "network: out of memory");
+    for (size_t i = 0; i < count; i++) {
+        double bound = settings->fourier_bandwidth[i % (size_t)settings->inputs];
+        mlp->fourier[i] = nn_rng_between(rng, -bound, bound);
+    }
+    return settings->hidden_count > 0
+               ? AD_OK
+               : nn_basis_create(settings, mlp->fourier, rng, &mlp->basis, &mlp->basis_rows, error);
 }
 
 ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **mlp, ad_error *error)
@@ -88,24 +110,17 @@ ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **m
     if (!made)
         return ad_fail(error, AD_NO_MEMORY, "network: out of memory");
     made->settings = *settings;
-    int columns = nn_mlp_features(settings);
+    ad_status status = nn_mlp_draw(made, rng, error);
+    if (status != AD_OK) {
+        nn_mlp_free(made);
+        return status;
+    }
+    int columns = nn_mlp_features(made);
     for (int i = 0; i <= settings->hidden_count; i++) {
         int rows = i < settings->hidden_count ? settings->hidden[i] : settings->outputs;
         nn_mlp_add_view(made, i, "weight", rows, columns);
         nn_mlp_add_view(made, i, "bias", rows, 1);
         columns = rows;
-    }
-    if (settings->fourier_features > 0) {
-        size_t count = (size_t)settings->fourier_features * (size_t)settings->inputs;
-        made->fourier = malloc(count * sizeof *made->fourier);
-        if (!made->fourier) {
-            nn_mlp_free(made);
-            return ad_fail(error, AD_NO_MEMORY, "network: out of memory");
-        }
-        for (size_t i = 0; i < count; i++) {
-            double bound = settings->fourier_bandwidth[i % (size_t)settings->inputs];
-            made->fourier[i] = nn_rng_between(rng, -bound, bound);
-        }
     }
     *mlp = made;
     return AD_OK;
@@ -116,6 +131,7 @@ void nn_mlp_free(nn_mlp *mlp)
     if (!mlp)
         return;
     free(mlp->fourier);
+    free(mlp->basis);
     free(mlp);
 }
 
@@ -135,6 +151,13 @@ double *nn_mlp_fourier(nn_mlp *mlp, size_t *count)
     if (count)
         *count = (size_t)mlp->settings.fourier_features * (size_t)mlp->settings.inputs;
     return mlp->fourier;
+}
+
+double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns)
+{
+    *rows = mlp->basis_rows;
+    *columns = nn_basis_functions(&mlp->settings);
+    return mlp->basis;
 }
 
 /* Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of a sine
@@ -178,7 +201,8 @@ static ad_value nn_activate(nn_activation activation, ad_value x)
     return ad_tanh(x);
 }
 
-/* x above sin(F x) above cos(F x), F the fixed frequencies (Tancik et al. 2020). */
+/* x above sin(F x) above cos(F x), F the fixed frequencies (Tancik et al. 2020); or the basis made
+ * of these and 1. */
 static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
 {
     if (!mlp->fourier)
@@ -186,7 +210,11 @@ static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
     int rows = mlp->settings.fourier_features * mlp->settings.inputs;
     ad_value frequencies = ad_constant(x.tape, rows, mlp->fourier);
     ad_value phase = ad_matvec(frequencies, x);
-    return ad_stack(3, (ad_value[]){x, ad_sin(phase), ad_cos(phase)});
+    ad_value functions[4] = {ad_scalar(x.tape, 1), x, ad_sin(phase), ad_cos(phase)};
+    if (!mlp->basis)
+        return ad_stack(3, functions + 1);
+    int numbers = mlp->basis_rows * nn_basis_functions(&mlp->settings);
+    return ad_matvec(ad_constant(x.tape, numbers, mlp->basis), ad_stack(4, functions));
 }
 
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)

@@ -2,7 +2,9 @@
  *
  * Without hidden layers the network is linear in its parameters: the inputs and fixed random
  * Fourier features of them, and one trained layer (random features: Rahimi & Recht 2007; for
- * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022). */
+ * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022).
+ * Features that nearly depend on one another leave least squares ill-conditioned; the trained layer
+ * therefore sees an orthonormal basis of what they span. */
 #ifndef NN_H
 #define NN_H
 
@@ -67,6 +69,11 @@ void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters);
 /* The [features][inputs] Fourier frequencies in radians, for a checkpoint; NULL when there are
  * none. */
 double *nn_mlp_fourier(nn_mlp *mlp, size_t *count);
+
+/* That basis, of a network without hidden layers that has features, for a checkpoint:
+ * [rows][columns], coefficients of 1, the inputs, sin and cos of their projections; NULL for other
+ * networks. */
+double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns);
 
 /* Record the network on the tape of `input` ([inputs] rows, scaled to about [-1, 1]): [outputs]
  * rows. `offset`: of its first parameter in the flat vector. */

@@ -23,13 +23,18 @@ enum {
     REJECTED,
     NOT_FINITE,
     UNSOLVED,
-    SLOW, /* steps in turn that gained no more than function_tolerance */
+    SLOW, /* steps in turn that gained no more than function_tolerance, and promised little */
     SCALAR_COUNT
 };
 
 enum { PATIENCE = 3 };
 
 static const double GOOD_GAIN = 0.5, POOR_GAIN = 0.05;
+
+/* Part of the value that the linear model promises to take away while the end is far: as a rule all
+ * of it, and damped steps then gain little because the model does not hold, not because there is
+ * nothing to gain. */
+static const double PROMISING = 0.5;
 
 struct optim_gauss_newton {
     optim_gauss_newton_settings settings;
@@ -40,6 +45,7 @@ struct optim_gauss_newton {
     double *step;    /* [count], work */
     double *trial_x; /* [count], work */
     double unit;     /* of the damping at x: the largest diagonal entry, or 1 */
+    double promised; /* decrease that the model predicts for the step */
     double scalar[SCALAR_COUNT];
 };
 
@@ -224,7 +230,7 @@ static double predicted_decrease(const optim_gauss_newton *gn)
 
 static void lower_damping(optim_gauss_newton *gn, double decrease)
 {
-    const double gain = decrease / predicted_decrease(gn);
+    const double gain = decrease / gn->promised;
     const double power = gain > GOOD_GAIN ? 1 : gain > POOR_GAIN ? 2.0 / 3 : 1.0 / 3;
     gn->scalar[DAMPING] *= pow(gn->settings.damping_decrease, power);
     gn->scalar[DAMPING] = fmax(gn->scalar[DAMPING], DBL_EPSILON * gn->unit);
@@ -237,7 +243,8 @@ static optim_status accept(optim_gauss_newton *gn, double value)
     gn->scalar[VALUE] = value;
     gn->scalar[STEP] = sqrt(optim_dot(gn->count, gn->step, gn->step));
     gn->scalar[ITERATIONS] += 1;
-    const int slow = change <= gn->settings.function_tolerance * before;
+    const int slow =
+        change <= gn->settings.function_tolerance * before && gn->promised <= PROMISING * before;
     gn->scalar[SLOW] = slow ? gn->scalar[SLOW] + 1 : 0;
     if (change <= 0 || gn->scalar[SLOW] >= PATIENCE) {
         return OPTIM_FUNCTION_TOLERANCE;
@@ -272,6 +279,7 @@ static trial try_damping(optim_gauss_newton *gn, const optim_linear_model *model
         return TRIAL_STOPPED;
     }
     if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE]) {
+        gn->promised = predicted_decrease(gn);
         lower_damping(gn, gn->scalar[VALUE] - *value);
         return TRIAL_ACCEPTED;
     }

@@ -332,7 +332,8 @@ typedef struct optim_gauss_newton_settings {
                                   predicts; its power 2/3 or 1/3 after one that does less */
     double gradient_tolerance; /* >= 0; stop when max |2 J^T r|_i is no larger */
     double function_tolerance; /* [0, 1); stop when three steps in turn lower the value relatively
-                                * by no more: a far start begins with small steps */
+                                * by no more, and were predicted to lower it by half at most: a far
+                                * start begins with small steps that promise much */
     double step_tolerance;     /* [0, 1); as in L-BFGS */
 } optim_gauss_newton_settings;
 

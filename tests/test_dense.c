@@ -107,12 +107,43 @@ static void test_no_factor(void **state)
     ad_pool_free(pool);
 }
 
+/* A matrix with small pivots on its diagonal, and two right sides made from known solutions. */
+static void test_lu(void **state)
+{
+    (void)state;
+    enum { N = 60 };
+    double *matrix = random_matrix(N * N), right[2 * N] = {0};
+    int pivots[N];
+    for (int i = 0; i < N; i++) {
+        matrix[i * (N + 1)] *= 1e-12;
+    }
+    for (int k = 0; k < 2; k++) {
+        for (int j = 0; j < N; j++) {
+            for (int i = 0; i < N; i++) { /* column-major */
+                right[k * N + i] += matrix[j * N + i] * sin(j + 7.0 * k);
+            }
+        }
+    }
+    assert_int_equal(ad_dense_lu(N, matrix, pivots), 0);
+    ad_dense_lu_solve(N, 2, matrix, pivots, right);
+    for (int i = 0; i < 2 * N; i++) {
+        /* the condition of 60 by 60 random numbers, some 1e3, times rounding */
+        assert_near(right[i], sin(i % N + 7.0 * (i / N)), 1e-11);
+    }
+    memset(matrix, 0, N * N * sizeof *matrix);
+    assert_int_not_equal(ad_dense_lu(N, matrix, pivots), 0);
+    matrix[3] = (double)NAN;
+    assert_int_not_equal(ad_dense_lu(N, matrix, pivots), 0);
+    free(matrix);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_gram),
         cmocka_unit_test(test_cholesky),
         cmocka_unit_test(test_no_factor),
+        cmocka_unit_test(test_lu),
     };
     ad_error error;
     if (ad_dense_load(&error) != AD_OK) {

@@ -130,6 +130,63 @@ static void test_views(void **state)
     nn_mlp_free(NULL);
 }
 
+/* What weights of 1 make of one function of the basis at Chebyshev's points, [points][points]. */
+static double *basis_function(const nn_mlp *mlp, int columns, int which, int points)
+{
+    size_t count = (size_t)points * (size_t)points;
+    double *x = malloc(2 * count * sizeof *x), *w = calloc((size_t)columns + 1, sizeof *w);
+    assert_true(x && w);
+    for (int p = 0; p < points * points; p++) {
+        x[p] = cos(PI * (p % points + 0.5) / points);
+        x[(size_t)p + count] = cos(PI * (p / points + 0.5) / points);
+    }
+    w[which] = 1; /* columns: the bias, the function 1 */
+    ad_tape *tape = ad_tape_create();
+    double *result = evaluate_at(nn_mlp_record(mlp, ad_input(tape, "x", 2), 0), count, x, NULL, w);
+    ad_tape_free(tape);
+    free(x);
+    free(w);
+    return result;
+}
+
+/* The trained layer of a linear network sees nearly orthonormal functions, fewer than there are
+ * waves when those nearly depend on one another: here 81 functions of at most one radian, of which
+ * polynomials of degree d span what is larger than 1/d!. */
+static void test_basis(void **state)
+{
+    (void)state;
+    enum { SIDE = 24 };
+    nn_mlp_settings settings = small(NN_TANH, 40);
+    settings.hidden_count = 0;
+    settings.outputs = 1;
+    settings.fourier_bandwidth[0] = settings.fourier_bandwidth[1] = 1;
+    nn_mlp *mlp = create(&settings, 3);
+    int rows, columns;
+    assert_non_null(nn_mlp_basis(mlp, &rows, &columns));
+    assert_int_equal(columns, 1 + 2 + 2 * 40);
+    assert_true(rows > 40 && rows < 80);
+    assert_int_equal(nn_mlp_parameters(mlp), rows + 1);
+    const int chosen[] = {0, 1, rows / 2, rows - 1, rows};
+    double *values[5];
+    for (int i = 0; i < 5; i++)
+        values[i] = basis_function(mlp, rows, chosen[i], SIDE);
+    for (int i = 0; i < 5; i++) {
+        for (int j = 0; j <= i; j++) { /* 4 random points for each function weigh roughly so */
+            double product = 0;
+            for (int p = 0; p < SIDE * SIDE; p++)
+                product += values[i][p] * values[j][p] / (SIDE * SIDE);
+            assert_near(product, i == j, 1);
+        }
+    }
+    for (int i = 0; i < 5; i++)
+        free(values[i]);
+    nn_mlp_free(mlp);
+    settings.hidden_count = 1;
+    mlp = create(&settings, 3);
+    assert_null(nn_mlp_basis(mlp, &rows, &columns));
+    nn_mlp_free(mlp);
+}
+
 static double mean_square(const double *x, size_t count)
 {
     double sum = 0;
@@ -225,7 +282,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forward),        cmocka_unit_test(test_views),
         cmocka_unit_test(test_initialization), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_rotation),
+        cmocka_unit_test(test_rotation),       cmocka_unit_test(test_basis),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

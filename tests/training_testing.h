@@ -27,9 +27,10 @@ typedef struct made {
  */
 static inline experiment *make_experiment(const char *path, const char *const *changes, int threads)
 {
-    const char *overrides[OVERRIDES_MAX] = {"network.hidden=[6, 5]", "losses.held_out_points=16",
+    const char *overrides[OVERRIDES_MAX] = {"network.hidden=[6, 5]", "network.fourier.features=0",
+                                            "losses.held_out_points=16",
                                             "losses.interior.points=24"};
-    int count = 3;
+    int count = 4;
     for (int i = 0; changes && changes[i]; i++) {
         assert_true(count < OVERRIDES_MAX);
         overrides[count++] = changes[i];

@@ -231,3 +231,15 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
     }
     return CLI_RUN;
 }
+
+bool cli_grid(const char *text, bool dynamic, long *ns, long *nt)
+{
+    char *end;
+    *nt = dynamic ? 0 : 1;
+    *ns = strtol(text, &end, 10);
+    if (*end == 'x' && end[1] >= '0' && end[1] <= '9') {
+        *nt = strtol(end + 1, &end, 10);
+    }
+    return *text >= '0' && *text <= '9' && *end == '\0' && *ns > 0 && *nt > 0 &&
+           *ns <= CLI_GRID_MAX && *nt <= CLI_GRID_MAX / *ns && (dynamic || *nt == 1);
+}

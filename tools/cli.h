@@ -65,6 +65,12 @@ int cli_fail_training(const char *program, const ad_error *error);
 /* A remark on stderr that does not end the program. */
 void cli_warn(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+enum { CLI_GRID_MAX = 100000000 }; /* points */
+
+/* Points along s and t from "NSxNT", or "NS" in a static scene, where *nt is 1; false: anything
+ * else, or too many. */
+bool cli_grid(const char *text, bool dynamic, long *ns, long *nt);
+
 /* The project's version, "0.1.0". */
 const char *cli_version(void);
 

@@ -25,7 +25,7 @@ static const char epilogue[] =
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
 static const double TIMED_SECONDS = 0.2;
-enum { TIMED_POINTS = 4096, GRID_MAX = 100000000 };
+enum { TIMED_POINTS = 4096 };
 
 typedef struct options {
     const char *checkpoint, *points, *grid, *out;
@@ -89,26 +89,13 @@ static double trained_until(const experiment *e)
     return begun == windows ? scene->duration : scene->duration * begun / windows;
 }
 
-/* "NSxNT", or "NS" in a static scene. */
-static bool parse_grid(const char *text, bool dynamic, long *ns, long *nt)
-{
-    char *end;
-    *nt = dynamic ? 0 : 1;
-    *ns = strtol(text, &end, 10);
-    if (*end == 'x' && end[1] >= '0' && end[1] <= '9') {
-        *nt = strtol(end + 1, &end, 10);
-    }
-    return *text >= '0' && *text <= '9' && *end == '\0' && *ns > 0 && *nt > 0 && *ns <= GRID_MAX &&
-           *nt <= GRID_MAX / *ns && (dynamic || *nt == 1);
-}
-
 static ad_status points_of_grid(session *x, ad_error *error)
 {
     const scene *scene = &x->e->settings->scene;
     bool dynamic = scene_is_dynamic(scene);
     const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
     long ns, nt;
-    if (!parse_grid(text, dynamic, &ns, &nt)) {
+    if (!cli_grid(text, dynamic, &ns, &nt)) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
                        dynamic ? "" : "; this scene is static, so NT is 1");

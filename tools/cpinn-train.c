@@ -222,8 +222,8 @@ static void say_ended(session *s, const trainer_info *before, const trainer_info
     if (windows > 1) {
         snprintf(window, sizeof window, "window %d/%d ", before->window + 1, windows);
     }
-    progress_say(&s->progress, "%sstage %d ended at step %lld: %s", window, before->stage + 1,
-                 (long long)now->step, now->ended);
+    progress_say(&s->progress, "%sstage %d ended at step %lld: %s%s%s", window, before->stage + 1,
+                 (long long)now->step, now->ended, *now->account ? "; " : "", now->account);
     if (now->window == 0) { /* later windows repeat the stages of the first */
         announce_stage(s);
     }

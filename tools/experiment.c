@@ -135,6 +135,23 @@ static void put_parameters(const experiment *e, int window, const double *parame
     }
 }
 
+static void put_features(const experiment *e, checkpoint *file)
+{
+    size_t frequencies;
+    int rows, columns;
+    const double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
+    const double *basis = nn_mlp_basis(e->mlp, &rows, &columns);
+    if (fourier) {
+        size_t inputs = (size_t)e->settings->network.inputs;
+        size_t shape[2] = {frequencies / inputs, inputs};
+        checkpoint_put_doubles(file, "network/fourier", fourier, 2, shape);
+    }
+    if (basis) {
+        size_t shape[2] = {(size_t)rows, (size_t)columns};
+        checkpoint_put_doubles(file, "network/basis", basis, 2, shape);
+    }
+}
+
 void experiment_put(experiment *e, const double *parameters, checkpoint *file)
 {
     if (!e->yaml) {
@@ -148,13 +165,7 @@ void experiment_put(experiment *e, const double *parameters, checkpoint *file)
     if (e->settings->scene.windows > 1) {
         checkpoint_put_integer(file, "training/window", e->window);
     }
-    size_t frequencies;
-    const double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
-    if (fourier) {
-        size_t inputs = (size_t)e->settings->network.inputs;
-        size_t shape[2] = {frequencies / inputs, inputs};
-        checkpoint_put_doubles(file, "network/fourier", fourier, 2, shape);
-    }
+    put_features(e, file);
 }
 
 static ad_status get_parameters(experiment *e, int window, const checkpoint *file, ad_error *error)
@@ -172,10 +183,25 @@ static ad_status get_parameters(experiment *e, int window, const checkpoint *fil
     return status;
 }
 
-ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
+static ad_status get_features(experiment *e, const checkpoint *file, ad_error *error)
 {
     size_t frequencies;
+    int rows, columns;
     double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
+    double *basis = nn_mlp_basis(e->mlp, &rows, &columns);
+    ad_status status = AD_OK;
+    if (fourier) {
+        status = checkpoint_get_doubles(file, "network/fourier", fourier, frequencies, error);
+    }
+    if (basis && status == AD_OK) {
+        size_t numbers = (size_t)rows * (size_t)columns;
+        status = checkpoint_get_doubles(file, "network/basis", basis, numbers, error);
+    }
+    return status;
+}
+
+ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
+{
     int windows = e->settings->scene.windows;
     int64_t window = 0;
     ad_status status = AD_OK;
@@ -190,9 +216,7 @@ ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
     for (int i = 0; i <= window && status == AD_OK; i++) {
         status = get_parameters(e, i, file, error);
     }
-    if (fourier && status == AD_OK) {
-        status = checkpoint_get_doubles(file, "network/fourier", fourier, frequencies, error);
-    }
+    status = status == AD_OK ? get_features(e, file, error) : status;
     e->window = 0;
     while (status == AD_OK && e->window < window) {
         status = experiment_next_window(e, error);

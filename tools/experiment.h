@@ -6,6 +6,7 @@
  * "parameters/window1/network/layer0/weight" for each window begun, counted from 1:
  *   scene/yaml                 the resolved experiment, reads back as it is
  *   network/fourier            [features, inputs] frequencies, where there are any
+ *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   optimizer/...              state of the optimiser at work, optim.h
  *   points/...                 point sets [coordinates, points], problem.h
  *   causal/..., balance/..., self_adaptive/...  weights that follow training, where there are any

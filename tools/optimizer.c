@@ -324,6 +324,27 @@ void optimizer_describe(const optimizer *o, char text[160])
     }
 }
 
+void optimizer_account(const optimizer *o, char text[160])
+{
+    text[0] = '\0';
+    if (!o->model) {
+        return;
+    }
+    const optim_gauss_newton_info info = optim_gauss_newton_get_info(o->own);
+    const linear_model_info model = linear_model_inspect(o->model);
+    const int64_t refused = info.rejected + info.not_finite + info.unsolved;
+    int n = snprintf(text, 160, "%lld of %lld trial steps refused", (long long)refused,
+                     (long long)(refused + info.iterations));
+    if (info.unsolved) {
+        n += snprintf(text + n, 160 - (size_t)n, ", %lld as the matrix was not positive definite",
+                      (long long)info.unsolved);
+    }
+    if (model.solves) {
+        snprintf(text + n, 160 - (size_t)n, ", %.0f products of conjugate gradients each",
+                 (double)model.iterations / (double)model.solves);
+    }
+}
+
 void optimizer_advise(const optimizer *o, char advice[160])
 {
     snprintf(advice, 160, o->kind->advice, o->stage);

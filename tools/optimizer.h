@@ -47,6 +47,9 @@ optimizer_info optimizer_inspect(const optimizer *o);
 /* How its steps are computed, in a few words; empty when there is nothing to tell. */
 void optimizer_describe(const optimizer *o, char text[160]);
 
+/* What went other than smoothly so far, in a few words; empty when nothing did. */
+void optimizer_account(const optimizer *o, char text[160]);
+
 /* What to try when a number is not finite, for one who resumes the run. */
 void optimizer_advise(const optimizer *o, char advice[160]);
 

@@ -366,6 +366,16 @@ size_t reference_points(const reference *r)
     return r->points;
 }
 
+const double *reference_s(const reference *r)
+{
+    return r->s;
+}
+
+const double *reference_t(const reference *r)
+{
+    return r->t;
+}
+
 size_t reference_left_out(const reference *r)
 {
     return r->left_out;
@@ -398,15 +408,10 @@ static void pose_at(const double *poses, size_t points, size_t i, double pose[FI
     }
 }
 
-ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
-                            ad_error *error)
+/* Of r->values at the first `points`. */
+static reference_errors measure(const reference *r, size_t points)
 {
     double off = 0, size = 0, angles = 0, most = 0, turned = 0, tip = -1;
-    size_t points = r->first[r->window + 1];
-    ad_status status = evaluate(r, x, r->first[r->window], points, error);
-    if (status != AD_OK) {
-        return status;
-    }
     for (size_t i = 0; i < points; i++) {
         double exact[FIELD_POSE], found[FIELD_POSE], square = 0;
         pose_at(r->poses, r->points, i, exact);
@@ -424,10 +429,26 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
             tip = worse(tip, sqrt(square));
         }
     }
-    *errors = (reference_errors){.position = sqrt(off / size),
-                                 .position_max = points ? most / r->length : NAN,
-                                 .tip = tip < 0 ? NAN : tip / r->length,
-                                 .rotation = r->rotations ? sqrt(angles / (double)points) : NAN,
-                                 .rotation_max = r->rotations && points ? turned : NAN};
-    return AD_OK;
+    return (reference_errors){.position = sqrt(off / size),
+                              .position_max = points ? most / r->length : NAN,
+                              .tip = tip < 0 ? NAN : tip / r->length,
+                              .rotation = r->rotations ? sqrt(angles / (double)points) : NAN,
+                              .rotation_max = r->rotations && points ? turned : NAN};
+}
+
+ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
+                            ad_error *error)
+{
+    size_t points = r->first[r->window + 1];
+    ad_status status = evaluate(r, x, r->first[r->window], points, error);
+    if (status == AD_OK) {
+        *errors = measure(r, points);
+    }
+    return status;
+}
+
+reference_errors reference_compare_poses(reference *r, const double *poses)
+{
+    memcpy(r->values, poses, FIELD_POSE * r->points * sizeof *poses);
+    return measure(r, r->points);
 }

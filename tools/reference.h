@@ -22,6 +22,8 @@ void reference_free(reference *r);
 ad_status reference_enter(reference *r, const experiment *e, int from, ad_error *error);
 
 size_t reference_points(const reference *r);
+const double *reference_s(const reference *r);  /* [points] m */
+const double *reference_t(const reference *r);  /* [points] s */
 size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
 const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */
 
@@ -37,6 +39,10 @@ typedef struct reference_errors {
  * window; NaN where no point lies so early. Allocates nothing after the first call. */
 ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
                             ad_error *error);
+
+/* The same for poses [FIELD_POSE][points] that come from elsewhere, at all points; until the next
+ * reference_enter this is what the points are left with. */
+reference_errors reference_compare_poses(reference *r, const double *poses);
 
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
  * same for q and -q. */

@@ -359,8 +359,10 @@ static ad_status next_window(trainer *t, ad_error *error)
 static ad_status end_stage(trainer *t, const char *why, ad_error *error)
 {
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
+    optimizer_account(t->optimizer, t->account);
     trainer_forget_optimizer(t);
     t->info.ended = why;
+    t->info.account = t->account;
     t->info.stage++;
     t->info.stage_step = 0;
     t->rows_apart = 0;

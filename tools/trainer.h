@@ -40,6 +40,7 @@ typedef struct trainer_info {
     int64_t evaluations;   /* of the loss in this process */
     double points;         /* per evaluation */
     const char *ended;     /* why the last stage ended, or NULL */
+    const char *account;   /* what its optimiser has to say of its steps; may be empty */
     double held_out_ratio; /* held-out over training loss at the last row, both by the weights of
                             * the settings alone */
     bool interpolates;     /* the ratio is so large that the points are fitted, not the equations:

@@ -19,6 +19,7 @@ struct trainer {
     double best_held_out;                       /* of all rows of the window */
     int rows_apart;   /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128];  /* that this has been so for too long */
+    char account[160];
     double evaluated; /* loss of the last evaluation */
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };

@@ -317,9 +317,10 @@ const config_key config_keys[] = {
     {"training.stages[].linear_algebra", CONFIG_CHOICE, STAGE(linear_algebra),
      .names = linear_algebra_names, GAUSS_NEWTON,
      .help = "How steps are computed; automatic: by the numbers of parameters and residuals, "
-             "matrix_free where matrices would take more than 2 GB."},
+             "matrix_free, with scaling identity, where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
+     .fallback = "identity; diagonal without hidden layers",
      .help = "What is damped: every parameter alike, or by the diagonal of J^T J."},
     {"training.stages[].initial_damping", CONFIG_NUMBER, STAGE(gauss_newton.initial_damping),
      .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,

@@ -73,13 +73,20 @@ static int default_features(const config *experiment)
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
 }
 
-static void resolve_damping(config *experiment)
+/* A linear network starts near where it ends, so with hardly any damping. The functions of its
+ * orthonormal basis differ in their derivatives, and so in what J^T J holds of them. */
+static void resolve_linear_stages(config *experiment)
 {
     char path[CONFIG_PATH_MAX];
     for (int i = 0; i < experiment->stage_count; i++) {
+        config_stage *stage = &experiment->stages[i];
         snprintf(path, sizeof path, "training.stages[%d].initial_damping", i);
-        if (!given(experiment, path) && experiment->network.hidden_count == 0) {
-            experiment->stages[i].gauss_newton.initial_damping = 1e-10;
+        if (!given(experiment, path)) {
+            stage->gauss_newton.initial_damping = 1e-10;
+        }
+        snprintf(path, sizeof path, "training.stages[%d].scaling", i);
+        if (!given(experiment, path) && stage->linear_algebra != CONFIG_MATRIX_FREE) {
+            stage->gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
         }
     }
 }
@@ -119,7 +126,9 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
                    dynamic ? 64 : 1);
     resolve_points(experiment, &losses->held_out_points, "losses.held_out_points",
                    dynamic ? 1024 : 256);
-    resolve_damping(experiment);
+    if (linear) {
+        resolve_linear_stages(experiment);
+    }
     if (linear && !given(experiment, "losses.interior.sampler")) {
         losses->interior.sampler =
             SAMPLING_CHEBYSHEV_LOBATTO; /* edges are where it would go astray */

@@ -82,6 +82,10 @@ ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error);
 
+/* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */
+ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
+                                 solve_end_state *out, ad_error *error);
+
 /* The state at t = 0; in a static scene, and where the scene does not give it, the unstressed shape
  * that the held end implies, at rest. */
 ad_status solve_rod_initial(const solve_rod *rod, size_t n, const double *s, solve_initial *out,

@@ -1,6 +1,6 @@
 #include "tools/solve/static.h"
 
-#include "tools/solve/newton.h"
+#include "tools/solve/static_newton.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,6 +19,9 @@ static const double SHORTEST = 1e-5;
  * equilibrium. */
 static const double OFF_MAX = 0.4, OFF_AIM = 0.05;
 
+/* Below this a difference that finer meshes do not halve is rounding. */
+static const double ROUNDING = 1e-10;
+
 /* Longest step in the size of the load of a rod that may buckle: on a longer one past the buckling
  * load it would miss the bend of the path and go on with the straight rod. */
 static const double PERTURBED = 0.03;
@@ -30,14 +33,16 @@ static const double SOFT = 0.02;
 struct static_solution {
     const solve_rod *rod;
     static_system *system;
-    newton *newton;
+    static_newton *newton;
     double *y; /* [unknowns] */
 };
 
 /* A path with parameter 0 .. last: loads grow to 1; beyond that the perturbation goes away. */
 typedef struct path_shape {
     double last, perturbation, stretch;
-    double longest;     /* step */
+    double longest; /* step */
+    bool may_buckle;
+    bool known;         /* from a manufactured shape, at full load */
     bool spins, twists; /* no end holds the rotation; and a round, straight rod may also twist */
     int director;
     double size;       /* of the loads: what turns the rod by so many radians */
@@ -93,8 +98,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     path->twists = is_round(rod) && straight && couple == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
     double compression = rod_numbers_of(&rod->scene).compression;
-    bool buckles = path->perturbation != 0 || held > 1 || compression > 1;
-    path->longest = buckles ? PERTURBED / path->size : path->last;
+    path->may_buckle = held > 1 || compression > 1;
+    bool careful = path->may_buckle || path->perturbation != 0;
+    path->longest = careful ? PERTURBED / path->size : path->last;
     path->wavenumber = rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
     return status;
 }
@@ -107,7 +113,8 @@ static ad_status shape_path(const solve_rod *rod, const solve_settings *settings
     rod_plane plane = rod_plane_of(&given);
     const solve_end *ends = rod->ends;
     bool squeezed = ends[0].holds_position && ends[1].holds_position;
-    *path = (path_shape){.last = settings->perturbation == 0 ? 1 : 2,
+    *path = (path_shape){.known = scene_is_manufactured(&rod->scene),
+                         .last = settings->perturbation == 0 ? 1 : 2,
                          .perturbation = settings->perturbation,
                          .spins = !ends[0].holds_rotation && !ends[1].holds_rotation,
                          .stretch = squeezed ? SOFT : 0,
@@ -187,16 +194,17 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
     if (!past.memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
-    double *guess = past.memory + HISTORY * unknowns, at = 0;
+    double *guess = past.memory + HISTORY * unknowns, at;
     double step = fmin(path->longest, 1 / path->size);
     for (int i = 0; i < HISTORY; i++) {
         past.y[i] = past.memory + (size_t)i * unknowns;
     }
-    ad_status status = static_system_unstressed(x->system, x->y, error);
+    ad_status status = static_system_guess(x->system, x->y, error);
     report->load_fraction = 0;
-    static_path here = path_at(path, 0);
+    at = path->known ? path->last : 0;
+    static_path here = path_at(path, at);
     static_system_set(x->system, &here);
-    bool going = status == AD_OK && newton_solve(x->newton, x->y, &report->newton_steps);
+    bool going = status == AD_OK && static_newton_solve(x->newton, x->y, &report->newton_steps);
     while (going && at < path->last) {
         remember(&past, at, x->y, unknowns);
         bool accepted = false;
@@ -206,7 +214,7 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
             memcpy(x->y, guess, unknowns * sizeof *guess);
             here = path_at(path, next);
             static_system_set(x->system, &here);
-            bool solved = newton_solve(x->newton, x->y, &report->newton_steps);
+            bool solved = static_newton_solve(x->newton, x->y, &report->newton_steps);
             double off = solved ? distance(x->y, guess, unknowns) : 1;
             accepted = solved && off <= OFF_MAX;
             double factor = accepted ? pow(OFF_AIM / fmax(off, 1e-9), 1.0 / past.count) : 0.4;
@@ -222,7 +230,7 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
     }
     here = path_at(path, at);
     static_system_set(x->system, &here);
-    report->load_fraction = at < path->last ? fmin(at, 1 - 1e-9) : 1;
+    report->load_fraction = going ? 1 : fmin(at, 1 - 1e-9);
     free(past.memory);
     return status;
 }
@@ -232,7 +240,7 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
 void static_free(static_solution *x)
 {
     if (x) {
-        newton_free(x->newton);
+        static_newton_free(x->newton);
         static_system_free(x->system);
         free(x->y);
         free(x);
@@ -250,7 +258,7 @@ static ad_status create(const solve_rod *rod, int stages, int elements, const do
     x->rod = rod;
     ad_status status = static_system_create(rod, stages, elements, edges, &x->system, error);
     if (status == AD_OK) {
-        status = newton_create(x->system, &x->newton, error);
+        status = static_newton_create(x->system, &x->newton, error);
     }
     if (status == AD_OK) {
         x->y = malloc(static_system_unknowns(x->system) * sizeof *x->y);
@@ -387,7 +395,7 @@ static ad_status improve(static_solution **x, const path_shape *path, double tol
     if (status == AD_OK) {
         static_path end = path_at(path, path->last);
         static_system_set(fine->system, &end);
-        bool solved = newton_solve(fine->newton, fine->y, &report->newton_steps);
+        bool solved = static_newton_solve(fine->newton, fine->y, &report->newton_steps);
         double off = solved ? difference(*x, fine, points) : INFINITY;
         if (off > OFF_MAX) { /* the coarse mesh was no guide */
             status = follow(fine, path, report, error);
@@ -443,20 +451,20 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
     if (status == AD_OK) {
         status = follow(x, &path, report, error);
     }
-    bool good = settings->nodes > 0;
-    while (status == AD_OK && !good) {
-        bool room = 2 * static_system_elements(x->system) <= ELEMENTS_MAX;
-        if (report->load_fraction < 1 || !room) {
-            break;
-        }
+    bool done = settings->nodes > 0;
+    while (status == AD_OK && !done && report->load_fraction == 1 &&
+           2 * static_system_elements(x->system) <= ELEMENTS_MAX) {
+        double before = report->estimate;
         status = improve(&x, &path, settings->tolerance, report, error);
-        good = report->estimate <= settings->tolerance;
+        bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
+        done = report->estimate <= settings->tolerance || rounding;
     }
     if (status != AD_OK) {
         static_free(x);
         return status;
     }
     report->nodes = nodes_of(x);
+    report->may_buckle = path.may_buckle;
     *result = x;
     return AD_OK;
 }

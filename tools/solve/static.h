@@ -1,4 +1,4 @@
-/* Static equilibria of a rod: collocation (static_system.h), Newton's method (newton.h), and
+/* Static equilibria of a rod: collocation (static_system.h), Newton's method (static_newton.h), and
  * continuation from the unstressed rod to the loaded one. */
 #ifndef TOOLS_SOLVE_STATIC_H
 #define TOOLS_SOLVE_STATIC_H
@@ -8,7 +8,8 @@
 typedef struct static_solution static_solution;
 
 /* Follows the equilibria of the load, scaled from 0 to 1, from the unstressed rod on; where several
- * exist it finds the one that this path leads to. Then refines the mesh. AD_OK also when the path
+ * exist it finds the one that this path leads to. A manufactured scene starts from its own solution
+ * instead. Then refines the mesh. AD_OK also when the path
  * ends early: report->load_fraction is then below 1, and the solution that of this load; or when
  * the tolerance is not met: report->estimate is above it. The rod must outlive the solution. */
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,

@@ -1,16 +1,10 @@
 #include "tools/solve/static_rod.h"
 
+#include "tools/solve/quaternion.h"
+
 #include <string.h>
 
 typedef double matrix3[3][3];
-
-static void cross(const double *a, const double *b, double *result)
-{
-    for (int i = 0; i < 3; i++) {
-        int j = (i + 1) % 3, k = (i + 2) % 3;
-        result[i] = a[j] * b[k] - a[k] * b[j];
-    }
-}
 
 static void multiply(matrix3 a, const double *x, double *result)
 {
@@ -100,8 +94,8 @@ static void column(const static_point *at, matrix3 rotation, matrix3 turned, con
         stretched[i] = at->strain_compliance[i] * change[i];
     }
     multiply(rotation, stretched, moved);
-    cross(stretched, force, first);
-    cross(strain, change, second);
+    vector_cross(stretched, force, first);
+    vector_cross(strain, change, second);
     if (turned) {
         double body[3];
         multiply(turned, strain, turning);
@@ -135,8 +129,8 @@ static void differentiate(const static_point *at, const double *y, matrix3 rotat
         column(at, rotation, NULL, force, strain, rotation[k], STATIC_N + k, jacobian);
         bent[k] = compliance;
         unit[k] = 1;
-        cross(bent, m, first);
-        cross(u, unit, second);
+        vector_cross(bent, m, first);
+        vector_cross(u, unit, second);
         for (int i = 0; i < 3; i++) {
             jacobian[STATIC_M + i][STATIC_M + k] = -first[i] - second[i];
         }
@@ -165,8 +159,8 @@ void static_rate(const static_point *at, const double *y, double *rate,
     multiply(rotation, v, rate + STATIC_R);
     multiply(rotation, at->load.body_force, body);
     multiply_transposed(rotation, at->load.moment, load);
-    cross(u, m, bending);
-    cross(v, n, shearing);
+    vector_cross(u, m, bending);
+    vector_cross(v, n, shearing);
     for (int i = 0; i < 4; i++) {
         rate[STATIC_Q + i] = (left[i][0] * u[0] + left[i][1] * u[1] + left[i][2] * u[2]) / 2;
     }

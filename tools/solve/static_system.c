@@ -194,24 +194,30 @@ void static_system_points(const static_system *x, double *s)
     }
 }
 
-ad_status static_system_unstressed(const static_system *x, double *y, ad_error *error)
+ad_status static_system_guess(const static_system *x, double *y, ad_error *error)
 {
     size_t count = static_system_unknowns(x) / ROWS;
     double *s = malloc(count * sizeof *s);
     solve_initial *shape = malloc(count * sizeof *shape);
-    ad_status status = s && shape ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    solve_end_state *exact = calloc(count, sizeof *exact);
+    ad_status status = s && shape && exact ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
         static_system_points(x, s);
         status = solve_rod_initial(x->rod, count, s, shape, error);
     }
+    if (status == AD_OK && scene_is_manufactured(&x->rod->scene)) {
+        status = solve_rod_manufactured(x->rod, count, s, 0, exact, error);
+    }
     for (size_t i = 0; status == AD_OK && i < count; i++) {
         double *to = y + i * ROWS;
-        memset(to, 0, ROWS * sizeof *to);
         memcpy(to + STATIC_R, shape[i].position, sizeof shape[i].position);
         memcpy(to + STATIC_Q, shape[i].rotation, sizeof shape[i].rotation);
+        memcpy(to + STATIC_N, exact[i].force, sizeof exact[i].force);
+        memcpy(to + STATIC_M, exact[i].moment, sizeof exact[i].moment);
     }
     free(s);
     free(shape);
+    free(exact);
     return status;
 }
 

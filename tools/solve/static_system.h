@@ -33,8 +33,8 @@ size_t static_system_unknowns(const static_system *x);
 /* s of all of them, [unknowns/STATIC_ROWS]. */
 void static_system_points(const static_system *x, double *s);
 
-/* y of the unstressed rod. */
-ad_status static_system_unstressed(const static_system *x, double *y, ad_error *error);
+/* y of the unstressed rod; of a manufactured scene its solution. */
+ad_status static_system_guess(const static_system *x, double *y, ad_error *error);
 
 void static_system_set(static_system *x, const static_path *path);
 

@@ -1,4 +1,4 @@
-#include "tools/solve/newton.h"
+#include "tools/solve/static_newton.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -9,7 +9,7 @@
 static const double RESIDUAL = 1e-9;
 enum { STEPS_MAX = 40 };
 
-struct newton {
+struct static_newton {
     static_system *system;
     size_t unknowns;
     SUNContext context;
@@ -24,7 +24,7 @@ struct newton {
 
 static int residual(N_Vector y, N_Vector to, void *context)
 {
-    const newton *x = context;
+    const static_newton *x = context;
     double *rows = N_VGetArrayPointer(to), sum = 0;
     static_system_residual(x->system, N_VGetArrayPointer(y), rows);
     for (size_t i = 0; i < x->unknowns; i++) {
@@ -36,7 +36,7 @@ static int residual(N_Vector y, N_Vector to, void *context)
 static int linearise(N_Vector y, N_Vector rows, SUNMatrix matrix, void *context, N_Vector first,
                      N_Vector second)
 {
-    const newton *x = context;
+    const static_newton *x = context;
     (void)rows, (void)matrix, (void)first, (void)second;
     static_system_linearise(x->system, N_VGetArrayPointer(y));
     return 0;
@@ -44,7 +44,7 @@ static int linearise(N_Vector y, N_Vector rows, SUNMatrix matrix, void *context,
 
 static int factor(SUNLinearSolver solver, SUNMatrix matrix)
 {
-    const newton *x = solver->content;
+    const static_newton *x = solver->content;
     (void)matrix;
     return static_system_factor(x->system) == 0 ? 0 : 1;
 }
@@ -52,7 +52,7 @@ static int factor(SUNLinearSolver solver, SUNMatrix matrix)
 static int solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector step, N_Vector right,
                  realtype tolerance)
 {
-    const newton *x = solver->content;
+    const static_newton *x = solver->content;
     (void)matrix, (void)tolerance;
     static_system_solve(x->system, N_VGetArrayPointer(right), N_VGetArrayPointer(step));
     return 0;
@@ -84,7 +84,7 @@ static void say_nothing(int code, const char *module, const char *function, char
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool allocate(newton *x)
+static bool allocate(static_newton *x)
 {
     sunindextype count = (sunindextype)x->unknowns;
     x->right = malloc(x->unknowns * sizeof *x->right);
@@ -100,7 +100,7 @@ static bool allocate(newton *x)
     return x->y && x->ones && x->matrix && x->solver && x->kinsol;
 }
 
-static bool set_up(newton *x)
+static bool set_up(static_newton *x)
 {
     x->matrix->ops->getid = is_custom;
     x->matrix->ops->zero = do_nothing;
@@ -117,23 +117,23 @@ static bool set_up(newton *x)
            KINSetNumMaxIters(x->kinsol, STEPS_MAX) == 0;
 }
 
-ad_status newton_create(static_system *system, newton **result, ad_error *error)
+ad_status static_newton_create(static_system *system, static_newton **result, ad_error *error)
 {
     *result = NULL;
-    newton *x = calloc(1, sizeof *x);
+    static_newton *x = calloc(1, sizeof *x);
     if (x) {
         x->system = system;
         x->unknowns = static_system_unknowns(system);
     }
     if (!x || !allocate(x) || !set_up(x)) {
-        newton_free(x);
+        static_newton_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
     }
     *result = x;
     return AD_OK;
 }
 
-void newton_free(newton *x)
+void static_newton_free(static_newton *x)
 {
     if (x) {
         KINFree(&x->kinsol);
@@ -164,7 +164,7 @@ static double largest(size_t count, const double *x)
 }
 
 /* One plain step. */
-static bool polish(newton *x, double *y)
+static bool polish(static_newton *x, double *y)
 {
     static_system_residual(x->system, y, x->right);
     static_system_linearise(x->system, y);
@@ -180,7 +180,7 @@ static bool polish(newton *x, double *y)
     return small;
 }
 
-bool newton_solve(newton *x, double *y, long *steps)
+bool static_newton_solve(static_newton *x, double *y, long *steps)
 {
     double size = fmax(1, largest(x->unknowns, y));
     long taken = 0;

@@ -1,0 +1,174 @@
+/* What vanishes for the true solution, kind by kind, and what is observed of it. */
+#include "physics/rod_internal.h"
+
+/* ---- strains of the mixed form --------------------------------------------------------------- */
+
+/* v - v* - Kse^-1 (R^T N - Bse v_t): a locked strain is a compliance of 0. */
+static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
+{
+    rod_coefficients c = rod_coefficients_of(rod);
+    rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
+    ad_value force = ad_rotate_inverse(state.rotation, state.force);
+    ad_value elastic = ad_sub(force, ad_mul(c.strain_damping, k.strain_rate));
+    return ad_sub(ad_sub(k.strain, c.rest_strain), ad_mul(c.strain_compliance, elastic));
+}
+
+/* u - u* - Kbt^-1 (m - Bbt u_t). */
+static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
+{
+    rod_coefficients c = rod_coefficients_of(rod);
+    rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
+    ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
+    return ad_sub(ad_sub(k.curvature, c.rest_curvature), ad_mul(c.curvature_compliance, elastic));
+}
+
+/* ---- conditions at ends and at the start of time --------------------------------------------- */
+
+static bool rod_is_mixed(const scene *rod_scene)
+{
+    return rod_scene->formulation == SCENE_MIXED;
+}
+
+static scene_end_type rod_end_type(const scene *rod_scene, int end)
+{
+    return end ? rod_scene->end.type : rod_scene->start.type;
+}
+
+/* Which of the two rows-of-3 of an end are residuals: a held pose only when it is soft, force and
+ * moment also in displacement form, where the ansatz cannot hold them. */
+static bool rod_end_needs(const scene *rod_scene, bool natural)
+{
+    return rod_scene->boundary_enforcement == SCENE_SOFT || (natural && !rod_is_mixed(rod_scene));
+}
+
+static int rod_end_rows(const scene *rod_scene, int end)
+{
+    scene_end_type type = rod_end_type(rod_scene, end);
+    rod_plane plane = rod_plane_of(rod_scene);
+    bool moves = rod_end_needs(rod_scene, !scene_end_holds_position(type));
+    bool turns = rod_end_needs(rod_scene, !scene_end_holds_rotation(type));
+    return moves * rod_vector_rows(&plane) + turns * rod_axial_rows(&plane);
+}
+
+/* 2 vec(p* q): the rotation from p to q, 0 for q = p and q = -p. */
+static ad_value rod_rotation_mismatch(ad_value p, ad_value q)
+{
+    return rod_rate(p, q);
+}
+
+static ad_value rod_end_residual(const rod_context *rod, rod_state state, int end)
+{
+    rod_end_data data = rod_end_of(rod, end, rod->t);
+    ad_value parts[2];
+    int count = 0;
+    if (rod_end_needs(rod->scene, !data.holds_position)) {
+        ad_value moves = data.holds_position
+                             ? ad_sub(state.position, data.position)
+                             : ad_sub(state.force, rod_end_force(&data, state.rotation));
+        parts[count++] = rod_vector_in_plane(rod, moves);
+    }
+    if (rod_end_needs(rod->scene, !data.holds_rotation)) {
+        ad_value turns = data.holds_rotation
+                             ? rod_rotation_mismatch(data.rotation, state.rotation)
+                             : ad_sub(state.moment, rod_end_moment(&data, state.rotation));
+        parts[count++] = rod_axial_in_plane(rod, turns);
+    }
+    return ad_stack(count, parts);
+}
+
+static ad_value rod_initial_residual(const rod_context *rod, rod_state state)
+{
+    rod_initial_data initial = rod_initial_of(rod, rod->s);
+    rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
+    ad_value turned = rod_rotation_mismatch(initial.rotation, state.rotation);
+    ad_value parts[4] = {rod_vector_in_plane(rod, ad_sub(state.position, initial.position)),
+                         rod_axial_in_plane(rod, turned),
+                         rod_vector_in_plane(rod, ad_sub(k.velocity, initial.velocity)),
+                         rod_axial_in_plane(rod, ad_sub(k.spin, initial.spin))};
+    return ad_stack(4, parts);
+}
+
+/* ---- the face -------------------------------------------------------------------------------- */
+
+const char *rod_residual_name(rod_residual_kind kind)
+{
+#define ROD_NAME(name, text) text,
+    static const char *const names[] = {ROD_RESIDUAL_LIST(ROD_NAME)};
+#undef ROD_NAME
+    return kind >= 0 && kind < ROD_RESIDUAL_COUNT ? names[kind] : "";
+}
+
+int rod_residual_rows(const scene *rod_scene, rod_residual_kind kind)
+{
+    rod_plane plane = rod_plane_of(rod_scene);
+    int vector = rod_vector_rows(&plane), axial = rod_axial_rows(&plane);
+    bool starts_soft = scene_is_dynamic(rod_scene) && rod_scene->initial_enforcement == SCENE_SOFT;
+    switch (kind) {
+    case ROD_STRAIN:
+        return rod_is_mixed(rod_scene) ? vector : 0;
+    case ROD_CURVATURE:
+        return rod_is_mixed(rod_scene) ? axial : 0;
+    case ROD_FORCE:
+        return vector;
+    case ROD_MOMENT:
+        return axial;
+    case ROD_START:
+        return rod_end_rows(rod_scene, 0);
+    case ROD_END:
+        return rod_end_rows(rod_scene, 1);
+    case ROD_INITIAL:
+        return starts_soft ? 2 * (vector + axial) : 0;
+    case ROD_RESIDUAL_COUNT:
+        break;
+    }
+    return 0;
+}
+
+ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state state, ad_value s,
+                      ad_value t)
+{
+    rod_context rod = rod_context_of(rod_scene, s, t);
+    if (rod_residual_rows(rod_scene, kind) == 0) {
+        ad_tape_fail(s.tape, AD_BAD_ARGUMENT, "this scene has no residual '%s'",
+                     rod_residual_name(kind));
+        return ad_scalar(s.tape, 0);
+    }
+    switch (kind) {
+    case ROD_STRAIN:
+        return rod_vector_in_plane(&rod, rod_strain_residual(&rod, state));
+    case ROD_CURVATURE:
+        return rod_axial_in_plane(&rod, rod_curvature_residual(&rod, state));
+    case ROD_FORCE:
+    case ROD_MOMENT: {
+        bool force = kind == ROD_FORCE;
+        ad_value balance = force ? rod_force_balance(&rod, state) : rod_moment_balance(&rod, state);
+        if (!scene_is_manufactured(rod_scene))
+            return force ? rod_vector_in_plane(&rod, balance) : rod_axial_in_plane(&rod, balance);
+        rod_load load = rod_manufactured_load(rod_scene, s, t);
+        return ad_add(balance, force ? load.force : ad_rotate_inverse(state.rotation, load.moment));
+    }
+    case ROD_START:
+    case ROD_END:
+        return rod_end_residual(&rod, state, kind == ROD_END);
+    default:
+        return rod_initial_residual(&rod, state);
+    }
+}
+
+rod_observables rod_observe(const scene *rod_scene, rod_state state, ad_value s, ad_value t)
+{
+    rod_context rod = rod_context_of(rod_scene, s, t);
+    const rod_scales *scale = &rod.scales;
+    rod_kinematics k = rod_kinematics_of(&rod, state.position, state.rotation);
+    ad_value force = ad_rotate_inverse(state.rotation, state.force);
+    ad_value position = rod_position_to_world(&rod, state.position);
+    ad_value velocity = rod_to_world(&rod, k.velocity);
+    return (rod_observables){.position = ad_scale(position, scale->length),
+                             .rotation = rod_rotation_to_world(&rod, state.rotation),
+                             .strain = k.strain,
+                             .curvature = ad_scale(k.curvature, 1 / scale->length),
+                             .force = ad_scale(force, scale->force),
+                             .moment = ad_scale(state.moment, scale->moment),
+                             .velocity = ad_scale(velocity, scale->length / scale->time),
+                             .angular_velocity = ad_scale(k.spin, 1 / scale->time)};
+}

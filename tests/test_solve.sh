@@ -1,0 +1,100 @@
+#!/bin/bash
+# What cpinn-solve says, writes and refuses.
+#   test_solve.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+heavy=$ROOT/configs/heavy_cantilever.yaml
+
+# ---- a solution -------------------------------------------------------------------------------
+
+run 0 cpinn-solve "$elastica"
+said stdout.txt '^elastica_deep: static, .*tip force F L\^2/EI 1$'
+said stdout.txt '^solved: [0-9]+ nodes, load in [0-9]+ steps?, [0-9]+ Newton steps, [0-9.]+ ms$'
+said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
+said stdout.txt '^  tip +0\.28307002911498[0-9]* '
+said stdout.txt '^difference from elastica \(101 points\)'
+said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
+check nothing on stderr -- test ! -s stderr.txt
+run 0 cpinn-solve "$heavy" --nodes 8 --quiet
+check quiet says nothing -- test ! -s stdout.txt -a ! -s stderr.txt
+run 0 cpinn-solve "$heavy" --nodes 8
+said stdout.txt '^solved: 8 nodes'
+run 0 cpinn-solve "$heavy" --set 'loads.gravity=[0, 0, -98.1]' --set reference.file=null
+check no reference, no difference -- test "$(grep -c difference stdout.txt)" -eq 0
+
+# ---- as a reference of a network --------------------------------------------------------------
+
+for ending in csv h5; do
+    run 0 cpinn-solve "$elastica" --out "solved.$ending" --grid 41x1
+    said stdout.txt "^wrote solved.$ending: 41 points"
+    run 0 cpinn-solve "$elastica" --set reference.analytic=null --set reference.file="$PWD/solved.$ending"
+    said stdout.txt "^difference from solved.$ending \(41 points\)"
+    said stdout.txt 'position, largest +[0-9.]+e(-1[5-9]|-[2-9][0-9]|.00) of the length'
+done
+head -1 solved.csv >columns.txt
+run 0 cpinn-train "$elastica" --set 'network.hidden=[4]' --set losses.interior.points=8 \
+    --set losses.held_out_points=8 --set 'training.stages=[{optimizer: adam, steps: 2}]' \
+    --set reference.analytic=null --set reference.file="$PWD/solved.csv" --out run --quiet
+run 0 cpinn-eval run --out network.csv --grid 41x1
+said stdout.txt '^error against solved.csv \(41 points\)'
+head -1 network.csv >stdout.txt
+same stdout.txt columns.txt
+
+# ---- a motion ---------------------------------------------------------------------------------
+
+run 0 cpinn-solve "$dynamic" --nodes 9 --tol 1e-3 --out motion.csv --grid 3x5
+said stdout.txt '^[a-z_]+: dynamic, .*duration 1$'
+said stdout.txt '^solved: 9 nodes, [0-9]+ steps of time, '
+said stdout.txt '^difference from cantilever_ramp.csv'
+said motion.csv '^s,t,x,.*,vx,vy,vz,w1,w2,w3$'
+check the tip falls as far -- awk -F, 'END { exit !(NR == 16 && $5 < -0.85 && $5 > -0.86) }' motion.csv
+refused '^cpinn-solve: .*locked' cpinn-solve "$elastica" --set time.duration=1 \
+    --set rod.material.density=1000 --set reference=null
+
+# ---- work and precision -----------------------------------------------------------------------
+
+run 0 cpinn-solve "$elastica" --work-precision curve.csv
+said stdout.txt '^ nodes +ms +error$'
+said curve.csv '^seconds,error,nodes$'
+check the error falls to rounding -- awk -F, 'NR == 2 { first = $2 } { last = $2 }
+    END { exit !(first > 1e-3 && last < 1e-13) }' curve.csv
+run 0 cpinn-bench "$elastica" --set 'network.hidden=[4]' --set losses.interior.points=8 \
+    --methods adam:2 --seeds 1 --threads 1 --curve curve.csv --out bench
+said stdout.txt 'curve'
+
+# ---- several equilibria -----------------------------------------------------------------------
+
+cat >column.yaml <<'END'
+rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}}
+boundary: {start: {type: clamped}}
+loads: {tip: {force: [0, 0, -5]}}
+END
+run 0 cpinn-solve column.yaml
+said stdout.txt '^  tip +0 0 1 m|^  tip .* (0.9999999999999|1) m'
+said stdout.txt 'unstressed'
+said stdout.txt '--perturb'
+run 0 cpinn-solve column.yaml --perturb 10
+said stdout.txt '^  tip +-?0.79'
+run 1 cpinn-solve column.yaml --out no.csv --set \
+    'boundary.end={type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}' --set loads.tip=null
+said stderr.txt '^cpinn-solve: .*stopped at 0\.9[0-9]* of the load.*--perturb'
+check one line, no file, no result -- test "$(wc -l <stderr.txt)" -eq 1 -a ! -e no.csv -a ! -s stdout.txt
+
+# ---- what is refused --------------------------------------------------------------------------
+
+run 0 cpinn-solve --help
+said stdout.txt '^usage: cpinn-solve CONFIG.yaml'
+said stdout.txt '--perturb X'
+run 0 cpinn-solve --version
+said stdout.txt '^cpinn-solve [0-9]'
+refused '^cpinn-solve: CONFIG.yaml is missing' cpinn-solve
+refused 'no_such.yaml: cannot be read' cpinn-solve no_such.yaml
+refused '^cpinn-solve: --tol 2: allowed' cpinn-solve "$elastica" --tol 2
+refused '^cpinn-solve: --tol small: allowed' cpinn-solve "$elastica" --tol small
+refused '^cpinn-solve: --nodes 0: allowed' cpinn-solve "$elastica" --nodes 0
+refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5
+refused 'x.txt: .*allowed: .csv' cpinn-solve "$elastica" --out x.txt
+refused 'one of the two' cpinn-solve "$elastica" --nodes 9 --work-precision y.csv
+refused '--set rod.length=-1: rod.length' cpinn-solve "$elastica" --set rod.length=-1
+
+finish

@@ -1,0 +1,581 @@
+/* cpinn-solve: solve a scene classically; see --help. */
+#include "physics/field.h"
+#include "tools/cli.h"
+#include "tools/clock.h"
+#include "tools/files/table_file.h"
+#include "tools/reference.h"
+#include "tools/solve/solve.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char program[] = "cpinn-solve";
+
+static const char summary[] =
+    "Solve the scene of a YAML file without a network, with an estimate of the error. At rest:\n"
+    "collocation at Gauss points along the rod, Newton's method, continuation of the load from 0. "
+    "In\n"
+    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. The equations "
+    "are\n"
+    "written separately from those that networks are trained on, so each checks the other; --out\n"
+    "gives a scene a reference to train against (reference.file).";
+
+static const char epilogue[] =
+    "A rod may have several equilibria. This finds the one that continues the unstressed rod "
+    "while\n"
+    "the load grows: a straight column stays straight. --perturb 10 pushes it sideways on the way\n"
+    "and takes the push away at the end, which leads to the buckled shape.\n"
+    "\n"
+    "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced.\n"
+    "\n"
+    "  cpinn-solve configs/heavy_cantilever.yaml --out reference.csv\n"
+    "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
+    "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
+    "\n"
+    "Exit status: 0; 1 with one line if the whole load or the tolerance was not reached; 2 with "
+    "one\n"
+    "line that says what is wrong with the input.";
+
+typedef struct options {
+    const char *config, *grid, *out, *work_precision;
+    cli_list overrides;
+    double tolerance, perturbation;
+    int nodes;
+    bool quiet;
+} options;
+
+/* Where the rod is asked for, and what it is there, in SI units. */
+typedef struct samples {
+    size_t count;
+    double *s, *t;  /* [count]; one allocation, `s` owns it */
+    double *values; /* [columns][count] */
+} samples;
+
+typedef struct session {
+    options asked;
+    char name[128];   /* of the scene */
+    config *settings; /* NULL once the experiment has them */
+    const scene *scene;
+    experiment *e;    /* with a reference only */
+    reference *known; /* the same */
+    samples grid, at_reference;
+    size_t count;
+    double *times; /* [count] at which a motion is wanted, ascending, dimensionless */
+    solution *solved;
+    solve_report report;
+    double seconds;
+} session;
+
+static void samples_free(samples *p)
+{
+    free(p->s);
+    free(p->values);
+}
+
+static void session_free(session *x)
+{
+    solution_free(x->solved);
+    free(x->times);
+    samples_free(&x->grid);
+    samples_free(&x->at_reference);
+    reference_free(x->known);
+    experiment_free(x->e);
+    config_free(x->settings);
+}
+
+/* ---- samples ------------------------------------------------------------------------------- */
+
+static int columns_of(const scene *scene)
+{
+    enum { RATES = 6 };
+    return scene_is_dynamic(scene) ? FIELD_COLUMNS_MAX : FIELD_COLUMNS_MAX - RATES;
+}
+
+_Static_assert(sizeof(solve_state) == FIELD_COLUMNS_MAX * sizeof(double), "a state is its columns");
+
+/* What one unit of each column is in SI. */
+static void units_of(const rod_scales *scale, double *units)
+{
+    const double of[8] = {scale->length,
+                          1,
+                          1,
+                          1 / scale->length,
+                          scale->force,
+                          scale->moment,
+                          scale->length / scale->time,
+                          1 / scale->time};
+    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < rows[i]; k++) {
+            *units++ = of[i];
+        }
+    }
+}
+
+/* Values at points in SI, `s` within the rod; consecutive points of one time are evaluated
+ * together. */
+static ad_status evaluate(const solution *solved, const samples *p, int columns, ad_error *error)
+{
+    const rod_scales scale = solution_rod(solved)->scales;
+    double *s = malloc(p->count * sizeof *s), units[FIELD_COLUMNS_MAX];
+    solve_state *states = malloc(p->count * sizeof *states);
+    ad_status status = s && states
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", p->count);
+    units_of(&scale, units);
+    for (size_t i = 0; status == AD_OK && i < p->count; i++) {
+        s[i] = fmin(1, fmax(0, p->s[i] / scale.length));
+    }
+    for (size_t first = 0, end; status == AD_OK && first < p->count; first = end) {
+        for (end = first; end < p->count && p->t[end] == p->t[first]; end++) {
+        }
+        status = solution_at(solved, end - first, s + first, p->t[first] / scale.time,
+                             states + first, error);
+    }
+    for (size_t i = 0; status == AD_OK && i < p->count; i++) {
+        for (int c = 0; c < columns; c++) {
+            const double *row = (const double *)&states[i];
+            p->values[(size_t)c * p->count + i] = row[c] * units[c] + 0.0; /* no -0 in a table */
+        }
+    }
+    free(s);
+    free(states);
+    return status;
+}
+
+/* The points that --grid asks for, or their default. */
+static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
+{
+    bool dynamic = scene_is_dynamic(x->scene);
+    const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
+    return cli_grid(text, dynamic, ns, nt)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
+                         dynamic ? "" : "; this scene is static, so NT is 1");
+}
+
+static ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
+{
+    p->count = count;
+    p->s = malloc(2 * count * sizeof *p->s);
+    p->values = malloc((size_t)columns * count * sizeof *p->values);
+    if (!p->s || !p->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
+    }
+    p->t = p->s + count;
+    return AD_OK;
+}
+
+static ad_status samples_of_grid(session *x, ad_error *error)
+{
+    samples *p = &x->grid;
+    long ns, nt;
+    ad_status status = grid_of(x, &ns, &nt, error);
+    if (status == AD_OK) {
+        status = samples_make(p, (size_t)(ns * nt), columns_of(x->scene), error);
+    }
+    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
+        long at_s = i % ns, at_t = i / ns;
+        p->s[i] = ns > 1 ? x->scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
+        p->t[i] = nt > 1 ? x->scene->duration * (double)at_t / (double)(nt - 1) : 0;
+    }
+    return status;
+}
+
+static ad_status samples_of_reference(session *x, ad_error *error)
+{
+    samples *p = &x->at_reference;
+    ad_status status = samples_make(p, reference_points(x->known), FIELD_POSE, error);
+    if (status == AD_OK) {
+        memcpy(p->s, reference_s(x->known), p->count * sizeof *p->s);
+        memcpy(p->t, reference_t(x->known), p->count * sizeof *p->t);
+    }
+    return status;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* All times of the samples, each once, and the end. */
+static ad_status gather_times(session *x, ad_error *error)
+{
+    const samples *from[2] = {&x->grid, &x->at_reference};
+    double time = rod_scales_of(x->scene).time, end = x->scene->duration / time;
+    size_t count = 0;
+    x->times = malloc((x->grid.count + x->at_reference.count + 1) * sizeof *x->times);
+    if (!x->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    }
+    x->times[count++] = end;
+    for (int k = 0; k < 2; k++) {
+        for (size_t i = 0; i < from[k]->count; i++) {
+            x->times[count++] = fmin(end, fmax(0, from[k]->t[i] / time));
+        }
+    }
+    qsort(x->times, count, sizeof *x->times, ascending);
+    for (size_t i = 0; i < count; i++) {
+        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
+            x->times[x->count++] = x->times[i];
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status write_out(session *x, ad_error *error)
+{
+    const samples *p = &x->grid;
+    int count = columns_of(x->scene);
+    const char *names[2 + FIELD_COLUMNS_MAX] = {"s", "t"};
+    const double *columns[2 + FIELD_COLUMNS_MAX] = {p->s, p->t};
+    for (int i = 0; i < count; i++) {
+        names[2 + i] = field_column_name(i);
+        columns[2 + i] = p->values + (size_t)i * p->count;
+    }
+    ad_status status = evaluate(x->solved, p, count, error);
+    return status == AD_OK
+               ? table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error)
+               : status;
+}
+
+/* ---- report -------------------------------------------------------------------------------- */
+
+static void print_number(const char *name, double value)
+{
+    if (isinf(value)) {
+        printf(", %s locked", name);
+    } else if (value > 0) {
+        printf(", %s %.4g", name, value);
+    }
+}
+
+static void print_scene(const session *x)
+{
+    rod_numbers n = rod_numbers_of(x->scene);
+    printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
+    print_number("shear kGA L^2/EI", n.shear_ratio);
+    print_number("stretch EA L^2/EI", n.axial_ratio);
+    print_number("tip force F L^2/EI", n.tip_force);
+    print_number("tip moment T L/EI", n.tip_moment);
+    print_number("line load f L^3/EI", n.distributed_force);
+    print_number("line moment l L^2/EI", n.distributed_moment);
+    print_number("weight rhoA g L^3/EI", n.weight);
+    print_number("duration", n.duration);
+    putchar('\n');
+}
+
+static void print_error(const char *name, double value, const char *unit)
+{
+    if (!isnan(value)) {
+        printf("  %-24s %.3e%s\n", name, value, unit);
+    }
+}
+
+static ad_status print_reference(session *x, ad_error *error)
+{
+    const samples *p = &x->at_reference;
+    ad_status status = evaluate(x->solved, p, FIELD_POSE, error);
+    if (status == AD_OK) {
+        reference_errors errors = reference_compare_poses(x->known, p->values);
+        printf("difference from %s (%zu points)\n", reference_name(x->known), p->count);
+        print_error("position, relative L2", errors.position, "");
+        print_error("position, largest", errors.position_max, " of the length");
+        print_error("tip", errors.tip, " of the length");
+        print_error("rotation, largest", errors.rotation_max, " rad");
+    }
+    return status;
+}
+
+static ad_status print_report(session *x, ad_error *error)
+{
+    const solve_report *r = &x->report;
+    solve_state tip;
+    double s = 1, length = x->scene->rod.length, end = solution_rod(x->solved)->duration;
+    ad_status status = solution_at(x->solved, 1, &s, end, &tip, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    printf("solved: %d nodes, ", r->nodes);
+    if (scene_is_dynamic(x->scene)) {
+        printf("%ld steps of time, ", r->time_steps);
+    } else {
+        printf("load in %ld step%s, %ld Newton steps, ", r->load_steps,
+               r->load_steps == 1 ? "" : "s", r->newton_steps);
+    }
+    printf("%.1f ms\n", 1e3 * x->seconds);
+    print_error("estimated error", r->estimate, " of the length");
+    printf("  %-24s %.15g %.15g %.15g m\n", "tip", tip.position[0] * length + 0.0,
+           tip.position[1] * length + 0.0, tip.position[2] * length + 0.0);
+    if (r->may_buckle) {
+        printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
+               x->asked.perturbation == 0
+                   ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
+                   : "the rod\nas it was perturbed");
+    }
+    return x->known ? print_reference(x, error) : AD_OK;
+}
+
+static bool reached(const session *x)
+{
+    return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
+}
+
+/* What was not reached, in one line; 1, or 0 when there is nothing to say. */
+static int complain(const session *x)
+{
+    const solve_report *r = &x->report;
+    if (!reached(x)) {
+        cli_warn(program,
+                 "stopped at %.6g of the load: beyond it the equilibria that continue the "
+                 "unstressed rod end, turn back or need more nodes; try --perturb 10, a smaller "
+                 "load, or a stiffness that is not infinite",
+                 r->load_fraction);
+        return 1;
+    }
+    if (x->asked.nodes == 0 && !x->asked.work_precision && !(r->estimate <= x->asked.tolerance)) {
+        cli_warn(program,
+                 "estimated error %.2g of the length with %d nodes, above --tol %.2g; try a larger "
+                 "tolerance; jumps in loads or rest shape converge slowly",
+                 r->estimate, r->nodes, x->asked.tolerance);
+        return 1;
+    }
+    return 0;
+}
+
+/* ---- work and precision -------------------------------------------------------------------- */
+
+enum { SWEEP_MAX = 24, REPEATS = 5 };
+static const double SMALLEST = 1e-16; /* error told, since curves are drawn over logarithms */
+
+typedef struct sweep {
+    int count;
+    double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
+} sweep;
+
+/* Relative L2 of positions, as cpinn-bench measures it. */
+static double distance(const samples *p, const double *exact)
+{
+    double off = 0, size = 0;
+    for (size_t i = 0; i < 3 * p->count; i++) {
+        off += (p->values[i] - exact[i]) * (p->values[i] - exact[i]);
+        size += exact[i] * exact[i];
+    }
+    return sqrt(off / size);
+}
+
+/* One row: the median time of a few solutions, everything included, and the error. A motion is
+ * solved once. */
+static ad_status sweep_at(const session *x, const solve_settings *settings, const double *exact,
+                          sweep *rows, ad_error *error)
+{
+    double seconds[REPEATS];
+    solution *solved = NULL;
+    solve_report report;
+    int repeats = scene_is_dynamic(x->scene) ? 1 : REPEATS;
+    ad_status status = AD_OK;
+    for (int i = 0; i < repeats && status == AD_OK; i++) {
+        solution_free(solved);
+        double start = wall_seconds();
+        status = solution_create(x->scene, settings, x->count, x->times, &solved, &report, error);
+        seconds[i] = wall_seconds() - start;
+    }
+    qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
+    if (status == AD_OK) {
+        status = evaluate(solved, &x->grid, FIELD_POSE, error);
+    }
+    if (status == AD_OK && (scene_is_dynamic(x->scene) || report.load_fraction == 1)) {
+        rows->nodes[rows->count] = report.nodes;
+        rows->seconds[rows->count] = seconds[repeats / 2];
+        rows->errors[rows->count++] = fmax(SMALLEST, distance(&x->grid, exact));
+    }
+    solution_free(solved);
+    return status;
+}
+
+static ad_status sweep_write(const session *x, const sweep *rows, ad_error *error)
+{
+    static const char *const names[3] = {"seconds", "error", "nodes"};
+    const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
+    if (!x->asked.quiet) {
+        printf("%6s %10s %12s\n", "nodes", "ms", "error");
+        for (int i = 0; i < rows->count; i++) {
+            printf("%6.0f %10.3f %12.2e\n", rows->nodes[i], 1e3 * rows->seconds[i],
+                   rows->errors[i]);
+        }
+    }
+    return table_write(x->asked.work_precision, names, columns, 3, (size_t)rows->count, error);
+}
+
+/* More and more nodes, for a motion with ever finer steps of time. */
+static ad_status sweep_all(const session *x, const double *exact, sweep *rows, ad_error *error)
+{
+    static const int at_rest[] = {2,  3,  4,  5,  6,  8,  10,  12,  16,
+                                  20, 24, 32, 48, 64, 96, 128, 192, 256};
+    static const int moving[] = {5, 7, 9, 11, 13, 17, 21};
+    static const double rounding = 1e-14;
+    bool dynamic = scene_is_dynamic(x->scene);
+    size_t count = dynamic ? sizeof moving / sizeof *moving : sizeof at_rest / sizeof *at_rest;
+    solve_settings settings = {.tolerance = 1e-1, .perturbation = x->asked.perturbation};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < count && status == AD_OK; i++) {
+        settings.nodes = dynamic ? moving[i] : at_rest[i];
+        settings.tolerance /= 10;
+        status = sweep_at(x, &settings, exact, rows, error);
+        if (rows->count > 0 && rows->errors[rows->count - 1] < rounding) {
+            break;
+        }
+    }
+    return status;
+}
+
+static ad_status work_precision(const session *x, ad_error *error)
+{
+    size_t numbers = 3 * x->grid.count;
+    sweep rows = {0};
+    double *exact = malloc(numbers * sizeof *exact);
+    if (!exact) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
+    }
+    ad_status status = evaluate(x->solved, &x->grid, FIELD_POSE, error);
+    if (status == AD_OK) {
+        memcpy(exact, x->grid.values, numbers * sizeof *exact);
+        status = sweep_all(x, exact, &rows, error);
+    }
+    if (status == AD_OK) {
+        status = sweep_write(x, &rows, error);
+    }
+    free(exact);
+    return status;
+}
+
+/* ---- the program --------------------------------------------------------------------------- */
+
+/* A reference needs the experiment around the scene. */
+static ad_status open_reference(session *x, ad_error *error)
+{
+    if (x->settings->reference == CONFIG_REFERENCE_NONE && !x->settings->reference_file) {
+        return AD_OK;
+    }
+    config *settings = x->settings;
+    x->settings = NULL;
+    ad_status status = experiment_create(settings, 1, &x->e, error);
+    if (status == AD_OK) {
+        x->scene = &x->e->settings->scene;
+        status = reference_create(x->e, &x->known, error);
+    }
+    return status;
+}
+
+/* Without --tol; of the solution that others are compared with. */
+static void choose_tolerance(session *x)
+{
+    bool dynamic = scene_is_dynamic(x->scene);
+    double *tolerance = &x->asked.tolerance;
+    if (*tolerance == 0) {
+        *tolerance = dynamic ? 1e-6 : 1e-10;
+    }
+    if (x->asked.work_precision) {
+        *tolerance = fmin(*tolerance, dynamic ? 1e-8 : 1e-12);
+    }
+}
+
+static ad_status solve(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
+    double start = wall_seconds();
+    ad_status status =
+        solution_create(x->scene, &settings, x->count, x->times, &x->solved, &x->report, error);
+    x->seconds = wall_seconds() - start;
+    return status;
+}
+
+/* Everything but the solution. */
+static ad_status prepare(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status =
+        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->scene = &x->settings->scene;
+    snprintf(x->name, sizeof x->name, "%s", x->settings->name);
+    choose_tolerance(x);
+    status = samples_of_grid(x, error);
+    if (status == AD_OK) {
+        status = open_reference(x, error);
+    }
+    if (status == AD_OK && x->known) {
+        status = samples_of_reference(x, error);
+    }
+    return status == AD_OK ? gather_times(x, error) : status;
+}
+
+static ad_status run(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = prepare(x, error);
+    if (status == AD_OK) {
+        status = solve(x, error);
+    }
+    if (status != AD_OK || !reached(x)) {
+        return status;
+    }
+    if (o->out) {
+        status = write_out(x, error);
+    }
+    if (status == AD_OK && !o->quiet) {
+        print_scene(x);
+        status = print_report(x, error);
+        if (o->out) {
+            printf("wrote %s: %zu points\n", o->out, x->grid.count);
+        }
+    }
+    if (status == AD_OK && o->work_precision) {
+        status = work_precision(x, error);
+    }
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    session x = {.asked = {.tolerance = 0}};
+    options *o = &x.asked;
+    const cli_option list[] = {
+        {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
+         "refine until the position is estimated to be within so many\nlengths (default 1e-10 "
+         "static, 1e-6 dynamic)"},
+        {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
+         "so many nodes along the rod, without refinement and estimate;\nof a motion --tol is then "
+         "that of steps of time"},
+        {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
+         "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
+         "shapes"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the values, as .csv, .h5 or .hdf5"},
+        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0,
+         "where: that many points along s and t, ends included\n(default 101x1 static, 51x21 "
+         "dynamic)"},
+        {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
+         "solve with more and more nodes; print and write run time and\nerror against the finest, "
+         "for cpinn-bench --curve CSV"},
+        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
+         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
+        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
+    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, NULL, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    if (o->nodes > 0 && o->work_precision) {
+        return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");
+    }
+    ad_error error = {.message = ""};
+    status = run(&x, &error) == AD_OK ? complain(&x) : cli_fail_error(program, &error);
+    session_free(&x);
+    return status;
+}
