@@ -6,6 +6,7 @@
 #include "tools/solve/dynamic.h"
 #include "tools/solve/quaternion.h"
 
+#include <stdio.h>
 #include <string.h>
 
 typedef struct solved {
@@ -235,6 +236,120 @@ static void test_spinning_rod(void **state)
     free_solved(&x);
 }
 
+/* D6: a helix that travels along itself with speed c and turns about and along its axis u, free of
+ * loads; both ends are driven. */
+static const double helix_u[3] = {1, -2, 3}, helix_c = 1.5, helix_d = 0.4;
+static const double helix_v[3] = {0.018880647336480105, -0.029739776951672858, 1.05770887166236};
+
+/* Parts of v along u and across it, and u x v/|u|. */
+static double helix_parts(double along[3], double across[3], double aside[3])
+{
+    double k = sqrt(vector_dot(helix_u, helix_u));
+    vector_cross(helix_u, helix_v, aside);
+    for (int i = 0; i < 3; i++) {
+        along[i] = helix_u[i] * vector_dot(helix_u, helix_v) / (k * k);
+        across[i] = helix_v[i] - along[i];
+        aside[i] /= k;
+    }
+    return k;
+}
+
+/* The pose at `s`, a text, as YAML; and its rates at t = 0. */
+static void print_helix(char *text, size_t size, const char *s, bool rates)
+{
+    double along[3], across[3], aside[3], k = helix_parts(along, across, aside);
+    size_t at = 0;
+    for (int i = 0; i < 3; i++) {
+        at += (size_t)snprintf(
+            text + at, size - at, "%s%.17g*(%s)+%.17g*sin(%.17g*(%s))+%.17g*(1-cos(%.17g*(%s)))%s",
+            i ? ", " : "position: [", along[i], s, across[i] / k, k, s, aside[i] / k, k, s,
+            rates    ? ""
+            : i == 0 ? "+0.4*t"
+            : i == 1 ? "-0.8*t"
+                     : "+1.2*t");
+    }
+    at += (size_t)snprintf(text + at, size - at, "], rotation: [cos(%.17g*(%s))", k / 2, s);
+    for (int i = 0; i < 3; i++) {
+        at += (size_t)snprintf(text + at, size - at, ", %.17g*sin(%.17g*(%s))", helix_u[i] / k,
+                               k / 2, s);
+    }
+    for (int i = 0; rates && i < 3; i++) {
+        at +=
+            (size_t)snprintf(text + at, size - at, "%s%.17g+%.17g*cos(%.17g*s)+%.17g*sin(%.17g*s)",
+                             i ? ", " : "], velocity: [", helix_d * helix_u[i] + helix_c * along[i],
+                             helix_c * across[i], k, helix_c * aside[i], k);
+    }
+    snprintf(text + at, size - at, rates ? "], angular_velocity: [1.5, -3, 4.5]" : "]");
+}
+
+static void test_travelling_helix(void **state)
+{
+    (void)state;
+    static char text[8192], start[2048], end[2048], initial[2048];
+    print_helix(start, sizeof start, "1.5*t", false);
+    print_helix(end, sizeof end, "1+1.5*t", false);
+    print_helix(initial, sizeof initial, "s", true);
+    snprintf(text, sizeof text,
+             "rod:\n"
+             "  length: 1\n"
+             "  stiffness: {shear: [40, 50], axial: 90, bending: [1.2, 0.8], torsion: 0.5}\n"
+             "  inertia: {mass_per_length: 1.3, rotary: [0.03, 0.02, 0.05]}\n"
+             "  rest: {curvature: [1.0160696223870533, -2.1114776951672862, 1.4442075796726965]}\n"
+             "boundary:\n"
+             "  start: {type: driven, %s}\n"
+             "  end: {type: driven, %s}\n"
+             "initial: {%s}\n"
+             "time: {duration: 1}\n",
+             start, end, initial);
+    solved x;
+    make_rod(&x, "helix.yaml", text);
+    solve(&x, 15, 1e-9, 1, (double[]){x.rod->duration});
+    double along[3], across[3], aside[3], k = helix_parts(along, across, aside), worst = 0;
+    for (int i = 0; i <= 10; i++) {
+        double way = i / 10.0 + helix_c, exact[3];
+        for (int j = 0; j < 3; j++) {
+            exact[j] = along[j] * way + across[j] * sin(k * way) / k +
+                       aside[j] * (1 - cos(k * way)) / k + helix_d * helix_u[j];
+        }
+        solve_state at = state_at(&x, 0, i / 10.0);
+        worst = fmax(worst, distance(at.position, exact));
+        worst = fmax(worst, distance(at.strain, helix_v));
+        worst = fmax(worst, distance(at.curvature, helix_u));
+    }
+    print_message("D6: %.1e, %ld steps\n", worst, x.report.time_steps);
+    assert_true(worst < 1e-7);
+    free_solved(&x);
+}
+
+/* A locked rod is the limit of stiff ones, which differ from it by 1/stiffness. */
+static void test_locked_strain(void **state)
+{
+    (void)state;
+    static const char *const stiffness[3] = {"1e5", "1e6", ".inf"};
+    char text[1024];
+    double tip[3][3];
+    for (int i = 0; i < 3; i++) {
+        snprintf(text, sizeof text,
+                 "rod:\n"
+                 "  length: 1\n"
+                 "  stiffness: {shear: [%s, %s], axial: %s, bending: [1, 1], torsion: 0.8}\n"
+                 "  inertia: {mass_per_length: 1, rotary: [0.0006, 0.0006, 0.0012]}\n"
+                 "boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}}\n"
+                 "loads: {tip: {force: [0, 0, -8*sin(pi*t)^2]}}\n"
+                 "time: {duration: 0.5}\n",
+                 stiffness[i], stiffness[i], stiffness[i]);
+        solved x;
+        make_rod(&x, "locked.yaml", text);
+        solve(&x, 17, 1e-6, 1, (double[]){0.5});
+        memcpy(tip[i], state_at(&x, 0, 1).position, sizeof tip[i]);
+        free_solved(&x);
+    }
+    for (int k = 0; k < 3; k++) {
+        assert_near(tip[2][k], tip[1][k] + (tip[1][k] - tip[0][k]) / 9, 3e-6);
+    }
+    print_message("1e5 and 1e6 differ by %.1e\n", distance(tip[0], tip[1]));
+}
+
 /* ---- conservation -------------------------------------------------------------------------- */
 
 /* A free rod without loads or damping, bent and moving at random. */
@@ -242,7 +357,7 @@ static motion *random_motion(const solve_rod *rod, double *state, double *rate)
 {
     ad_error error = {.message = ""};
     motion *m = NULL;
-    if (motion_create(rod, 2, 5, &m, &error) != AD_OK || motion_at(m, 0, &error) != AD_OK ||
+    if (motion_create(rod, 1e8, 2, 5, &m, &error) != AD_OK || motion_at(m, 0, &error) != AD_OK ||
         motion_initial(m, state, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
@@ -346,10 +461,10 @@ static void test_refusals(void **state)
     assert_int_equal(dynamic_solve(x.rod, &settings, 2, late, &x.motion, &report, &error),
                      AD_BAD_ARGUMENT);
     assert_non_null(strstr(error.message, "time 1 is 1.5; allowed: ascending, from 0 to 1"));
-    x.rod->strain_compliance[2] = 0;
+    x.rod->rotary_inertia[2] = 0;
     assert_int_equal(dynamic_solve(x.rod, &settings, 1, late, &x.motion, &report, &error),
                      AD_BAD_INPUT);
-    assert_non_null(strstr(error.message, "locked strain"));
+    assert_non_null(strstr(error.message, "rotary inertia about d3 is 0"));
     assert_null(x.motion);
     free_solved(&x);
 }
@@ -360,6 +475,7 @@ int main(void)
         cmocka_unit_test(test_order_in_space),    cmocka_unit_test(test_order_in_time),
         cmocka_unit_test(test_loaded_cantilever), cmocka_unit_test(test_released_cantilever),
         cmocka_unit_test(test_torsion_wave),      cmocka_unit_test(test_spinning_rod),
+        cmocka_unit_test(test_travelling_helix),  cmocka_unit_test(test_locked_strain),
         cmocka_unit_test(test_conservation),      cmocka_unit_test(test_estimate),
         cmocka_unit_test(test_refusals),
     };

@@ -42,9 +42,16 @@ ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const do
     return status;
 }
 
+/* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
+ * hundredth of the tolerance. Beyond the largest, rounding costs more than stiffness gains. */
+static double lock_for(double tolerance)
+{
+    return fmin(100 / tolerance, 1e10);
+}
+
 /* Memory for a solution on a mesh of at least so many intervals. */
-static ad_status create(const solve_rod *rod, int intervals, size_t count, const double *times,
-                        dynamic_solution **result, ad_error *error)
+static ad_status create(const solve_rod *rod, double lock, int intervals, size_t count,
+                        const double *times, dynamic_solution **result, ad_error *error)
 {
     int elements = (intervals + ELEMENT_DEGREE_MAX - 1) / ELEMENT_DEGREE_MAX;
     int degree = (intervals + elements - 1) / elements;
@@ -52,7 +59,7 @@ static ad_status create(const solve_rod *rod, int intervals, size_t count, const
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status = motion_create(rod, elements, degree, &x->motion, error);
+    ad_status status = motion_create(rod, lock, elements, degree, &x->motion, error);
     if (status == AD_OK) {
         x->count = count;
         x->times = malloc((count + 1) * sizeof *x->times);
@@ -99,13 +106,13 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, dou
     return status;
 }
 
-static ad_status solve_once(const solve_rod *rod, int intervals, double tolerance, size_t count,
-                            const double *times, dynamic_solution **result, solve_report *report,
-                            ad_error *error)
+static ad_status solve_once(const solve_rod *rod, double lock, int intervals, double tolerance,
+                            size_t count, const double *times, dynamic_solution **result,
+                            solve_report *report, ad_error *error)
 {
     dynamic_solution *x = NULL;
     *result = NULL;
-    ad_status status = create(rod, intervals, count, times, &x, error);
+    ad_status status = create(rod, lock, intervals, count, times, &x, error);
     if (status != AD_OK) {
         return status;
     }
@@ -145,6 +152,7 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
 /* What refining has reached. */
 typedef struct refined {
     dynamic_solution *best;
+    double lock;
     double tolerance; /* of time steps */
     int intervals;
     double distance; /* between the last two; NaN: there has been one */
@@ -155,8 +163,8 @@ static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *re
                              ad_error *error)
 {
     dynamic_solution *next = NULL, *last = at->best;
-    ad_status status = solve_once(rod, at->intervals, at->tolerance, last->count, last->times,
-                                  &next, report, error);
+    ad_status status = solve_once(rod, at->lock, at->intervals, at->tolerance, last->count,
+                                  last->times, &next, report, error);
     if (status == AD_OK) {
         status = compare(last, next, &at->distance, error);
         dynamic_free(last);
@@ -199,12 +207,13 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
         }
     }
     bool is_given = settings->nodes > 0;
-    refined at = {.tolerance = (is_given ? 1 : 10) * settings->tolerance,
+    refined at = {.lock = lock_for(settings->tolerance),
+                  .tolerance = (is_given ? 1 : 10) * settings->tolerance,
                   .intervals = !is_given             ? COARSEST
                                : settings->nodes > 2 ? settings->nodes - 1
                                                      : 2};
     ad_status status =
-        solve_once(rod, at.intervals, at.tolerance, count, times, &at.best, report, error);
+        solve_once(rod, at.lock, at.intervals, at.tolerance, count, times, &at.best, report, error);
     if (status == AD_OK && !is_given) {
         status = refine(rod, settings->tolerance, &at, report, error);
     }

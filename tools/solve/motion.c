@@ -3,6 +3,7 @@
 #include "tools/solve/lobatto.h"
 #include "tools/solve/quaternion.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,8 +21,9 @@ struct motion {
     const solve_rod *rod;
     int elements, degree;
     size_t nodes;
-    bool is_damped; /* Bse or Bbt */
-    bool has_time;  /* loads and ends are those of `time` */
+    double strain_stiffness[3], curvature_stiffness[3]; /* finite */
+    bool is_damped;                                     /* Bse or Bbt */
+    bool has_time;                                      /* loads and ends are those of `time` */
     double time;
 
     double *points;          /* [degree + 1] on [-1, 1] */
@@ -52,18 +54,23 @@ struct motion {
 static ad_status refuse(const solve_rod *rod, ad_error *error)
 {
     for (int i = 0; i < 3; i++) {
-        if (rod->strain_compliance[i] == 0 || rod->curvature_compliance[i] == 0) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "a locked strain (infinite stiffness) in a dynamic scene; allowed: "
-                           "finite stiffness");
-        }
         if (!(rod->rotary_inertia[i] > 0)) {
             return ad_fail(error, AD_BAD_INPUT,
-                           "rotary inertia %d is %g in a dynamic scene; allowed: > 0", i + 1,
+                           "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0", i + 1,
                            rod->rotary_inertia[i]);
         }
     }
     return AD_OK;
+}
+
+static void set_stiffness(motion *m, double lock)
+{
+    for (int i = 0; i < 3; i++) {
+        double strain = m->rod->strain_stiffness[i], curvature = m->rod->curvature_stiffness[i];
+        m->strain_stiffness[i] = isfinite(strain) ? strain : lock;
+        m->curvature_stiffness[i] = isfinite(curvature) ? curvature : lock;
+        m->is_damped |= m->rod->strain_damping[i] != 0 || m->rod->curvature_damping[i] != 0;
+    }
 }
 
 static bool allocate(motion *m)
@@ -133,8 +140,8 @@ static void place_nodes(motion *m)
     }
 }
 
-ad_status motion_create(const solve_rod *rod, int elements, int degree, motion **result,
-                        ad_error *error)
+ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
+                        motion **result, ad_error *error)
 {
     *result = NULL;
     ad_status status = refuse(rod, error);
@@ -150,9 +157,7 @@ ad_status motion_create(const solve_rod *rod, int elements, int degree, motion *
     if (m) {
         *m = (motion){.rod = rod, .elements = elements, .degree = degree};
         m->nodes = (size_t)elements * (size_t)degree + 1;
-        for (int i = 0; i < 3; i++) {
-            m->is_damped |= rod->strain_damping[i] != 0 || rod->curvature_damping[i] != 0;
-        }
+        set_stiffness(m, lock);
     }
     if (!m || !allocate(m)) {
         motion_free(m);
@@ -333,13 +338,12 @@ static void section_at(motion *m, size_t node, int k, section *at, double *wrenc
     const double *slope = m->slope[k], *q = m->pose[node] + LANE_Q;
     double(*R)[3] = m->R[node];
     double p[4], cross_n[3], cross_m[3], weight = m->element_weight[k];
-    const solve_rod *rod = m->rod;
     to_body(R, slope, at->v);
     quaternion_quotient(q, slope + LANE_Q, p);
     for (int i = 0; i < 3; i++) {
         at->u[i] = 2 * p[i + 1];
-        at->n[i] = rod->strain_stiffness[i] * (at->v[i] - m->rest[node].strain[i]);
-        at->m[i] = rod->curvature_stiffness[i] * (at->u[i] - m->rest[node].curvature[i]);
+        at->n[i] = m->strain_stiffness[i] * (at->v[i] - m->rest[node].strain[i]);
+        at->m[i] = m->curvature_stiffness[i] * (at->u[i] - m->rest[node].curvature[i]);
     }
     if (m->is_damped) {
         add_damping(m, node, slope, m->slope_rate[k], at);
@@ -486,8 +490,8 @@ static void add_sections(const motion *m, motion_energy *energy)
             const solve_rest *rest = &m->rest[e * m->degree + k];
             double weight = m->element_weight[k];
             for (int i = 0; i < 3; i++) {
-                double strain = at->v[i] - rest->strain[i], kse = rod->strain_stiffness[i];
-                double bend = at->u[i] - rest->curvature[i], kbt = rod->curvature_stiffness[i];
+                double strain = at->v[i] - rest->strain[i], kse = m->strain_stiffness[i];
+                double bend = at->u[i] - rest->curvature[i], kbt = m->curvature_stiffness[i];
                 double bse = rod->strain_damping[i], bbt = rod->curvature_damping[i];
                 double viscous_n = at->n[i] - kse * strain, viscous_m = at->m[i] - kbt * bend;
                 energy->strain += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);

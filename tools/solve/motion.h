@@ -1,5 +1,5 @@
 /* The equations of motion of a rod at the nodes of spectral elements: space made discrete, time
- * not. Needs finite stiffness.
+ * not.
  *
  * Equal elements of one degree, with Legendre-Gauss-Lobatto points for nodes and quadrature.
  * Unknown at each node: position r (world), rotation q, velocity V = r_t (world), spin w = 2 vec(q*
@@ -26,9 +26,10 @@ enum { MOTION_R = 0, MOTION_Q = 3, MOTION_V = 7, MOTION_W = 10, MOTION_ROWS = 13
 
 typedef struct motion motion;
 
-/* Borrows `rod`. AD_BAD_INPUT for what this form cannot do: a locked strain, no rotary inertia. */
-ad_status motion_create(const solve_rod *rod, int elements, int degree, motion **result,
-                        ad_error *error);
+/* Borrows `rod`. lock: the stiffness, by EI/L^2 or EI, of strains that the model locks; what they
+ * still give way is n/lock. AD_BAD_INPUT for what this form cannot do: no rotary inertia. */
+ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
+                        motion **result, ad_error *error);
 void motion_free(motion *m);
 
 size_t motion_nodes(const motion *m);
