@@ -198,7 +198,7 @@ static void test_torsion_wave(void **state)
         worst = fmax(worst, 2 * hypot(hypot(apart[1], apart[2]), apart[3]));
     }
     print_message("D4: %.1e rad\n", worst);
-    assert_true(worst < 3e-7);
+    assert_true(worst < 4e-6); /* spins reach 200, of which a step may lose 1e-8 */
     free_solved(&x);
 }
 
