@@ -173,12 +173,23 @@ static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *re
     return status;
 }
 
+static bool is_locked(const solve_rod *rod)
+{
+    for (int i = 0; i < 3; i++) {
+        if (rod->strain_compliance[i] == 0 || rod->curvature_compliance[i] == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* First t, where meshes are coarse and steps cheap, then s: steps of two meshes differ, and their
  * errors would pass for errors of the mesh. */
 static ad_status refine(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
                         ad_error *error)
 {
-    const double finest = 1e-12; /* of time steps; rounding is not far */
+    /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
+    const double finest = is_locked(rod) ? 1e-8 : 1e-12;
     ad_status status = AD_OK;
     do {
         at->tolerance = fmax(at->tolerance / 10, finest);
