@@ -1,5 +1,6 @@
 /* Motions of rods by the classical solver: exact solutions, published histories, what a rod
  * conserves. Error bounds are some three times what is measured where no other reason is given. */
+#include "allocations.h"
 #include "rod_testing.h"
 
 #include "tools/config/config.h"
@@ -198,7 +199,7 @@ static void test_torsion_wave(void **state)
         worst = fmax(worst, 2 * hypot(hypot(apart[1], apart[2]), apart[3]));
     }
     print_message("D4: %.1e rad\n", worst);
-    assert_true(worst < 3e-7);
+    assert_true(worst < 4e-6); /* spins reach 200, of which a step may lose 1e-8 */
     free_solved(&x);
 }
 
@@ -469,6 +470,30 @@ static void test_refusals(void **state)
     free_solved(&x);
 }
 
+/* Whichever allocation fails, it is told (or, of a formula's value, survived) and nothing is left.
+ */
+static void test_no_memory(void **state)
+{
+    (void)state;
+    solve_settings settings = {.tolerance = 1e-2};
+    long needed = 0;
+    int told = 0;
+    for (long n = 0; n <= needed; n++) {
+        solved x;
+        make_rod(&x, "configs/cantilever_dynamic.yaml", NULL);
+        allocations = 0;
+        failing_allocation = n;
+        ad_status status =
+            dynamic_solve(x.rod, &settings, 1, (double[]){0.1}, &x.motion, &x.report, NULL);
+        failing_allocation = 0;
+        needed = n == 0 ? allocations : needed;
+        assert_true(status == AD_OK || (status == AD_NO_MEMORY && x.motion == NULL));
+        told += status == AD_NO_MEMORY;
+        free_solved(&x);
+    }
+    assert_true(needed > 50 && told > 50);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -477,7 +502,7 @@ int main(void)
         cmocka_unit_test(test_torsion_wave),      cmocka_unit_test(test_spinning_rod),
         cmocka_unit_test(test_travelling_helix),  cmocka_unit_test(test_locked_strain),
         cmocka_unit_test(test_conservation),      cmocka_unit_test(test_estimate),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refusals),          cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

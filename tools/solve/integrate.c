@@ -2,9 +2,9 @@
 
 #include "tools/solve/gauss.h"
 #include "tools/solve/motion_system.h"
+#include "tools/solve/vector.h"
 
 #include <arkode/arkode_arkstep.h>
-#include <nvector/nvector_serial.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -129,8 +129,8 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (status != AD_OK) {
         return status;
     }
-    in->state = N_VNew_Serial((sunindextype)rows, in->context);
-    in->sample = N_VNew_Serial((sunindextype)rows, in->context);
+    in->state = vector_create(rows, in->context);
+    in->sample = vector_create(rows, in->context);
     if (!in->state || !in->sample) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }

@@ -19,7 +19,7 @@ struct motion_system {
     double *rate;    /* its rate */
     double (*R)[3][3];
     double *moved, *moved_rate;
-    double *change, *right; /* [6 nodes] */
+    double *change; /* of V and w, in the frames of the bodies [6 nodes] */
     SUNMatrix matrix;
     SUNLinearSolver solver;
 };
@@ -145,20 +145,19 @@ static double move_freely(motion_system *n, const double *b)
     return largest;
 }
 
-/* right = gamma K move, by a difference quotient along n->moved_rate. */
-static void set_stiffness(motion_system *n, double largest)
+/* n->change += gamma K move, by a difference quotient along n->moved_rate. */
+static void add_stiffness(motion_system *n, double largest)
 {
     double by = displacement / largest;
     memcpy(n->moved, n->state, n->nodes * MOTION_ROWS * sizeof *n->moved);
     for (size_t i = 0; i < n->nodes * MOTION_ROWS; i += MOTION_ROWS) {
-        for (int k = 0; k < MOTION_V; k++) {
-            n->moved[i + (size_t)k] += by * n->moved_rate[i + (size_t)k];
+        for (size_t k = 0; k < MOTION_V; k++) {
+            n->moved[i + k] += by * n->moved_rate[i + k];
         }
     }
     motion_rate(n->motion, n->moved, n->moved_rate);
-    memset(n->right, 0, n->nodes * UNKNOWNS * sizeof *n->right);
     for (size_t i = 0; i < n->nodes; i++) {
-        add_acceleration(n, i, n->gamma / by, n->right + i * UNKNOWNS);
+        add_acceleration(n, i, n->gamma / by, n->change + i * UNKNOWNS);
     }
 }
 
@@ -178,30 +177,18 @@ static void finish(const motion_system *n, const double *b, double *x)
     }
 }
 
-/* After the first iteration the equations of position are met and those of rotation nearly: then
- * K b does not matter, and is not worth an evaluation. */
 static void solve(motion_system *n, const double *b, double *x)
 {
-    const double negligible = 1e-2; /* of the displacement, like what a lagged matrix misses */
-    size_t size = n->nodes * UNKNOWNS;
-    double largest = 0;
     for (size_t i = 0; i < n->nodes; i++) {
         const double *from = b + i * MOTION_ROWS;
         to_body(n->R[i], from + MOTION_V, n->change + i * UNKNOWNS);
         memcpy(n->change + i * UNKNOWNS + 3, from + MOTION_W, 3 * sizeof(double));
     }
-    ad_dense_lu_solve(size, 1, n->factors, n->pivots, n->change);
-    for (size_t i = 0; i < size; i++) {
-        largest = fmax(largest, fabs(n->change[i]));
-    }
     double move = move_freely(n, b);
-    if (move > negligible * n->gamma * largest) {
-        set_stiffness(n, move);
-        ad_dense_lu_solve(size, 1, n->factors, n->pivots, n->right);
-        for (size_t i = 0; i < size; i++) {
-            n->change[i] += n->right[i];
-        }
+    if (move > 0) {
+        add_stiffness(n, move);
     }
+    ad_dense_lu_solve(n->nodes * UNKNOWNS, 1, n->factors, n->pivots, n->change);
     finish(n, b, x);
 }
 
@@ -271,9 +258,8 @@ ad_status motion_system_create(motion *m, SUNContext context, motion_system **re
     n->moved = malloc(rows * sizeof *n->moved);
     n->moved_rate = malloc(rows * sizeof *n->moved_rate);
     n->change = malloc(size * sizeof *n->change);
-    n->right = malloc(size * sizeof *n->right);
     bool complete = n->factors && n->pivots && n->state && n->rate && n->R && n->moved &&
-                    n->moved_rate && n->right;
+                    n->moved_rate && n->change;
     ad_status status = complete ? make_shells(n, context, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for linear systems");
     if (status != AD_OK) {
@@ -293,8 +279,8 @@ void motion_system_free(motion_system *n)
         if (n->solver) {
             SUNLinSolFreeEmpty(n->solver);
         }
-        void *all[] = {n->factors, n->pivots,     n->state,  n->rate, n->R,
-                       n->moved,   n->moved_rate, n->change, n->right};
+        void *all[] = {n->factors, n->pivots, n->state,      n->rate,
+                       n->R,       n->moved,  n->moved_rate, n->change};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }

@@ -4,8 +4,10 @@
  * Rates of position and rotation are known in V and w, and local to their node. Eliminating them
  * leaves 6 unknowns a node instead of 13: V and w with
  *   (I - gamma (D + K A)) (dV, dw) = right side,   A = d(r, q)/d(V, w)
- * whose columns are difference quotients of accelerations along (dr, dq, dV, dw) = A-consistent
- * motions of one node, several nodes that share no element at a time. */
+ * whose columns are difference quotients of accelerations, along motions of one node, or of several
+ * that share no element, in which dr and dq follow dV and dw by A. V is taken in the frame of the
+ * body at its node: a rod is stiff along its directors, so that the matrix hardly changes while the
+ * rod turns, and one serves for many steps. */
 #ifndef TOOLS_SOLVE_MOTION_SYSTEM_H
 #define TOOLS_SOLVE_MOTION_SYSTEM_H
 
