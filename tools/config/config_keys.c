@@ -90,6 +90,9 @@ const config_key config_keys[] = {
      .help = "Strain v of the unstressed rod along d1, d2, d3; formulas of s."},
     {FORMULAS("rod.rest.curvature", scene.rod.rest_curvature), .unit = "1/m",
      .help = "Curvature u of the unstressed rod about d1, d2, d3; formulas of s."},
+    {FORMULAS("rod.rest.imperfection", scene.rod.imperfection), .unit = "1/m",
+     .help = "Curvature added to it while the loads grow, gone when all of them act: it says to "
+             "which side a column buckles. Static scenes without hidden layers."},
     {"rod.damping.strain", CONFIG_NUMBER, VECTOR, AT(scene.rod.strain_damping), .unit = "N s",
      NOT_NEGATIVE, .help = "Kelvin-Voigt damping of shear, shear, stretch."},
     {"rod.damping.curvature", CONFIG_NUMBER, VECTOR, AT(scene.rod.curvature_damping),
@@ -187,7 +190,7 @@ const config_key config_keys[] = {
      .fallback = "0; without hidden layers enough for the largest frequencies",
      .help = "Pairs sin, cos of random waves put beside the inputs; 0: none."},
     {"network.fourier.wavenumber", CONFIG_NUMBER, AT(fourier_wavenumber), .unit = "rad/m", POSITIVE,
-     .fallback = "16 / rod.length; dynamic 12 / rod.length",
+     .fallback = "16 / rod.length, more for large loads; dynamic 12 / rod.length",
      .help = "Their largest frequency along s; drawn uniformly within."},
     {"network.fourier.frequency", CONFIG_NUMBER, AT(fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
