@@ -323,7 +323,7 @@ const config_key config_keys[] = {
              "matrix_free, with scaling identity, where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
-     .fallback = "identity; diagonal without hidden layers",
+     .fallback = "identity; diagonal in motion without hidden layers",
      .help = "What is damped: every parameter alike, or by the diagonal of J^T J."},
     {"training.stages[].initial_damping", CONFIG_NUMBER, STAGE(gauss_newton.initial_damping),
      .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,

@@ -88,7 +88,9 @@ static int default_features(const config *experiment)
 }
 
 /* A linear network starts near where it ends, so with hardly any damping. The functions of its
- * orthonormal basis differ in their derivatives, and so in what J^T J holds of them. */
+ * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion
+ * damping that follows this was measured to be better by many orders. At rest damping all alike
+ * takes fewer steps, and only so do rods wound up five times arrive. */
 static void resolve_linear_stages(config *experiment)
 {
     char path[CONFIG_PATH_MAX];
@@ -99,7 +101,8 @@ static void resolve_linear_stages(config *experiment)
             stage->gauss_newton.initial_damping = 1e-10;
         }
         snprintf(path, sizeof path, "training.stages[%d].scaling", i);
-        if (!given(experiment, path) && stage->linear_algebra != CONFIG_MATRIX_FREE) {
+        if (!given(experiment, path) && stage->linear_algebra != CONFIG_MATRIX_FREE &&
+            scene_is_dynamic(&experiment->scene)) {
             stage->gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
         }
     }
