@@ -208,7 +208,7 @@ void ad_pool_free(ad_pool *pool);
 int ad_pool_threads(const ad_pool *pool);
 
 typedef struct ad_settings {
-    int tile;  /* points per tile, 0: chosen to keep the workspace in the L2 cache */
+    int tile;  /* points per tile, 0: chosen by the size of the L2 cache */
     int piece; /* numbers per piece of an elementwise group */
     bool fuse; /* stack matrix products that share a matrix, contract a*b+c; off only to
                 * compare: results agree to rounding */

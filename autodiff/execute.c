@@ -26,7 +26,9 @@ struct tile_state {
     const execution *e;
     double *workspace, *scratch;
     double *sums;
-    int tile;  /* stride unit */
+    const double *base[3]; /* by place_kind: where its values lie */
+    ptrdiff_t unit[3];     /* by place_kind: numbers per unit of offset and stride */
+    int tile;
     int width; /* points computed: `valid` rounded up to a multiple of 8 */
     int valid;
 };
@@ -38,6 +40,19 @@ static size_t minimum(size_t a, size_t b)
 
 /* ---- instructions --------------------------------------------------------------------------- */
 
+static tile_state begin(const execution *e, int thread)
+{
+    const ad_program *program = e->program;
+    tile_state t = {.e = e, .workspace = program->workspaces[thread], .tile = e->tile};
+    t.scratch = t.workspace + program->workspace_numbers;
+    t.base[PLACE_TILE] = t.workspace;
+    t.base[PLACE_UNIFORM] = program->uniform;
+    t.base[PLACE_PARAMETER] = e->run->parameters;
+    t.unit[PLACE_TILE] = e->tile;
+    t.unit[PLACE_UNIFORM] = t.unit[PLACE_PARAMETER] = 1;
+    return t;
+}
+
 static double *tile_at(const tile_state *t, place p, int row)
 {
     return t->workspace + (ptrdiff_t)(p.offset + row * p.stride) * t->tile;
@@ -45,18 +60,14 @@ static double *tile_at(const tile_state *t, place p, int row)
 
 static kernel_operand operand(const tile_state *t, place p, int row)
 {
-    const ad_program *program = t->e->program;
-    if (p.kind == PLACE_TILE) {
-        return (kernel_operand){tile_at(t, p, row), (ptrdiff_t)p.stride * t->tile};
-    }
-    const double *base = p.kind == PLACE_UNIFORM ? program->uniform : t->e->run->parameters;
-    return (kernel_operand){base + p.offset + row * p.stride, p.stride};
+    ptrdiff_t unit = t->unit[p.kind];
+    return (kernel_operand){t->base[p.kind] + (p.offset + row * p.stride) * unit, p.stride * unit};
 }
 
 static void run_elementwise(const tile_state *t, const instruction *i, int row, int rows)
 {
     kernel_operand in[AD_ARITY_MAX];
-    for (int k = 0; k < AD_ARITY_MAX && i->in[k].rows; k++) {
+    for (int k = 0; k < AD_ARITY_MAX; k++) { /* also of those it has not: no branch */
         in[k] = operand(t, i->in[k], i->in[k].local ? 0 : row);
     }
     i->loop(rows, t->width, tile_at(t, i->out, i->out.local ? 0 : row),
@@ -300,8 +311,7 @@ static void run_tile(tile_state *t, size_t number)
 static void run_chunk(void *context, int chunk, int thread)
 {
     const execution *e = context;
-    tile_state t = {.e = e, .workspace = e->program->workspaces[thread], .tile = e->tile};
-    t.scratch = t.workspace + e->program->workspace_numbers;
+    tile_state t = begin(e, thread);
     t.sums = e->program->sums + (size_t)chunk * (size_t)e->program->most_reduced;
     memset(t.sums, 0, (size_t)e->pass->reduced * sizeof *t.sums);
     size_t first = (size_t)chunk * e->tiles / e->chunks;
@@ -416,8 +426,7 @@ static void run_tile_job(void *context, int item, int thread)
 {
     const tile_job *job = context;
     const execution *e = &job->e;
-    tile_state t = {.e = e, .workspace = e->program->workspaces[thread], .tile = e->tile};
-    t.scratch = t.workspace + e->program->workspace_numbers;
+    tile_state t = begin(e, thread);
     run_tile(&t, job->first + (size_t)item);
     job->work(job->context, &t, (size_t)item);
 }

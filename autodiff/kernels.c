@@ -24,8 +24,6 @@
 #define VECTOR_ABI(arguments, name) _ZGVbN2##arguments##_##name
 #endif
 
-enum { UNROLL = 4 };
-
 #define INLINE static inline __attribute__((always_inline))
 
 typedef double vec __attribute__((vector_size(LANES * 8), may_alias));
@@ -141,22 +139,8 @@ INLINE vec v_stumpff(vec a, int whole)
     return a;
 }
 
-/* out = op of vectors at point j; `mask` and `arity` are known at compile time. */
-#define STEP(mask, arity, j, expression)                                                           \
-    if (!((mask)&1)) {                                                                             \
-        a = *(const vec *)(at[0] + (j));                                                           \
-    }                                                                                              \
-    if ((arity) > 1 && !((mask)&2)) {                                                              \
-        b = *(const vec *)(at[1] + (j));                                                           \
-    }                                                                                              \
-    if ((arity) > 2 && !((mask)&4)) {                                                              \
-        c = *(const vec *)(at[2] + (j));                                                           \
-    }                                                                                              \
-    (void)b, (void)c;                                                                              \
-    *(vec *)(out + (j)) = (expression);
-
-/* A loop over rows and points. Tiles are short, so a row is worked on in steps of UNROLL vectors.
- */
+/* A loop over rows and points; `mask` and `arity` are known at compile time. Rows are short: what
+ * counts is how little surrounds the inner loop. */
 #define LOOP(name, expression)                                                                     \
     INLINE void name##_loop(int mask, int rows, int points, double *out, ptrdiff_t stride,         \
                             const kernel_operand *x, int arity, int whole, double number)          \
@@ -168,18 +152,23 @@ INLINE vec v_stumpff(vec a, int whole)
             at[i] = x[i].at;                                                                       \
             next[i] = x[i].stride;                                                                 \
         }                                                                                          \
-        for (int row = 0; row < rows; row++) {                                                     \
+        const ptrdiff_t end = points;                                                              \
+        for (; rows > 0; rows--) {                                                                 \
             vec a = mask & 1 ? splat(*at[0]) : splat(0);                                           \
             vec b = mask & 2 ? splat(*at[1]) : splat(0);                                           \
             vec c = mask & 4 ? splat(*at[2]) : splat(0);                                           \
-            int j = 0;                                                                             \
-            for (; j + UNROLL * LANES <= points; j += UNROLL * LANES) {                            \
-                for (int i = 0; i < UNROLL; i++) {                                                 \
-                    STEP(mask, arity, j + i * LANES, expression)                                   \
+            for (ptrdiff_t j = 0; j < end; j += LANES) {                                           \
+                if (!(mask & 1)) {                                                                 \
+                    a = *(const vec *)(at[0] + j);                                                 \
                 }                                                                                  \
-            }                                                                                      \
-            for (; j < points; j += LANES) {                                                       \
-                STEP(mask, arity, j, expression)                                                   \
+                if (arity > 1 && !(mask & 2)) {                                                    \
+                    b = *(const vec *)(at[1] + j);                                                 \
+                }                                                                                  \
+                if (arity > 2 && !(mask & 4)) {                                                    \
+                    c = *(const vec *)(at[2] + j);                                                 \
+                }                                                                                  \
+                (void)b, (void)c;                                                                  \
+                *(vec *)(out + j) = (expression);                                                  \
             }                                                                                      \
             for (int i = 0; i < arity; i++) {                                                      \
                 at[i] += next[i];                                                                  \

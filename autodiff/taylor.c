@@ -82,30 +82,78 @@ static ad_value coefficient_smooth(taylor *t, ad_value y, int k)
     return sum;
 }
 
-/* d y_k = sum_j f'(x)_(k-j) d x_j for the coefficients of y = f(x), because d y = f'(x) d x as a
- * product of series. Noted for the reverse transform: it takes fewer operations than going back
- * through the recurrence above, and needs no intermediate value of it. */
-static void note_partials(taylor *t, ad_value y, int k, ad_value result)
+/* d result / d argument += partial */
+static bool note_partial(taylor *t, ad_value result, ad_value argument, ad_value partial)
 {
-    ad_value x = argument_of(y, 0), slope = op_table[node_of(y)->op].partial(y, 0);
-    for (int j = 0; j <= k; j++) { /* not if simplification found an older value for y_k */
-        if (ad_is_constant(result, 0) || node_of(result)->partials ||
-            coefficient(t, x, j).id >= result.id) {
-            return;
+    ad_tape *tape = t->tape;
+    for (int i = node_of(result)->partials; i > 0; i = tape->partials[i - 1].next) {
+        if (tape->partials[i - 1].argument == argument.id) {
+            int sum = ad_add(value_of(tape, tape->partials[i - 1].partial), partial).id;
+            tape->partials[i - 1].partial = sum;
+            return sum >= 0;
         }
     }
+    if (!ad_is_valid(argument) || !ad_is_valid(partial) ||
+        !tape_grow((void **)&tape->partials, &tape->partial_capacity, tape->partial_count + 1,
+                   sizeof *tape->partials)) {
+        ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
+        return false;
+    }
+    node *n = &tape->nodes[result.id];
+    tape->partials[tape->partial_count++] = (known_partial){argument.id, partial.id, n->partials};
+    n->partials = tape->partial_count;
+    return true;
+}
+
+/* d y_k += sum_j slope_(k-j) d x_j, from d y = slope d x as a product of series. */
+static bool note_series(taylor *t, ad_value result, ad_value x, ad_value slope, int k)
+{
     for (int j = 0; j <= k; j++) {
-        known_partial known = {coefficient(t, x, j).id, coefficient(t, slope, k - j).id, 0};
-        if (known.argument < 0 || known.partial < 0 ||
-            !tape_grow((void **)&t->tape->partials, &t->tape->partial_capacity,
-                       t->tape->partial_count + 1, sizeof known)) {
-            ad_tape_fail(t->tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
-            return;
+        ad_value argument = coefficient(t, x, j), partial = coefficient(t, slope, k - j);
+        if (!ad_is_constant(partial, 0) && !note_partial(t, result, argument, partial)) {
+            return false;
         }
-        node *n = &t->tape->nodes[result.id];
-        known.next = n->partials;
-        t->tape->partials[t->tape->partial_count++] = known;
-        n->partials = t->tape->partial_count;
+    }
+    return true;
+}
+
+/* Whether the coefficients of x were there before those of y: simplification may have found an
+ * older value for y_k. */
+static bool is_older(taylor *t, ad_value x, int k, ad_value result)
+{
+    for (int j = 0; j <= k; j++) {
+        if (coefficient(t, x, j).id >= result.id) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The derivatives of a coefficient y_k by the coefficients of x, for y = f(x) and for a y that is
+ * itself a coefficient of such. Noted for the reverse transform: it takes fewer operations than
+ * going back through the recurrence above, and needs no intermediate value of it. */
+static void note_partials(taylor *t, ad_value y, int k, ad_value result)
+{
+    ad_tape *tape = t->tape;
+    if (ad_is_constant(result, 0) || node_of(result)->partials) {
+        return;
+    }
+    if (op_is_regular(node_of(y)->op)) {
+        ad_value x = argument_of(y, 0);
+        if (is_older(t, x, k, result)) {
+            note_series(t, result, x, op_table[node_of(y)->op].partial(y, 0), k);
+        }
+        return;
+    }
+    int first = node_of(y)->partials;
+    bool older = true;
+    for (int i = first; i > 0; i = tape->partials[i - 1].next) {
+        older = older && is_older(t, value_of(tape, tape->partials[i - 1].argument), k, result);
+    }
+    for (int i = first; i > 0 && older; i = tape->partials[i - 1].next) {
+        known_partial known = tape->partials[i - 1];
+        older = note_series(t, result, value_of(tape, known.argument),
+                            value_of(tape, known.partial), k);
     }
 }
 
@@ -159,9 +207,7 @@ static ad_value coefficient(taylor *t, ad_value y, int k)
             return tape_failed(t->tape);
         }
         t->known[y.id * (t->order + 1) + k] = result.id; /* the array may have moved */
-        if (op_is_regular(node_of(y)->op)) {
-            note_partials(t, y, k, result);
-        }
+        note_partials(t, y, k, result);
         return result;
     }
     return value_of(t->tape, *slot);

@@ -165,6 +165,13 @@ ad_status problem_enter(problem *p, const rod_window *window, ad_error *error)
     return status;
 }
 
+ad_status problem_load(problem *p, double part, ad_error *error)
+{
+    const rod_window window = p->window;
+    p->scene.loads.part = part;
+    return problem_enter(p, &window, error);
+}
+
 void problem_free(problem *p)
 {
     if (!p) {

@@ -89,6 +89,10 @@ void problem_free(problem *p);
  * on. After an error the problem can only be freed. */
 ad_status problem_enter(problem *p, const rod_window *window, ad_error *error);
 
+/* Let only a part of the scene's loads act, 0 to 1, and its imperfection to the rest; a problem
+ * begins with all of them. The rest as above. */
+ad_status problem_load(problem *p, double part, ad_error *error);
+
 size_t problem_parameters(const problem *p); /* length of x */
 
 /* The terms of this scene, in a fixed order, by index. */

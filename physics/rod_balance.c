@@ -53,7 +53,8 @@ static ad_value rod_distributed(const rod_context *rod, const char *const *text,
                                 ad_value rotation, rod_conversion *from_world)
 {
     const double none[3] = {0, 0, 0};
-    ad_value load = rod_expressions(rod, 3, text, none, 1 / unit, rod->s, rod->t);
+    double factor = rod->scene->loads.part / unit;
+    ad_value load = rod_expressions(rod, 3, text, none, factor, rod->s, rod->t);
     if (ad_is_constant(load, 0))
         return load;
     bool follower = rod->scene->loads.frame == SCENE_FOLLOWER;

@@ -36,7 +36,7 @@ static void rod_manufactured_end(const rod_context *rod, int end, ad_value t, ro
 static void rod_loaded_end(const rod_context *rod, int end, ad_value t, rod_end_data *data)
 {
     const scene_load *load = end ? &rod->scene->loads.tip : &rod->scene->loads.base;
-    double sign = end ? 1 : -1;
+    double sign = (end ? 1 : -1) * rod->scene->loads.part;
     ad_value s = ad_scalar(rod->tape, end);
     data->force = rod_expressions(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
     data->moment =

@@ -122,6 +122,7 @@ static plane_list plane_list_of(const scene *rod_scene)
     plane_add_origin(&list, rod_scene);
     plane_add_text(&list, "rod.rest.strain", PLANE_VECTOR, true, rod->rest_strain);
     plane_add_text(&list, "rod.rest.curvature", PLANE_AXIAL, true, rod->rest_curvature);
+    plane_add_text(&list, "rod.rest.imperfection", PLANE_AXIAL, true, rod->imperfection);
     plane_add_end(&list, rod_scene, 0);
     plane_add_end(&list, rod_scene, 1);
     if (scene_is_dynamic(rod_scene))

@@ -82,6 +82,21 @@ static ad_value rod_constants(const rod_context *rod, rod_ratio *ratio, const do
     return ad_vector_constant(rod->tape, ratio(x[0], unit), ratio(x[1], unit), ratio(x[2], unit));
 }
 
+/* u* of the equations. The imperfection is no part of the unloaded shape from which the ansatz
+ * starts: parameters mean the same for every part of the loads. */
+static ad_value rod_rest_curvature(const rod_context *rod)
+{
+    const double none[3] = {0, 0, 0};
+    const scene_rod *given = &rod->scene->rod;
+    double length = rod->scales.length, missing = 1 - rod->scene->loads.part;
+    ad_value zero = ad_scalar(rod->tape, 0);
+    ad_value rest = rod_expressions(rod, 3, given->rest_curvature, none, length, rod->s, zero);
+    if (missing == 0)
+        return rest;
+    return ad_add(
+        rest, rod_expressions(rod, 3, given->imperfection, none, missing * length, rod->s, zero));
+}
+
 rod_coefficients rod_coefficients_of(const rod_context *rod)
 {
     const scene *rod_scene = rod->scene;
@@ -94,9 +109,9 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         inertia[i] = rod->properties.rotary_inertia[i] * rate * rate;
         strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
         curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
-        weight[i] = mass * rod_scene->loads.gravity[i] * length;
+        weight[i] = mass * rod_scene->loads.gravity[i] * rod_scene->loads.part * length;
     }
-    const double straight[3] = {0, 0, 1}, none[3] = {0, 0, 0};
+    const double straight[3] = {0, 0, 1};
     ad_value zero = ad_scalar(rod->tape, 0);
     return (rod_coefficients){
         .strain_compliance =
@@ -115,8 +130,7 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
         .rest_strain =
             rod_expressions(rod, 3, rod_scene->rod.rest_strain, straight, 1, rod->s, zero),
-        .rest_curvature =
-            rod_expressions(rod, 3, rod_scene->rod.rest_curvature, none, length, rod->s, zero)};
+        .rest_curvature = rod_rest_curvature(rod)};
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */

@@ -72,9 +72,13 @@ static shape_twist shape_rest(const scene *rod_scene, double s)
     double length = given->length;
     shape_twist twist;
     for (int i = 0; i < 3; i++) {
-        const char *strain = given->rest_strain[i], *curvature = given->rest_curvature[i];
+        const char *strain = given->rest_strain[i];
+        const char *curvatures[2] = {given->rest_curvature[i], given->imperfection[i]};
         twist.v[i] = strain ? expression_evaluate(strain, s * length, 0) : i == 2;
-        twist.u[i] = curvature ? length * expression_evaluate(curvature, s * length, 0) : 0;
+        twist.u[i] = 0;
+        for (int k = 0; k < 2; k++)
+            twist.u[i] +=
+                curvatures[k] ? length * expression_evaluate(curvatures[k], s * length, 0) : 0;
     }
     return twist;
 }
@@ -165,9 +169,9 @@ static rod_pose shape_helix(const shape_twist *twist, ad_value s)
 static bool shape_is_uniform(const scene_rod *rod)
 {
     for (int i = 0; i < 3; i++) {
-        const char *texts[2] = {rod->rest_strain[i], rod->rest_curvature[i]};
+        const char *texts[3] = {rod->rest_strain[i], rod->rest_curvature[i], rod->imperfection[i]};
         double value = 0;
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < 3; k++) {
             if (texts[k] && !expression_is_number(texts[k], &value))
                 return false;
         }

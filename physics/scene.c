@@ -2,6 +2,8 @@
  * from section and material. */
 #include "physics/scene.h"
 
+#include "physics/expression.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -32,7 +34,7 @@ static void rod_defaults(scene_rod *rod)
     for (int i = 0; i < 3; i++) {
         rod->rotary_inertia[i] = NAN;
         rod->rest_strain[i] = i == 2 ? "1" : "0";
-        rod->rest_curvature[i] = "0";
+        rod->rest_curvature[i] = rod->imperfection[i] = "0";
     }
 }
 
@@ -40,6 +42,7 @@ void scene_defaults(scene *rod_scene)
 {
     memset(rod_scene, 0, sizeof *rod_scene);
     rod_defaults(&rod_scene->rod);
+    rod_scene->loads.part = 1;
     rod_scene->start.type = SCENE_CLAMPED;
     for (int i = 0; i < 3; i++) {
         rod_scene->start.position[i] = "0";
@@ -54,6 +57,17 @@ void scene_defaults(scene *rod_scene)
 bool scene_is_manufactured(const scene *rod_scene)
 {
     return rod_scene->manufactured.position[0] != NULL;
+}
+
+bool scene_is_imperfect(const scene *rod_scene)
+{
+    bool given = false;
+    for (int i = 0; i < 3; i++) {
+        const char *text = rod_scene->rod.imperfection[i];
+        double value = 0;
+        given = given || (text && !(expression_is_number(text, &value) && value == 0));
+    }
+    return given;
 }
 
 static double given_or(double given, double otherwise)

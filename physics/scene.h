@@ -80,6 +80,7 @@ typedef struct scene_rod {
 
     const char *rest_strain[3];    /* v*, expressions of s; default 0, 0, 1 */
     const char *rest_curvature[3]; /* u*, expressions of s; 1/m; default 0 */
+    const char *imperfection[3];   /* times 1 - loads.part added to u*; as above */
 
     double strain_damping[3];    /* Bse, Kelvin-Voigt; N s */
     double curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s */
@@ -94,6 +95,7 @@ typedef struct scene_load {
 } scene_load;
 
 typedef struct scene_loads {
+    double part;           /* of all loads below that acts, 0 to 1; 1 but in continuation */
     double gravity[3];     /* m/s^2 */
     double drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
     const char *force[3];  /* distributed, expressions of s, t; N/m */
@@ -173,6 +175,9 @@ static inline bool scene_is_dynamic(const scene *rod_scene)
 }
 
 bool scene_is_manufactured(const scene *rod_scene);
+
+/* Whether an imperfection is given that is not the number 0. */
+bool scene_is_imperfect(const scene *rod_scene);
 
 /* What an end holds; where it does not hold the position it gives the force, where it does not hold
  * the rotation it gives the moment. */

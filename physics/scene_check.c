@@ -105,6 +105,7 @@ static ad_status check_expressions(const scene_checker *check)
     const group groups[] = {
         {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, false, NULL, AT_REST},
         {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, false, NULL, AT_REST},
+        {"rod.rest.imperfection", 3, rod_scene->rod.imperfection, true, false, NULL, AT_REST},
         {"loads.force", 3, loads->force, true, true, NULL, NULL},
         {"loads.moment", 3, loads->moment, true, true, NULL, NULL},
         {"loads.base.force", 3, loads->base.force, false, true, AT_END, NULL},
@@ -413,6 +414,16 @@ static ad_status check_windows(const scene_checker *check)
     return AD_OK;
 }
 
+static ad_status check_imperfection(const scene_checker *check)
+{
+    bool fixed = scene_is_dynamic(check->scene) || scene_is_manufactured(check->scene);
+    return fixed && scene_is_imperfect(check->scene)
+               ? scene_refuse(check, "rod.rest.imperfection",
+                              "goes as the loads of a static scene grow, but this one moves or is "
+                              "manufactured; leave it out, or give rod.rest.curvature")
+               : AD_OK;
+}
+
 static ad_status check_manufactured(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
@@ -458,7 +469,7 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     static ad_status (*const parts[])(const scene_checker *) = {
         scene_check_rod, check_expressions, check_manufactured, check_frames,
-        check_ends,      check_initial,     check_windows,
+        check_ends,      check_initial,     check_windows,      check_imperfection,
     };
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, key ? key : &ignored, error};

@@ -84,6 +84,17 @@ static const refusal scene_refusals[] = {
      NULL,
      "scene.yaml:5:21: rod.rest.curvature: the unstressed shape winds too much, or bends too "
      "suddenly, to start from; give initial.position and initial.rotation"},
+    {DYNAMIC, "rod.rest.imperfection=[0, 1, 0]",
+     "--set rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads of a static "
+     "scene grow, but this one moves or is manufactured; leave it out, or give rod.rest.curvature"},
+    {BASE "network: {hidden: [8]}\n", "rod.rest.imperfection=[0, 1, 0]",
+     "--set rod.rest.imperfection=[0, 1, 0]: rod.rest.imperfection: goes as the loads grow, which "
+     "they do only for a network without hidden layers and gauss_newton; leave out network.hidden "
+     "and training.stages, or this"},
+    {BASE, "rod.rest.imperfection=[t, 0, 0]",
+     "--set rod.rest.imperfection=[t, 0, 0]: rod.rest.imperfection: depends on t, but the "
+     "unstressed "
+     "shape is fixed; allowed: a formula of s"},
     {"rod:\n"
      "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"

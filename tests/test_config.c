@@ -241,7 +241,7 @@ static void test_defaults(void **state)
     assert_int_equal(experiment->stages[0].steps, 200);
     assert_close(experiment->stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
     assert_close(experiment->stages[0].gauss_newton.initial_damping, 1e-10, 0);
-    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
+    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
     assert_int_equal(experiment->network.hidden_count, 0);
     assert_close(experiment->fourier_wavenumber * experiment->scene.rod.length, 16, 1e-14);
     assert_close(experiment->network.fourier_bandwidth[0], 8, 1e-14);
@@ -249,8 +249,16 @@ static void test_defaults(void **state)
     assert_int_equal(experiment->losses.interior.points, 4 * 33);
     assert_int_equal(experiment->output_every, 1);
     config_free(experiment);
-    experiment = read_with(BASE, "training.stages=[{optimizer: gauss_newton, "
-                                 "linear_algebra: matrix_free}]"); /* has no diagonal */
+    experiment = read_with(BASE, "loads.tip.moment=[0, 0, 30]"); /* bends by more than waves do */
+    assert_close(experiment->network.fourier_bandwidth[0],
+                 4 + 15 * experiment->scene.rod.length / experiment->scene.rod.bending_stiffness[0],
+                 1e-12);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, NULL);
+    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, "training.stages=[{optimizer: gauss_newton, "
+                                    "linear_algebra: matrix_free}]"); /* has no diagonal */
     assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
     config_free(experiment);
     experiment = read_with(BASE, "training.stages=[{optimizer: adam}]");

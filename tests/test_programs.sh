@@ -108,7 +108,7 @@ check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15
 said stdout.txt 'parameters'
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
 check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
-for scene in "$ROOT"/configs/*.yaml; do
+for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml; do
     run 0 cpinn-train "$scene" --print-config
     cp stdout.txt first.yaml
     run 0 cpinn-train first.yaml --print-config

@@ -199,6 +199,7 @@ static const change changes[] = {
     CHANGE("rod.rest.strain", rod.rest_strain, "0", "0.1", "1"),
     CHANGE("rod.rest.curvature", rod.rest_curvature, "0.1", "0", "0"),
     CHANGE("rod.rest.curvature", rod.rest_curvature, "0", "1", "s"),
+    CHANGE("rod.rest.imperfection", rod.imperfection, "0.1", "0", "0"),
     CHANGE("initial.velocity", initial.velocity, "0", "s", "0"),
     CHANGE("initial.angular_velocity", initial.angular_velocity, "0", "0", "s"),
     CHANGE("initial.position", initial.position, "0.1", "0.2", "s"),

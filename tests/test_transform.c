@@ -191,6 +191,32 @@ static void test_hessian_vector_products(void **state)
     net_end(&n);
 }
 
+/* A derivative of a derivative has the partial derivatives of a second coefficient: the way
+ * back needs no more of the values on the way forward, hence the same memory. */
+static void test_nested_derivatives(void **state)
+{
+    (void)state;
+    double numbers[2][NUMBERS];
+    size_t bytes[2];
+    for (int nested = 0; nested < 2; nested++) {
+        net n;
+        net_begin(&n);
+        ad_value first = ad_derivative(n.y, n.s, 1), gradient;
+        ad_value second = nested ? ad_derivative(first, n.s, 1) : ad_derivative(n.y, n.s, 2);
+        ad_value loss = ad_sum_points(ad_add(ad_dot(first, first), ad_dot(second, second)));
+        assert_int_equal(ad_reverse(loss, 1, &n.all, AD_SUMMED, &gradient), AD_OK);
+        net_fill(&n);
+        compiled c = run_compiled(1, &gradient, NULL, 1, &n.data);
+        memcpy(numbers[nested], c.results[0], sizeof numbers[nested]);
+        bytes[nested] = ad_program_inspect(c.program).workspace_bytes;
+        compiled_free(&c);
+        net_end(&n);
+    }
+    assert_int_equal(bytes[1], bytes[0]);
+    for (int i = 0; i < NUMBERS; i++) /* the same numbers but for rounding */
+        assert_near(numbers[1][i], numbers[0][i], 1e-11 * (1 + fabs(numbers[0][i])));
+}
+
 /* exp(a s) sin(b t) + s^2 t^3: every mixed derivative known. */
 static void test_mixed_derivatives(void **state)
 {
@@ -444,6 +470,7 @@ int main(void)
         cmocka_unit_test(test_network_to_order_four),
         cmocka_unit_test(test_gradient_of_coefficients),
         cmocka_unit_test(test_hessian_vector_products),
+        cmocka_unit_test(test_nested_derivatives),
         cmocka_unit_test(test_mixed_derivatives),
         cmocka_unit_test(test_rows_per_point),
         cmocka_unit_test(test_substitution),

@@ -146,9 +146,6 @@ static void announce_stage(session *s)
     }
 }
 
-/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
-static const double large_residual = 1e-2;
-
 static void finish(session *s)
 {
     if (s->progress.quiet) {
@@ -163,7 +160,7 @@ static void finish(session *s)
                      "the loss is %.1e times as large; take more losses.interior.points, or a "
                      "smaller network.hidden",
                      info.held_out_ratio);
-    } else if (!(info.held_out < large_residual)) {
+    } else if (!(info.held_out < TRAINER_LARGE_LOSS)) {
         progress_say(
             &s->progress,
             "not converged: on points never trained on the residuals are still large; train "
@@ -215,6 +212,13 @@ static int interrupted(session *s, const options *o, ad_error *error)
 static void say_ended(session *s, const trainer_info *before, const trainer_info *now)
 {
     char window[32] = "";
+    if (now->stage_step > 0) {
+        return;
+    }
+    if (before->part < 1 || now->part < 1) {
+        progress_say(&s->progress, "%.4g of the loads %s at step %lld: %s", before->part,
+                     now->solved ? "solved" : "not solved", (long long)now->step, now->ended);
+    }
     if (now->stage == before->stage && now->window == before->window) {
         return;
     }

@@ -21,6 +21,9 @@ static void name_columns(trainer *t)
     for (int i = 0; i < problem_terms(t->problem); i++) {
         h->names[h->columns++] = problem_term_name(t->problem, i);
     }
+    if (t->loads.solved) {
+        h->names[h->columns++] = "part_of_loads";
+    }
     for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
         h->names[h->columns++] = after[i];
     }
@@ -67,6 +70,39 @@ ad_status trainer_start_stage(trainer *t, ad_error *error)
     return status;
 }
 
+/* ---- parts of the loads -------------------------------------------------------------------- */
+
+ad_status trainer_apply_loads(trainer *t, ad_error *error)
+{
+    bool changed = t->loads.solved && t->info.part != t->loads.part;
+    if (changed) {
+        t->info.part = t->loads.part;
+    }
+    return changed ? problem_load(t->problem, t->info.part, error) : AD_OK;
+}
+
+static ad_status start_loads(trainer *t, ad_error *error)
+{
+    t->info.part = 1;
+    if (!config_takes_loads_in_parts(t->e->settings)) {
+        return AD_OK;
+    }
+    bool gradual = scene_is_imperfect(&t->e->settings->scene);
+    if (!load_path_create(&t->loads, t->e->count, gradual)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
+    }
+    return trainer_apply_loads(t, error);
+}
+
+/* Another part of the loads, for which the stage begins again? Not where the user's limit ended it
+ * with all loads at work. */
+static bool goes_on_with_loads(trainer *t, optim_status status)
+{
+    bool limited = t->info.part == 1 && status == OPTIM_RUNNING;
+    return t->loads.solved && t->info.stage == 0 && !limited &&
+           load_path_next(&t->loads, t->info.solved, experiment_parameters(t->e));
+}
+
 ad_status trainer_create(experiment *e, problem *problem_, reference *known, double seconds,
                          trainer **result, ad_error *error)
 {
@@ -87,9 +123,10 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
-    name_columns(t);
     ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
+    status = status == AD_OK ? start_loads(t, error) : status;
     status = status == AD_OK ? trainer_start_stage(t, error) : status;
+    name_columns(t);
     if (status != AD_OK) {
         trainer_free(t);
         return status;
@@ -102,6 +139,7 @@ void trainer_free(trainer *t)
 {
     if (t) {
         trainer_forget_optimizer(t);
+        load_path_free(&t->loads);
         history_free(&t->history);
         free(t);
     }
@@ -160,6 +198,9 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     for (int i = 0; i < problem_terms(t->problem); i++) {
         row[n++] = problem_losses(t->problem)[i];
     }
+    if (t->loads.solved) {
+        row[n++] = info->part;
+    }
     row[n++] = info->held_out;
     row[n++] = info->errors.position;
     row[n++] = info->errors.tip;
@@ -203,13 +244,15 @@ void trainer_watch(trainer *t, size_t row)
     trainer_info *info = &t->info;
     double stage = history_value(h, row, "stage"); /* from 1 */
     double held_out = history_value(h, row, "held_out"), trained = 0;
+    double part = history_value(h, row, "part_of_loads");
     bool known = stage >= 1 && stage <= CONFIG_STAGES_MAX; /* of a file, it may be anything */
     double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         trained += problem_term_weight(t->problem, i) *
                    history_value(h, row, problem_term_name(t->problem, i));
     }
-    if (row > 0 && trainer_row_window(t, row) != trainer_row_window(t, row - 1)) {
+    bool other_loads = row > 0 && part != history_value(h, row - 1, "part_of_loads") && part > 0;
+    if (row > 0 && (other_loads || trainer_row_window(t, row) != trainer_row_window(t, row - 1))) {
         t->best_held_out = INFINITY;
         t->rows_apart = 0;
     } else if (row > 0 && stage != history_value(h, row - 1, "stage")) {
@@ -304,11 +347,17 @@ static optim_status take_step(trainer *t)
     return failed(status) || t->evaluated == done.loss ? status : settle(t, status);
 }
 
+/* Of the loss with a part of the loads: where the next part starts. */
+static const double near_enough = 1e-4;
+
 static const char *reason_to_end(trainer *t, optim_status status)
 {
     const config_stage *stage = stage_of(t);
     if (status != OPTIM_RUNNING) {
         return optim_status_name(status);
+    }
+    if (t->info.part < 1 && t->info.loss < near_enough) {
+        return "near enough";
     }
     if (t->info.loss < stage->stop_loss) {
         return "stop.loss reached";
@@ -356,13 +405,20 @@ static ad_status next_window(trainer *t, ad_error *error)
     return status == AD_OK ? trainer_start_stage(t, error) : status;
 }
 
-static ad_status end_stage(trainer *t, const char *why, ad_error *error)
+static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_error *error)
 {
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
     optimizer_account(t->optimizer, t->account);
     trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.account = t->account;
+    t->info.solved = t->info.loss < fmax(TRAINER_LARGE_LOSS, stage_of(t)->stop_loss);
+    if (goes_on_with_loads(t, result)) {
+        t->best_held_out = INFINITY;
+        t->info.stage_step = t->rows_apart = 0;
+        ad_status status = trainer_apply_loads(t, error);
+        return status == AD_OK ? trainer_start_stage(t, error) : status;
+    }
     t->info.stage++;
     t->info.stage_step = 0;
     t->rows_apart = 0;
@@ -422,5 +478,5 @@ ad_status trainer_step(trainer *t, ad_error *error)
         }
         end = end ? end : reason_to_end(t, result); /* the error is known only now */
     }
-    return status == AD_OK && end ? end_stage(t, end, error) : status;
+    return status == AD_OK && end ? end_stage(t, end, result, error) : status;
 }

@@ -9,7 +9,9 @@
  *   training/stage_step  steps within it
  *   training/seconds     wall time so far, double
  *   training/stage_seconds  the same of the stage at work
- *   training/optimizer   1 while an optimiser's state is stored under optimizer/ */
+ *   training/optimizer   1 while an optimiser's state is stored under optimizer/
+ *   training/loads/...   doubles part, reached, before, increment, solved [2, parameters] of
+ *                        tools/load_path.h; where the loads may come in parts */
 #ifndef TOOLS_TRAINER_H
 #define TOOLS_TRAINER_H
 
@@ -17,6 +19,9 @@
 #include "tools/reference.h"
 
 typedef struct trainer trainer;
+
+/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+#define TRAINER_LARGE_LOSS 1e-2
 
 typedef enum trainer_state {
     TRAINER_RUNNING,
@@ -29,7 +34,8 @@ typedef struct trainer_info {
     int64_t step;        /* over all windows and stages */
     int window, stage;   /* from 0 */
     int64_t window_step; /* within the window */
-    int64_t stage_step;  /* within the stage */
+    int64_t stage_step;  /* within the stage, for a part of the loads within that */
+    double part;         /* of the loads, that is at work; 1: all */
     double seconds;      /* wall time of all runs so far */
     double row_seconds;  /* of it, in this process: spent on rows of the history */
     double loss;         /* weighted; at the last evaluation */
@@ -40,6 +46,7 @@ typedef struct trainer_info {
     int64_t evaluations;   /* of the loss in this process */
     double points;         /* per evaluation */
     const char *ended;     /* why the last stage ended, or NULL */
+    bool solved;           /* it ended with a small loss */
     const char *account;   /* what its optimiser has to say of its steps; may be empty */
     double held_out_ratio; /* held-out over training loss at the last row, both by the weights of
                             * the settings alone */

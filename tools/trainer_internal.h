@@ -2,6 +2,7 @@
 #ifndef TOOLS_TRAINER_INTERNAL_H
 #define TOOLS_TRAINER_INTERNAL_H
 
+#include "tools/load_path.h"
 #include "tools/optimizer.h"
 #include "tools/trainer.h"
 
@@ -10,6 +11,7 @@ struct trainer {
     problem *problem;
     reference *known;
     optimizer *optimizer; /* of the stage at hand, or NULL */
+    load_path loads;      /* no memory: all loads at once */
     history history;
     trainer_info info;
     double started; /* wall clock of this process, less the seconds before */
@@ -17,8 +19,8 @@ struct trainer {
     bool losses_compare; /* points and weights stay, so the best point is the best */
     char balance_names[ROD_RESIDUAL_COUNT][32]; /* of columns, per term */
     double best_held_out;                       /* of all rows of the window */
-    int rows_apart;   /* of this stage: held-out loss far above, and no new minimum, in turn */
-    char apart[128];  /* that this has been so for too long */
+    int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
+    char apart[128]; /* that this has been so for too long */
     char account[160];
     double evaluated; /* loss of the last evaluation */
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
@@ -33,6 +35,9 @@ int trainer_row_window(const trainer *t, size_t row);
 
 /* Take note of row `row` of the history: does the network interpolate? */
 void trainer_watch(trainer *t, size_t row);
+
+/* Apply the part of the loads that is at work, if it is not all of them. */
+ad_status trainer_apply_loads(trainer *t, ad_error *error);
 
 void trainer_forget_optimizer(trainer *t);
 

@@ -14,6 +14,18 @@ static void item_name(char name[NAME_MAX_], const char *group, const char *rest)
     snprintf(name, NAME_MAX_, "%s/%s", group, rest);
 }
 
+static void put_loads(const load_path *loads, checkpoint *file)
+{
+    size_t shape[2] = {2, loads->count};
+    if (loads->solved) {
+        checkpoint_put_double(file, "training/loads/part", loads->part);
+        checkpoint_put_double(file, "training/loads/reached", loads->reached);
+        checkpoint_put_double(file, "training/loads/before", loads->before);
+        checkpoint_put_double(file, "training/loads/increment", loads->increment);
+        checkpoint_put_doubles(file, "training/loads/solved", loads->solved, 2, shape);
+    }
+}
+
 ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
 {
     checkpoint *file = checkpoint_create(CPINN_VERSION);
@@ -30,6 +42,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
     checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
+    put_loads(&t->loads, file);
     optim_array arrays[OPTIM_STATE_CAPACITY];
     char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
     int count = t->optimizer ? optimizer_state(t->optimizer, arrays) : 0;
@@ -141,6 +154,28 @@ static ad_status restore_window(trainer *t, const checkpoint *file, ad_error *er
                                                                : status;
 }
 
+static ad_status restore_loads(trainer *t, const checkpoint *file, ad_error *error)
+{
+    load_path *loads = &t->loads;
+    const struct {
+        const char *name;
+        double *to;
+        size_t count;
+    } items[] = {{"training/loads/part", &loads->part, 1},
+                 {"training/loads/reached", &loads->reached, 1},
+                 {"training/loads/before", &loads->before, 1},
+                 {"training/loads/increment", &loads->increment, 1},
+                 {"training/loads/solved", loads->solved, 2 * loads->count}};
+    ad_status status = AD_OK;
+    for (size_t i = 0; loads->solved && status == AD_OK && i < sizeof items / sizeof *items; i++) {
+        status = checkpoint_get_doubles(file, items[i].name, items[i].to, items[i].count, error);
+    }
+    if (status == AD_OK && loads->solved && !load_path_is_sound(loads)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: training/loads holds impossible numbers");
+    }
+    return status == AD_OK ? trainer_apply_loads(t, error) : status;
+}
+
 /* Where the run stands, and the stage at work with the state of its optimiser. */
 static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
 {
@@ -157,7 +192,8 @@ static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *err
                               stage < stages, &at_work, error)) != AD_OK ||
         (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
         (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
-        (status = restore_window(t, file, error)) != AD_OK) {
+        (status = restore_window(t, file, error)) != AD_OK ||
+        (status = restore_loads(t, file, error)) != AD_OK) {
         return status;
     }
     trainer_forget_optimizer(t);

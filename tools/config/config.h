@@ -88,6 +88,10 @@ typedef struct config {
     struct config_source *source; /* texts and places; opaque */
 } config;
 
+/* Whether training may come to the loads in parts, tools/load_path.h: at rest, where a network
+ * without hidden layers is found by Gauss-Newton from 0, the unloaded rod. */
+bool config_takes_loads_in_parts(const config *config);
+
 /* Read `path` (or `text` of that name when text is not NULL), then apply `count` overrides
  * "key=value" in order; the value is YAML, so lists are [a, b], and null takes a key, or every
  * key of a section, back to its default. Keys of a list count from 0: training.stages[0].steps,

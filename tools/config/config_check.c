@@ -167,6 +167,14 @@ static ad_status check_weights(const config *experiment, ad_error *error)
     return AD_OK;
 }
 
+bool config_takes_loads_in_parts(const config *experiment)
+{
+    const scene *rod_scene = &experiment->scene;
+    return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
+           experiment->network.hidden_count == 0 &&
+           experiment->stages[0].optimizer == CONFIG_GAUSS_NEWTON;
+}
+
 ad_status config_check_training(const config *experiment, ad_error *error)
 {
     const char *problem = nn_mlp_settings_check(&experiment->network);
@@ -182,6 +190,12 @@ ad_status config_check_training(const config *experiment, ad_error *error)
     if (!has_weight(experiment)) {
         return config_blame(experiment->source, error, "losses.interior.weights",
                             "every loss term of this scene has weight 0: nothing to learn");
+    }
+    if (scene_is_imperfect(&experiment->scene) && !config_takes_loads_in_parts(experiment)) {
+        return config_blame(experiment->source, error, "rod.rest.imperfection",
+                            "goes as the loads grow, which they do only for a network without "
+                            "hidden layers and gauss_newton; leave out network.hidden and "
+                            "training.stages, or this");
     }
     status = check_weights(experiment, error);
     for (int i = 0; i < experiment->stage_count && status == AD_OK; i++) {
