@@ -1,4 +1,4 @@
-/* The motion of a rod: spectral elements in s (motion.h), implicit Runge-Kutta in t (integrate.h),
+/* The motion of a rod: spectral elements in s (motion.h), Runge-Kutta in t (integrate.h),
  * both refined until the position stops changing. */
 #ifndef TOOLS_SOLVE_DYNAMIC_H
 #define TOOLS_SOLVE_DYNAMIC_H
@@ -12,8 +12,10 @@ typedef struct dynamic_solution dynamic_solution;
  * of time steps, no estimate. Otherwise steps and then the mesh grow finer until two solutions
  * differ by no more than half the tolerance at the times given; the finest is the solution, and the
  * sum of the last differences the estimate, rather that of the solutions before. AD_OK also when
- * the finest steps or mesh do not meet the tolerance: report->estimate is then above. AD_BAD_INPUT:
- * a locked strain, or no rotary inertia. The rod must outlive the solution. */
+ * the finest steps or mesh do not meet the tolerance: report->estimate is then above. Locked
+ * strains are stiff ones, whose error is of the order of a hundredth of the tolerance; 1e-6 is
+ * about the best to ask of them. AD_BAD_INPUT: no rotary inertia. The rod must outlive the
+ * solution. */
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);
