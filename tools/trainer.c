@@ -265,6 +265,51 @@ void trainer_watch(trainer *t, size_t row)
     t->best_held_out = fmin(t->best_held_out, held_out);
 }
 
+/* ---- doubts ---------------------------------------------------------------------------------- */
+
+/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+static const double large_residual = 1e-2;
+
+/* The largest held-out loss with which a window ended, and the window, from 0. */
+static double worst_held_out(const trainer *t, int *window)
+{
+    const history *h = &t->history;
+    double worst = -1;
+    for (size_t row = 0; row < h->count; row++) {
+        int at = trainer_row_window(t, row);
+        double held_out = history_value(h, row, "held_out");
+        bool last = row + 1 == h->count || trainer_row_window(t, row + 1) != at;
+        if (last && !(held_out <= worst)) { /* not a number is the worst */
+            worst = held_out;
+            *window = at;
+        }
+    }
+    return worst;
+}
+
+bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
+{
+    int window = 0, windows = t->e->settings->scene.windows;
+    double held_out = worst_held_out(t, &window);
+    char where[64] = "";
+    if (t->info.interpolates) {
+        snprintf(text, TRAINER_DOUBT,
+                 "the network interpolates its points: between them, where it was not trained, "
+                 "the loss is %.1e times as large; take more losses.interior.points, or a "
+                 "smaller network.hidden",
+                 t->info.held_out_ratio);
+        return true;
+    }
+    if (windows > 1) {
+        snprintf(where, sizeof where, " in window %d of %d", window + 1, windows);
+    }
+    snprintf(text, TRAINER_DOUBT,
+             "not converged%s: on points never trained on the residuals are still large; train "
+             "longer, or look at --explain for what makes this scene hard",
+             where);
+    return !(held_out < large_residual);
+}
+
 /* ---- stepping ------------------------------------------------------------------------------ */
 
 static int objective(void *context, const double *x, double *value, double *gradient)
