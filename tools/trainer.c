@@ -1,4 +1,5 @@
 #include "tools/clock.h"
+#include "tools/stability.h"
 #include "tools/trainer_internal.h"
 
 #include <math.h>
@@ -40,6 +41,29 @@ static void name_columns(trainer *t)
         h->names[h->columns++] = "self_adaptive_least_weight";
         h->names[h->columns++] = "self_adaptive_greatest_weight";
     }
+}
+
+/* The loss is a square, so where loads are small, or all that there is to solve, it is as well
+ * without any training. *size: 1, or the square of the loads and the loss of the network 0, if
+ * less.
+ */
+static ad_status measure_size(trainer *t, double *size, ad_error *error)
+{
+    rod_numbers n = rod_numbers_of(&t->e->settings->scene);
+    double load = fmax(fmax(n.tip_force, n.tip_moment),
+                       fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
+    double *nothing = calloc(t->e->count, sizeof *nothing), loss = 0;
+    if (!nothing) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", t->e->count);
+    }
+    ad_status status = problem_held_out(t->problem, nothing, &loss, NULL, error);
+    free(nothing);
+    *size = fmax(loss, load * load);
+    *size = *size > 0 && *size < 1 ? *size : 1;
+    if (!rod_plane_of(&t->e->settings->scene).is_planar) {
+        *size *= pow(fmin(1, n.torsion_ratio), 2);
+    }
+    return status;
 }
 
 static bool fixed_loss(const problem_settings *losses)
@@ -124,6 +148,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
     ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
+    status = status == AD_OK ? measure_size(t, &t->size, error) : status;
     status = status == AD_OK ? start_loads(t, error) : status;
     status = status == AD_OK ? trainer_start_stage(t, error) : status;
     name_columns(t);
@@ -267,7 +292,8 @@ void trainer_watch(trainer *t, size_t row)
 
 /* ---- doubts ---------------------------------------------------------------------------------- */
 
-/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
+ * percent lie below. */
 static const double large_residual = 1e-2;
 
 /* The largest held-out loss with which a window ended, and the window, from 0. */
@@ -285,6 +311,20 @@ static double worst_held_out(const trainer *t, int *window)
         }
     }
     return worst;
+}
+
+/* A shape of which the forces balance but which gives way. */
+static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
+{
+    ad_error ignored;
+    int ways = -1;
+    stability_count(t->e, &ways, &ignored); /* where memory lacks nothing is said */
+    snprintf(text, TRAINER_DOUBT,
+             "unstable: in this equilibrium the energy falls in %d direction%s, so that the rod "
+             "buckles or snaps to another; to train that one, take another training.seed, or give "
+             "a load that pushes it there",
+             ways, ways == 1 ? "" : "s");
+    return ways > 0;
 }
 
 bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
@@ -307,7 +347,8 @@ bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
              "not converged%s: on points never trained on the residuals are still large; train "
              "longer, or look at --explain for what makes this scene hard",
              where);
-    return !(held_out < large_residual);
+    bool solved = held_out < fmax(large_residual * t->size, rounding_loss);
+    return !solved || is_unstable(t, text);
 }
 
 /* ---- stepping ------------------------------------------------------------------------------ */

@@ -74,8 +74,9 @@ const history *trainer_history(const trainer *t);
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
 
-/* What a user has to be told of training that is over: that the network interpolates its points, or
- * that residuals are still large, in whichever window they are largest. Returns whether there is
+/* What a user has to be told of training that is over: that the network interpolates its points,
+ * that residuals are still large, in whichever window they are largest, or that a shape at rest is
+ * not stable. Returns whether there is
  * anything to tell; `text` is one sentence. */
 enum { TRAINER_DOUBT = 320 };
 bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT]);

@@ -22,6 +22,7 @@ struct trainer {
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
     char account[160];
+    double size;      /* of the loss: what a doubt is relative to */
     double evaluated; /* loss of the last evaluation */
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
