@@ -58,6 +58,11 @@ static double step_later(double t)
     return 1e-3 * step_response(t - 0.1);
 }
 
+static double push(double t)
+{
+    return 1e-2 * (step_response(t - 0.1) - step_response(t - 0.2));
+}
+
 static double blow(double t)
 {
     return 0.1 * (step_response(t - 0.1) - step_response(t - 0.11));
@@ -86,6 +91,11 @@ void stress_write_step_at_once(FILE *file)
 void stress_write_step(FILE *file)
 {
     write_deflection(file, 1, step_later);
+}
+
+void stress_write_push(FILE *file)
+{
+    write_deflection(file, 1, push);
 }
 
 void stress_write_blow(FILE *file)

@@ -108,6 +108,8 @@ static const stress_row rows[] = {
      PINN = SOLVED(1e-4, "a layer of a tenth of the length at the clamp")},
     {"weight/1000", WEIGHT("1000"), .file = weight_1000,
      PINN = SOLVED(1e-3, "a layer of 1/30 of the length at the clamp")},
+    {"weight/1000-waves", WEIGHT("1000"), .overrides = {"network.fourier.wavenumber=64"},
+     .file = weight_1000, PINN = SOLVED(1e-5, "waves as short as the layer")},
     {"follower/5", FOLLOWER("5"), .file = follower_5, .quick = true, PINN = AT_REST},
     {"follower/20", FOLLOWER("20"), .file = follower_20,
      PINN = SOLVED(1e-4, "three quarters of a turn, and curvature comes and goes")},

@@ -86,11 +86,12 @@ stress_measure stress_rotation;
 /* Elastica along +x under the tip force (0, 0, -4). */
 void stress_write_elastica(FILE *file);
 
-/* The tip of a cantilever along +z, at rest at t = 0, that a small force 1e-3 along +x bends, until
- * t = 1: Euler and Bernoulli's modes (Meirovitch, Fundamentals of Vibrations, ch. 8). From 0 on;
- * from 0.1 on; as a blow, 100 times as large, from 0.1 to 0.11. */
+/* The tip of a cantilever along +z, at rest at t = 0, until t = 1, that a small force along +x
+ * bends: Euler and Bernoulli's modes (Meirovitch, Fundamentals of Vibrations, ch. 8). 1e-3 from the
+ * start; 1e-3 from 0.1 on; 1e-2 from 0.1 to 0.2; 0.1 from 0.1 to 0.11. */
 void stress_write_step_at_once(FILE *file);
 void stress_write_step(FILE *file);
+void stress_write_push(FILE *file);
 void stress_write_blow(FILE *file);
 
 /* The same tip under 1e-2 t/10, until t = 10, creeping: bending damped by 10, inertia left out. */
