@@ -1,5 +1,4 @@
 #include "tools/clock.h"
-#include "tools/stability.h"
 #include "tools/trainer_internal.h"
 
 #include <math.h>
@@ -41,29 +40,6 @@ static void name_columns(trainer *t)
         h->names[h->columns++] = "self_adaptive_least_weight";
         h->names[h->columns++] = "self_adaptive_greatest_weight";
     }
-}
-
-/* The loss is a square, so where loads are small, or all that there is to solve, it is as well
- * without any training. *size: 1, or the square of the loads and the loss of the network 0, if
- * less.
- */
-static ad_status measure_size(trainer *t, double *size, ad_error *error)
-{
-    rod_numbers n = rod_numbers_of(&t->e->settings->scene);
-    double load = fmax(fmax(n.tip_force, n.tip_moment),
-                       fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
-    double *nothing = calloc(t->e->count, sizeof *nothing), loss = 0;
-    if (!nothing) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", t->e->count);
-    }
-    ad_status status = problem_held_out(t->problem, nothing, &loss, NULL, error);
-    free(nothing);
-    *size = fmax(loss, load * load);
-    *size = *size > 0 && *size < 1 ? *size : 1;
-    if (!rod_plane_of(&t->e->settings->scene).is_planar) {
-        *size *= pow(fmin(1, n.torsion_ratio), 2);
-    }
-    return status;
 }
 
 static bool fixed_loss(const problem_settings *losses)
@@ -148,7 +124,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
     ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
-    status = status == AD_OK ? measure_size(t, &t->size, error) : status;
+    status = status == AD_OK ? trainer_measure_size(t, error) : status;
     status = status == AD_OK ? start_loads(t, error) : status;
     status = status == AD_OK ? trainer_start_stage(t, error) : status;
     name_columns(t);
@@ -252,10 +228,6 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
 enum { ROWS_APART = 5 };
 static const double usual_ratio = 100; /* where the stage does not stop for it */
 
-/* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
- * with second derivatives. Below, the ratio is one of rounding errors. */
-static const double rounding_loss = 1e-20;
-
 int trainer_row_window(const trainer *t, size_t row)
 {
     bool one = t->e->settings->scene.windows == 1;
@@ -285,70 +257,9 @@ void trainer_watch(trainer *t, size_t row)
     }
     info->held_out_ratio = held_out / trained;
     info->interpolates =
-        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > rounding_loss;
+        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > TRAINER_ROUNDING_LOSS;
     t->rows_apart = info->interpolates && held_out >= t->best_held_out ? t->rows_apart + 1 : 0;
     t->best_held_out = fmin(t->best_held_out, held_out);
-}
-
-/* ---- doubts ---------------------------------------------------------------------------------- */
-
-/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
- * percent lie below. */
-static const double large_residual = 1e-2;
-
-/* The largest held-out loss with which a window ended, and the window, from 0. */
-static double worst_held_out(const trainer *t, int *window)
-{
-    const history *h = &t->history;
-    double worst = -1;
-    for (size_t row = 0; row < h->count; row++) {
-        int at = trainer_row_window(t, row);
-        double held_out = history_value(h, row, "held_out");
-        bool last = row + 1 == h->count || trainer_row_window(t, row + 1) != at;
-        if (last && !(held_out <= worst)) { /* not a number is the worst */
-            worst = held_out;
-            *window = at;
-        }
-    }
-    return worst;
-}
-
-/* A shape of which the forces balance but which gives way. */
-static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
-{
-    ad_error ignored;
-    int ways = -1;
-    stability_count(t->e, &ways, &ignored); /* where memory lacks nothing is said */
-    snprintf(text, TRAINER_DOUBT,
-             "unstable: in this equilibrium the energy falls in %d direction%s, so that the rod "
-             "buckles or snaps to another; to train that one, take another training.seed, or give "
-             "a load that pushes it there",
-             ways, ways == 1 ? "" : "s");
-    return ways > 0;
-}
-
-bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
-{
-    int window = 0, windows = t->e->settings->scene.windows;
-    double held_out = worst_held_out(t, &window);
-    char where[64] = "";
-    if (t->info.interpolates) {
-        snprintf(text, TRAINER_DOUBT,
-                 "the network interpolates its points: between them, where it was not trained, "
-                 "the loss is %.1e times as large; take more losses.interior.points, or a "
-                 "smaller network.hidden",
-                 t->info.held_out_ratio);
-        return true;
-    }
-    if (windows > 1) {
-        snprintf(where, sizeof where, " in window %d of %d", window + 1, windows);
-    }
-    snprintf(text, TRAINER_DOUBT,
-             "not converged%s: on points never trained on the residuals are still large; train "
-             "longer, or look at --explain for what makes this scene hard",
-             where);
-    bool solved = held_out < fmax(large_residual * t->size, rounding_loss);
-    return !solved || is_unstable(t, text);
 }
 
 /* ---- stepping ------------------------------------------------------------------------------ */
