@@ -25,7 +25,13 @@ static const char epilogue[] =
 
 static const stress_group *const groups[] = {&stress_rods, &stress_loads, &stress_motions,
                                              &stress_inputs};
-enum { GROUPS = sizeof groups / sizeof *groups, FOLDER = 64, COLUMNS = 8, ROWS_MAX = 512 };
+enum {
+    GROUPS = sizeof groups / sizeof *groups,
+    FOLDER = 64,
+    COLUMNS = 9,
+    SUBJECT = 32,
+    ROWS_MAX = 512
+};
 
 typedef struct options {
     cli_list only;
@@ -116,8 +122,9 @@ static void print_row(const stress_row *row, stress_method method, const stress_
 /* What the file of --out is made of. */
 typedef struct record {
     size_t count;
-    const char *scene[ROWS_MAX], *method[ROWS_MAX], *expected[ROWS_MAX], *outcome[ROWS_MAX],
-        *verdict[ROWS_MAX];
+    char subjects[ROWS_MAX][SUBJECT];
+    const char *subject[ROWS_MAX], *scene[ROWS_MAX], *method[ROWS_MAX], *expected[ROWS_MAX],
+        *outcome[ROWS_MAX], *verdict[ROWS_MAX];
     double bound[ROWS_MAX], error[ROWS_MAX], seconds[ROWS_MAX];
 } record;
 
@@ -126,7 +133,10 @@ static void record_row(record *all, const stress_row *row, stress_method method,
 {
     const stress_expectation *expected = &row->expected[method];
     size_t i = all->count++;
-    all->scene[i] = row->name;
+    const char *slash = strchr(row->name, '/');
+    snprintf(all->subjects[i], SUBJECT, "%.*s", (int)(slash - row->name), row->name);
+    all->subject[i] = all->subjects[i];
+    all->scene[i] = slash + 1;
     all->method[i] = stress_method_name(method);
     all->expected[i] = stress_outcome_name(expected->outcome);
     all->outcome[i] = stress_outcome_name(result->outcome);
@@ -138,12 +148,13 @@ static void record_row(record *all, const stress_row *row, stress_method method,
 
 static ad_status write_record(const record *all, const char *path, ad_error *error)
 {
-    static const char *const names[COLUMNS] = {"scene",   "method", "expected", "bound",
-                                               "outcome", "error",  "seconds",  "verdict"};
-    const double *const numbers[COLUMNS] = {NULL, NULL,       NULL,         all->bound,
+    static const char *const names[COLUMNS] = {"subject", "scene", "method",  "expected", "bound",
+                                               "outcome", "error", "seconds", "verdict"};
+    const double *const numbers[COLUMNS] = {NULL, NULL,       NULL,         NULL, all->bound,
                                             NULL, all->error, all->seconds, NULL};
-    const char *const *const words[COLUMNS] = {
-        all->scene, all->method, all->expected, NULL, all->outcome, NULL, NULL, all->verdict};
+    const char *const *const words[COLUMNS] = {all->subject,  all->scene, all->method,
+                                               all->expected, NULL,       all->outcome,
+                                               NULL,          NULL,       all->verdict};
     return table_write_words(path, names, numbers, words, COLUMNS, all->count, error);
 }
 

@@ -21,7 +21,7 @@ static const stress_row rows[] = {
      PINN = DOUBTED("not converged in window 1 of 4", "shorter than the waves of a window")},
     {"damping/heavy", TIP("1e-2*t/10"),
      .overrides = {"rod.damping.curvature=[10, 10, 10]", "time.duration=10"},
-     .write = stress_write_creep, .seconds = 30, PINN = SOLVED(1e-5, DEFLECTION)},
+     .write = stress_write_creep, .seconds = 60, PINN = SOLVED(1e-5, DEFLECTION)},
     {"energy/2-periods", SWINGING("3.6", "16"), .measure = stress_energy_drift, .seconds = 30,
      PINN = SOLVED(1e-2, "of the kinetic energy; nothing damps")},
     {"energy/10-periods", SWINGING("18", "80"), .measure = stress_energy_drift, .seconds = 120,
