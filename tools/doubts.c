@@ -5,10 +5,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
- * percent lie below. */
-static const double large_residual = 1e-2;
-
 ad_status trainer_measure_size(trainer *t, ad_error *error)
 {
     const scene *rod_scene = &t->e->settings->scene;
@@ -55,8 +51,8 @@ static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
     stability_count(t->e, &ways, &ignored); /* where memory lacks nothing is said */
     snprintf(text, TRAINER_DOUBT,
              "unstable: in this equilibrium the energy falls in %d direction%s, so that the rod "
-             "buckles or snaps to another; to train that one, take another training.seed, or give "
-             "a load that pushes it there",
+             "buckles or snaps to another; rod.rest.imperfection says to which, or take another "
+             "training.seed",
              ways, ways == 1 ? "" : "s");
     return ways > 0;
 }
@@ -81,6 +77,6 @@ bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
              "not converged%s: on points never trained on the residuals are still large; train "
              "longer, or look at --explain for what makes this scene hard",
              where);
-    bool solved = held_out < fmax(large_residual * t->size, TRAINER_ROUNDING_LOSS);
+    bool solved = held_out < fmax(TRAINER_LARGE_LOSS * t->size, TRAINER_ROUNDING_LOSS);
     return !solved || is_unstable(t, text);
 }

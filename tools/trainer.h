@@ -20,7 +20,8 @@
 
 typedef struct trainer trainer;
 
-/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
+ * percent lie below. */
 #define TRAINER_LARGE_LOSS 1e-2
 
 typedef enum trainer_state {
