@@ -91,10 +91,10 @@ typedef struct rod_plane {
 
 rod_plane rod_plane_of(const scene *scene);
 
-/* Whether the motion that the scene asks for is possible; and whether held ends agree with the
- * initial state in value and velocity where both are hard: if not, the ansatz would shift the whole
- * initial state. AD_BAD_INPUT: `key` (may be NULL) receives the dotted YAML key, static text. Also
- * finds what only shows when a scene is recorded. */
+/* Whether the numbers of the scene are within reach, and the motion that it asks for is possible;
+ * and whether held ends agree with the initial state in value and velocity where both are hard: if
+ * not, the ansatz would shift the whole initial state. AD_BAD_INPUT: `key` (may be NULL) receives
+ * the dotted YAML key, static text. Also finds what only shows when a scene is recorded. */
 ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 
 /* ---- network and state --------------------------------------------------------------------- */
@@ -173,7 +173,8 @@ rod_state rod_ansatz(const scene *scene, const rod_window *window, ad_value outp
     X(ROD_STRAIN, "strain")       /* v - v* - Kse^-1 (R^T N - Bse v_t), 3 rows, mixed */           \
     X(ROD_CURVATURE, "curvature") /* u - u* - Kbt^-1 (m - Bbt u_t), 3 rows, mixed */               \
     X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
-    X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows */                            \
+    X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows; mixed: about d3              \
+                                     times EI/GJ, where that is > 1 */                             \
     X(ROD_START, "start")         /* conditions at s = 0 that the ansatz does not enforce */       \
     X(ROD_END, "end")             /* the same at s = 1 */                                          \
     X(ROD_INITIAL, "initial")     /* r, 2 vec(q_i* q), r_t, w at t = 0, 12 rows, soft */

@@ -1,4 +1,5 @@
-/* Held ends against the initial state: where both are exact by construction they must agree. */
+/* Numbers within reach; and held ends against the initial state: where both are exact by
+ * construction they must agree. */
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -103,6 +104,45 @@ static ad_status rod_check_end(const scene *rod_scene, int end, const char **key
     return status;
 }
 
+/* Dimensionless numbers beyond which the equations are no longer computed with any accuracy; each
+ * with the key that is to blame. */
+static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_error *error)
+{
+    static const double large = 1e12, locked = 1e30;
+    rod_numbers n = rod_numbers_of(rod_scene);
+    const double *gravity = rod_scene->loads.gravity;
+    bool at_base = rod_scene->start.type == SCENE_LOADED;
+    bool heavy = gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0;
+    const struct {
+        const char *key, *formula;
+        double value, low, high;
+    } rows[] = {
+        {"rod.stiffness.shear", "kappa G A L^2/EI", n.shear_ratio, 1 / large, locked},
+        {"rod.stiffness.axial", "E A L^2/EI", n.axial_ratio, 1 / large, locked},
+        {"rod.stiffness.torsion", "G J/EI", n.torsion_ratio, 1 / large, locked},
+        {at_base ? "loads.base.force" : "loads.tip.force", "F L^2/EI", n.tip_force, 0, large},
+        {at_base ? "loads.base.moment" : "loads.tip.moment", "M L/EI", n.tip_moment, 0, large},
+        {"loads.force", "f L^3/EI", n.distributed_force, 0, large},
+        {"loads.moment", "l L^2/EI", n.distributed_moment, 0, large},
+        {"loads.gravity", "rhoA g L^3/EI", heavy ? n.weight : 0, 0, large},
+        {"rod.inertia.rotary", "rho I/(rhoA L^2)", n.rotary_inertia, 0, large},
+        {"rod.damping.strain", "Bse L^2/(EI T)", n.strain_damping, 0, large},
+        {"rod.damping.curvature", "damping of the first bending mode", n.curvature_damping, 0,
+         large},
+        {"loads.drag", "damping of the first bending mode", n.drag, 0, large},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        bool fits = rows[i].value >= rows[i].low && rows[i].value <= rows[i].high;
+        if (!fits && !(isinf(rows[i].value) && rows[i].high == locked)) {
+            *key = rows[i].key;
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s is %.3g, beyond what can be computed with; allowed: %g to %g",
+                           rows[i].formula, rows[i].value, rows[i].low, rows[i].high);
+        }
+    }
+    return AD_OK;
+}
+
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
@@ -110,7 +150,9 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
     bool both_exact = rod_scene->boundary_enforcement == SCENE_HARD &&
                       rod_scene->initial_enforcement == SCENE_HARD;
     const char *ignored = NULL;
-    ad_status status = AD_OK;
+    ad_status status = rod_check_numbers(rod_scene, key ? key : &ignored, error);
+    if (status != AD_OK)
+        return status;
     rod_plane plane = rod_plane_of(rod_scene);
     if (rod_scene->motion == SCENE_PLANAR && !plane.is_planar) {
         *(key ? key : &ignored) = "motion";

@@ -1,6 +1,8 @@
 /* What vanishes for the true solution, kind by kind, and what is observed of it. */
 #include "physics/rod_internal.h"
 
+#include <math.h>
+
 /* ---- strains of the mixed form --------------------------------------------------------------- */
 
 /* v - v* - Kse^-1 (R^T N - Bse v_t): a locked strain is a compliance of 0. */
@@ -20,6 +22,32 @@ static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
     return ad_sub(ad_sub(k.curvature, c.rest_curvature), ad_mul(c.curvature_compliance, elastic));
+}
+
+/* ---- balances -------------------------------------------------------------------------------- */
+
+/* A moment about a director that is softer than bending, twist at most, by its own stiffness: what
+ * it misses turns the rod by so much. In mixed form, which computes strains from moments. */
+static ad_value rod_by_stiffness(const rod_context *rod, ad_value moment)
+{
+    if (rod->scene->formulation != SCENE_MIXED)
+        return moment;
+    double unit = rod->scales.moment * rod->scales.length, factor[3];
+    for (int i = 0; i < 3; i++)
+        factor[i] = fmax(1, unit / rod->properties.curvature_stiffness[i]);
+    return ad_mul(ad_vector_constant(rod->tape, factor[0], factor[1], factor[2]), moment);
+}
+
+static ad_value rod_balance_residual(const rod_context *rod, bool force, rod_state state)
+{
+    ad_value balance = force ? rod_force_balance(rod, state) : rod_moment_balance(rod, state);
+    if (scene_is_manufactured(rod->scene)) {
+        rod_load load = rod_manufactured_load(rod->scene, rod->s, rod->t);
+        ad_value added = force ? load.force : ad_rotate_inverse(state.rotation, load.moment);
+        balance = ad_add(balance, added);
+    }
+    return force ? rod_vector_in_plane(rod, balance)
+                 : rod_axial_in_plane(rod, rod_by_stiffness(rod, balance));
 }
 
 /* ---- conditions at ends and at the start of time --------------------------------------------- */
@@ -139,14 +167,8 @@ ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state 
     case ROD_CURVATURE:
         return rod_axial_in_plane(&rod, rod_curvature_residual(&rod, state));
     case ROD_FORCE:
-    case ROD_MOMENT: {
-        bool force = kind == ROD_FORCE;
-        ad_value balance = force ? rod_force_balance(&rod, state) : rod_moment_balance(&rod, state);
-        if (!scene_is_manufactured(rod_scene))
-            return force ? rod_vector_in_plane(&rod, balance) : rod_axial_in_plane(&rod, balance);
-        rod_load load = rod_manufactured_load(rod_scene, s, t);
-        return ad_add(balance, force ? load.force : ad_rotate_inverse(state.rotation, load.moment));
-    }
+    case ROD_MOMENT:
+        return rod_balance_residual(&rod, kind == ROD_FORCE, state);
     case ROD_START:
     case ROD_END:
         return rod_end_residual(&rod, state, kind == ROD_END);

@@ -1,4 +1,5 @@
 /* What scene_check asks of the rod itself. */
+#include "physics/rod.h"
 #include "physics/scene_internal.h"
 
 #include <math.h>
@@ -221,6 +222,43 @@ static ad_status check_inertia(const scene_checker *check)
     return AD_OK;
 }
 
+/* Length, bending stiffness and mass are the units of all else. Products of a few powers of them
+ * stay finite within these ranges, which hold any rod there is. */
+static ad_status check_units(const scene_checker *check)
+{
+    const scene_rod *rod = &check->scene->rod;
+    scene_properties properties = scene_properties_of(check->scene);
+    const double *bending = properties.curvature_stiffness;
+    bool made = !given(rod->bending_stiffness[0]);
+    bool odd_material = made && !(rod->youngs_modulus >= 1e-30 && rod->youngs_modulus <= 1e30);
+    bool dynamic = scene_is_dynamic(check->scene);
+    double unit_of_time = dynamic ? rod_scales_of(check->scene).time : 1;
+    const struct {
+        const char *key, *what, *unit;
+        double value, low, high;
+    } rows[] = {
+        {"rod.length", "length", "m", rod->length, 1e-30, 1e30},
+        {odd_material ? "rod.material.youngs_modulus"
+         : made       ? "rod.section"
+                      : "rod.stiffness.bending",
+         "bending stiffness", "N m^2", fmin(bending[0], bending[1]), 1e-60, 1e60},
+        {given(rod->mass_per_length) ? "rod.inertia.mass_per_length" : "rod.material.density",
+         "mass", "kg/m", dynamic ? properties.mass_per_length : 1, 1e-60, 1e60},
+        {"time.duration", "motion", "L^2 (rhoA/EI)^(1/2) long",
+         dynamic ? check->scene->duration / unit_of_time : 1, 1e-12, 1e12},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (!(rows[i].value >= rows[i].low && rows[i].value <= rows[i].high)) {
+            *check->key = rows[i].key;
+            return ad_fail(check->error, AD_BAD_INPUT,
+                           "the rod's %s is %g %s, beyond what can be computed with; allowed: %g "
+                           "to %g",
+                           rows[i].what, rows[i].value, rows[i].unit, rows[i].low, rows[i].high);
+        }
+    }
+    return AD_OK;
+}
+
 ad_status scene_check_rod(const scene_checker *check)
 {
     ad_status status = check_material(check);
@@ -230,5 +268,8 @@ ad_status scene_check_rod(const scene_checker *check)
     if (status == AD_OK) {
         status = check_stiffness(check);
     }
-    return status == AD_OK ? check_inertia(check) : status;
+    if (status == AD_OK) {
+        status = check_inertia(check);
+    }
+    return status == AD_OK ? check_units(check) : status;
 }

@@ -334,6 +334,31 @@ static const refusal scene_refusals[] = {
     {KIRCHHOFF "reference: {analytic: elastica}\n"
                "loads: {tip: {force: [0, 0, 0]}}\n",
      NULL, "scene.yaml:5:23: reference.analytic: needs a tip force that is not zero"},
+    {BASE, "rod.length=1e-300",
+     "--set rod.length=1e-300: rod.length: the rod's length is 1e-300 m, beyond what can be "
+     "computed with; allowed: 1e-30 to 1e+30"},
+    {BASE, "rod.stiffness.bending=[1e100, 1e100]",
+     "--set rod.stiffness.bending=[1e100, 1e100]: rod.stiffness.bending: the rod's bending "
+     "stiffness is 1e+100 N m^2, beyond what can be computed with; allowed: 1e-60 to 1e+60"},
+    {BASE, "rod.stiffness.torsion=1e-20",
+     "--set rod.stiffness.torsion=1e-20: rod.stiffness.torsion: G J/EI is 1e-20, beyond what can "
+     "be computed with; allowed: 1e-12 to 1e+30"},
+    {BASE, "loads.tip.force=[1e20, 0, 0]",
+     "--set loads.tip.force=[1e20, 0, 0]: loads.tip.force: F L^2/EI is 1e+20, beyond what can be "
+     "computed with; allowed: 0 to 1e+12"},
+    {DYNAMIC, "time.duration=1e-20",
+     "--set time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
+     "long, beyond what can be computed with; allowed: 1e-12 to 1e+12"},
+    {DYNAMIC, "time.duration=100",
+     "--set time.duration=100: time.duration: would take 400 windows of a seventh of a period of "
+     "the first bending mode; allowed: up to 256, here 64 s, or longer windows, given by "
+     "time.windows"},
+    {BASE, "network.fourier.wavenumber=1e9",
+     "--set network.fourier.wavenumber=1e9: network.fourier.wavenumber: is 5e+08 radians in half "
+     "the length, more than points can resolve; allowed: up to 100000"},
+    {BASE, "losses.interior.weights.strain=1e20",
+     "--set losses.interior.weights.strain=1e20: losses.interior.weights.strain: is 1e20, which is "
+     "out of range; allowed: a finite number 0 to 1000000000000"},
     {BASE "motion: planar\n"
           "loads: {tip: {force: [1, 1, 0]}}\n",
      NULL,

@@ -102,6 +102,17 @@ check the sag within 1% -- awk -F, 'NR == 3 { off = $5 + 0.089443
     exit !(off < 9e-4 && off > -9e-4) }' pinned.csv
 rm -r pinned pinned.yaml pinned.csv
 
+run 0 cpinn-stress --help
+said stdout.txt '^usage: cpinn-stress '
+run 0 cpinn-stress --list --quick
+said stdout.txt '^  slender/10  +solved 1e-06 '
+run 0 cpinn-stress --only file/nan --only number/length-1e300 --out stress.csv
+said stdout.txt '^file/nan .* refused .* as expected'
+check a row for each scene -- test "$(wc -l <stress.csv)" -eq 3
+rm stress.csv
+refused '--only nothing: there is no such scene' cpinn-stress --only nothing
+refused 'unknown option --no-such-option' cpinn-stress --no-such-option
+
 entries=$(ls)
 run 0 cpinn-train "$dynamic" --explain
 check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15

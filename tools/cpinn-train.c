@@ -148,23 +148,15 @@ static void announce_stage(session *s)
 
 static void finish(session *s)
 {
+    char doubt[TRAINER_DOUBT];
     if (s->progress.quiet) {
         return;
     }
     trainer_info info = trainer_inspect(s->trainer);
     progress_say(&s->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
-    if (info.interpolates) {
-        progress_say(&s->progress,
-                     "the network interpolates its points: between them, where it was not trained, "
-                     "the loss is %.1e times as large; take more losses.interior.points, or a "
-                     "smaller network.hidden",
-                     info.held_out_ratio);
-    } else if (!(info.held_out < TRAINER_LARGE_LOSS)) {
-        progress_say(
-            &s->progress,
-            "not converged: on points never trained on the residuals are still large; train "
-            "longer, or look at --explain for what makes this scene hard");
+    if (trainer_doubts(s->trainer, doubt)) {
+        progress_say(&s->progress, "%s", doubt);
     }
     progress_error_table(stdout, trainer_history(s->trainer));
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,

@@ -199,14 +199,11 @@ static bool within(double value, double limit)
 
 static bool normalized(double rotation[4])
 {
-    double square = 0;
+    double size = hypot(hypot(rotation[0], rotation[1]), hypot(rotation[2], rotation[3]));
     for (int i = 0; i < 4; i++) {
-        square += rotation[i] * rotation[i];
+        rotation[i] /= size;
     }
-    for (int i = 0; i < 4; i++) {
-        rotation[i] /= sqrt(square);
-    }
-    return square > 0;
+    return size > 0;
 }
 
 /* Points outside the scene are passed over; the arrays have room for every row. */
@@ -322,6 +319,21 @@ ad_status reference_enter(reference *r, const experiment *e, int from, ad_error 
 
 /* ---- the reference ------------------------------------------------------------------------- */
 
+/* Errors are relative to the norm of all positions. */
+static ad_status check_size(const reference *r, ad_error *error)
+{
+    double square = 0;
+    for (size_t i = 0; i < 3 * r->points; i++) { /* rows x, y, z come first */
+        square += r->poses[i] * r->poses[i];
+    }
+    return square > 0 && isfinite(square)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%s: the positions are all 0, or too large to be squared; an error "
+                         "relative to them needs others",
+                         r->name);
+}
+
 ad_status reference_create(const experiment *e, reference **result, ad_error *error)
 {
     const config *settings = e->settings;
@@ -337,6 +349,9 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     r->duration = settings->scene.duration;
     ad_status status =
         settings->reference_file ? make_file(r, e, error) : make_analytic(r, e, error);
+    if (status == AD_OK) {
+        status = check_size(r, error);
+    }
     if (status == AD_OK) {
         sort_points(r, &settings->scene);
         status = field_create(&settings->scene, e->mlp, true, e->pool, &r->candidate, error);

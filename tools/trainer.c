@@ -124,6 +124,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
     ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
+    status = status == AD_OK ? trainer_measure_size(t, error) : status;
     status = status == AD_OK ? start_loads(t, error) : status;
     status = status == AD_OK ? trainer_start_stage(t, error) : status;
     name_columns(t);
@@ -227,10 +228,6 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
 enum { ROWS_APART = 5 };
 static const double usual_ratio = 100; /* where the stage does not stop for it */
 
-/* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
- * with second derivatives. Below, the ratio is one of rounding errors. */
-static const double rounding_loss = 1e-20;
-
 int trainer_row_window(const trainer *t, size_t row)
 {
     bool one = t->e->settings->scene.windows == 1;
@@ -260,7 +257,7 @@ void trainer_watch(trainer *t, size_t row)
     }
     info->held_out_ratio = held_out / trained;
     info->interpolates =
-        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > rounding_loss;
+        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > TRAINER_ROUNDING_LOSS;
     t->rows_apart = info->interpolates && held_out >= t->best_held_out ? t->rows_apart + 1 : 0;
     t->best_held_out = fmin(t->best_held_out, held_out);
 }
@@ -412,7 +409,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.account = t->account;
-    t->info.solved = t->info.loss < fmax(TRAINER_LARGE_LOSS, stage_of(t)->stop_loss);
+    t->info.solved = t->info.loss < fmax(TRAINER_LARGE_LOSS * t->size, stage_of(t)->stop_loss);
     if (goes_on_with_loads(t, result)) {
         t->best_held_out = INFINITY;
         t->info.stage_step = t->rows_apart = 0;

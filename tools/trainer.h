@@ -20,7 +20,8 @@
 
 typedef struct trainer trainer;
 
-/* Of the weighted, dimensionless loss; solutions that are right to about a percent lie below. */
+/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
+ * percent lie below. */
 #define TRAINER_LARGE_LOSS 1e-2
 
 typedef enum trainer_state {
@@ -73,6 +74,13 @@ const history *trainer_history(const trainer *t);
 
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
+
+/* What a user has to be told of training that is over: that the network interpolates its points,
+ * that residuals are still large, in whichever window they are largest, or that a shape at rest is
+ * not stable. Returns whether there is
+ * anything to tell; `text` is one sentence. */
+enum { TRAINER_DOUBT = 320 };
+bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT]);
 
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or
  * weights change so that losses do not compare. */

@@ -1,4 +1,5 @@
-/* What trainer.c (steps and stages) and trainer_state.c (checkpoints) share; not for callers. */
+/* What trainer.c (steps and stages), trainer_state.c (checkpoints) and doubts.c share; not for
+ * callers. */
 #ifndef TOOLS_TRAINER_INTERNAL_H
 #define TOOLS_TRAINER_INTERNAL_H
 
@@ -22,6 +23,7 @@ struct trainer {
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
     char account[160];
+    double size;      /* what a large loss is relative to: trainer_measure_size */
     double evaluated; /* loss of the last evaluation */
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
@@ -38,6 +40,15 @@ void trainer_watch(trainer *t, size_t row);
 
 /* Apply the part of the loads that is at work, if it is not all of them. */
 ad_status trainer_apply_loads(trainer *t, ad_error *error);
+
+/* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
+ * with second derivatives. Below, a ratio of losses is one of rounding errors. */
+#define TRAINER_ROUNDING_LOSS 1e-20
+
+/* The loss is a square, so where loads are small it is as well without any training: t->size is 1,
+ * or the loss of the network 0, in a motion at least the square of its loads, if that is less. And
+ * what is missing turns a rod that is soft in twist so much the further. */
+ad_status trainer_measure_size(trainer *t, ad_error *error);
 
 void trainer_forget_optimizer(trainer *t);
 

@@ -1,7 +1,7 @@
 /* One training, with the clock stopped while errors are evaluated. */
 #include "tools/compare/compare.h"
 
-#include "tools/clock.h"
+#include "tools/session.h"
 #include "tools/signals.h"
 
 #include <math.h>
@@ -50,45 +50,12 @@ void compare_run_free(compare_run *run)
 
 /* ---- what is trained ----------------------------------------------------------------------- */
 
-typedef struct session {
-    experiment *e;
-    problem *problem;
-    reference *known;
-    trainer *trainer;
-} session;
-
-static void session_free(session *s)
-{
-    trainer_free(s->trainer);
-    reference_free(s->known);
-    problem_free(s->problem);
-    experiment_free(s->e);
-}
-
-/* Recording and compiling count as training; the reference, which only the benchmark needs, and
- * reading the config do not. */
 static ad_status prepare(session *s, const compare_task *task, ad_error *error)
 {
     config *settings;
     ad_status status =
         config_read(task->path, NULL, task->override_count, task->overrides, &settings, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    double before = wall_seconds();
-    status = experiment_create(settings, task->threads, &s->e, error);
-    if (status == AD_OK) {
-        status = problem_create(&settings->scene, s->e->mlp, &settings->losses, settings->seed,
-                                s->e->pool, &s->problem, error);
-    }
-    double spent = wall_seconds() - before;
-    if (status == AD_OK) {
-        status = reference_create(s->e, &s->known, error);
-    }
-    if (status == AD_OK) {
-        status = trainer_create(s->e, s->problem, s->known, spent, &s->trainer, error);
-    }
-    return status;
+    return status == AD_OK ? session_create(settings, task->threads, s, error) : status;
 }
 
 static double training_seconds(const trainer *t)

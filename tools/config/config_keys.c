@@ -30,6 +30,7 @@ CONFIG_NAMES(linear_algebra_names, CONFIG_LINEAR_ALGEBRA_LIST(CONFIG_NAME))
 #define POSITIVE              .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN
 #define NOT_NEGATIVE          .low = 0, .high = INFINITY
 #define STIFFNESS             .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_INFINITE
+#define LOSS_WEIGHT           BETWEEN(0, 1e12)
 #define ANY                   .low = -INFINITY, .high = INFINITY
 #define BETWEEN(least, most)  .low = (least), .high = (most)
 #define ENTRIES(least, most)  .entries_min = (least), .entries_max = (most)
@@ -207,13 +208,13 @@ const config_key config_keys[] = {
      .help = "Where they lie."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.interior.weights.strain", CONFIG_NUMBER, AT(losses.strain_weight), NOT_NEGATIVE,
+    {"losses.interior.weights.strain", CONFIG_NUMBER, AT(losses.strain_weight), LOSS_WEIGHT,
      .help = "Weight of r_s = R v (mixed form)."},
     {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(losses.curvature_weight),
-     NOT_NEGATIVE, .help = "Weight of q_s = q u/2 (mixed form)."},
-    {"losses.interior.weights.force", CONFIG_NUMBER, AT(losses.force_weight), NOT_NEGATIVE,
+     LOSS_WEIGHT, .help = "Weight of q_s = q u/2 (mixed form)."},
+    {"losses.interior.weights.force", CONFIG_NUMBER, AT(losses.force_weight), LOSS_WEIGHT,
      .help = "Weight of the balance of forces."},
-    {"losses.interior.weights.moment", CONFIG_NUMBER, AT(losses.moment_weight), NOT_NEGATIVE,
+    {"losses.interior.weights.moment", CONFIG_NUMBER, AT(losses.moment_weight), LOSS_WEIGHT,
      .help = "Weight of the balance of moments."},
     {"losses.boundary.points", CONFIG_INTEGER, AT(losses.boundary.points), BETWEEN(1, 1e8),
      .fallback = "1 static, 64 dynamic", .help = "Instants at both ends (soft enforcement)."},
@@ -221,7 +222,7 @@ const config_key config_keys[] = {
      .names = sampler_names, .help = "Where they lie."},
     {"losses.boundary.resample_every", CONFIG_INTEGER, AT(losses.boundary.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.boundary.weight", CONFIG_NUMBER, AT(losses.boundary_weight), NOT_NEGATIVE,
+    {"losses.boundary.weight", CONFIG_NUMBER, AT(losses.boundary_weight), LOSS_WEIGHT,
      .help = "Weight of the end conditions (soft enforcement)."},
     {"losses.initial.points", CONFIG_INTEGER, AT(losses.initial.points), BETWEEN(1, 1e8),
      .help = "Points at t = 0 (soft enforcement)."},
@@ -229,7 +230,7 @@ const config_key config_keys[] = {
      .help = "Where they lie."},
     {"losses.initial.resample_every", CONFIG_INTEGER, AT(losses.initial.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.initial.weight", CONFIG_NUMBER, AT(losses.initial_weight), NOT_NEGATIVE,
+    {"losses.initial.weight", CONFIG_NUMBER, AT(losses.initial_weight), LOSS_WEIGHT,
      .help = "Weight of the initial state (soft enforcement)."},
     {"losses.held_out_points", CONFIG_INTEGER, AT(losses.held_out_points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic",

@@ -15,6 +15,9 @@ static const double THIRD_FREQUENCY = 61.697;
 /* Units of L^2 (rhoA/EI)^(1/2) in a window: two and a half periods of that frequency. */
 static const double WINDOW = 0.25;
 
+/* Radians per half length or half window beyond which no number of points resolves a wave. */
+static const double LARGEST_BANDWIDTH = 1e5;
+
 enum { FEATURES_LEAST = 64, FEATURES_MAX = 256, POINTS_PER_FUNCTION = 4 };
 
 static bool given(const config *experiment, const char *path)
@@ -28,15 +31,39 @@ static bool begins_with_gauss_newton(const config *experiment)
 }
 
 /* Windows so short that a moderate number of features spans what happens in one. */
-static void resolve_windows(config *experiment)
+static ad_status resolve_windows(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
     bool hard = rod_scene->initial_enforcement == SCENE_HARD;
     if (scene_is_dynamic(rod_scene) && hard && !given(experiment, "time.windows")) {
         double units = rod_scene->duration / rod_scales_of(rod_scene).time;
         double windows = ceil(units / WINDOW * (1 - 1e-12));
-        rod_scene->windows = (int)fmin(SCENE_WINDOWS_MAX, fmax(1, windows));
+        if (!(windows <= SCENE_WINDOWS_MAX)) {
+            return config_blame(
+                experiment->source, error, "time.duration",
+                "would take %.3g windows of a seventh of a period of the first bending mode; "
+                "allowed: up to %d, here %.3g s, or longer windows, given by time.windows",
+                windows, SCENE_WINDOWS_MAX,
+                SCENE_WINDOWS_MAX * WINDOW * rod_scales_of(rod_scene).time);
+        }
+        rod_scene->windows = (int)fmax(1, windows);
     }
+    return AD_OK;
+}
+
+static ad_status check_bandwidth(const config *experiment, bool dynamic, ad_error *error)
+{
+    const double *bandwidth = experiment->network.fourier_bandwidth;
+    for (int i = 0; i <= dynamic; i++) {
+        if (!(bandwidth[i] <= LARGEST_BANDWIDTH)) {
+            return config_blame(experiment->source, error,
+                                i ? "network.fourier.frequency" : "network.fourier.wavenumber",
+                                "is %.3g radians in half the %s, more than points can resolve; "
+                                "allowed: up to %g",
+                                bandwidth[i], i ? "window of time" : "length", LARGEST_BANDWIDTH);
+        }
+    }
+    return AD_OK;
 }
 
 /* At rest, per half length. A moment M bends by M / EI, a force F by 2 sqrt(F / EI) at most,
@@ -74,7 +101,7 @@ static ad_status resolve_bandwidth(config *experiment, ad_error *error)
         }
         bandwidth[1] = experiment->fourier_frequency * half_time;
     }
-    return AD_OK;
+    return check_bandwidth(experiment, dynamic, error);
 }
 
 /* Twice the bandwidth along s at rest; in motion 1.4 times the product of both. */
@@ -124,10 +151,10 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
         network->hidden_count = 0;
     }
     bool linear = network->hidden_count == 0;
-    if (linear) {
-        resolve_windows(experiment);
+    ad_status status = linear ? resolve_windows(experiment, error) : AD_OK;
+    if (status == AD_OK) {
+        status = resolve_bandwidth(experiment, error);
     }
-    ad_status status = resolve_bandwidth(experiment, error);
     if (status != AD_OK) {
         return status;
     }
