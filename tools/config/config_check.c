@@ -52,7 +52,8 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 {
     ad_error reason;
     const char *key = "";
-    ad_status status = rod_check(&experiment->scene, &key, &reason);
+    const scene *rod_scene = &experiment->scene;
+    ad_status status = model_of(rod_scene)->check(rod_scene, &key, &reason);
     if (status == AD_BAD_INPUT) {
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }
@@ -116,6 +117,7 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
 static bool has_weight(const config *experiment)
 {
     const problem_settings *losses = &experiment->losses;
+    const physics_model *model = model_of(&experiment->scene);
     const struct {
         rod_residual_kind kind;
         double weight;
@@ -124,7 +126,7 @@ static bool has_weight(const config *experiment)
                 {ROD_START, losses->boundary_weight}, {ROD_END, losses->boundary_weight},
                 {ROD_INITIAL, losses->initial_weight}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].weight > 0 && rod_residual_rows(&experiment->scene, rows[i].kind) > 0) {
+        if (rows[i].weight > 0 && model->residual_rows(&experiment->scene, rows[i].kind) > 0) {
             return true;
         }
     }
