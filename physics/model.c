@@ -1,4 +1,5 @@
 #include "physics/model.h"
+#include "physics/beam.h"
 
 /* One row per observable of a rod: name of the column, member of rod_observables, its row, whether
  * only motion has it. */
@@ -56,8 +57,24 @@ static const physics_model rod_in_space = {.fields = {"r", "q", "N", "m"},
                                            .check = rod_check,
                                            .terms = rod_terms};
 
+static const model_column beam_columns[BEAM_COLUMNS] = {
+    {"w", false}, {"slope", false}, {"V", false}, {"M", false}, {"w_t", true}, {"slope_t", true}};
+
+static const physics_model beam = {.fields = {"w", "psi", "V", "M"},
+                                   .columns = beam_columns,
+                                   .column_count = BEAM_COLUMNS,
+                                   .position_columns = 1,
+                                   .rotation_columns = 1,
+                                   .network_outputs = beam_network_outputs,
+                                   .ansatz = beam_ansatz,
+                                   .residual_rows = beam_residual_rows,
+                                   .residual = beam_residual,
+                                   .observe = beam_observe,
+                                   .window_end = beam_window_end,
+                                   .check = beam_check,
+                                   .terms = beam_terms};
+
 const physics_model *model_of(const scene *scene)
 {
-    (void)scene;
-    return &rod_in_space;
+    return scene_is_beam(scene) ? &beam : &rod_in_space;
 }

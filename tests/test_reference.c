@@ -344,14 +344,43 @@ static void test_none_and_not_a_number(void **state)
     experiment_free(e);
 }
 
+/* A beam has a deflection and a slope: a formula, or a file with one or both. The untrained network
+ * is 0, so that errors are those of the reference itself. */
+static void test_beam(void **state)
+{
+    (void)state;
+    static const char text[] = "rod: {model: euler_bernoulli, length: 2, stiffness: {bending: [1, "
+                               "1]}}\nbeam: {foundation: 1}\n";
+    const double s[3] = {0, 1, 2}, w[3] = {0, 3, -4}, slope[3] = {0.1, 0.1, 0.1};
+    const char *const names[3] = {"s", "w", "slope"};
+    const double *const columns[3] = {s, w, slope};
+    for (int count = 1; count <= 3; count++) { /* formula; file with w; with w and slope */
+        char override[256];
+        ad_error error = {.message = ""};
+        reference_errors errors;
+        reference *known = NULL;
+        snprintf(override, sizeof override, "reference.file=%s", at("field.csv"));
+        assert_int_equal(table_write(at("field.csv"), names, columns, (size_t)count, 3, NULL),
+                         AD_OK);
+        experiment *e =
+            experiment_of("beam.yaml", text, count == 1 ? "reference.deflection=s^2" : override);
+        assert_int_equal(reference_create(e, &known, &error), AD_OK);
+        assert_int_equal(reference_compare(known, e->parameters, &errors, NULL), AD_OK);
+        assert_near(errors.position, 1, 1e-15);
+        assert_near(errors.tip, 2, 1e-15); /* of the length */
+        assert_true(count == 3 ? fabs(errors.rotation - 0.1) < 1e-15 : isnan(errors.rotation));
+        reference_free(known);
+        experiment_free(e);
+        remove(at("field.csv"));
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_angles),
-                                       cmocka_unit_test(test_closed_forms),
-                                       cmocka_unit_test(test_manufactured),
-                                       cmocka_unit_test(test_file),
-                                       cmocka_unit_test(test_left_out),
-                                       cmocka_unit_test(test_refused_files),
-                                       cmocka_unit_test(test_none_and_not_a_number)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_angles),        cmocka_unit_test(test_closed_forms),
+        cmocka_unit_test(test_manufactured),  cmocka_unit_test(test_file),
+        cmocka_unit_test(test_beam),          cmocka_unit_test(test_left_out),
+        cmocka_unit_test(test_refused_files), cmocka_unit_test(test_none_and_not_a_number)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

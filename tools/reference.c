@@ -132,6 +132,25 @@ static ad_status make_manufactured(reference *r, const experiment *e, ad_error *
     return status;
 }
 
+/* A formula, evaluated point by point. */
+static ad_status make_deflection(reference *r, const experiment *e, ad_error *error)
+{
+    snprintf(r->name, sizeof r->name, "reference.deflection");
+    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        double unknown = 0;
+        double w = expression_evaluate(e->settings->reference_deflection, r->s[i], r->t[i]);
+        put_pose(r, i, &w, &unknown);
+        if (!isfinite(w)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "reference.deflection: is not finite at s = %g m, t = %g s; allowed: a "
+                           "formula that is",
+                           r->s[i], r->t[i]);
+        }
+    }
+    return status;
+}
+
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
 {
     static const char *const names[] = {"", "elastica", "rollup", "helix", "manufactured"};
@@ -350,7 +369,8 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
 {
     const config *settings = e->settings;
     *result = NULL;
-    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file) {
+    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file &&
+        !settings->reference_deflection) {
         return AD_OK;
     }
     reference *r = calloc(1, sizeof *r);
@@ -361,8 +381,9 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
     r->length = settings->scene.rod.length;
     r->duration = settings->scene.duration;
-    ad_status status =
-        settings->reference_file ? make_file(r, e, error) : make_analytic(r, e, error);
+    ad_status status = settings->reference_file         ? make_file(r, e, error)
+                       : settings->reference_deflection ? make_deflection(r, e, error)
+                                                        : make_analytic(r, e, error);
     if (status == AD_OK) {
         sort_points(r, &settings->scene);
         status = field_create(&settings->scene, e->mlp, true, e->pool, &r->candidate, error);

@@ -30,7 +30,8 @@ static void resolve_windows(config *experiment)
 {
     scene *rod_scene = &experiment->scene;
     bool hard = rod_scene->initial_enforcement == SCENE_HARD;
-    if (scene_is_dynamic(rod_scene) && hard && !given(experiment, "time.windows")) {
+    bool whole = scene_is_beam(rod_scene) && !scene_beam_hands_on(rod_scene);
+    if (scene_is_dynamic(rod_scene) && hard && !whole && !given(experiment, "time.windows")) {
         double units = rod_scene->duration / rod_scales_of(rod_scene).time;
         double windows = ceil(units / WINDOW * (1 - 1e-12));
         rod_scene->windows = (int)fmin(SCENE_WINDOWS_MAX, fmax(1, windows));
