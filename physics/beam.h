@@ -1,22 +1,25 @@
 /* Beams of small deflection: Euler and Bernoulli's, and Timoshenko's, which also shears.
  *
- *        w |   q        F           w    deflection along d2        psi  rotation of the section
- *          |  ||||     ^            q    distributed force          mu   distributed moment
- *       ///|==vvvv=====|) T         F    force on an end            T    moment on an end
- *       ///|-----------+--> s       M    internal moment            V    internal shear
+ *        w                                          a piece of it, ds long:
+ *        ^       ^ ^ ^ ^ ^ q        ^ F
+ *        |       | | | | |          |                     +------^ V + V_s ds
+ *    ////|==========================O ) T               M (|      |) M + M_s ds
+ *    ////+----------------------------> s               V v------+
  *
- * Positive are q, F and V where they push along w, mu, T and M where they turn s towards w; V and M
- * are what the part beyond s does to the part before it, so that V = F, M = T at the end s = L and
- * V = -F, M = -T at s = 0. (Many textbooks count V the other way.)
+ *   w    deflection along d2          q, F   force, distributed and on an end
+ *   psi  rotation of the section      mu, T  moment, distributed and on an end, from s towards w
+ *
+ * Internal shear V and moment M are what the part beyond s does to the part before it, so that
+ * V = F, M = T at s = L and V = -F, M = -T at s = 0. (Many textbooks count V the other way.)
  *
  *   Timoshenko   rhoA w_tt = V_s + q - k w - c w_t           V = kGA (w_s - psi)
  *                rhoI psi_tt = M_s + V + mu                  M = EI psi_s
  *   Euler-Bernoulli: kGA infinite, rhoI = 0, so that psi = w_s, V = -(M_s + mu) and
  *                rhoA w_tt + (EI w_ss)_ss + mu_s + k w + c w_t = q
  *
- * (Timoshenko, Young, Weaver 1974, Vibration Problems in Engineering, 4th ed., sections 5.8
- * to 5.12; Hetenyi 1946, Beams on Elastic Foundation.) Ends: clamped w = psi = 0, pinned w = M = 0,
- * free V = M = 0, loaded V and M given.
+ * (Timoshenko, Young, Weaver 1974, Vibration Problems in Engineering, 4th ed., ch. 5; Hetenyi 1946,
+ * Beams on Elastic Foundation.) Ends: clamped w = psi = 0, pinned w = M = 0, free V = M = 0, loaded
+ * V and M given.
  *
  *   mixed         unknowns w, psi, V, M, first order in s
  *                   strain      w_s - psi - V / kGA
