@@ -4,20 +4,20 @@
 
 #include <math.h>
 
-enum { BEAM_SAMPLES = 64 };
+enum { BEAM_SPACE_SAMPLES = 8, BEAM_TIME_SAMPLES = 16 }; /* a scale does not need the peak */
 
 /* ---- scales ---------------------------------------------------------------------------------- */
 
 /* Largest |formula|, 0 for NULL, over samples of what varies. */
 static double beam_largest(const scene *beam_scene, const char *text, bool along_s, bool in_time)
 {
-    int space = along_s ? BEAM_SAMPLES : 0;
-    int time = in_time && scene_is_dynamic(beam_scene) ? BEAM_SAMPLES : 0;
+    int space = along_s ? BEAM_SPACE_SAMPLES : 0;
+    int time = in_time && scene_is_dynamic(beam_scene) ? BEAM_TIME_SAMPLES : 0;
     double largest = 0;
     for (int i = 0; text && i <= space; i++) {
         for (int j = 0; j <= time; j++) {
-            double s = beam_scene->rod.length * i / BEAM_SAMPLES;
-            double t = beam_scene->duration * j / BEAM_SAMPLES;
+            double s = beam_scene->rod.length * i / BEAM_SPACE_SAMPLES;
+            double t = beam_scene->duration * j / BEAM_TIME_SAMPLES;
             largest = fmax(largest, fabs(expression_evaluate(text, s, t)));
         }
     }
@@ -35,12 +35,12 @@ double beam_deflection_scale(const scene *beam_scene)
         const char *text;
         double factor; /* to m */
         bool along_s, in_time;
-    } rows[] = {{beam->force, by_force * length, true, true},
-                {beam->moment, by_force, true, true},
-                {beam->base.force, by_force, false, true},
-                {beam->tip.force, by_force, false, true},
-                {beam->base.moment, by_moment, false, true},
-                {beam->tip.moment, by_moment, false, true},
+    } rows[] = {{beam->force, by_force * length / 8, true, true},
+                {beam->moment, by_force / 3, true, true},
+                {beam->base.force, by_force / 3, false, true},
+                {beam->tip.force, by_force / 3, false, true},
+                {beam->base.moment, by_moment / 2, false, true},
+                {beam->tip.moment, by_moment / 2, false, true},
                 {beam->deflection, 1, true, false},
                 {beam->velocity, time, true, false},
                 {beam->slope, length, true, false},

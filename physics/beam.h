@@ -38,8 +38,8 @@
 
 #include "physics/rod.h"
 
-/* W in m: the largest of initial deflection, initial velocity times time, and what the largest
- * loads would do to a cantilever but for the factor; the length when nothing is given. */
+/* W in m: the largest of initial deflection, initial velocity times time, and what each of the
+ * loads at its largest would do to a cantilever that bends; the length when nothing is given. */
 double beam_deflection_scale(const scene *scene);
 
 /* Dimensionless numbers that decide how hard a scene is. */
