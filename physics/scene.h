@@ -192,13 +192,6 @@ scene_properties scene_properties_of(const scene *rod_scene);
 /* Whether any stiffness is infinite: that strain has no constitutive law. */
 bool scene_is_locked(const scene_properties *properties);
 
-/* Whether a window of time can hand on the state of this beam: not where the equations take four
- * derivatives of what is known to rounding. */
-static inline bool scene_beam_hands_on(const scene *rod_scene)
-{
-    return rod_scene->formulation == SCENE_MIXED || rod_scene->rod.model == SCENE_TIMOSHENKO;
-}
-
 static inline bool scene_is_dynamic(const scene *rod_scene)
 {
     return rod_scene->duration > 0;
@@ -211,6 +204,14 @@ static inline bool scene_is_beam(const scene *rod_scene)
 {
     return rod_scene->rod.model == SCENE_EULER_BERNOULLI ||
            rod_scene->rod.model == SCENE_TIMOSHENKO;
+}
+
+/* Whether the equations take four derivatives of the unknown, the strong form of Euler and
+ * Bernoulli: of what is known to rounding only, little would be left. */
+static inline bool scene_is_fourth_order(const scene *rod_scene)
+{
+    return rod_scene->rod.model == SCENE_EULER_BERNOULLI &&
+           rod_scene->formulation == SCENE_DISPLACEMENT;
 }
 
 /* What an end holds; where it does not hold the position it gives the force, where it does not hold

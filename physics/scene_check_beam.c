@@ -148,7 +148,7 @@ static ad_status check_theory(const scene_checker *check)
                             "displacement computes the shear from its strain and needs finite "
                             "stiffness; allowed for this beam: mixed");
     }
-    if (!scene_beam_hands_on(given) && given->windows > 1) {
+    if (scene_is_fourth_order(given) && given->windows > 1) {
         return scene_refuse(check, "time.windows",
                             "the strong form of euler_bernoulli needs four derivatives of the "
                             "state that a window hands on, too many for rounding; allowed: 1, or "

@@ -30,7 +30,7 @@ static void resolve_windows(config *experiment)
 {
     scene *rod_scene = &experiment->scene;
     bool hard = rod_scene->initial_enforcement == SCENE_HARD;
-    bool whole = scene_is_beam(rod_scene) && !scene_beam_hands_on(rod_scene);
+    bool whole = scene_is_fourth_order(rod_scene);
     if (scene_is_dynamic(rod_scene) && hard && !whole && !given(experiment, "time.windows")) {
         double units = rod_scene->duration / rod_scales_of(rod_scene).time;
         double windows = ceil(units / WINDOW * (1 - 1e-12));
@@ -108,6 +108,7 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
         network->hidden_count = 0;
     }
     bool linear = network->hidden_count == 0;
+    network->orthonormal = !scene_is_fourth_order(&experiment->scene);
     if (linear) {
         resolve_windows(experiment);
     }
