@@ -55,13 +55,14 @@ beam_numbers beam_numbers_of(const scene *scene);
 /* mixed 4: w, psi, V, M; displacement 1: w, timoshenko 2: w, psi. */
 int beam_network_outputs(const scene *scene);
 
-/* From the raw outputs of the window's network (NULL: the first) to a state: field = lift +
- * network, the lift being the initial state and its velocity and the network carrying
- * (t/duration)^2 where the initial state is hard; then, where ends are hard, the polynomial of
- * lowest degree in s is added with which every end condition holds exactly, natural ones of the
- * displacement form included (a Hermite-Birkhoff interpolant; Lorentz, Jetter, Riemenschneider
- * 1983, Birkhoff Interpolation). Later windows of time begin as those of rods do. In the
- * displacement form psi, V and M follow from w. */
+/* From the raw outputs of the window's network (NULL: the first) to a state: field = lift + blend
+ * network, the lift being the initial state and its velocity where that is hard and the blend then
+ * having (t/duration)^2. Where ends are hard, the blend vanishes at those that give the field, or
+ * with its slope, and what conditions are left open is corrected: the polynomial of lowest degree
+ * in s is added with which every one holds exactly, moment and shear of the displacement form
+ * included (a Hermite-Birkhoff interpolant; Lorentz, Jetter, Riemenschneider 1983, Birkhoff
+ * Interpolation). Later windows of time begin as those of rods do. In the displacement form psi, V
+ * and M follow from w. */
 rod_state beam_ansatz(const scene *scene, const rod_window *window, ad_value outputs, ad_value s,
                       ad_value t);
 

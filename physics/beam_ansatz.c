@@ -156,34 +156,56 @@ static ad_value beam_begin(const beam_context *beam, const beam_start *start, ad
 
 /* ---- states ---------------------------------------------------------------------------------- */
 
-/* One condition of order 0 for each end that gives this field. */
-static ad_value beam_hold(const beam_context *beam, ad_value field, const bool gives[2],
-                          ad_value at_start, ad_value at_end)
+/* What the two ends give of one field of the mixed form; nothing where ends are soft. */
+typedef struct beam_given {
+    bool given[2];
+    ad_value value[2];
+} beam_given;
+
+/* fields [4]: w, psi, V, M */
+static void beam_given_of(const beam_context *beam, beam_given fields[4])
+{
+    bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
+    for (int i = 0; i <= 1; i++) {
+        beam_end end = beam_end_of(beam, i);
+        const bool given[4] = {end.holds_deflection, end.holds_slope, !end.holds_deflection,
+                               !end.holds_slope};
+        const ad_value values[4] = {end.deflection, end.slope, end.shear, end.moment};
+        for (int k = 0; k < 4; k++) {
+            fields[k].given[i] = hard && given[k];
+            fields[k].value[i] = values[k];
+        }
+    }
+}
+
+/* Times s, 1 - s or both: 0 where an end gives the field, so that the network itself need not be
+ * evaluated there. */
+static ad_value beam_vanish(const beam_context *beam, ad_value network, const beam_given *ends)
+{
+    ad_value s = beam->s, rest = ad_sub(ad_scalar(beam->tape, 1), s);
+    network = ends->given[0] ? ad_mul(s, network) : network;
+    return ends->given[1] ? ad_mul(rest, network) : network;
+}
+
+static ad_value beam_hold(const beam_context *beam, ad_value field, const beam_given *ends)
 {
     beam_condition conditions[2];
-    const ad_value values[2] = {at_start, at_end};
     int count = 0;
-    for (int end = 0; end <= 1; end++) {
-        if (gives[end]) {
-            conditions[count++] = (beam_condition){end, 0, values[end]};
+    for (int i = 0; i <= 1; i++) {
+        if (ends->given[i]) {
+            conditions[count++] = (beam_condition){i, 0, ends->value[i]};
         }
     }
     return beam_meet(beam, field, count, conditions);
 }
 
-static rod_state beam_mixed_state(const beam_context *beam, const ad_value *fields)
+static rod_state beam_mixed_state(const beam_context *beam, const ad_value *fields,
+                                  const beam_given *ends)
 {
-    bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
-    beam_end start = beam_end_of(beam, 0), end = beam_end_of(beam, 1);
-    const bool held[2] = {hard && start.holds_deflection, hard && end.holds_deflection};
-    const bool turned[2] = {hard && start.holds_slope, hard && end.holds_slope};
-    const bool pulled[2] = {hard && !start.holds_deflection, hard && !end.holds_deflection};
-    const bool twisted[2] = {hard && !start.holds_slope, hard && !end.holds_slope};
-    return (rod_state){.position =
-                           beam_hold(beam, fields[0], held, start.deflection, end.deflection),
-                       .rotation = beam_hold(beam, fields[1], turned, start.slope, end.slope),
-                       .force = beam_hold(beam, fields[2], pulled, start.shear, end.shear),
-                       .moment = beam_hold(beam, fields[3], twisted, start.moment, end.moment)};
+    return (rod_state){.position = beam_hold(beam, fields[0], &ends[0]),
+                       .rotation = beam_hold(beam, fields[1], &ends[1]),
+                       .force = beam_hold(beam, fields[2], &ends[2]),
+                       .moment = beam_hold(beam, fields[3], &ends[3])};
 }
 
 /* w alone: psi = w_s, M = w_ss, V = -(w_sss + mu). */
@@ -236,9 +258,14 @@ static rod_state beam_shearing_state(const beam_context *beam, ad_value w, ad_va
 static rod_state beam_state(const beam_context *beam, ad_value outputs)
 {
     ad_value fields[4];
+    beam_given ends[4];
     int count = beam_network_outputs(beam->scene);
+    beam_given_of(beam, ends);
     for (int i = 0; i < count; i++) {
-        fields[i] = ad_row(outputs, i);
+        fields[i] = beam_vanish(beam, ad_row(outputs, i), &ends[i]);
+    }
+    if (count == 1) {
+        fields[0] = beam_vanish(beam, fields[0], &ends[1]); /* with its slope */
     }
     if (beam_starts_hard(beam)) {
         beam_start deflection, slope;
@@ -248,7 +275,7 @@ static rod_state beam_state(const beam_context *beam, ad_value outputs)
             fields[1] = beam_begin(beam, &slope, fields[1]);
         }
     }
-    return beam->mixed  ? beam_mixed_state(beam, fields)
+    return beam->mixed  ? beam_mixed_state(beam, fields, ends)
            : count == 2 ? beam_shearing_state(beam, fields[0], fields[1])
                         : beam_bending_state(beam, fields[0]);
 }
