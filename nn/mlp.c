@@ -33,6 +33,7 @@ nn_mlp_settings nn_mlp_settings_default(void)
                                 .hidden = {32, 32, 32},
                                 .activation = NN_TANH,
                                 .initialization = NN_GLOROT,
+                                .orthonormal = true,
                                 .fourier_features = 0};
     for (int i = 0; i < NN_INPUTS_MAX; i++)
         settings.fourier_bandwidth[i] = 2 * NN_PI;
@@ -95,7 +96,7 @@ static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
         double bound = settings->fourier_bandwidth[i % (size_t)settings->inputs];
         mlp->fourier[i] = nn_rng_between(rng, -bound, bound);
     }
-    return settings->hidden_count > 0
+    return settings->hidden_count > 0 || !settings->orthonormal
                ? AD_OK
                : nn_basis_create(settings, mlp->fourier, rng, &mlp->basis, &mlp->basis_rows, error);
 }

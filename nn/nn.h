@@ -4,7 +4,8 @@
  * Fourier features of them, and one trained layer (random features: Rahimi & Recht 2007; for
  * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022).
  * Features that nearly depend on one another leave least squares ill-conditioned; the trained layer
- * therefore sees an orthonormal basis of what they span. */
+ * therefore sees an orthonormal basis of what they span, unless settings say otherwise: the basis
+ * cancels twelve digits, and four derivatives of what is left are too noisy. */
 #ifndef NN_H
 #define NN_H
 
@@ -34,12 +35,13 @@ typedef struct nn_mlp_settings {
     int hidden[NN_HIDDEN_MAX]; /* widths */
     nn_activation activation;
     nn_initialization initialization;
+    bool orthonormal;     /* the trained layer of a linear network with features sees a basis */
     int fourier_features; /* pairs sin, cos of random projections of the inputs; 0: none */
     double fourier_bandwidth[NN_INPUTS_MAX]; /* largest frequency by input, radians per unit of the
                                               * input; they are drawn uniformly within */
 } nn_mlp_settings;
 
-/* hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi. */
+/* hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi, orthonormal. */
 nn_mlp_settings nn_mlp_settings_default(void);
 
 /* NULL, or the name of the field that is out of range with what is allowed (static text). */
@@ -70,7 +72,8 @@ void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters);
  * none. */
 double *nn_mlp_fourier(nn_mlp *mlp, size_t *count);
 
-/* That basis, of a network without hidden layers that has features, for a checkpoint:
+/* That basis, of a network without hidden layers that has features and is orthonormal, for a
+ * checkpoint:
  * [rows][columns], coefficients of 1, the inputs, sin and cos of their projections; NULL for other
  * networks. */
 double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns);

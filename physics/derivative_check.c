@@ -30,21 +30,30 @@ typedef struct derivative_batch {
     double *lower, *derivative; /* [ROWS_MAX][STEPS * SHIFTS * points] each */
 } derivative_batch;
 
-static ad_value field_of(rod_state state, char name)
-{
-    return name == 'r'   ? state.position
-           : name == 'q' ? state.rotation
-           : name == 'N' ? state.force
-                         : state.moment;
-}
+/* "r_sst", taken apart. */
+typedef struct derivative_name {
+    int field; /* of the model; -1: not such a name */
+    int s_count, t_count;
+} derivative_name;
 
-static bool name_is_good(const char *name, bool dynamic)
+static derivative_name name_of(const scene *scene, const char *text)
 {
-    size_t length = strlen(name);
-    size_t s_count = length > 2 ? strspn(name + 2, "s") : 0;
-    size_t t_count = length > 2 ? strspn(name + 2 + s_count, "t") : 0;
-    return length > 2 && length < DERIVATIVE_NAME_MAX && strchr("rqNm", name[0]) &&
-           name[1] == '_' && 2 + s_count + t_count == length && (dynamic || t_count == 0);
+    const char *const *fields = model_of(scene)->fields;
+    size_t symbol = strcspn(text, "_");
+    derivative_name name = {-1, 0, 0};
+    if (strlen(text) >= DERIVATIVE_NAME_MAX || strlen(text) < symbol + 2) {
+        return name;
+    }
+    const char *orders = text + symbol + 1;
+    name.s_count = (int)strspn(orders, "s");
+    name.t_count = (int)strspn(orders + name.s_count, "t");
+    bool whole = orders[name.s_count + name.t_count] == '\0';
+    for (int i = 0; i < MODEL_FIELDS && whole; i++) {
+        if (strlen(fields[i]) == symbol && strncmp(fields[i], text, symbol) == 0) {
+            name.field = scene_is_dynamic(scene) || name.t_count == 0 ? i : -1;
+        }
+    }
+    return name;
 }
 
 static ad_value differentiate(ad_value y, ad_value s, ad_value t, int s_count, int t_count)
@@ -55,7 +64,8 @@ static ad_value differentiate(ad_value y, ad_value s, ad_value t, int s_count, i
 
 /* Outputs: the derivative, and the one that it is the derivative of. */
 static ad_status record(const scene *scene, const rod_window *window, const nn_mlp *mlp,
-                        const char *name, ad_pool *pool, derivative_program *made, ad_error *error)
+                        derivative_name name, ad_pool *pool, derivative_program *made,
+                        ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     if (!tape) {
@@ -64,8 +74,10 @@ static ad_status record(const scene *scene, const rod_window *window, const nn_m
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
     t = scene_is_dynamic(scene) ? t : ad_scalar(tape, 0);
     ad_value outputs = nn_mlp_record(mlp, rod_network_input(scene, window, s, t), 0);
-    ad_value y = field_of(rod_ansatz(scene, window, outputs, s, t), name[0]);
-    int s_count = (int)strspn(name + 2, "s"), t_count = (int)strspn(name + 2 + s_count, "t");
+    rod_state state = model_of(scene)->ansatz(scene, window, outputs, s, t);
+    ad_value y =
+        (ad_value[]){state.position, state.rotation, state.force, state.moment}[name.field];
+    int s_count = name.s_count, t_count = name.t_count;
     made->by_time = t_count > 0;
     made->rows = ad_rows(y);
     ad_value values[2] = {differentiate(y, s, t, s_count, t_count),
@@ -196,14 +208,16 @@ ad_status derivative_check_run(const scene *scene, const rod_window *window, con
     derivative_program made = {NULL, 0, false};
     derivative_batch batch = {.s = NULL};
     *check = (derivative_check){.name = ""};
-    if (!name_is_good(name, scene_is_dynamic(scene)) || points == 0) {
+    derivative_name parts = name_of(scene, name);
+    if (parts.field < 0 || points == 0) {
+        const char *const *fields = model_of(scene)->fields;
         return ad_fail(error, AD_BAD_ARGUMENT,
-                       "derivative %s of %zu points: allowed: r, q, N or m, then _s, _ss, _t, ..., "
-                       "at one point at least",
-                       name, points);
+                       "derivative %s of %zu points: allowed: %s, %s, %s or %s, then _s, _ss, _t, "
+                       "..., at one point at least",
+                       name, points, fields[0], fields[1], fields[2], fields[3]);
     }
     snprintf(check->name, sizeof check->name, "%s", name);
-    ad_status status = record(scene, window, mlp, name, pool, &made, error);
+    ad_status status = record(scene, window, mlp, parts, pool, &made, error);
     if (status == AD_OK && made.rows > 0) {
         status = make_batch(scene, window, points, rng, made.by_time, &batch, error);
     }

@@ -5,7 +5,7 @@
 #define PHYSICS_DERIVATIVE_CHECK_H
 
 #include "nn/nn.h"
-#include "physics/rod.h"
+#include "physics/model.h"
 
 enum { DERIVATIVE_NAME_MAX = 16 };
 
@@ -19,12 +19,12 @@ typedef struct derivative_check {
     double worst_difference;
 } derivative_check;
 
-/* `name`: r, q, N or m, an underscore, then s and t as often as differentiated, s first ("r_sst").
- * At `points` points of the window drawn from `rng`, for parameters x. The differences are of sixth
- * order; of a ladder of steps from 6e-3 to 2.7e-6 of the range the best counts at each point, since
- * how fast the functions vary is not known and a formula of the scene may have a kink between
- * shifted points: a wrong derivative fits none. AD_BAD_ARGUMENT: not such a name; AD_NOT_FINITE: a
- * derivative is not. */
+/* `name`: a field of the scene's model, an underscore, then s and t as often as differentiated, s
+ * first ("r_sst"). At `points` points of the window drawn from `rng`, for parameters x. The
+ * differences are of sixth order; of a ladder of steps from 6e-3 to 2.7e-6 of the range the best
+ * counts at each point, since how fast the functions vary is not known and a formula of the scene
+ * may have a kink between shifted points: a wrong derivative fits none. AD_BAD_ARGUMENT: not such a
+ * name; AD_NOT_FINITE: a derivative is not. */
 ad_status derivative_check_run(const scene *scene, const rod_window *window, const nn_mlp *mlp,
                                const double *x, const char *name, size_t points, nn_rng *rng,
                                ad_pool *pool, derivative_check *check, ad_error *error);

@@ -2,17 +2,15 @@
 
 #include <stdlib.h>
 
-#define COUNT(name, member, row, dynamic) +1
-enum { COLUMNS = 0 FIELD_COLUMN_LIST(COUNT) };
-#undef COUNT
-
 typedef struct field_program {
     ad_program *program;
-    bool is_uniform[COLUMNS]; /* the same at all points: across the plane of a planar motion, say */
+    bool is_uniform[MODEL_COLUMNS_MAX]; /* the same at all points: across the plane of a planar
+                                           motion, say */
 } field_program;
 
 struct field {
     scene scene;
+    const physics_model *model;
     const nn_mlp *mlp; /* NULL for the manufactured solution */
     int index;         /* of the last window */
     const double *earlier, *starts;
@@ -27,24 +25,22 @@ struct field {
     double *values; /* [columns][capacity], several windows only */
 };
 
-const char *field_column_name(int column)
+const char *field_column_name(const field *f, int column)
 {
-#define NAME(name, member, row, dynamic) name,
-    static const char *const names[] = {FIELD_COLUMN_LIST(NAME)};
-#undef NAME
-    return column >= 0 && column < COLUMNS ? names[column] : "";
+    return column >= 0 && column < f->columns ? f->model->columns[column].name : "";
 }
 
-/* The columns this field has, as outputs. */
-static int list_outputs(const rod_observables *o, bool dynamic, bool pose_only, ad_value *outputs)
+/* The observables of motion come last, so that columns are numbered alike in every scene. */
+static int count_columns(const field *f)
 {
+    const physics_model *m = f->model;
     int count = 0;
-#define LIST(name, member, row, only_dynamic)                                                      \
-    if ((dynamic || !(only_dynamic)) && !(pose_only && count >= FIELD_POSE)) {                     \
-        outputs[count++] = ad_row(o->member, row);                                                 \
+    if (f->pose_only) {
+        return m->position_columns + m->rotation_columns;
     }
-    FIELD_COLUMN_LIST(LIST)
-#undef LIST
+    while (count < m->column_count && (f->dynamic || !m->columns[count].of_motion)) {
+        count++;
+    }
     return count;
 }
 
@@ -61,18 +57,18 @@ static ad_status build(field *f, int index, ad_error *error)
     rod_state state;
     if (f->mlp) {
         ad_value input = rod_network_input(&f->scene, &window, s, t);
-        state = rod_ansatz(&f->scene, &window, nn_mlp_record(f->mlp, input, 0), s, t);
+        ad_value outputs = nn_mlp_record(f->mlp, input, 0);
+        state = f->model->ansatz(&f->scene, &window, outputs, s, t);
     } else {
         state = rod_manufactured(&f->scene, s, t);
     }
-    rod_observables observables = rod_observe(&f->scene, state, s, t);
-    ad_value outputs[COLUMNS];
+    ad_value observed[MODEL_COLUMNS_MAX];
     field_program *made = &f->programs[index];
-    f->columns = list_outputs(&observables, f->dynamic, f->pose_only, outputs);
+    f->model->observe(&f->scene, state, s, t, observed);
     for (int i = 0; i < f->columns; i++) {
-        made->is_uniform[i] = ad_extent_of(outputs[i]) == AD_UNIFORM;
+        made->is_uniform[i] = ad_extent_of(observed[i]) == AD_UNIFORM;
     }
-    ad_status status = ad_compile(f->columns, outputs, NULL, f->pool, &made->program, error);
+    ad_status status = ad_compile(f->columns, observed, NULL, f->pool, &made->program, error);
     ad_tape_free(tape);
     return status;
 }
@@ -90,6 +86,7 @@ ad_status field_create(const scene *scene, const nn_mlp *mlp, bool pose_only, ad
     }
     rod_scales scales = rod_scales_of(scene);
     *f = (field){.scene = *scene,
+                 .model = model_of(scene),
                  .mlp = mlp,
                  .programs = programs,
                  .pool = pool,
@@ -97,7 +94,8 @@ ad_status field_create(const scene *scene, const nn_mlp *mlp, bool pose_only, ad
                  .time = scales.time,
                  .dynamic = scene_is_dynamic(scene),
                  .pose_only = pose_only};
-    ad_status status = build(f, 0, error); /* at once, because it counts the columns */
+    f->columns = count_columns(f);
+    ad_status status = build(f, 0, error); /* at once: an error should show here */
     if (status != AD_OK) {
         field_free(f);
         return status;
@@ -163,7 +161,7 @@ static ad_status evaluate_window(field *f, int index, const double *x, size_t co
                                  ad_error *error)
 {
     ad_status status = f->programs[index].program ? AD_OK : build(f, index, error);
-    double *outputs[COLUMNS];
+    double *outputs[MODEL_COLUMNS_MAX];
     for (int i = 0; i < f->columns; i++) {
         outputs[i] = values + (size_t)i * count;
     }

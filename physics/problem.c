@@ -37,7 +37,7 @@ static void list_terms(problem *p, problem_set *set)
                  {SET_INITIAL, ROD_INITIAL, ROD_INITIAL}};
     for (int kind = (int)owned[set->kind].first; kind <= (int)owned[set->kind].last; kind++) {
         double weight = weight_of(&p->settings, (rod_residual_kind)kind);
-        if (rod_residual_rows(&p->scene, (rod_residual_kind)kind) > 0 && weight > 0) {
+        if (p->model->residual_rows(&p->scene, (rod_residual_kind)kind) > 0 && weight > 0) {
             p->terms[p->term_count] = (problem_term){(rod_residual_kind)kind, weight};
             set->terms[set->term_count++] = p->term_count++;
         }
@@ -123,6 +123,7 @@ ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_se
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
     }
     p->scene = *scene;
+    p->model = model_of(scene);
     p->settings = *settings;
     p->mlp = mlp;
     p->pool = pool;

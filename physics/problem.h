@@ -2,11 +2,11 @@
  *
  *   loss = sum over terms of weight * mean over points of |residual|^2
  *
- * The residuals are those of physics/rod.h, dimensionless. Terms that share points (the equations
- * inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris 2024) the points inside
- * carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where L_k is the mean
- * weighted loss of slice k at the last update; the weights are not differentiated. Until the first
- * update only the first slice counts.
+ * The residuals are those of the scene's model (physics/model.h), dimensionless. Terms that share
+ * points (the equations inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris
+ * 2024) the points inside carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where
+ * L_k is the mean weighted loss of slice k at the last update; the weights are not differentiated.
+ * Until the first update only the first slice counts.
  *
  * Two more kinds of weights multiply those of the settings, if wanted, and are not differentiated
  * either; problem_reweigh moves them:
@@ -25,7 +25,7 @@
 #define PHYSICS_PROBLEM_H
 
 #include "nn/nn.h"
-#include "physics/rod.h"
+#include "physics/model.h"
 #include "physics/sampling.h"
 
 #include <stdint.h>

@@ -67,6 +67,7 @@ typedef struct problem_set {
 
 struct problem {
     scene scene;
+    const physics_model *model;
     problem_settings settings;
     const nn_mlp *mlp;
     ad_pool *pool;

@@ -150,10 +150,10 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
     }
     ad_value outputs =
         nn_mlp_record(p->mlp, rod_network_input(&p->scene, &p->window, r->s, r->t), 0);
-    r->state = rod_ansatz(&p->scene, &p->window, outputs, r->s, r->t);
+    r->state = p->model->ansatz(&p->scene, &p->window, outputs, r->s, r->t);
     for (int i = 0; i < set->term_count; i++) {
         rod_residual_kind kind = p->terms[set->terms[i]].kind;
-        ad_value residual = rod_residual(&p->scene, kind, r->state, r->s, r->t);
+        ad_value residual = p->model->residual(&p->scene, kind, r->state, r->s, r->t);
         r->residuals[i] = residual;
         r->squares[i] = ad_dot(residual, residual);
     }
@@ -174,12 +174,14 @@ static ad_value mean(ad_value per_point)
 
 enum { PROBLEM_WAYS = 3 };
 
-/* `y` differentiated in the order of `by`: s, t, and S, T for twice at once. */
+/* `y` differentiated in the order of `by`: s, t, and S, T for twice at once; a number: so many
+ * times by s at once. */
 static ad_value differentiate(const recording *r, ad_value y, const char *by)
 {
     for (; *by; by++) {
-        bool along_s = *by == 's' || *by == 'S';
-        y = ad_derivative(y, along_s ? r->s : r->t, *by == 'S' || *by == 'T' ? 2 : 1);
+        bool along_t = *by == 't' || *by == 'T', twice = *by == 'S' || *by == 'T';
+        int order = *by >= '1' && *by <= '9' ? *by - '0' : 1 + twice;
+        y = ad_derivative(y, along_t ? r->t : r->s, order);
     }
     return y;
 }
@@ -202,32 +204,28 @@ static bool uses_derivative(const recording *r, const problem_set *set, ad_value
     return false;
 }
 
-/* Name the derivatives of r, q, N, m that appear among what the terms need. */
+/* Name the derivatives of the fields that appear among what the terms need. */
 static void note_derivatives(problem *p, const recording *r, const problem_set *set)
 {
-    const struct {
-        const char *name;
-        ad_value field;
-    } fields[] = {{"r", r->state.position},
-                  {"q", r->state.rotation},
-                  {"N", r->state.force},
-                  {"m", r->state.moment}};
+    const ad_value fields[MODEL_FIELDS] = {r->state.position, r->state.rotation, r->state.force,
+                                           r->state.moment};
     static const struct {
         const char *name, *ways[PROBLEM_WAYS];
         bool timed;
     } orders[] = {{"s", {"s"}, false},        {"ss", {"S", "ss"}, false},
                   {"t", {"t"}, true},         {"tt", {"T", "tt"}, true},
-                  {"st", {"st", "ts"}, true}, {"sst", {"sts", "sst", "tss"}, true}};
+                  {"st", {"st", "ts"}, true}, {"sst", {"sts", "sst", "tss"}, true},
+                  {"ssss", {"4"}, false}};
     bool dynamic = scene_is_dynamic(&p->scene);
     bool mixed = p->scene.formulation == SCENE_MIXED;
     size_t used = 0;
     for (int f = 0; f < (mixed ? 4 : 2); f++) {
         for (size_t o = 0; o < sizeof orders / sizeof *orders; o++) {
             if ((dynamic || !orders[o].timed) && used < sizeof p->derivatives &&
-                uses_derivative(r, set, fields[f].field, orders[o].ways)) {
+                uses_derivative(r, set, fields[f], orders[o].ways)) {
                 used +=
                     (size_t)snprintf(p->derivatives + used, sizeof p->derivatives - used, "%s%s_%s",
-                                     used ? " " : "", fields[f].name, orders[o].name);
+                                     used ? " " : "", p->model->fields[f], orders[o].name);
             }
         }
     }

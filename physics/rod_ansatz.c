@@ -2,33 +2,12 @@
 #include "nn/nn.h"
 #include "physics/rod_internal.h"
 
-int rod_network_inputs(const scene *rod_scene)
-{
-    return scene_is_dynamic(rod_scene) ? 2 : 1;
-}
-
 int rod_network_outputs(const scene *rod_scene)
 {
     bool planar = rod_plane_of(rod_scene).is_planar;
     if (rod_scene->formulation == SCENE_MIXED)
         return planar ? 7 : 13;
     return planar ? 4 : 7;
-}
-
-ad_value rod_window_input(const rod_context *rod)
-{
-    ad_value one = ad_scalar(rod->tape, 1);
-    ad_value space = ad_sub(ad_scale(rod->s, 2), one);
-    if (!rod->dynamic)
-        return space;
-    ad_value time = ad_sub(ad_scale(rod_elapsed(rod), 2 / rod->span), one);
-    return ad_stack(2, (ad_value[]){space, time});
-}
-
-ad_value rod_network_input(const scene *rod_scene, const rod_window *window, ad_value s, ad_value t)
-{
-    rod_context rod = rod_in_window(rod_scene, window, s, t);
-    return rod_window_input(&rod);
 }
 
 /* What the two ends do to one field, and how: weights of the end data in the lift, and the factor

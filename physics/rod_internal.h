@@ -126,8 +126,7 @@ rod_initial_data rod_window_start(const rod_context *rod, int degree);
 /* The same at an end that is held like this, a function of t. */
 rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held);
 
-/* rod_ansatz.c: the input of the window's network, and r and q from what it answers. */
-ad_value rod_window_input(const rod_context *rod);
+/* rod_ansatz.c: r and q from what the window's network answers. */
 rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs);
 
 /* rod_balance.c */

@@ -98,6 +98,19 @@ static void stiffness_of(const scene_rod *rod, const scene_section_geometry *sec
     }
 }
 
+/* A beam bends about d1 and shears along d2; an Euler-Bernoulli beam has no rotary inertia. */
+static void lock_beam(const scene_rod *rod, scene_properties *properties)
+{
+    bool shears = rod->model == SCENE_TIMOSHENKO;
+    properties->strain_stiffness[0] = INFINITY;
+    properties->curvature_stiffness[1] = properties->curvature_stiffness[2] = INFINITY;
+    properties->rotary_inertia[1] = properties->rotary_inertia[2] = 0;
+    if (!shears) {
+        properties->strain_stiffness[1] = INFINITY;
+        properties->rotary_inertia[0] = 0;
+    }
+}
+
 scene_properties scene_properties_of(const scene *rod_scene)
 {
     const scene_rod *rod = &rod_scene->rod;
@@ -111,6 +124,9 @@ scene_properties scene_properties_of(const scene *rod_scene)
     for (int i = 0; i < 3; i++) {
         double inertia = given_or(rod->rotary_inertia[i], rod->density * moments[i]);
         properties.rotary_inertia[i] = given_or(inertia, 0);
+    }
+    if (scene_is_beam(rod_scene)) {
+        lock_beam(rod, &properties);
     }
     return properties;
 }

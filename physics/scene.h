@@ -15,9 +15,11 @@
 
 /* Every enumeration is one list of rows (name in C, name in YAML); scene_*_names give the texts. */
 #define SCENE_MODEL_LIST(X)                                                                        \
-    X(SCENE_COSSERAT, "cosserat")         /* bends, twists, shears, stretches */                   \
-    X(SCENE_INEXTENSIBLE, "inextensible") /* no stretch */                                         \
-    X(SCENE_KIRCHHOFF, "kirchhoff")       /* no shear and no stretch */
+    X(SCENE_COSSERAT, "cosserat")               /* bends, twists, shears, stretches */             \
+    X(SCENE_INEXTENSIBLE, "inextensible")       /* no stretch */                                   \
+    X(SCENE_KIRCHHOFF, "kirchhoff")             /* no shear and no stretch */                      \
+    X(SCENE_EULER_BERNOULLI, "euler_bernoulli") /* beam of small deflection: bends */              \
+    X(SCENE_TIMOSHENKO, "timoshenko")           /* the same: bends and shears */
 #define SCENE_SECTION_LIST(X)                                                                      \
     X(SCENE_SECTION_NONE, "none") /* stiffness and inertia are given instead */                    \
     X(SCENE_CIRCLE, "circle")                                                                      \
@@ -34,7 +36,7 @@
     X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
-    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s */
+    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */
@@ -129,11 +131,33 @@ typedef struct scene_manufactured {
     const char *angles[3];
 } scene_manufactured;
 
+/* What the outside does to a loaded end of a beam; expressions of t. */
+typedef struct scene_beam_load {
+    const char *force;  /* N */
+    const char *moment; /* N m */
+} scene_beam_load;
+
+/* A beam of small deflection: everything along its one deflection w and its one slope, signs as in
+ * physics/beam.h. All may be NULL: zero, and for the slope the derivative of the deflection. */
+typedef struct scene_beam {
+    const char *force;      /* q, distributed; of s, t; N/m */
+    const char *moment;     /* mu, distributed; of s, t; N m/m */
+    const char *foundation; /* k, force per length and deflection; of s; N/m^2 */
+    scene_beam_load base;   /* at s = 0 */
+    scene_beam_load tip;    /* at s = length */
+    const char *deflection; /* the state at t = 0, of s; m */
+    const char *velocity;   /* m/s */
+    const char *slope;      /* rad; of a timoshenko beam, whose slope has inertia */
+    const char *slope_rate; /* rad/s */
+} scene_beam;
+
 enum { SCENE_WINDOWS_MAX = 256 };
 
 typedef struct scene {
     scene_rod rod;
     scene_loads loads;
+    scene_beam
+        beam; /* beams only; they have drag alone of the loads, and types alone of the ends */
     scene_end start; /* s = 0 */
     scene_end end;   /* s = length */
     double duration; /* s; 0: static */
@@ -147,7 +171,8 @@ typedef struct scene {
 } scene;
 
 /* What follows from section and material, every number filled in (kirchhoff: infinite stiffness).
- */
+ * A beam bends about d1 and so deflects along d2, the height of a rectangle; everything else is
+ * locked, and has no inertia. */
 typedef struct scene_properties {
     double strain_stiffness[3];    /* Kse; N */
     double curvature_stiffness[3]; /* Kbt; N m^2 */
@@ -178,6 +203,21 @@ bool scene_is_manufactured(const scene *rod_scene);
 
 /* Whether an imperfection is given that is not the number 0. */
 bool scene_is_imperfect(const scene *rod_scene);
+
+/* Whether the model is a beam of small deflection. */
+static inline bool scene_is_beam(const scene *rod_scene)
+{
+    return rod_scene->rod.model == SCENE_EULER_BERNOULLI ||
+           rod_scene->rod.model == SCENE_TIMOSHENKO;
+}
+
+/* Whether the equations take four derivatives of the unknown, the strong form of Euler and
+ * Bernoulli: of what is known to rounding only, little would be left. */
+static inline bool scene_is_fourth_order(const scene *rod_scene)
+{
+    return rod_scene->rod.model == SCENE_EULER_BERNOULLI &&
+           rod_scene->formulation == SCENE_DISPLACEMENT;
+}
 
 /* What an end holds; where it does not hold the position it gives the force, where it does not hold
  * the rotation it gives the moment. */

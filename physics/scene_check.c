@@ -41,19 +41,7 @@ static bool all_zero(int count, const char *const *texts)
     return true;
 }
 
-/* A group of expressions under one key: all given or none, each parses, and uses only the
- * variables it may. */
-typedef struct group {
-    const char *key;
-    int count;
-    const char *const *texts;
-    bool s_allowed;
-    bool t_allowed;
-    const char *s_sentence; /* what to say when s is used all the same */
-    const char *t_sentence;
-} group;
-
-static ad_status check_group(const scene_checker *check, const group *entries)
+ad_status scene_check_group(const scene_checker *check, const scene_group *entries)
 {
     if (!any_given(entries->count, entries->texts)) {
         return AD_OK;
@@ -83,11 +71,11 @@ static ad_status check_group(const scene_checker *check, const group *entries)
     return AD_OK;
 }
 
-static ad_status check_groups(const scene_checker *check, int count, const group *groups)
+static ad_status check_groups(const scene_checker *check, int count, const scene_group *groups)
 {
     ad_status status = AD_OK;
     for (int i = 0; i < count && status == AD_OK; i++) {
-        status = check_group(check, &groups[i]);
+        status = scene_check_group(check, &groups[i]);
     }
     return status;
 }
@@ -102,7 +90,7 @@ static ad_status check_expressions(const scene_checker *check)
     const scene_loads *loads = &rod_scene->loads;
     const scene_initial *initial = &rod_scene->initial;
     const scene_manufactured *exact = &rod_scene->manufactured;
-    const group groups[] = {
+    const scene_group groups[] = {
         {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, false, NULL, AT_REST},
         {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, false, NULL, AT_REST},
         {"rod.rest.imperfection", 3, rod_scene->rod.imperfection, true, false, NULL, AT_REST},
@@ -212,7 +200,7 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
     bool driven = end->type == SCENE_DRIVEN;
     const char *fixed = "depends on t, but the end stands still; allowed: numbers, or an end of "
                         "type driven";
-    const group groups[] = {
+    const scene_group groups[] = {
         {keys->position, 3, end->position, false, driven, AT_END, fixed},
         {keys->rotation, 4, end->rotation, false, driven, AT_END, fixed},
     };
@@ -370,9 +358,6 @@ static ad_status check_initial(const scene_checker *check)
     bool position = any_given(3, initial->position);
     bool rotation = any_given(4, initial->rotation);
     bool velocity = any_given(3, initial->velocity);
-    if (!(rod_scene->duration >= 0 && isfinite(rod_scene->duration))) {
-        return scene_refuse(check, "time.duration", "must be finite and >= 0; 0 is a static scene");
-    }
     if (!is_dynamic(check) &&
         (position || rotation || velocity || any_given(3, initial->angular_velocity))) {
         return scene_refuse(
@@ -395,9 +380,12 @@ static ad_status check_initial(const scene_checker *check)
     return AD_OK;
 }
 
-static ad_status check_windows(const scene_checker *check)
+static ad_status check_time(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
+    if (!(rod_scene->duration >= 0 && isfinite(rod_scene->duration))) {
+        return scene_refuse(check, "time.duration", "must be finite and >= 0; 0 is a static scene");
+    }
     if (rod_scene->windows < 1 || rod_scene->windows > SCENE_WINDOWS_MAX) {
         return scene_refuse(check, "time.windows", "must be 1 to 256");
     }
@@ -465,17 +453,20 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
+typedef ad_status scene_part(const scene_checker *check);
+
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
-    static ad_status (*const parts[])(const scene_checker *) = {
-        scene_check_rod, check_expressions, check_manufactured, check_frames,
-        check_ends,      check_initial,     check_windows,      check_imperfection,
-    };
+    static scene_part *const of_rods[] = {
+        scene_check_rod, scene_check_no_beam, check_expressions, check_manufactured, check_frames,
+        check_ends,      check_initial,       check_time,        check_imperfection, NULL};
+    static scene_part *const of_beams[] = {scene_check_rod, scene_check_beam, check_time, NULL};
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, key ? key : &ignored, error};
     ad_status status = AD_OK;
-    for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
-        status = parts[i](&check);
+    for (scene_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
+         *part && status == AD_OK; part++) {
+        status = (*part)(&check);
     }
     return status;
 }

@@ -104,15 +104,19 @@ static ad_status check_stiffness(const scene_checker *check)
     const scene_rod *rod = &check->scene->rod;
     const stiffness_row rows[] = {
         {"rod.stiffness.bending", 2, rod->bending_stiffness, false, false},
-        {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, false, true},
+        {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, scene_is_beam(check->scene), true},
         {"rod.stiffness.axial", 1, &rod->axial_stiffness, rod->model != SCENE_COSSERAT, false},
-        {"rod.stiffness.shear", 2, rod->shear_stiffness, rod->model == SCENE_KIRCHHOFF, true},
+        {"rod.stiffness.shear", 2, rod->shear_stiffness,
+         rod->model == SCENE_KIRCHHOFF || rod->model == SCENE_EULER_BERNOULLI, true},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_status status = check_stiffness_row(check, &rows[i]);
         if (status != AD_OK) {
             return status;
         }
+    }
+    if (scene_is_beam(check->scene)) {
+        return AD_OK; /* scene_check_beam looks at what is left of them */
     }
     scene_properties properties = scene_properties_of(check->scene);
     bool locked = scene_is_locked(&properties);
@@ -213,7 +217,8 @@ static ad_status check_inertia(const scene_checker *check)
                                 ? "missing; a dynamic scene needs the rod's mass"
                                 : "missing; loads.gravity needs the rod's mass");
     }
-    if (scene_is_dynamic(check->scene) && !follows && rotary == 0) {
+    if (scene_is_dynamic(check->scene) && !follows && rotary == 0 &&
+        rod->model != SCENE_EULER_BERNOULLI) {
         return scene_refuse(
             check, "rod.inertia.rotary",
             "missing; give rho I about d1, d2, d3, or [0, 0, 0] to leave rotary inertia "

@@ -36,12 +36,13 @@ static const refusal refusals[] = {
      NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, rod, loads, "
-     "boundary, initial, time, manufactured, formulation, motion, enforcement, network, losses, "
-     "training, "
+     "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
+     "losses, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
-     "scene.yaml:1:1: is a list; allowed: a section with the keys name, rod, loads, boundary, "
-     "initial, time, manufactured, formulation, motion, enforcement, network, losses, training, "
+     "scene.yaml:1:1: is a list; allowed: a section with the keys name, rod, loads, beam, "
+     "boundary, initial, time, manufactured, formulation, motion, enforcement, network, losses, "
+     "training, "
      "checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
@@ -70,8 +71,8 @@ static const refusal refusals[] = {
     {"a: &a [x, x]\n"
      "b: &b [*a, *a]\n",
      NULL,
-     "scene.yaml:1:1: a: unknown key; allowed in the file: name, rod, loads, boundary, initial, "
-     "time, manufactured, formulation, motion, enforcement, network, losses, training, "
+     "scene.yaml:1:1: a: unknown key; allowed in the file: name, rod, loads, beam, boundary, "
+     "initial, time, manufactured, formulation, motion, enforcement, network, losses, training, "
      "checkpoint, output, "
      "reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},

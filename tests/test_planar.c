@@ -60,7 +60,7 @@ static void test_elastica(void **state)
     assert_true(errors.position < 1e-3); /* a small network, a second of training */
     assert_true(errors.rotation < 1e-3);
     enum { AT = 5 };
-    double s[AT] = {0, 0.07, 0.15, 0.22, 0.3}, values[FIELD_COLUMNS_MAX * AT];
+    double s[AT] = {0, 0.07, 0.15, 0.22, 0.3}, values[MODEL_COLUMNS_MAX * AT];
     field *f = NULL;
     assert_int_equal(
         field_create(&r.made.e->settings->scene, r.made.e->mlp, false, r.made.e->pool, &f, &error),
@@ -70,7 +70,7 @@ static void test_elastica(void **state)
     int found = 0;
     for (int column = 0; column < field_columns(f); column++) {
         for (size_t k = 0; k < sizeof across / sizeof *across; k++) {
-            if (strcmp(field_column_name(column), across[k]) == 0) {
+            if (strcmp(field_column_name(f, column), across[k]) == 0) {
                 found++;
                 for (int i = 0; i < AT; i++)
                     assert_true(values[column * AT + i] == 0);

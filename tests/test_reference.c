@@ -96,10 +96,13 @@ static void helix_form(const scene *scene, double s, analytic_state *state)
     analytic_helix_at(&upright, stiffness, stiffness / 1.3, couple, s, state, NULL);
 }
 
+enum { POSE = 7 };
+static const char *const pose_names[POSE] = {"x", "y", "z", "qw", "qx", "qy", "qz"};
+
 /* The errors of the untrained network against the form, by plain sums. */
 static reference_errors expected_errors(const experiment *e, closed_form form)
 {
-    double s[101], values[FIELD_POSE * 101], off = 0, size = 0, angles = 0;
+    double s[101], values[POSE * 101], off = 0, size = 0, angles = 0;
     reference_errors expected = {0};
     field *f = NULL;
     double length = e->settings->scene.rod.length;
@@ -172,7 +175,7 @@ static void test_manufactured(void **state)
     assert_int_equal(reference_points(r), 41 * 41);
     assert_int_equal(field_create(&e->settings->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
     for (int i = 0; i < 41 * 41; i++) {
-        double s = i % 41 / 40.0, t = i / 41 / 40.0, values[FIELD_POSE], square = 0;
+        double s = i % 41 / 40.0, t = i / 41 / 40.0, values[POSE], square = 0;
         const double exact[3] = {0.3 * s * s * cos(2 * t) + 0.1 * s * s * s,
                                  0.2 * s * s * sin(3 * t), s + 0.05 * s * s * sin(t)};
         assert_int_equal(field_evaluate(f, e->parameters, 1, &s, &t, values, NULL), AD_OK);
@@ -221,9 +224,9 @@ static experiment *with_file(const char *text)
 static void write_field(const experiment *e, double shift, double angle)
 {
     const double s[4] = {0, 0.5, 1.7, 2}, t[4] = {0.2, 3, 1, 2.5};
-    double values[FIELD_POSE * 4], turned[4 * 4];
-    const char *names[2 + FIELD_POSE] = {"s", "t"};
-    const double *columns[2 + FIELD_POSE] = {s, t};
+    double values[POSE * 4], turned[4 * 4];
+    const char *names[2 + POSE] = {"s", "t"};
+    const double *columns[2 + POSE] = {s, t};
     field *f = NULL;
     assert_int_equal(field_create(&e->settings->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
     assert_int_equal(field_evaluate(f, e->parameters, 4, s, t, values, NULL), AD_OK);
@@ -237,11 +240,11 @@ static void write_field(const experiment *e, double shift, double angle)
         turned[12 + i] = q[12] * c + q[0] * z;
         values[4 + i] += shift;
     }
-    for (int k = 0; k < FIELD_POSE; k++) {
-        names[2 + k] = field_column_name(k);
+    for (int k = 0; k < POSE; k++) {
+        names[2 + k] = pose_names[k];
         columns[2 + k] = k < 3 ? values + 4 * k : turned + 4 * (k - 3);
     }
-    assert_int_equal(table_write(at("field.csv"), names, columns, 2 + FIELD_POSE, 4, NULL), AD_OK);
+    assert_int_equal(table_write(at("field.csv"), names, columns, 2 + POSE, 4, NULL), AD_OK);
 }
 
 static void test_file(void **state)
@@ -341,14 +344,43 @@ static void test_none_and_not_a_number(void **state)
     experiment_free(e);
 }
 
+/* A beam has a deflection and a slope: a formula, or a file with one or both. The untrained network
+ * is 0, so that errors are those of the reference itself. */
+static void test_beam(void **state)
+{
+    (void)state;
+    static const char text[] = "rod: {model: euler_bernoulli, length: 2, stiffness: {bending: [1, "
+                               "1]}}\nbeam: {foundation: 1}\n";
+    const double s[3] = {0, 1, 2}, w[3] = {0, 3, -4}, slope[3] = {0.1, 0.1, 0.1};
+    const char *const names[3] = {"s", "w", "slope"};
+    const double *const columns[3] = {s, w, slope};
+    for (int count = 1; count <= 3; count++) { /* formula; file with w; with w and slope */
+        char override[256];
+        ad_error error = {.message = ""};
+        reference_errors errors;
+        reference *known = NULL;
+        snprintf(override, sizeof override, "reference.file=%s", at("field.csv"));
+        assert_int_equal(table_write(at("field.csv"), names, columns, (size_t)count, 3, NULL),
+                         AD_OK);
+        experiment *e =
+            experiment_of("beam.yaml", text, count == 1 ? "reference.deflection=s^2" : override);
+        assert_int_equal(reference_create(e, &known, &error), AD_OK);
+        assert_int_equal(reference_compare(known, e->parameters, &errors, NULL), AD_OK);
+        assert_near(errors.position, 1, 1e-15);
+        assert_near(errors.tip, 2, 1e-15); /* of the length */
+        assert_true(count == 3 ? fabs(errors.rotation - 0.1) < 1e-15 : isnan(errors.rotation));
+        reference_free(known);
+        experiment_free(e);
+        remove(at("field.csv"));
+    }
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_angles),
-                                       cmocka_unit_test(test_closed_forms),
-                                       cmocka_unit_test(test_manufactured),
-                                       cmocka_unit_test(test_file),
-                                       cmocka_unit_test(test_left_out),
-                                       cmocka_unit_test(test_refused_files),
-                                       cmocka_unit_test(test_none_and_not_a_number)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_angles),        cmocka_unit_test(test_closed_forms),
+        cmocka_unit_test(test_manufactured),  cmocka_unit_test(test_file),
+        cmocka_unit_test(test_beam),          cmocka_unit_test(test_left_out),
+        cmocka_unit_test(test_refused_files), cmocka_unit_test(test_none_and_not_a_number)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -79,7 +79,7 @@ static void check_reference(const char *path, const char *override, double toler
         fail_msg("%s", error.message);
     }
     size_t points = reference_points(r);
-    double *poses = malloc(FIELD_POSE * points * sizeof *poses);
+    double *poses = malloc(SOLVE_POSE * points * sizeof *poses);
     for (size_t i = 0; i < points; i++) {
         solve_state state = at(&x, reference_s(r)[i] / settings->scene.rod.length);
         for (size_t k = 0; k < 3; k++) {

@@ -419,10 +419,10 @@ static void test_field(void **state)
     const double joints[SEAMS] = {1.0 / 3, 2.0 / 3}, s[ALL] = {0.9, 0.7, 0.9, 0.7};
     const double t[ALL] = {joints[1] - 1e-13, joints[0] - 1e-13, joints[1] + 1e-13,
                            joints[0] + 1e-13};
-    double values[ALL * FIELD_COLUMNS_MAX], scene_values[FIELD_COLUMNS_MAX];
+    double values[ALL * MODEL_COLUMNS_MAX], scene_values[MODEL_COLUMNS_MAX];
     assert_int_equal(field_evaluate(f, experiment_parameters(m.e), ALL, s, t, values, NULL), AD_OK);
     for (int column = 0; column < field_columns(f); column++) {
-        const char *name = field_column_name(column);
+        const char *name = field_column_name(f, column);
         for (int k = 0; k < SEAMS && !strchr("nm", name[0]); k++) { /* these are no state */
             double a = values[column * ALL + k], b = values[column * ALL + k + SEAMS];
             assert_near(a, b, 1e-11 * (1 + fabs(a))); /* 2e-13 times accelerations up to 100 */

@@ -198,11 +198,11 @@ static ad_status evaluate(session *x, ad_error *error)
 static ad_status write_out(const session *x, ad_error *error)
 {
     const samples *p = &x->samples;
-    const char *names[2 + FIELD_COLUMNS_MAX] = {"s", "t"};
-    const double *columns[2 + FIELD_COLUMNS_MAX] = {p->s, p->t};
+    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
+    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
     int count = field_columns(x->field);
     for (int i = 0; i < count; i++) {
-        names[2 + i] = field_column_name(i);
+        names[2 + i] = field_column_name(x->field, i);
         columns[2 + i] = p->values + (size_t)i * p->count;
     }
     return table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error);

@@ -1,5 +1,5 @@
 /* cpinn-solve: solve a scene classically; see --help. */
-#include "physics/field.h"
+#include "physics/model.h"
 #include "tools/cli.h"
 #include "tools/clock.h"
 #include "tools/files/table_file.h"
@@ -89,10 +89,10 @@ static void session_free(session *x)
 static int columns_of(const scene *scene)
 {
     enum { RATES = 6 };
-    return scene_is_dynamic(scene) ? FIELD_COLUMNS_MAX : FIELD_COLUMNS_MAX - RATES;
+    return scene_is_dynamic(scene) ? SOLVE_COLUMNS : SOLVE_COLUMNS - RATES;
 }
 
-_Static_assert(sizeof(solve_state) == FIELD_COLUMNS_MAX * sizeof(double), "a state is its columns");
+_Static_assert(sizeof(solve_state) == SOLVE_COLUMNS * sizeof(double), "a state is its columns");
 
 /* What one unit of each column is in SI. */
 static void units_of(const rod_scales *scale, double *units)
@@ -118,7 +118,7 @@ static void units_of(const rod_scales *scale, double *units)
 static ad_status evaluate(const solution *solved, const samples *p, int columns, ad_error *error)
 {
     const rod_scales scale = solution_rod(solved)->scales;
-    double *s = malloc(p->count * sizeof *s), units[FIELD_COLUMNS_MAX];
+    double *s = malloc(p->count * sizeof *s), units[SOLVE_COLUMNS];
     solve_state *states = malloc(p->count * sizeof *states);
     ad_status status = s && states
                            ? AD_OK
@@ -187,7 +187,7 @@ static ad_status samples_of_grid(session *x, ad_error *error)
 static ad_status samples_of_reference(session *x, ad_error *error)
 {
     samples *p = &x->at_reference;
-    ad_status status = samples_make(p, reference_points(x->known), FIELD_POSE, error);
+    ad_status status = samples_make(p, reference_points(x->known), SOLVE_POSE, error);
     if (status == AD_OK) {
         memcpy(p->s, reference_s(x->known), p->count * sizeof *p->s);
         memcpy(p->t, reference_t(x->known), p->count * sizeof *p->t);
@@ -230,10 +230,10 @@ static ad_status write_out(session *x, ad_error *error)
 {
     const samples *p = &x->grid;
     int count = columns_of(x->scene);
-    const char *names[2 + FIELD_COLUMNS_MAX] = {"s", "t"};
-    const double *columns[2 + FIELD_COLUMNS_MAX] = {p->s, p->t};
+    const char *names[2 + SOLVE_COLUMNS] = {"s", "t"};
+    const double *columns[2 + SOLVE_COLUMNS] = {p->s, p->t};
     for (int i = 0; i < count; i++) {
-        names[2 + i] = field_column_name(i);
+        names[2 + i] = model_of(x->scene)->columns[i].name;
         columns[2 + i] = p->values + (size_t)i * p->count;
     }
     ad_status status = evaluate(x->solved, p, count, error);
@@ -278,7 +278,7 @@ static void print_error(const char *name, double value, const char *unit)
 static ad_status print_reference(session *x, ad_error *error)
 {
     const samples *p = &x->at_reference;
-    ad_status status = evaluate(x->solved, p, FIELD_POSE, error);
+    ad_status status = evaluate(x->solved, p, SOLVE_POSE, error);
     if (status == AD_OK) {
         reference_errors errors = reference_compare_poses(x->known, p->values);
         printf("difference from %s (%zu points)\n", reference_name(x->known), p->count);
@@ -385,7 +385,7 @@ static ad_status sweep_at(const session *x, const solve_settings *settings, cons
     }
     qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
     if (status == AD_OK) {
-        status = evaluate(solved, &x->grid, FIELD_POSE, error);
+        status = evaluate(solved, &x->grid, SOLVE_POSE, error);
     }
     if (status == AD_OK && (scene_is_dynamic(x->scene) || report.load_fraction == 1)) {
         rows->nodes[rows->count] = report.nodes;
@@ -440,7 +440,7 @@ static ad_status work_precision(const session *x, ad_error *error)
     if (!exact) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
     }
-    ad_status status = evaluate(x->solved, &x->grid, FIELD_POSE, error);
+    ad_status status = evaluate(x->solved, &x->grid, SOLVE_POSE, error);
     if (status == AD_OK) {
         memcpy(exact, x->grid.values, numbers * sizeof *exact);
         status = sweep_all(x, exact, &rows, error);

@@ -20,10 +20,15 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
     t->size = size > 0 && size < 1 ? size : 1;
-    if (!rod_plane_of(rod_scene).is_planar) {
+    if (!scene_is_beam(rod_scene) && !rod_plane_of(rod_scene).is_planar) {
         t->size *= pow(fmin(1, n.torsion_ratio), 2);
     }
     return status;
+}
+
+bool trainer_is_small(const trainer *t, double loss)
+{
+    return loss < fmax(TRAINER_LARGE_LOSS * t->size, TRAINER_ROUNDING_LOSS);
 }
 
 /* The largest held-out loss with which a window ended, and the window, from 0. */
@@ -77,6 +82,5 @@ bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
              "not converged%s: on points never trained on the residuals are still large; train "
              "longer, or look at --explain for what makes this scene hard",
              where);
-    bool solved = held_out < fmax(TRAINER_LARGE_LOSS * t->size, TRAINER_ROUNDING_LOSS);
-    return !solved || is_unstable(t, text);
+    return !trainer_is_small(t, held_out) || is_unstable(t, text);
 }

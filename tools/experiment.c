@@ -19,7 +19,7 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     config *settings = e->settings;
     nn_rng rng = nn_rng_split(settings->seed, "network");
     settings->network.inputs = rod_network_inputs(&settings->scene);
-    settings->network.outputs = rod_network_outputs(&settings->scene);
+    settings->network.outputs = model_of(&settings->scene)->network_outputs(&settings->scene);
     ad_status status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {
         return status;
@@ -99,10 +99,11 @@ rod_window experiment_window(const experiment *e)
 
 ad_status experiment_next_window(experiment *e, ad_error *error)
 {
+    const scene *scene = &e->settings->scene;
     const rod_window window = experiment_window(e);
-    ad_status status =
-        rod_window_end(&e->settings->scene, &window, e->mlp, experiment_parameters(e), e->pool,
-                       e->starts + ((size_t)e->window + 1) * ROD_WINDOW_NUMBERS, error);
+    ad_status status = model_of(scene)->window_end(
+        scene, &window, e->mlp, experiment_parameters(e), e->pool,
+        e->starts + ((size_t)e->window + 1) * ROD_WINDOW_NUMBERS, error);
     e->window += status == AD_OK;
     return status;
 }

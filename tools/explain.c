@@ -1,5 +1,6 @@
 #include "tools/explain.h"
 
+#include "physics/beam.h"
 #include "tools/linear_model.h"
 
 #include <math.h>
@@ -92,6 +93,11 @@ static const verdict damping[] = {{0, "weak: waves live long"},
                                   {0.05, "moderate: waves fade"},
                                   {1, "overdamped: creeps, no waves"}};
 static const verdict strain_rate[] = {{0, "viscosity of shear and stretch"}};
+static const verdict deflection[] = {{0, "small, as the theory asks"},
+                                     {0.1, "not small: the theory is linear; see rod.model"}};
+static const verdict foundation[] = {{0, "soft: the ends carry the beam"},
+                                     {500, "stiff: waves die out along the beam"},
+                                     {1e6, "very stiff: boundary layers at ends and loads"}};
 static const verdict seconds_of_motion[] = {{0, "less than one period of the first bending mode"},
                                             {1, "a few periods"},
                                             {4, "many periods: see time.windows, losses.causal"}};
@@ -115,6 +121,32 @@ static const char *judge(const number_row *row)
         text = row->verdicts[i].text;
     }
     return text;
+}
+
+static void print_rows(FILE *file, const number_row *rows, size_t count)
+{
+    heading(file, "How hard it is");
+    for (size_t i = 0; i < count; i++) {
+        if (rows[i].shown) {
+            fprintf(file, "  %-15s %-16s %-10.4g %s\n", rows[i].name, rows[i].formula,
+                    rows[i].value, judge(&rows[i]));
+        }
+    }
+}
+
+static void print_beam_numbers(FILE *file, const scene *scene)
+{
+    rod_numbers n = rod_numbers_of(scene);
+    beam_numbers b = beam_numbers_of(scene);
+    bool moving = scene_is_dynamic(scene);
+    const number_row rows[] = {
+        {"deflection", "W/L", b.deflection, VERDICTS(deflection), true},
+        {"shear", "kGA L^2/EI", b.shear_ratio, VERDICTS(stiff_strain), true},
+        {"foundation", "k L^4/EI", b.foundation, VERDICTS(foundation), b.foundation > 0},
+        {"rotary inertia", "rhoI/(rhoA L^2)", b.rotary_inertia, VERDICTS(slenderness), moving},
+        {"drag", "c/(2 rhoA w1)", n.drag, VERDICTS(damping), moving && n.drag > 0},
+        {"first periods", "duration/period", n.periods, VERDICTS(seconds_of_motion), moving}};
+    print_rows(file, rows, sizeof rows / sizeof *rows);
 }
 
 static void print_numbers(FILE *file, const scene *scene)
@@ -141,13 +173,7 @@ static void print_numbers(FILE *file, const scene *scene)
          moving && n.curvature_damping > 0},
         {"drag", "c/(2 rhoA w1)", n.drag, VERDICTS(damping), moving && n.drag > 0},
         {"first periods", "duration/period", n.periods, VERDICTS(seconds_of_motion), moving}};
-    heading(file, "How hard it is");
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].shown) {
-            fprintf(file, "  %-15s %-16s %-10.4g %s\n", rows[i].name, rows[i].formula,
-                    rows[i].value, judge(&rows[i]));
-        }
-    }
+    print_rows(file, rows, sizeof rows / sizeof *rows);
 }
 
 static void print_scales(FILE *file, const scene *scene)
@@ -157,6 +183,12 @@ static void print_scales(FILE *file, const scene *scene)
     fprintf(file, "  length %.5g m", scales.length);
     if (scene_is_dynamic(scene)) {
         fprintf(file, "   time %.5g s", scales.time);
+    }
+    if (scene_is_beam(scene)) {
+        double ratio = beam_numbers_of(scene).deflection;
+        fprintf(file, "   deflection W %.5g m   V %.5g N   M %.5g N m\n", ratio * scales.length,
+                ratio * scales.force, ratio * scales.moment);
+        return;
     }
     fprintf(file, "   force EI/L^2 %.5g N   moment EI/L %.5g N m\n", scales.force, scales.moment);
 }
@@ -168,7 +200,7 @@ static void print_end(FILE *file, const scene *scene, bool at_start)
 {
     const scene_end *end = at_start ? &scene->start : &scene->end;
     bool hard = scene->boundary_enforcement == SCENE_HARD;
-    bool residual = rod_residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
+    bool residual = model_of(scene)->residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
     fprintf(file, "%s %s: ", at_start ? "start" : "end", scene_end_names()[end->type]);
     if (!hard || !residual) {
         fputs(hard ? "hard" : "soft, a loss term", file);
@@ -211,25 +243,37 @@ static void print_motion(FILE *file, const scene *scene)
     }
 }
 
+static void print_form(FILE *file, const scene *scene)
+{
+    bool moving = scene_is_dynamic(scene), mixed = scene->formulation == SCENE_MIXED;
+    fprintf(file, "  %-15s %s, %s: ", "form", scene_formulation_names()[scene->formulation],
+            moving ? "dynamic" : "static");
+    if (scene_is_beam(scene)) {
+        fprintf(file, "w deflection%s%s", beam_network_outputs(scene) > 1 ? ", psi rotation" : "",
+                mixed ? ", V shear, M moment" : "");
+    } else {
+        bool planar = rod_plane_of(scene).is_planar;
+        fprintf(file, "r[%d] position, q[%d] rotation", planar ? 2 : 3, planar ? 2 : 4);
+        if (mixed) {
+            fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
+        }
+    }
+    fprintf(file, " of s%s\n", moving ? " and t" : "");
+}
+
 static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 {
     const scene *scene = &e->settings->scene;
-    bool moving = scene_is_dynamic(scene), mixed = scene->formulation == SCENE_MIXED;
     heading(file, "Unknowns and equations");
-    bool planar = rod_plane_of(scene).is_planar;
-    fprintf(file, "  %-15s %s, %s: r[%d] position, q[%d] rotation", "form",
-            scene_formulation_names()[scene->formulation], moving ? "dynamic" : "static",
-            planar ? 2 : 3, planar ? 2 : 4);
-    if (mixed) {
-        fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
+    print_form(file, scene);
+    if (!scene_is_beam(scene)) {
+        print_motion(file, scene);
     }
-    fprintf(file, " of s%s\n", moving ? " and t" : "");
-    print_motion(file, scene);
     fprintf(file, "  %-15s ", "boundary");
     print_end(file, scene, true);
     fputs("; ", file);
     print_end(file, scene, false);
-    if (moving) {
+    if (scene_is_dynamic(scene)) {
         fprintf(file, "; initial state: %s", scene_enforcement_names()[scene->initial_enforcement]);
     }
     fputc('\n', file);
@@ -268,7 +312,7 @@ static void print_left_out(FILE *file, const rod_term *terms, int count, int fir
 static void print_terms(FILE *file, const scene *scene)
 {
     rod_term terms[ROD_TERM_MAX];
-    int count = rod_terms(scene, terms), left = 0;
+    int count = model_of(scene)->terms(scene, terms), left = 0;
     heading(file, "Physics");
     paragraph line = paragraph_begin(file, "present");
     for (int i = 0; i < count; i++) {
@@ -416,10 +460,15 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
     const scene *scene = &e->settings->scene;
-    fprintf(file, "%s: a %s rod%s%s\n", e->settings->name, scene_model_names()[scene->rod.model],
+    fprintf(file, "%s: %s %s%s%s\n", e->settings->name, scene_model_names()[scene->rod.model],
+            scene_is_beam(scene) ? "beam" : "rod",
             scene_is_dynamic(scene) ? " in motion" : " at rest",
             scene_is_manufactured(scene) ? ", manufactured solution" : "");
-    print_numbers(file, scene);
+    if (scene_is_beam(scene)) {
+        print_beam_numbers(file, scene);
+    } else {
+        print_numbers(file, scene);
+    }
     print_scales(file, scene);
     print_unknowns(file, e, p);
     print_terms(file, scene);

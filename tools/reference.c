@@ -8,15 +8,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41 };
+enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41, POSE_MAX = 7 };
 
 struct reference {
     char name[256];
     double length, duration;
     size_t points, left_out;
+    const physics_model *model;
+    size_t pose;                         /* columns: of position, then of rotation */
     bool rotations;                      /* known */
     double *s, *t;                       /* [points] m, s; `s` owns everything up to `part` */
-    double *poses;                       /* [FIELD_POSE][points] */
+    double *poses;                       /* [pose][points] */
     double *values;                      /* the same, of the field compared last */
     double *part;                        /* the same, of some of the points */
     field *candidate;                    /* of the experiment's networks */
@@ -29,14 +31,14 @@ struct reference {
 static ad_status allocate(reference *r, size_t points, ad_error *error)
 {
     r->points = points;
-    r->s = calloc((2 + 3 * FIELD_POSE) * points, sizeof *r->s);
+    r->s = calloc((2 + 3 * r->pose) * points, sizeof *r->s);
     if (!r->s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu reference points", points);
     }
     r->t = r->s + points;
     r->poses = r->t + points;
-    r->values = r->poses + FIELD_POSE * points;
-    r->part = r->values + FIELD_POSE * points;
+    r->values = r->poses + r->pose * points;
+    r->part = r->values + r->pose * points;
     return AD_OK;
 }
 
@@ -76,8 +78,9 @@ static analytic_clamp clamp_of(const scene *scene)
 
 static void put_pose(reference *r, size_t i, const double *position, const double *rotation)
 {
-    for (size_t k = 0; k < FIELD_POSE; k++) {
-        r->poses[k * r->points + i] = k < 3 ? position[k] : rotation[k - 3];
+    size_t positions = (size_t)r->model->position_columns;
+    for (size_t k = 0; k < r->pose; k++) {
+        r->poses[k * r->points + i] = k < positions ? position[k] : rotation[k - positions];
     }
 }
 
@@ -129,6 +132,25 @@ static ad_status make_manufactured(reference *r, const experiment *e, ad_error *
     return status;
 }
 
+/* A formula, evaluated point by point. */
+static ad_status make_deflection(reference *r, const experiment *e, ad_error *error)
+{
+    snprintf(r->name, sizeof r->name, "reference.deflection");
+    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        double unknown = 0;
+        double w = expression_evaluate(e->settings->reference_deflection, r->s[i], r->t[i]);
+        put_pose(r, i, &w, &unknown);
+        if (!isfinite(w)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "reference.deflection: is not finite at s = %g m, t = %g s; allowed: a "
+                           "formula that is",
+                           r->s[i], r->t[i]);
+        }
+    }
+    return status;
+}
+
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
 {
     static const char *const names[] = {"", "elastica", "rollup", "helix", "manufactured"};
@@ -154,30 +176,50 @@ static ad_status make_analytic(reference *r, const experiment *e, ad_error *erro
 
 /* Columns of the file by their place in a pose; t is NULL in a static scene. */
 typedef struct file_columns {
-    const double *s, *t, *pose[FIELD_POSE];
+    const double *s, *t, *pose[POSE_MAX];
 } file_columns;
 
-static ad_status find_columns(const char *path, const table_file *table, bool dynamic,
-                              file_columns *columns, bool *rotations, ad_error *error)
+/* "x, y, z" */
+static void list_columns(const physics_model *model, int first, int count, char text[64])
+{
+    int length = 0;
+    for (int k = first; k < first + count; k++) {
+        length += snprintf(text + length, 64 - (size_t)length, "%s%s", k > first ? ", " : "",
+                           model->columns[k].name);
+    }
+}
+
+static ad_status blame_missing(const char *path, const char *missing, const physics_model *model,
+                               bool dynamic, ad_error *error)
+{
+    char positions[64], rotations[64];
+    list_columns(model, 0, model->position_columns, positions);
+    list_columns(model, model->position_columns, model->rotation_columns, rotations);
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%s: column '%s' is missing; a reference has columns s, %s%s and, where it "
+                   "knows rotations, %s",
+                   path, missing, dynamic ? "t, " : "", positions, rotations);
+}
+
+static ad_status find_columns(reference *r, const char *path, const table_file *table, bool dynamic,
+                              file_columns *columns, ad_error *error)
 {
     const char *missing = NULL;
+    size_t positions = (size_t)r->model->position_columns;
     int turns = 0;
     columns->s = table_column(table, "s");
     columns->t = dynamic ? table_column(table, "t") : NULL;
     missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
-    for (int k = 0; k < FIELD_POSE; k++) {
-        columns->pose[k] = table_column(table, field_column_name(k));
-        turns += k >= 3 && columns->pose[k];
+    for (size_t k = 0; k < r->pose; k++) {
+        columns->pose[k] = table_column(table, r->model->columns[k].name);
+        turns += k >= positions && columns->pose[k];
     }
-    *rotations = turns > 0;
-    for (int k = 0; !missing && k < (turns ? FIELD_POSE : 3); k++) {
-        missing = columns->pose[k] ? NULL : field_column_name(k);
+    r->rotations = turns > 0;
+    for (size_t k = 0; !missing && k < (turns ? r->pose : positions); k++) {
+        missing = columns->pose[k] ? NULL : r->model->columns[k].name;
     }
     if (missing) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: column '%s' is missing; a reference has columns s, %sx, y, z, and "
-                       "qw, qx, qy, qz or none of these four",
-                       path, missing, dynamic ? "t, " : "");
+        return blame_missing(path, missing, r->model, dynamic, error);
     }
     const double *t = dynamic ? NULL : table_column(table, "t");
     for (size_t i = 1; t && i < table_rows(table); i++) {
@@ -210,24 +252,25 @@ static bool normalized(double rotation[4])
 static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
                            ad_error *error)
 {
-    size_t kept = 0;
+    size_t kept = 0, positions = (size_t)r->model->position_columns;
+    bool is_quaternion = r->model->rotation_columns == 4;
     for (size_t i = 0; i < rows; i++) {
-        double pose[FIELD_POSE] = {0};
+        double pose[POSE_MAX] = {0};
         if (!within(columns->s[i], r->length) ||
             (columns->t && !within(columns->t[i], r->duration))) {
             continue;
         }
-        for (int k = 0; k < FIELD_POSE; k++) {
+        for (size_t k = 0; k < r->pose; k++) {
             pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
         }
-        if (r->rotations && !normalized(pose + 3)) {
+        if (r->rotations && is_quaternion && !normalized(pose + positions)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "%s: row %zu: the quaternion qw, qx, qy, qz is 0; allowed: not 0", path,
                            i + 1);
         }
         r->s[kept] = columns->s[i];
         r->t[kept] = columns->t ? columns->t[i] : 0;
-        put_pose(r, kept++, pose, pose + 3);
+        put_pose(r, kept++, pose, pose + positions);
     }
     r->left_out = rows - kept;
     if (kept == 0) {
@@ -235,7 +278,7 @@ static ad_status take_rows(reference *r, const char *path, const file_columns *c
                        "%s: none of its %zu points lies in the scene: s from 0 to %g m%s", path,
                        rows, r->length, columns->t ? ", t within the duration" : "");
     }
-    for (size_t k = 1; k < FIELD_POSE; k++) { /* rows of poses follow one another */
+    for (size_t k = 1; k < r->pose; k++) { /* rows of poses follow one another */
         memmove(r->poses + k * kept, r->poses + k * r->points, kept * sizeof *r->poses);
     }
     r->points = kept;
@@ -251,8 +294,8 @@ static ad_status make_file(reference *r, const experiment *e, ad_error *error)
     snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
     ad_status status = table_read(path, TABLE_FINITE, &table, error);
     if (status == AD_OK) {
-        status = find_columns(path, table, scene_is_dynamic(&e->settings->scene), &columns,
-                              &r->rotations, error);
+        status =
+            find_columns(r, path, table, scene_is_dynamic(&e->settings->scene), &columns, error);
     }
     if (status == AD_OK && table_rows(table) == 0) {
         status =
@@ -284,7 +327,7 @@ static void sort_points(reference *r, const scene *scene)
             }
             s[taken] = r->s[i];
             t[taken] = r->t[i];
-            for (size_t k = 0; k < FIELD_POSE; k++) {
+            for (size_t k = 0; k < r->pose; k++) {
                 r->part[k * r->points + taken] = r->poses[k * r->points + i];
             }
             taken++;
@@ -293,7 +336,7 @@ static void sort_points(reference *r, const scene *scene)
     r->first[scene->windows] = taken;
     memcpy(r->s, s, r->points * sizeof *s);
     memcpy(r->t, t, r->points * sizeof *t);
-    memcpy(r->poses, r->part, FIELD_POSE * r->points * sizeof *r->part);
+    memcpy(r->poses, r->part, r->pose * r->points * sizeof *r->part);
 }
 
 /* Values of the points from `first` up to `end`. */
@@ -303,7 +346,7 @@ static ad_status evaluate(reference *r, const double *x, size_t first, size_t en
     ad_status status =
         count ? field_evaluate(r->candidate, x, count, r->s + first, r->t + first, r->part, error)
               : AD_OK;
-    for (size_t k = 0; status == AD_OK && count && k < FIELD_POSE; k++) {
+    for (size_t k = 0; status == AD_OK && count && k < r->pose; k++) {
         memcpy(r->values + k * r->points + first, r->part + k * count, count * sizeof *r->values);
     }
     return status;
@@ -323,7 +366,7 @@ ad_status reference_enter(reference *r, const experiment *e, int from, ad_error 
 static ad_status check_size(const reference *r, ad_error *error)
 {
     double square = 0;
-    for (size_t i = 0; i < 3 * r->points; i++) { /* rows x, y, z come first */
+    for (size_t i = 0; i < (size_t)r->model->position_columns * r->points; i++) { /* come first */
         square += r->poses[i] * r->poses[i];
     }
     return square > 0 && isfinite(square)
@@ -338,17 +381,21 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
 {
     const config *settings = e->settings;
     *result = NULL;
-    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file) {
+    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file &&
+        !settings->reference_deflection) {
         return AD_OK;
     }
     reference *r = calloc(1, sizeof *r);
     if (!r) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
     }
+    r->model = model_of(&settings->scene);
+    r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
     r->length = settings->scene.rod.length;
     r->duration = settings->scene.duration;
-    ad_status status =
-        settings->reference_file ? make_file(r, e, error) : make_analytic(r, e, error);
+    ad_status status = settings->reference_file         ? make_file(r, e, error)
+                       : settings->reference_deflection ? make_deflection(r, e, error)
+                                                        : make_analytic(r, e, error);
     if (status == AD_OK) {
         status = check_size(r, error);
     }
@@ -410,16 +457,22 @@ double rotation_angle(const double p[4], const double q[4])
     return 2 * atan2(sqrt(x * x + y * y + z * z), fabs(scalar));
 }
 
+/* A beam of small deflection has one angle, its slope. */
+static double angle_between(const reference *r, const double *p, const double *q)
+{
+    return r->model->rotation_columns == 4 ? rotation_angle(p, q) : fabs(p[0] - q[0]);
+}
+
 /* The larger; not a number wins, so that it cannot hide. */
 static double worse(double a, double b)
 {
     return b <= a || isnan(a) ? a : b;
 }
 
-static void pose_at(const double *poses, size_t points, size_t i, double pose[FIELD_POSE])
+static void pose_at(const reference *r, const double *poses, size_t i, double pose[POSE_MAX])
 {
-    for (size_t k = 0; k < FIELD_POSE; k++) {
-        pose[k] = poses[k * points + i];
+    for (size_t k = 0; k < r->pose; k++) {
+        pose[k] = poses[k * r->points + i];
     }
 }
 
@@ -427,15 +480,16 @@ static void pose_at(const double *poses, size_t points, size_t i, double pose[FI
 static reference_errors measure(const reference *r, size_t points)
 {
     double off = 0, size = 0, angles = 0, most = 0, turned = 0, tip = -1;
+    int positions = r->model->position_columns;
     for (size_t i = 0; i < points; i++) {
-        double exact[FIELD_POSE], found[FIELD_POSE], square = 0;
-        pose_at(r->poses, r->points, i, exact);
-        pose_at(r->values, r->points, i, found);
-        for (int k = 0; k < 3; k++) {
+        double exact[POSE_MAX], found[POSE_MAX], square = 0;
+        pose_at(r, r->poses, i, exact);
+        pose_at(r, r->values, i, found);
+        for (int k = 0; k < positions; k++) {
             square += (found[k] - exact[k]) * (found[k] - exact[k]);
             size += exact[k] * exact[k];
         }
-        double angle = rotation_angle(exact + 3, found + 3);
+        double angle = angle_between(r, exact + positions, found + positions);
         off += square;
         angles += angle * angle;
         most = worse(most, sqrt(square));
@@ -464,6 +518,6 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
 
 reference_errors reference_compare_poses(reference *r, const double *poses)
 {
-    memcpy(r->values, poses, FIELD_POSE * r->points * sizeof *poses);
+    memcpy(r->values, poses, r->pose * r->points * sizeof *poses);
     return measure(r, r->points);
 }

@@ -40,8 +40,8 @@ typedef struct reference_errors {
 ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
                             ad_error *error);
 
-/* The same for poses [FIELD_POSE][points] that come from elsewhere, at all points; until the next
- * reference_enter this is what the points are left with. */
+/* The same for poses, positions and rotations [columns][points], that come from elsewhere, at all
+ * points; until the next reference_enter this is what the points are left with. */
 reference_errors reference_compare_poses(reference *r, const double *poses);
 
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the

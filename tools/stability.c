@@ -201,13 +201,16 @@ static ad_status shape_of(const experiment *e, double *values, ad_error *error)
 ad_status stability_count(const experiment *e, int *count, ad_error *error)
 {
     const scene *rod_scene = &e->settings->scene;
-    rod_plane plane = rod_plane_of(rod_scene);
     *count = -1;
+    if (scene_is_beam(rod_scene)) {
+        return AD_OK;
+    }
+    rod_plane plane = rod_plane_of(rod_scene);
     if (!is_asked(rod_scene, plane.is_planar)) {
         return AD_OK;
     }
     variation x = variation_of(rod_scene, &plane);
-    double *values = malloc(FIELD_COLUMNS_MAX * ELEMENTS * sizeof *values);
+    double *values = malloc(MODEL_COLUMNS_MAX * ELEMENTS * sizeof *values);
     x.matrix = calloc((size_t)x.size * (size_t)x.size, sizeof *x.matrix);
     ad_status status = values && x.matrix ? shape_of(e, values, error)
                                           : ad_fail(error, AD_NO_MEMORY,

@@ -409,7 +409,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.account = t->account;
-    t->info.solved = t->info.loss < fmax(TRAINER_LARGE_LOSS * t->size, stage_of(t)->stop_loss);
+    t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
     if (goes_on_with_loads(t, result)) {
         t->best_held_out = INFINITY;
         t->info.stage_step = t->rows_apart = 0;

@@ -50,6 +50,9 @@ ad_status trainer_apply_loads(trainer *t, ad_error *error);
  * what is missing turns a rod that is soft in twist so much the further. */
 ad_status trainer_measure_size(trainer *t, ad_error *error);
 
+/* Whether a loss is that of a scene as good as solved. */
+bool trainer_is_small(const trainer *t, double loss);
+
 void trainer_forget_optimizer(trainer *t);
 
 /* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The

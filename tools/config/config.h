@@ -83,9 +83,10 @@ typedef struct config {
     int checkpoint_keep;       /* how many checkpoints are kept */
     int output_every;          /* steps between rows of history.csv */
     config_reference reference;
-    const char *reference_file;   /* CSV or HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz];
-                                   * relative to the YAML file, absolute once read; NULL: none */
-    struct config_source *source; /* texts and places; opaque */
+    const char *reference_file; /* CSV or HDF5 with the model's columns of position and rotation;
+                                 * relative to the YAML file, absolute once read; NULL: none */
+    const char *reference_deflection; /* of a beam, formula of s and t; NULL: none */
+    struct config_source *source;     /* texts and places; opaque */
 } config;
 
 /* Whether training may come to the loads in parts, tools/load_path.h: at rest, where a network

@@ -15,18 +15,18 @@ ad_status config_check_expressions(const config *experiment, ad_error *error)
     for (int i = 0; i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
         const char *texts[4] = {NULL};
+        int count = key->entries_max ? key->entries_max : 1;
         if (key->type != CONFIG_EXPRESSION) {
             continue;
         }
-        memcpy(texts, (const char *)experiment + key->offset,
-               (size_t)key->entries_max * sizeof *texts);
-        for (int k = 0; k < key->entries_max && texts[k]; k++) {
+        memcpy(texts, (const char *)experiment + key->offset, (size_t)count * sizeof *texts);
+        for (int k = 0; k < count && texts[k]; k++) {
             ad_status status = expression_check(texts[k], NULL, &reason);
             if (status == AD_NO_MEMORY) {
                 return ad_fail(error, status, "%s", reason.message);
             }
             if (status != AD_OK) {
-                snprintf(path, sizeof path, "%s[%d]", key->path, k);
+                snprintf(path, sizeof path, key->entries_max ? "%s[%d]" : "%s", key->path, k);
                 return config_blame(experiment->source, error, path, "%s", reason.message);
             }
         }
@@ -52,7 +52,8 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 {
     ad_error reason;
     const char *key = "";
-    ad_status status = rod_check(&experiment->scene, &key, &reason);
+    const scene *rod_scene = &experiment->scene;
+    ad_status status = model_of(rod_scene)->check(rod_scene, &key, &reason);
     if (status == AD_BAD_INPUT) {
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }
@@ -87,7 +88,8 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
 {
     const config_stage *stage = &experiment->stages[index];
     bool adam = stage->optimizer == CONFIG_ADAM;
-    bool measured = experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file;
+    bool measured = experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file ||
+                    experiment->reference_deflection;
     char path[CONFIG_PATH_MAX];
     const char *problem = adam ? optim_adam_check(&stage->adam)
                           : stage->optimizer == CONFIG_GAUSS_NEWTON
@@ -116,6 +118,7 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
 static bool has_weight(const config *experiment)
 {
     const problem_settings *losses = &experiment->losses;
+    const physics_model *model = model_of(&experiment->scene);
     const struct {
         rod_residual_kind kind;
         double weight;
@@ -124,7 +127,7 @@ static bool has_weight(const config *experiment)
                 {ROD_START, losses->boundary_weight}, {ROD_END, losses->boundary_weight},
                 {ROD_INITIAL, losses->initial_weight}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].weight > 0 && rod_residual_rows(&experiment->scene, rows[i].kind) > 0) {
+        if (rows[i].weight > 0 && model->residual_rows(&experiment->scene, rows[i].kind) > 0) {
             return true;
         }
     }
@@ -262,6 +265,9 @@ static const char *common_obstacle(const scene *rod_scene)
 {
     const scene_loads *loads = &rod_scene->loads;
     const double *gravity = loads->gravity;
+    if (scene_is_beam(rod_scene)) {
+        return "is a shape of rods in space; for a beam give reference.deflection";
+    }
     if (scene_is_manufactured(rod_scene)) {
         return "the scene has a manufactured solution; allowed: manufactured";
     }
@@ -346,12 +352,37 @@ static const char *reference_obstacle(const config *experiment)
                : couple_obstacle(rod_scene, experiment->reference == CONFIG_REFERENCE_ROLLUP);
 }
 
+static ad_status check_deflection(const config *experiment, ad_error *error)
+{
+    expression_use use = {false, false};
+    const char *text = experiment->reference_deflection;
+    const char *problem = NULL;
+    if (!text) {
+        return AD_OK;
+    }
+    ad_status status = expression_check(text, &use, error);
+    if (!scene_is_beam(&experiment->scene)) {
+        problem = "is that of a beam; for a rod in space give reference.analytic or reference.file";
+    } else if (experiment->reference_file || experiment->reference != CONFIG_REFERENCE_NONE) {
+        problem = "given beside another reference; allowed: one of them";
+    } else if (use.t && !scene_is_dynamic(&experiment->scene)) {
+        problem = "depends on t, but the scene is static; give time.duration, or a formula "
+                  "without t";
+    }
+    return problem ? config_blame(experiment->source, error, "reference.deflection", "%s", problem)
+                   : status;
+}
+
 ad_status config_check_reference(const config *experiment, ad_error *error)
 {
     struct stat status;
     const char *problem = reference_obstacle(experiment);
     if (problem) {
         return config_blame(experiment->source, error, "reference.analytic", "%s", problem);
+    }
+    ad_status deflection = check_deflection(experiment, error);
+    if (deflection != AD_OK) {
+        return deflection;
     }
     if (experiment->reference_file &&
         (stat(experiment->reference_file, &status) != 0 || !S_ISREG(status.st_mode))) {

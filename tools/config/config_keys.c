@@ -37,6 +37,7 @@ CONFIG_NAMES(linear_algebra_names, CONFIG_LINEAR_ALGEBRA_LIST(CONFIG_NAME))
 #define VECTOR                ENTRIES(3, 3)
 #define QUATERNION            ENTRIES(4, 4)
 #define FORMULAS(path, field) path, CONFIG_EXPRESSION, VECTOR, AT(field)
+#define FORMULA(path, field)  path, CONFIG_EXPRESSION, AT(field)
 #define ADAM                  .flags = CONFIG_FOR_ADAM
 #define LBFGS                 .flags = CONFIG_FOR_LBFGS
 #define GAUSS_NEWTON          .flags = CONFIG_FOR_GAUSS_NEWTON
@@ -50,7 +51,8 @@ const config_key config_keys[] = {
 
     {"rod.model", CONFIG_CHOICE, AT(scene.rod.model), .names = scene_model_names,
      .help = "cosserat: bends, twists, shears, stretches; inextensible: no stretch; kirchhoff: "
-             "neither shear nor stretch."},
+             "neither shear nor stretch; beams of small deflection, see beam: euler_bernoulli "
+             "bends, timoshenko also shears."},
     {"rod.length", CONFIG_NUMBER, AT(scene.rod.length), .unit = "m", POSITIVE,
      .fallback = "required", .help = "Length of the undeformed rod."},
     {"rod.section.shape", CONFIG_CHOICE, AT(scene.rod.section), .names = scene_section_names,
@@ -125,17 +127,41 @@ const config_key config_keys[] = {
     {"loads.tip.frame", CONFIG_CHOICE, AT(scene.loads.tip.frame), .names = scene_frame_names,
      .help = "dead: fixed in the world, follower: turns with the tip."},
 
+    {FORMULA("beam.force", scene.beam.force), .unit = "N/m",
+     .help = "Of a beam, which bends about d1: force q along its deflection w; formula of s and t."},
+    {FORMULA("beam.moment", scene.beam.moment), .unit = "N m/m",
+     .help = "Distributed moment, positive where it turns the axis towards w; formula of s and t."},
+    {FORMULA("beam.foundation", scene.beam.foundation), .unit = "N/m^2",
+     .help = "Elastic foundation, force per length k w against the deflection; formula of s, >= 0."},
+    {FORMULA("beam.base.force", scene.beam.base.force), .unit = "N",
+     .help = "Force along w on the end s = 0 (type loaded); formula of t."},
+    {FORMULA("beam.base.moment", scene.beam.base.moment), .unit = "N m",
+     .help = "Moment on the end s = 0; formula of t."},
+    {FORMULA("beam.tip.force", scene.beam.tip.force), .unit = "N",
+     .help = "Force along w on the end s = length; formula of t."},
+    {FORMULA("beam.tip.moment", scene.beam.tip.moment), .unit = "N m",
+     .help = "Moment on the end s = length; formula of t."},
+    {FORMULA("beam.initial.deflection", scene.beam.deflection), .unit = "m", .fallback = "0",
+     .help = "Deflection at t = 0; formula of s."},
+    {FORMULA("beam.initial.velocity", scene.beam.velocity), .unit = "m/s", .fallback = "0",
+     .help = "Its velocity at t = 0; formula of s."},
+    {FORMULA("beam.initial.slope", scene.beam.slope), .unit = "rad",
+     .fallback = "the derivative of the deflection",
+     .help = "Rotation of the sections of a timoshenko beam at t = 0; formula of s."},
+    {FORMULA("beam.initial.slope_rate", scene.beam.slope_rate), .unit = "1/s",
+     .fallback = "the derivative of the velocity", .help = "Its rate at t = 0; formula of s."},
+
     {"boundary.start.type", CONFIG_CHOICE, AT(scene.start.type), .names = scene_end_names,
-     .help = "What holds s = 0: clamped, pinned (position only), free, loaded (loads.base), driven "
-             "(formulas of t)."},
+     .help = "What holds s = 0: clamped, pinned (position only: a simple support), free, loaded "
+             "(loads.base, beam.base), driven (formulas of t)."},
     {FORMULAS("boundary.start.position", scene.start.position), .unit = "m",
      .fallback = "[0, 0, 0] where the type holds it", .help = "Position of a held end."},
     {"boundary.start.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.start.rotation),
      .fallback = "[1, 0, 0, 0] where the type holds it",
      .help = "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read."},
     {"boundary.end.type", CONFIG_CHOICE, AT(scene.end.type), .names = scene_end_names,
-     .fallback = "loaded when loads.tip is given, else free",
-     .help = "What holds s = length; loaded: loads.tip."},
+     .fallback = "loaded when loads.tip or beam.tip is given, else free",
+     .help = "What holds s = length; loaded: loads.tip, beam.tip."},
     {FORMULAS("boundary.end.position", scene.end.position), .unit = "m",
      .help = "Position of a held end."},
     {"boundary.end.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.end.rotation),
@@ -168,7 +194,9 @@ const config_key config_keys[] = {
      .help = "Or three angles a, b, c about body axes 1, 2, 3 in turn: q = q1(a) q2(b) q3(c)."},
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
-     .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order."},
+     .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
+             "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
+             "beams w and slope, second order."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (7 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -209,9 +237,9 @@ const config_key config_keys[] = {
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
     {"losses.interior.weights.strain", CONFIG_NUMBER, AT(losses.strain_weight), LOSS_WEIGHT,
-     .help = "Weight of r_s = R v (mixed form)."},
+     .help = "Weight of r_s = R v, of beams w_s = slope + V/kGA (mixed form)."},
     {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(losses.curvature_weight),
-     LOSS_WEIGHT, .help = "Weight of q_s = q u/2 (mixed form)."},
+     LOSS_WEIGHT, .help = "Weight of q_s = q u/2, of beams slope_s = M/EI (mixed form)."},
     {"losses.interior.weights.force", CONFIG_NUMBER, AT(losses.force_weight), LOSS_WEIGHT,
      .help = "Weight of the balance of forces."},
     {"losses.interior.weights.moment", CONFIG_NUMBER, AT(losses.moment_weight), LOSS_WEIGHT,
@@ -361,7 +389,10 @@ const config_key config_keys[] = {
     {"reference.analytic", CONFIG_CHOICE, AT(reference), .names = reference_names,
      .help = "A known solution of this scene to measure the error against."},
     {"reference.file", CONFIG_TEXT, AT(reference_file),
-     .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz]; relative to this file."},
+     .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "
+             "slope]; relative to this file."},
+    {FORMULA("reference.deflection", reference_deflection), .unit = "m",
+     .help = "Or the known deflection of a beam; formula of s and t."},
 };
 /* clang-format on */
 const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);

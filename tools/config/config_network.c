@@ -35,7 +35,8 @@ static ad_status resolve_windows(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
     bool hard = rod_scene->initial_enforcement == SCENE_HARD;
-    if (scene_is_dynamic(rod_scene) && hard && !given(experiment, "time.windows")) {
+    bool whole = scene_is_fourth_order(rod_scene);
+    if (scene_is_dynamic(rod_scene) && hard && !whole && !given(experiment, "time.windows")) {
         double units = rod_scene->duration / rod_scales_of(rod_scene).time;
         double windows = ceil(units / WINDOW * (1 - 1e-12));
         if (!(windows <= SCENE_WINDOWS_MAX)) {
@@ -71,6 +72,9 @@ static ad_status check_bandwidth(const config *experiment, bool dynamic, ad_erro
  * times 2. */
 static double bandwidth_at_rest(const scene *rod_scene)
 {
+    if (scene_is_beam(rod_scene)) {
+        return AT_REST; /* which loads bend but do not turn */
+    }
     rod_numbers numbers = rod_numbers_of(rod_scene);
     double force = numbers.tip_force + numbers.distributed_force + numbers.weight;
     double turns = numbers.tip_moment + numbers.distributed_moment + 2 * sqrt(force);
@@ -115,11 +119,12 @@ static int default_features(const config *experiment)
 }
 
 /* A linear network starts near where it ends, so with hardly any damping. The functions of its
- * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion
- * damping that follows this was measured to be better by many orders. At rest damping all alike
- * takes fewer steps, and only so do rods wound up five times arrive. */
+ * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
+ * and for beams, damping that follows this was measured to be better by many orders. For rods at
+ * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
 static void resolve_linear_stages(config *experiment)
 {
+    const scene *rod_scene = &experiment->scene;
     char path[CONFIG_PATH_MAX];
     for (int i = 0; i < experiment->stage_count; i++) {
         config_stage *stage = &experiment->stages[i];
@@ -129,7 +134,7 @@ static void resolve_linear_stages(config *experiment)
         }
         snprintf(path, sizeof path, "training.stages[%d].scaling", i);
         if (!given(experiment, path) && stage->linear_algebra != CONFIG_MATRIX_FREE &&
-            scene_is_dynamic(&experiment->scene)) {
+            (scene_is_dynamic(rod_scene) || scene_is_beam(rod_scene))) {
             stage->gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;
         }
     }
@@ -151,6 +156,7 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
         network->hidden_count = 0;
     }
     bool linear = network->hidden_count == 0;
+    network->orthonormal = !scene_is_fourth_order(&experiment->scene);
     ad_status status = linear ? resolve_windows(experiment, error) : AD_OK;
     if (status == AD_OK) {
         status = resolve_bandwidth(experiment, error);

@@ -92,6 +92,7 @@ static ad_status resolve_name(config *experiment, ad_error *error)
 static ad_status resolve_end(config *experiment, scene_end *end, const char *name, ad_error *error)
 {
     bool exact = scene_is_manufactured(&experiment->scene);
+    bool beam = scene_is_beam(&experiment->scene); /* has deflections, not positions */
     bool position = scene_end_holds_position(end->type);
     bool rotation = scene_end_holds_rotation(end->type);
     char path[CONFIG_PATH_MAX];
@@ -103,14 +104,17 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
     } rows[] = {{"position", position, end->position, 3}, {"rotation", rotation, end->rotation, 4}};
     for (int i = 0; i < 2; i++) {
         snprintf(path, sizeof path, "boundary.%s.%s", name, rows[i].key);
-        if (!exact && rows[i].held) {
+        if (!exact && !beam && rows[i].held) {
             continue;
         }
         if (given(experiment, path)) {
             return config_blame(experiment->source, error, path,
-                                exact ? "follows from the manufactured solution; leave it out"
-                                      : "is not held by an end of this type; leave it out, or take "
-                                        "clamped, pinned (position) or driven");
+                                beam ? "places a rod in space; a beam deflects along d2 from "
+                                       "its straight axis, leave it out"
+                                : exact
+                                    ? "follows from the manufactured solution; leave it out"
+                                    : "is not held by an end of this type; leave it out, or take "
+                                      "clamped, pinned (position) or driven");
         }
         for (int k = 0; k < rows[i].count; k++) {
             rows[i].texts[k] = NULL;
@@ -169,7 +173,9 @@ static void resolve_stages(config *experiment)
 ad_status config_resolve_choices(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
-    bool tip = rod_scene->loads.tip.force[0] || rod_scene->loads.tip.moment[0];
+    const scene_beam_load *beam_tip = &rod_scene->beam.tip;
+    bool tip = rod_scene->loads.tip.force[0] || rod_scene->loads.tip.moment[0] || beam_tip->force ||
+               beam_tip->moment;
     if (!given(experiment, "boundary.end.type")) {
         rod_scene->end.type = tip || scene_is_manufactured(rod_scene) ? SCENE_LOADED : SCENE_FREE;
     }
@@ -247,6 +253,10 @@ static ad_status resolve_units(config *experiment, ad_error *error)
                 {loads->base.moment, 1}, {loads->tip.force, 2}, {loads->tip.moment, 1}};
     if (experiment->load_units == CONFIG_UNITS_SI) {
         return AD_OK;
+    }
+    if (scene_is_beam(&experiment->scene)) {
+        return config_blame(experiment->source, error, "loads.units",
+                            "scales the loads of rods in space; those of a beam are in SI");
     }
     if (isinf(stiffness)) {
         return config_blame(experiment->source, error, "loads.units",

@@ -37,6 +37,12 @@ static ad_status solve_motion(solution *x, const solve_settings *settings, solve
 static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
                        const double *times, solve_report *report, ad_error *error)
 {
+    if (scene_is_beam(rod_scene)) {
+        return ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "rod.model: beams of small deflection are not solved here; allowed: kirchhoff, "
+            "cosserat");
+    }
     x->times = malloc((x->count + 1) * sizeof *x->times);
     ad_status status = x->times ? solve_rod_create(rod_scene, &x->rod, error)
                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");

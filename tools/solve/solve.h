@@ -5,7 +5,10 @@
 
 #include "tools/solve/rod_model.h"
 
-/* The rod at one (s, t). */
+/* The rod at one (s, t): the columns of its model, see physics/model.h, of which those of the pose
+ * come first. */
+enum { SOLVE_COLUMNS = 25, SOLVE_POSE = 7 };
+
 typedef struct solve_state {
     double position[3];  /* r, world */
     double rotation[4];  /* q, unit */

@@ -112,7 +112,7 @@ ad_status stress_energy_drift(const session *s, double *error, ad_error *reason)
     field *motion = NULL;
     *error = NAN;
     ad_status status = field_create(&e->settings->scene, e->mlp, false, e->pool, &motion, reason);
-    double *values = malloc(FIELD_COLUMNS_MAX * ALONG * sizeof *values);
+    double *values = malloc(MODEL_COLUMNS_MAX * ALONG * sizeof *values);
     if (status == AD_OK && !values) {
         status = ad_fail(reason, AD_NO_MEMORY, "out of memory for an energy");
     }

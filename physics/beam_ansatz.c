@@ -1,0 +1,293 @@
+/* From raw network outputs to a beam that meets its ends and its initial state by construction. */
+#include "physics/beam_internal.h"
+#include "physics/chebyshev.h"
+
+#include <math.h>
+
+int beam_network_outputs(const scene *beam_scene)
+{
+    bool mixed = beam_scene->formulation == SCENE_MIXED;
+    return mixed ? 4 : beam_scene->rod.model == SCENE_TIMOSHENKO ? 2 : 1;
+}
+
+static bool beam_starts_hard(const beam_context *beam)
+{
+    return beam->dynamic && beam->scene->initial_enforcement == SCENE_HARD;
+}
+
+/* ---- ends ------------------------------------------------------------------------------------ */
+
+/* d^order field / ds^order = value at an end, 0 or 1. */
+typedef struct beam_condition {
+    int end, order;
+    ad_value value;
+} beam_condition;
+
+enum { CONDITIONS_MAX = 4, DEGREES = 8, WIDTH = DEGREES + CONDITIONS_MAX };
+
+/* d^order s^degree / ds^order at an end */
+static double beam_power_at(int degree, int order, int end)
+{
+    double factor = 1;
+    for (int k = 0; k < order; k++) {
+        factor *= degree - k;
+    }
+    return end == 1 || degree == order ? factor : 0;
+}
+
+/* Exchange rows so that the largest entry of `column` from row `first` on is in that row. */
+static double beam_pivot(double (*rows)[WIDTH], int first, int count, int column)
+{
+    int best = first;
+    for (int i = first + 1; i < count; i++) {
+        best = fabs(rows[i][column]) > fabs(rows[best][column]) ? i : best;
+    }
+    for (int k = 0; k < WIDTH; k++) {
+        double other = rows[first][k];
+        rows[first][k] = rows[best][k];
+        rows[best][k] = other;
+    }
+    return rows[first][column];
+}
+
+/* Polynomials p_i = sum_d dual[i][d] s^d that meet condition i with the value 1 and the others with
+ * 0, made of the lowest powers that can: Gauss-Jordan elimination of the conditions on powers,
+ * columns in the order of the degree, the unit matrix beside them. */
+static void beam_dual(int count, const beam_condition *conditions,
+                      double dual[CONDITIONS_MAX][DEGREES])
+{
+    double rows[CONDITIONS_MAX][WIDTH] = {{0}};
+    for (int i = 0; i < count; i++) {
+        for (int d = 0; d < DEGREES; d++) {
+            rows[i][d] = beam_power_at(d, conditions[i].order, conditions[i].end);
+            dual[i][d] = 0;
+        }
+        rows[i][DEGREES + i] = 1;
+    }
+    int done = 0, degrees[CONDITIONS_MAX];
+    for (int d = 0; d < DEGREES && done < count; d++) {
+        double pivot = beam_pivot(rows, done, count, d);
+        if (fabs(pivot) < 1e-9) { /* rounding: the entries are integers and their quotients */
+            continue;
+        }
+        for (int k = 0; k < WIDTH; k++) {
+            rows[done][k] /= pivot;
+        }
+        for (int i = 0; i < count; i++) {
+            double factor = i == done ? 0 : rows[i][d];
+            for (int k = 0; k < WIDTH; k++) {
+                rows[i][k] -= factor * rows[done][k];
+            }
+        }
+        degrees[done++] = d;
+    }
+    for (int r = 0; r < done; r++) {
+        for (int i = 0; i < count; i++) {
+            dual[i][degrees[r]] = rows[r][DEGREES + i];
+        }
+    }
+}
+
+/* The field with the polynomial added that makes the conditions hold. */
+static ad_value beam_meet(const beam_context *beam, ad_value field, int count,
+                          const beam_condition *conditions)
+{
+    double dual[CONDITIONS_MAX][DEGREES];
+    ad_value powers[DEGREES] = {ad_scalar(beam->tape, 1)}, met = field;
+    for (int d = 1; d < DEGREES; d++) {
+        powers[d] = ad_mul(powers[d - 1], beam->s);
+    }
+    beam_dual(count, conditions, dual);
+    for (int i = 0; i < count; i++) {
+        const beam_condition *c = &conditions[i];
+        ad_value found = ad_substitute(beam_space_derivative(beam, field, c->order), beam->s,
+                                       ad_scalar(beam->tape, c->end));
+        ad_value polynomial = ad_scalar(beam->tape, 0);
+        for (int d = 0; d < DEGREES; d++) {
+            polynomial = ad_add(polynomial, ad_scale(powers[d], dual[i][d]));
+        }
+        met = ad_add(met, ad_mul(polynomial, ad_sub(c->value, found)));
+    }
+    return met;
+}
+
+/* ---- time ------------------------------------------------------------------------------------ */
+
+enum { BEAM_GOING_DEGREE = 6 }; /* of what goes on through a window; see rod_ansatz.c */
+
+/* value and rate at the start of the window, all of it and the part that goes on. */
+typedef struct beam_start {
+    ad_value value, rate, going, going_rate;
+} beam_start;
+
+static void beam_starts(const beam_context *beam, beam_start *deflection, beam_start *slope)
+{
+    if (!beam->origin) {
+        beam_initial initial = beam_initial_of(beam);
+        *deflection = (beam_start){.value = initial.deflection, .rate = initial.velocity};
+        *slope = (beam_start){.value = initial.slope, .rate = initial.slope_rate};
+        return;
+    }
+    int rows = beam->rotary_inertia > 0 ? 4 : 2;
+    ad_value all[4], part[4];
+    chebyshev_fields(beam->s, beam->origin, rows, ROD_WINDOW_DEGREE, all);
+    chebyshev_fields(beam->s, beam->origin, rows, BEAM_GOING_DEGREE, part);
+    *deflection = (beam_start){all[0], all[1], part[0], part[1]};
+    *slope = rows == 4 ? (beam_start){all[2], all[3], part[2], part[3]} : *deflection;
+}
+
+/* The field that starts like this, and goes on as the network says, like that of a rod. */
+static ad_value beam_begin(const beam_context *beam, const beam_start *start, ad_value network)
+{
+    ad_value one = ad_scalar(beam->tape, 1);
+    ad_value t = ad_sub(beam->t, ad_scalar(beam->tape, beam->start));
+    ad_value x = ad_scale(t, 1 / beam->span), moved = ad_mul(ad_square(x), network);
+    if (!beam->origin) {
+        return ad_add(ad_add(start->value, ad_mul(t, start->rate)), moved);
+    }
+    ad_value left = ad_square(ad_sub(one, x));
+    ad_value keep = ad_mul(left, ad_add(one, ad_scale(x, 2)));
+    ad_value push = ad_scale(ad_mul(x, left), beam->span);
+    ad_value drift = ad_add(start->going, ad_mul(t, start->going_rate));
+    ad_value rest = ad_add(ad_mul(keep, ad_sub(start->value, start->going)),
+                           ad_mul(push, ad_sub(start->rate, start->going_rate)));
+    return ad_add(ad_add(drift, rest), moved);
+}
+
+/* ---- states ---------------------------------------------------------------------------------- */
+
+/* What the two ends give of one field of the mixed form; nothing where ends are soft. */
+typedef struct beam_given {
+    bool given[2];
+    ad_value value[2];
+} beam_given;
+
+/* fields [4]: w, psi, V, M */
+static void beam_given_of(const beam_context *beam, beam_given fields[4])
+{
+    bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
+    for (int i = 0; i <= 1; i++) {
+        beam_end end = beam_end_of(beam, i);
+        const bool given[4] = {end.holds_deflection, end.holds_slope, !end.holds_deflection,
+                               !end.holds_slope};
+        const ad_value values[4] = {end.deflection, end.slope, end.shear, end.moment};
+        for (int k = 0; k < 4; k++) {
+            fields[k].given[i] = hard && given[k];
+            fields[k].value[i] = values[k];
+        }
+    }
+}
+
+/* Times s, 1 - s or both: 0 where an end gives the field, so that the network itself need not be
+ * evaluated there. */
+static ad_value beam_vanish(const beam_context *beam, ad_value network, const beam_given *ends)
+{
+    ad_value s = beam->s, rest = ad_sub(ad_scalar(beam->tape, 1), s);
+    network = ends->given[0] ? ad_mul(s, network) : network;
+    return ends->given[1] ? ad_mul(rest, network) : network;
+}
+
+static ad_value beam_hold(const beam_context *beam, ad_value field, const beam_given *ends)
+{
+    beam_condition conditions[2];
+    int count = 0;
+    for (int i = 0; i <= 1; i++) {
+        if (ends->given[i]) {
+            conditions[count++] = (beam_condition){i, 0, ends->value[i]};
+        }
+    }
+    return beam_meet(beam, field, count, conditions);
+}
+
+static rod_state beam_mixed_state(const beam_context *beam, const ad_value *fields,
+                                  const beam_given *ends)
+{
+    return (rod_state){.position = beam_hold(beam, fields[0], &ends[0]),
+                       .rotation = beam_hold(beam, fields[1], &ends[1]),
+                       .force = beam_hold(beam, fields[2], &ends[2]),
+                       .moment = beam_hold(beam, fields[3], &ends[3])};
+}
+
+/* w alone: psi = w_s, M = w_ss, V = -(w_sss + mu). */
+static rod_state beam_bending_state(const beam_context *beam, ad_value w)
+{
+    beam_condition conditions[4];
+    ad_value mu = beam_line_moment(beam);
+    bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
+    for (int i = 0; i <= 1; i++) {
+        beam_end end = beam_end_of(beam, i);
+        ad_value mu_there = ad_substitute(mu, beam->s, ad_scalar(beam->tape, i));
+        conditions[2 * i] = end.holds_deflection
+                                ? (beam_condition){i, 0, end.deflection}
+                                : (beam_condition){i, 3, ad_neg(ad_add(end.shear, mu_there))};
+        conditions[2 * i + 1] = end.holds_slope ? (beam_condition){i, 1, end.slope}
+                                                : (beam_condition){i, 2, end.moment};
+    }
+    w = beam_meet(beam, w, hard ? 4 : 0, conditions);
+    return (rod_state){.position = w,
+                       .rotation = beam_space_derivative(beam, w, 1),
+                       .force = ad_neg(ad_add(beam_space_derivative(beam, w, 3), mu)),
+                       .moment = beam_space_derivative(beam, w, 2)};
+}
+
+/* w and psi: M = psi_s, V = kGA (w_s - psi). */
+static rod_state beam_shearing_state(const beam_context *beam, ad_value w, ad_value psi)
+{
+    beam_condition conditions[2];
+    beam_end ends[2] = {beam_end_of(beam, 0), beam_end_of(beam, 1)};
+    int count = beam->scene->boundary_enforcement == SCENE_HARD ? 2 : 0;
+    for (int i = 0; i <= 1; i++) {
+        conditions[i] = ends[i].holds_slope ? (beam_condition){i, 0, ends[i].slope}
+                                            : (beam_condition){i, 1, ends[i].moment};
+    }
+    psi = beam_meet(beam, psi, count, conditions);
+    for (int i = 0; i <= 1; i++) {
+        ad_value there = ad_substitute(psi, beam->s, ad_scalar(beam->tape, i));
+        ad_value sheared = ad_scale(ends[i].shear, beam->shear_compliance);
+        conditions[i] = ends[i].holds_deflection ? (beam_condition){i, 0, ends[i].deflection}
+                                                 : (beam_condition){i, 1, ad_add(there, sheared)};
+    }
+    w = beam_meet(beam, w, count, conditions);
+    ad_value shear = ad_sub(beam_space_derivative(beam, w, 1), psi);
+    return (rod_state){.position = w,
+                       .rotation = psi,
+                       .force = ad_scale(shear, 1 / beam->shear_compliance),
+                       .moment = beam_space_derivative(beam, psi, 1)};
+}
+
+static rod_state beam_state(const beam_context *beam, ad_value outputs)
+{
+    ad_value fields[4];
+    beam_given ends[4];
+    int count = beam_network_outputs(beam->scene);
+    beam_given_of(beam, ends);
+    for (int i = 0; i < count; i++) {
+        fields[i] = beam_vanish(beam, ad_row(outputs, i), &ends[i]);
+    }
+    if (count == 1) {
+        fields[0] = beam_vanish(beam, fields[0], &ends[1]); /* with its slope */
+    }
+    if (beam_starts_hard(beam)) {
+        beam_start deflection, slope;
+        beam_starts(beam, &deflection, &slope);
+        fields[0] = beam_begin(beam, &deflection, fields[0]);
+        if (beam->rotary_inertia > 0) {
+            fields[1] = beam_begin(beam, &slope, fields[1]);
+        }
+    }
+    return beam->mixed  ? beam_mixed_state(beam, fields, ends)
+           : count == 2 ? beam_shearing_state(beam, fields[0], fields[1])
+                        : beam_bending_state(beam, fields[0]);
+}
+
+rod_state beam_ansatz(const scene *beam_scene, const rod_window *window, ad_value outputs,
+                      ad_value s, ad_value t)
+{
+    beam_context beam = beam_in_window(beam_scene, window, s, t);
+    int rows = beam_network_outputs(beam_scene);
+    if (ad_is_valid(outputs) && ad_rows(outputs) != rows) {
+        ad_tape_fail(s.tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
+                     ad_rows(outputs), rows);
+    }
+    return beam_state(&beam, outputs);
+}

@@ -1,0 +1,47 @@
+/* What the files of the beam share; not for others. Everything dimensionless. */
+#ifndef PHYSICS_BEAM_INTERNAL_H
+#define PHYSICS_BEAM_INTERNAL_H
+
+#include "physics/beam.h"
+
+/* Units in SI of what a scene gives and of what is observed. */
+typedef struct beam_units {
+    double length, time;
+    double deflection, slope, force, moment;
+} beam_units;
+
+/* A scene at work on a tape, in one window of its time. */
+typedef struct beam_context {
+    const scene *scene;
+    ad_tape *tape;
+    beam_units unit;
+    double shear_compliance; /* EI/(kGA L^2); 0: does not shear */
+    double rotary_inertia;   /* rhoI/(rhoA L^2); 0: none, and then psi has no initial state */
+    bool dynamic, mixed;
+    double start, span;   /* of the window */
+    const double *origin; /* what the window starts from; NULL: the scene's initial state */
+    ad_value s, t;
+} beam_context;
+
+/* The state at t = 0, or where a window begins; psi only with rotary inertia. */
+typedef struct beam_initial {
+    ad_value deflection, velocity, slope, slope_rate;
+} beam_initial;
+
+/* What is prescribed at one end: the deflection or else the shear, the slope or else the moment. */
+typedef struct beam_end {
+    bool holds_deflection, holds_slope;
+    ad_value deflection, slope, shear, moment;
+} beam_end;
+
+/* beam.c */
+beam_context beam_in_window(const scene *scene, const rod_window *window, ad_value s, ad_value t);
+ad_value beam_formula(const beam_context *beam, const char *text, double unit, ad_value s,
+                      ad_value t);                   /* 0 for NULL */
+ad_value beam_line_moment(const beam_context *beam); /* mu */
+ad_value beam_space_derivative(const beam_context *beam, ad_value y, int order);
+ad_value beam_time_derivative(const beam_context *beam, ad_value y, int order);
+beam_end beam_end_of(const beam_context *beam, int end);
+beam_initial beam_initial_of(const beam_context *beam);
+
+#endif

@@ -1,0 +1,237 @@
+/* What the scene of a beam has to satisfy, and what it cannot have that rods in space can. */
+#include "physics/expression.h"
+#include "physics/scene_internal.h"
+
+#include <math.h>
+
+/* Every formula of a beam; what it may depend on. */
+enum { BEAM_FORMULAS = 11 };
+
+typedef struct beam_formula_row {
+    const char *key;
+    const char *const *text;
+    bool s_allowed, t_allowed;
+} beam_formula_row;
+
+static void list_formulas(const scene_beam *beam, beam_formula_row rows[BEAM_FORMULAS])
+{
+    const beam_formula_row all[BEAM_FORMULAS] = {
+        {"beam.force", &beam->force, true, true},
+        {"beam.moment", &beam->moment, true, true},
+        {"beam.foundation", &beam->foundation, true, false},
+        {"beam.base.force", &beam->base.force, false, true},
+        {"beam.base.moment", &beam->base.moment, false, true},
+        {"beam.tip.force", &beam->tip.force, false, true},
+        {"beam.tip.moment", &beam->tip.moment, false, true},
+        {"beam.initial.deflection", &beam->deflection, true, false},
+        {"beam.initial.velocity", &beam->velocity, true, false},
+        {"beam.initial.slope", &beam->slope, true, false},
+        {"beam.initial.slope_rate", &beam->slope_rate, true, false},
+    };
+    for (int i = 0; i < BEAM_FORMULAS; i++) {
+        rows[i] = all[i];
+    }
+}
+
+ad_status scene_check_no_beam(const scene_checker *check)
+{
+    beam_formula_row rows[BEAM_FORMULAS];
+    list_formulas(&check->scene->beam, rows);
+    for (int i = 0; i < BEAM_FORMULAS; i++) {
+        if (*rows[i].text) {
+            return scene_refuse(check, rows[i].key,
+                                "belongs to a beam of small deflection; leave it out, or take "
+                                "rod.model euler_bernoulli or timoshenko");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_formulas(const scene_checker *check)
+{
+    beam_formula_row rows[BEAM_FORMULAS];
+    list_formulas(&check->scene->beam, rows);
+    ad_status status = AD_OK;
+    for (int i = 0; i < BEAM_FORMULAS && status == AD_OK; i++) {
+        const scene_group group = {
+            rows[i].key,
+            1,
+            rows[i].text,
+            rows[i].s_allowed,
+            rows[i].t_allowed,
+            "depends on s, but it belongs to one end; allowed: a formula of t",
+            "depends on t, but it may not change with time; allowed: a formula of s"};
+        status = scene_check_group(check, &group);
+    }
+    return status;
+}
+
+static bool is_number(const char *text, double value)
+{
+    double number = 0;
+    return !text || (expression_is_number(text, &number) && number == value);
+}
+
+static bool are_numbers(const char *const *texts, double a, double b, double c)
+{
+    return is_number(texts[0], a) && is_number(texts[1], b) && is_number(texts[2], c);
+}
+
+/* Keys of rods in space that a beam does not have. */
+static ad_status check_rods_keys(const scene_checker *check)
+{
+    static const char loads[] = "acts on a rod in space; a beam has beam.force, beam.moment, "
+                                "beam.base, beam.tip and loads.drag";
+    static const char state[] = "is that of a rod in space; a beam has beam.initial";
+    static const char shape[] =
+        "belongs to a rod in space; leave it out, or take another rod.model";
+    const scene *given = check->scene;
+    const scene_loads *l = &given->loads;
+    const double *g = l->gravity;
+    const double *viscous[2] = {given->rod.strain_damping, given->rod.curvature_damping};
+    const struct {
+        const char *key;
+        bool is_given;
+        const char *sentence;
+    } rows[] = {
+        {"rod.rest.strain", !are_numbers(given->rod.rest_strain, 0, 0, 1), shape},
+        {"rod.rest.curvature", !are_numbers(given->rod.rest_curvature, 0, 0, 0), shape},
+        {"rod.rest.imperfection", scene_is_imperfect(given), shape},
+        {"rod.damping.strain", viscous[0][0] != 0 || viscous[0][1] != 0 || viscous[0][2] != 0,
+         "belongs to a rod in space; a beam is damped by loads.drag"},
+        {"rod.damping.curvature", viscous[1][0] != 0 || viscous[1][1] != 0 || viscous[1][2] != 0,
+         "belongs to a rod in space; a beam is damped by loads.drag"},
+        {"loads.gravity", g[0] != 0 || g[1] != 0 || g[2] != 0,
+         "acts on a rod in space; a beam has its weight across the axis in beam.force"},
+        {"loads.force", l->force[0], loads},
+        {"loads.moment", l->moment[0], loads},
+        {"loads.frame", l->frame != SCENE_DEAD, loads},
+        {"loads.base", l->base.force[0] || l->base.moment[0] || l->base.frame != SCENE_DEAD, loads},
+        {"loads.tip", l->tip.force[0] || l->tip.moment[0] || l->tip.frame != SCENE_DEAD, loads},
+        {"initial.position", given->initial.position[0], state},
+        {"initial.rotation", given->initial.rotation[0], state},
+        {"initial.velocity", given->initial.velocity[0], state},
+        {"initial.angular_velocity", given->initial.angular_velocity[0], state},
+        {"manufactured",
+         scene_is_manufactured(given) || given->manufactured.rotation[0] ||
+             given->manufactured.angles[0],
+         "makes loads of a rod in space; for a beam give beam.force and reference.deflection"},
+        {"motion", given->motion != SCENE_AUTOMATIC, shape},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].is_given) {
+            return scene_refuse(check, rows[i].key, rows[i].sentence);
+        }
+    }
+    return l->drag >= 0 && isfinite(l->drag)
+               ? AD_OK
+               : scene_refuse(check, "loads.drag", "must be finite and >= 0");
+}
+
+static ad_status check_theory(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    const scene_rod *rod = &given->rod;
+    const scene_beam *beam = &given->beam;
+    scene_properties properties = scene_properties_of(given);
+    bool shears = rod->model == SCENE_TIMOSHENKO;
+    if (!shears && !isnan(rod->rotary_inertia[0])) {
+        return scene_refuse(check, "rod.inertia.rotary",
+                            "euler_bernoulli has no rotary inertia; leave it out, or take "
+                            "timoshenko");
+    }
+    if (shears && given->formulation == SCENE_DISPLACEMENT &&
+        isinf(properties.strain_stiffness[1])) {
+        return scene_refuse(check, "formulation",
+                            "displacement computes the shear from its strain and needs finite "
+                            "stiffness; allowed for this beam: mixed");
+    }
+    if (scene_is_fourth_order(given) && given->windows > 1) {
+        return scene_refuse(check, "time.windows",
+                            "the strong form of euler_bernoulli needs four derivatives of the "
+                            "state that a window hands on, too many for rounding; allowed: 1, or "
+                            "formulation mixed");
+    }
+    if ((beam->slope || beam->slope_rate) && properties.rotary_inertia[0] == 0) {
+        return scene_refuse(check, beam->slope ? "beam.initial.slope" : "beam.initial.slope_rate",
+                            "follows from the deflection, since this beam has no rotary inertia; "
+                            "leave it out");
+    }
+    return AD_OK;
+}
+
+static ad_status check_end(const scene_checker *check, bool at_tip)
+{
+    const scene_end *end = at_tip ? &check->scene->end : &check->scene->start;
+    const scene_beam *beam = &check->scene->beam;
+    const scene_beam_load *load = at_tip ? &beam->tip : &beam->base;
+    const char *type = at_tip ? "boundary.end.type" : "boundary.start.type";
+    bool given = load->force || load->moment;
+    if (end->type == SCENE_DRIVEN) {
+        return scene_refuse(check, type,
+                            "driven ends are for rods in space; allowed for a beam: clamped, "
+                            "pinned, free, loaded");
+    }
+    if (end->type == SCENE_LOADED && !given) {
+        return scene_refuse(check, type, "loaded, but no load is given there; say free");
+    }
+    if (end->type != SCENE_LOADED && given) {
+        return scene_refuse(check, at_tip ? "beam.tip" : "beam.base",
+                            "acts on an end of another type; allowed: an end of type loaded");
+    }
+    return AD_OK;
+}
+
+/* Static equilibrium has to be unique. */
+static ad_status check_support(const scene_checker *check)
+{
+    enum { SAMPLES = 64 };
+    const scene *given = check->scene;
+    const char *foundation = given->beam.foundation;
+    scene_end_type start = given->start.type, end = given->end.type;
+    bool clamped = scene_end_holds_rotation(start) || scene_end_holds_rotation(end);
+    bool on_two = scene_end_holds_position(start) && scene_end_holds_position(end);
+    double most = 0;
+    for (int i = 0; foundation && i <= SAMPLES; i++) {
+        double k = expression_evaluate(foundation, given->rod.length * i / SAMPLES, 0);
+        most = fmax(most, k);
+        if (!(k >= 0 && isfinite(k))) {
+            return scene_refuse(check, "beam.foundation", "must be finite and >= 0 all along");
+        }
+    }
+    if (scene_is_dynamic(given) || clamped || on_two || most > 0) {
+        return AD_OK;
+    }
+    return scene_refuse(check, "boundary",
+                        "a static beam with these ends is free to move; clamp one, pin both, or "
+                        "give beam.foundation");
+}
+
+static ad_status check_initial(const scene_checker *check)
+{
+    const scene_beam *beam = &check->scene->beam;
+    bool given = beam->deflection || beam->velocity || beam->slope || beam->slope_rate;
+    return scene_is_dynamic(check->scene) || !given
+               ? AD_OK
+               : scene_refuse(check, "beam.initial",
+                              "a static scene has no initial state; give time.duration, or leave "
+                              "it out");
+}
+
+ad_status scene_check_beam(const scene_checker *check)
+{
+    ad_status status = check_rods_keys(check);
+    if (status == AD_OK) {
+        status = check_formulas(check);
+    }
+    if (status == AD_OK) {
+        status = check_theory(check);
+    }
+    for (int end = 0; end <= 1 && status == AD_OK; end++) {
+        status = check_end(check, end);
+    }
+    if (status == AD_OK) {
+        status = check_support(check);
+    }
+    return status == AD_OK ? check_initial(check) : status;
+}
