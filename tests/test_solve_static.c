@@ -6,7 +6,7 @@
 #include "tools/config/config.h"
 #include "tools/experiment.h"
 #include "tools/reference.h"
-#include "tools/solve/solve.h"
+#include "tools/solve/static.h"
 #include "tools/solve/static_newton.h"
 
 #include <string.h>
@@ -16,7 +16,8 @@ static const double asked = 1e-10;
 
 typedef struct solved {
     config *settings;
-    solution *solution;
+    solve_rod *rod;
+    static_solution *solution;
     solve_report report;
 } solved;
 
@@ -24,10 +25,10 @@ static solved solve_with(const char *path, const char *text, const char *overrid
                          solve_settings settings)
 {
     ad_error error = {.message = ""};
-    solved x = {NULL, NULL, {0}};
+    solved x = {.settings = NULL};
     if (config_read(path, text, override != NULL, &override, &x.settings, &error) != AD_OK ||
-        solution_create(&x.settings->scene, &settings, 0, NULL, &x.solution, &x.report, &error) !=
-            AD_OK) {
+        solve_rod_create(&x.settings->scene, &x.rod, &error) != AD_OK ||
+        static_solve(x.rod, &settings, &x.solution, &x.report, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return x;
@@ -45,14 +46,15 @@ static solved solve(const char *path, const char *text, const char *override, do
 
 static void release(solved *x)
 {
-    solution_free(x->solution);
+    static_free(x->solution);
+    solve_rod_free(x->rod);
     config_free(x->settings);
 }
 
 static solve_state at(const solved *x, double s)
 {
     solve_state state;
-    assert_int_equal(solution_at(x->solution, 1, &s, 0, &state, NULL), AD_OK);
+    assert_int_equal(static_at(x->solution, 1, &s, &state, NULL), AD_OK);
     return state;
 }
 
@@ -79,7 +81,7 @@ static void check_reference(const char *path, const char *override, double toler
         fail_msg("%s", error.message);
     }
     size_t points = reference_points(r);
-    double *poses = malloc(SOLVE_POSE * points * sizeof *poses);
+    double *poses = malloc(7 * points * sizeof *poses);
     for (size_t i = 0; i < points; i++) {
         solve_state state = at(&x, reference_s(r)[i] / settings->scene.rod.length);
         for (size_t k = 0; k < 3; k++) {
@@ -207,8 +209,7 @@ static void test_wound(void **state)
     static_system *system;
     static_newton *newton;
     long steps = 0;
-    assert_int_equal(static_system_create(solution_rod(x.solution), 12, 2, edges, &system, NULL),
-                     AD_OK);
+    assert_int_equal(static_system_create(x.rod, 12, 2, edges, &system, NULL), AD_OK);
     assert_int_equal(static_newton_create(system, &newton, NULL), AD_OK);
     size_t count = static_system_unknowns(system) / STATIC_ROWS;
     double *y = malloc(count * STATIC_ROWS * sizeof *y), *s = malloc(count * sizeof *s);

@@ -48,6 +48,7 @@ typedef struct options {
 /* Where the rod is asked for, and what it is there, in SI units. */
 typedef struct samples {
     size_t count;
+    int columns;
     double *s, *t;  /* [count]; one allocation, `s` owns it */
     double *values; /* [columns][count] */
 } samples;
@@ -60,8 +61,7 @@ typedef struct session {
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
     samples grid, at_reference;
-    size_t count;
-    double *times; /* [count] at which a motion is wanted, ascending, dimensionless */
+    double *times; /* [grid.count + at_reference.count] at which a motion is wanted, s */
     solution *solved;
     solve_report report;
     double seconds;
@@ -86,62 +86,10 @@ static void session_free(session *x)
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
-static int columns_of(const scene *scene)
+/* The pose alone for a reference, else all columns. */
+static ad_status evaluate(const solution *solved, const samples *p, ad_error *error)
 {
-    enum { RATES = 6 };
-    return scene_is_dynamic(scene) ? SOLVE_COLUMNS : SOLVE_COLUMNS - RATES;
-}
-
-_Static_assert(sizeof(solve_state) == SOLVE_COLUMNS * sizeof(double), "a state is its columns");
-
-/* What one unit of each column is in SI. */
-static void units_of(const rod_scales *scale, double *units)
-{
-    const double of[8] = {scale->length,
-                          1,
-                          1,
-                          1 / scale->length,
-                          scale->force,
-                          scale->moment,
-                          scale->length / scale->time,
-                          1 / scale->time};
-    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < rows[i]; k++) {
-            *units++ = of[i];
-        }
-    }
-}
-
-/* Values at points in SI, `s` within the rod; consecutive points of one time are evaluated
- * together. */
-static ad_status evaluate(const solution *solved, const samples *p, int columns, ad_error *error)
-{
-    const rod_scales scale = solution_rod(solved)->scales;
-    double *s = malloc(p->count * sizeof *s), units[SOLVE_COLUMNS];
-    solve_state *states = malloc(p->count * sizeof *states);
-    ad_status status = s && states
-                           ? AD_OK
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", p->count);
-    units_of(&scale, units);
-    for (size_t i = 0; status == AD_OK && i < p->count; i++) {
-        s[i] = fmin(1, fmax(0, p->s[i] / scale.length));
-    }
-    for (size_t first = 0, end; status == AD_OK && first < p->count; first = end) {
-        for (end = first; end < p->count && p->t[end] == p->t[first]; end++) {
-        }
-        status = solution_at(solved, end - first, s + first, p->t[first] / scale.time,
-                             states + first, error);
-    }
-    for (size_t i = 0; status == AD_OK && i < p->count; i++) {
-        for (int c = 0; c < columns; c++) {
-            const double *row = (const double *)&states[i];
-            p->values[(size_t)c * p->count + i] = row[c] * units[c] + 0.0; /* no -0 in a table */
-        }
-    }
-    free(s);
-    free(states);
-    return status;
+    return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
 }
 
 /* The points that --grid asks for, or their default. */
@@ -159,6 +107,7 @@ static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
 static ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
 {
     p->count = count;
+    p->columns = columns;
     p->s = malloc(2 * count * sizeof *p->s);
     p->values = malloc((size_t)columns * count * sizeof *p->values);
     if (!p->s || !p->values) {
@@ -174,7 +123,7 @@ static ad_status samples_of_grid(session *x, ad_error *error)
     long ns, nt;
     ad_status status = grid_of(x, &ns, &nt, error);
     if (status == AD_OK) {
-        status = samples_make(p, (size_t)(ns * nt), columns_of(x->scene), error);
+        status = samples_make(p, (size_t)(ns * nt), solution_columns(x->scene), error);
     }
     for (long i = 0; status == AD_OK && i < ns * nt; i++) {
         long at_s = i % ns, at_t = i / ns;
@@ -186,8 +135,10 @@ static ad_status samples_of_grid(session *x, ad_error *error)
 
 static ad_status samples_of_reference(session *x, ad_error *error)
 {
+    const physics_model *model = model_of(x->scene);
     samples *p = &x->at_reference;
-    ad_status status = samples_make(p, reference_points(x->known), SOLVE_POSE, error);
+    ad_status status = samples_make(p, reference_points(x->known),
+                                    model->position_columns + model->rotation_columns, error);
     if (status == AD_OK) {
         memcpy(p->s, reference_s(x->known), p->count * sizeof *p->s);
         memcpy(p->t, reference_t(x->known), p->count * sizeof *p->t);
@@ -195,33 +146,17 @@ static ad_status samples_of_reference(session *x, ad_error *error)
     return status;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* All times of the samples, each once, and the end. */
+/* Those of all samples. */
 static ad_status gather_times(session *x, ad_error *error)
 {
-    const samples *from[2] = {&x->grid, &x->at_reference};
-    double time = rod_scales_of(x->scene).time, end = x->scene->duration / time;
-    size_t count = 0;
-    x->times = malloc((x->grid.count + x->at_reference.count + 1) * sizeof *x->times);
+    x->times = malloc((x->grid.count + x->at_reference.count) * sizeof *x->times);
     if (!x->times) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     }
-    x->times[count++] = end;
-    for (int k = 0; k < 2; k++) {
-        for (size_t i = 0; i < from[k]->count; i++) {
-            x->times[count++] = fmin(end, fmax(0, from[k]->t[i] / time));
-        }
-    }
-    qsort(x->times, count, sizeof *x->times, ascending);
-    for (size_t i = 0; i < count; i++) {
-        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
-            x->times[x->count++] = x->times[i];
-        }
+    memcpy(x->times, x->grid.t, x->grid.count * sizeof *x->times);
+    if (x->known) {
+        memcpy(x->times + x->grid.count, x->at_reference.t,
+               x->at_reference.count * sizeof *x->times);
     }
     return AD_OK;
 }
@@ -229,16 +164,15 @@ static ad_status gather_times(session *x, ad_error *error)
 static ad_status write_out(session *x, ad_error *error)
 {
     const samples *p = &x->grid;
-    int count = columns_of(x->scene);
-    const char *names[2 + SOLVE_COLUMNS] = {"s", "t"};
-    const double *columns[2 + SOLVE_COLUMNS] = {p->s, p->t};
-    for (int i = 0; i < count; i++) {
+    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
+    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
+    for (int i = 0; i < p->columns; i++) {
         names[2 + i] = model_of(x->scene)->columns[i].name;
         columns[2 + i] = p->values + (size_t)i * p->count;
     }
-    ad_status status = evaluate(x->solved, p, count, error);
+    ad_status status = evaluate(x->solved, p, error);
     return status == AD_OK
-               ? table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error)
+               ? table_write(x->asked.out, names, columns, (size_t)p->columns + 2, p->count, error)
                : status;
 }
 
@@ -278,7 +212,7 @@ static void print_error(const char *name, double value, const char *unit)
 static ad_status print_reference(session *x, ad_error *error)
 {
     const samples *p = &x->at_reference;
-    ad_status status = evaluate(x->solved, p, SOLVE_POSE, error);
+    ad_status status = evaluate(x->solved, p, error);
     if (status == AD_OK) {
         reference_errors errors = reference_compare_poses(x->known, p->values);
         printf("difference from %s (%zu points)\n", reference_name(x->known), p->count);
@@ -293,9 +227,10 @@ static ad_status print_reference(session *x, ad_error *error)
 static ad_status print_report(session *x, ad_error *error)
 {
     const solve_report *r = &x->report;
-    solve_state tip;
-    double s = 1, length = x->scene->rod.length, end = solution_rod(x->solved)->duration;
-    ad_status status = solution_at(x->solved, 1, &s, end, &tip, error);
+    double tip[MODEL_COLUMNS_MAX];
+    const double *s = &x->scene->rod.length, *t = &x->scene->duration;
+    int columns = model_of(x->scene)->position_columns;
+    ad_status status = solution_evaluate(x->solved, columns, 1, s, t, tip, error);
     if (status != AD_OK) {
         return status;
     }
@@ -308,8 +243,11 @@ static ad_status print_report(session *x, ad_error *error)
     }
     printf("%.1f ms\n", 1e3 * x->seconds);
     print_error("estimated error", r->estimate, " of the length");
-    printf("  %-24s %.15g %.15g %.15g m\n", "tip", tip.position[0] * length + 0.0,
-           tip.position[1] * length + 0.0, tip.position[2] * length + 0.0);
+    printf("  %-24s", "tip");
+    for (int i = 0; i < columns; i++) {
+        printf(" %.15g", tip[i]);
+    }
+    puts(" m");
     if (r->may_buckle) {
         printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
                x->asked.perturbation == 0
@@ -356,15 +294,27 @@ typedef struct sweep {
     double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
 } sweep;
 
+/* Of the grid's values: positions come first. */
+static size_t position_numbers(const session *x)
+{
+    return (size_t)model_of(x->scene)->position_columns * x->grid.count;
+}
+
 /* Relative L2 of positions, as cpinn-bench measures it. */
-static double distance(const samples *p, const double *exact)
+static double distance(const samples *p, size_t numbers, const double *exact)
 {
     double off = 0, size = 0;
-    for (size_t i = 0; i < 3 * p->count; i++) {
+    for (size_t i = 0; i < numbers; i++) {
         off += (p->values[i] - exact[i]) * (p->values[i] - exact[i]);
         size += exact[i] * exact[i];
     }
     return sqrt(off / size);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
 }
 
 /* One row: the median time of a few solutions, everything included, and the error. A motion is
@@ -380,17 +330,19 @@ static ad_status sweep_at(const session *x, const solve_settings *settings, cons
     for (int i = 0; i < repeats && status == AD_OK; i++) {
         solution_free(solved);
         double start = wall_seconds();
-        status = solution_create(x->scene, settings, x->count, x->times, &solved, &report, error);
+        status =
+            solution_create(x->scene, settings, x->grid.count, x->grid.t, &solved, &report, error);
         seconds[i] = wall_seconds() - start;
     }
     qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
     if (status == AD_OK) {
-        status = evaluate(solved, &x->grid, SOLVE_POSE, error);
+        status = evaluate(solved, &x->grid, error);
     }
     if (status == AD_OK && (scene_is_dynamic(x->scene) || report.load_fraction == 1)) {
         rows->nodes[rows->count] = report.nodes;
         rows->seconds[rows->count] = seconds[repeats / 2];
-        rows->errors[rows->count++] = fmax(SMALLEST, distance(&x->grid, exact));
+        rows->errors[rows->count++] =
+            fmax(SMALLEST, distance(&x->grid, position_numbers(x), exact));
     }
     solution_free(solved);
     return status;
@@ -434,13 +386,13 @@ static ad_status sweep_all(const session *x, const double *exact, sweep *rows, a
 
 static ad_status work_precision(const session *x, ad_error *error)
 {
-    size_t numbers = 3 * x->grid.count;
+    size_t numbers = position_numbers(x);
     sweep rows = {0};
     double *exact = malloc(numbers * sizeof *exact);
     if (!exact) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
     }
-    ad_status status = evaluate(x->solved, &x->grid, SOLVE_POSE, error);
+    ad_status status = evaluate(x->solved, &x->grid, error);
     if (status == AD_OK) {
         memcpy(exact, x->grid.values, numbers * sizeof *exact);
         status = sweep_all(x, exact, &rows, error);
@@ -488,8 +440,8 @@ static ad_status solve(session *x, ad_error *error)
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
     double start = wall_seconds();
-    ad_status status =
-        solution_create(x->scene, &settings, x->count, x->times, &x->solved, &x->report, error);
+    ad_status status = solution_create(x->scene, &settings, x->grid.count + x->at_reference.count,
+                                       x->times, &x->solved, &x->report, error);
     x->seconds = wall_seconds() - start;
     return status;
 }

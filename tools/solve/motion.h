@@ -19,6 +19,7 @@
 #ifndef TOOLS_SOLVE_MOTION_H
 #define TOOLS_SOLVE_MOTION_H
 
+#include "tools/solve/rod_model.h"
 #include "tools/solve/solve.h"
 
 /* Rows of the state of a node: [nodes][MOTION_ROWS]. */

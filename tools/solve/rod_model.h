@@ -11,7 +11,7 @@
 #ifndef TOOLS_SOLVE_ROD_MODEL_H
 #define TOOLS_SOLVE_ROD_MODEL_H
 
-#include "physics/rod.h"
+#include "physics/model.h"
 
 /* What one end gives: position or force, rotation or moment. */
 typedef struct solve_end {
@@ -19,6 +19,18 @@ typedef struct solve_end {
     bool force_is_body;  /* N(end) = R(q) force, else force */
     bool moment_is_body; /* m(end) = moment, else R(q)^T moment */
 } solve_end;
+
+/* The rod at one (s, t): the columns of its model, see physics/model.h. */
+typedef struct solve_state {
+    double position[3];  /* r, world */
+    double rotation[4];  /* q, unit */
+    double strain[3];    /* v, body */
+    double curvature[3]; /* u, body */
+    double force[3];     /* n, body */
+    double moment[3];    /* m, body */
+    double velocity[3];  /* r_t, world; 0 if static */
+    double spin[3];      /* w, body; 0 if static */
+} solve_state;
 
 typedef struct solve_rod {
     scene scene; /* its texts belong to whoever filled the scene */

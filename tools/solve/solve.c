@@ -5,14 +5,13 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 struct solution {
     solve_rod *rod;
     static_solution *at_rest; /* one of the two */
     dynamic_solution *moving;
     size_t count;
-    double *times; /* [count] */
+    double *times; /* [count] ascending, each once; in units of the rod's time */
 };
 
 solve_settings solve_settings_default(void)
@@ -34,8 +33,35 @@ static ad_status solve_motion(solution *x, const solve_settings *settings, solve
     return AD_BAD_ARGUMENT;
 }
 
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* All times, each once, and the end. */
+static ad_status gather_times(solution *x, size_t count, const double *times, ad_error *error)
+{
+    double end = x->rod->duration;
+    x->times = malloc((count + 1) * sizeof *x->times);
+    if (!x->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
+    }
+    for (size_t i = 0; i < count; i++) {
+        x->times[i] = fmin(end, fmax(0, times[i] / x->rod->scales.time));
+    }
+    x->times[count] = end;
+    qsort(x->times, count + 1, sizeof *x->times, ascending);
+    for (size_t i = 0; i <= count; i++) {
+        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
+            x->times[x->count++] = x->times[i];
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
-                       const double *times, solve_report *report, ad_error *error)
+                       size_t count, const double *times, solve_report *report, ad_error *error)
 {
     if (scene_is_beam(rod_scene)) {
         return ad_fail(
@@ -43,17 +69,15 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
             "rod.model: beams of small deflection are not solved here; allowed: kirchhoff, "
             "cosserat");
     }
-    x->times = malloc((x->count + 1) * sizeof *x->times);
-    ad_status status = x->times ? solve_rod_create(rod_scene, &x->rod, error)
-                                : ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
+    ad_status status = solve_rod_create(rod_scene, &x->rod, error);
     if (status != AD_OK) {
         return status;
     }
     if (!x->rod->dynamic) {
         return static_solve(x->rod, settings, &x->at_rest, report, error);
     }
-    memcpy(x->times, times, x->count * sizeof *times);
-    return solve_motion(x, settings, report, error);
+    status = gather_times(x, count, times, error);
+    return status == AD_OK ? solve_motion(x, settings, report, error) : status;
 }
 
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
@@ -65,8 +89,7 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
     }
-    x->count = count;
-    ad_status status = solve(x, rod_scene, settings, times, report, error);
+    ad_status status = solve(x, rod_scene, settings, count, times, report, error);
     if (status != AD_OK) {
         solution_free(x);
         return status;
@@ -86,13 +109,41 @@ void solution_free(solution *x)
     }
 }
 
-const solve_rod *solution_rod(const solution *x)
+/* ---- values -------------------------------------------------------------------------------- */
+
+int solution_columns(const scene *rod_scene)
 {
-    return x->rod;
+    const physics_model *model = model_of(rod_scene);
+    int count = 0;
+    while (count < model->column_count &&
+           (scene_is_dynamic(rod_scene) || !model->columns[count].of_motion)) {
+        count++;
+    }
+    return count;
 }
 
-ad_status solution_at(const solution *x, size_t n, const double *s, double t, solve_state *out,
-                      ad_error *error)
+/* What one unit of each column is in SI. */
+static void units_of(const rod_scales *scale, double *units)
+{
+    const double of[8] = {scale->length,
+                          1,
+                          1,
+                          1 / scale->length,
+                          scale->force,
+                          scale->moment,
+                          scale->length / scale->time,
+                          1 / scale->time};
+    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < rows[i]; k++) {
+            *units++ = of[i];
+        }
+    }
+}
+
+/* At n points of one time; s [n] within [0, 1]. */
+static ad_status states_at(const solution *x, size_t n, const double *s, double t, solve_state *out,
+                           ad_error *error)
 {
     if (x->at_rest) {
         return static_at(x->at_rest, n, s, out, error);
@@ -102,4 +153,42 @@ ad_status solution_at(const solution *x, size_t n, const double *s, double t, so
         nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
     }
     return dynamic_at(x->moving, nearest, n, s, out, error);
+}
+
+static ad_status all_states(const solution *x, size_t points, const double *s, const double *t,
+                            double *scaled, solve_state *states, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < points; i++) {
+        scaled[i] = fmin(1, fmax(0, s[i] / x->rod->scales.length));
+    }
+    for (size_t first = 0, end; status == AD_OK && first < points; first = end) {
+        for (end = first; end < points && (x->at_rest || t[end] == t[first]); end++) {
+        }
+        status = states_at(x, end - first, scaled + first,
+                           x->at_rest ? 0 : t[first] / x->rod->scales.time, states + first, error);
+    }
+    return status;
+}
+
+_Static_assert(sizeof(solve_state) == MODEL_COLUMNS_MAX * sizeof(double), "a state is its columns");
+
+ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
+                            const double *t, double *values, ad_error *error)
+{
+    double *scaled = malloc(points * sizeof *scaled), units[MODEL_COLUMNS_MAX];
+    solve_state *states = malloc(points * sizeof *states);
+    ad_status status = scaled && states
+                           ? all_states(x, points, s, t, scaled, states, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+    units_of(&x->rod->scales, units);
+    for (size_t i = 0; status == AD_OK && i < points; i++) {
+        const double *row = (const double *)&states[i];
+        for (int c = 0; c < columns; c++) {
+            values[(size_t)c * points + i] = row[c] * units[c] + 0.0; /* no -0 in a table */
+        }
+    }
+    free(scaled);
+    free(states);
+    return status;
 }

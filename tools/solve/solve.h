@@ -1,24 +1,9 @@
-/* Classical solutions of a scene: the face of tools/solve. Everything is dimensionless, see
- * rod_model.h. */
+/* Classical solutions of a scene: the face of tools/solve. SI units here; within, everything is
+ * dimensionless, see rod_model.h. */
 #ifndef TOOLS_SOLVE_SOLVE_H
 #define TOOLS_SOLVE_SOLVE_H
 
-#include "tools/solve/rod_model.h"
-
-/* The rod at one (s, t): the columns of its model, see physics/model.h, of which those of the pose
- * come first. */
-enum { SOLVE_COLUMNS = 25, SOLVE_POSE = 7 };
-
-typedef struct solve_state {
-    double position[3];  /* r, world */
-    double rotation[4];  /* q, unit */
-    double strain[3];    /* v, body */
-    double curvature[3]; /* u, body */
-    double force[3];     /* n, body */
-    double moment[3];    /* m, body */
-    double velocity[3];  /* r_t, world; 0 if static */
-    double spin[3];      /* w, body; 0 if static */
-} solve_state;
+#include "physics/model.h"
 
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, everywhere; refined until estimated
@@ -44,19 +29,23 @@ solve_settings solve_settings_default(void); /* tolerance 1e-10 */
 
 typedef struct solution solution;
 
-/* Solve a scene that passes scene_check and rod_check. A dynamic one at times [count], ascending,
- * in [0, duration]; a static one needs none. AD_OK also where the load could not be reached or the
- * tolerance not met, which the report says: the solution is then that of the load reached, or less
- * accurate. AD_BAD_ARGUMENT for a scene that no solver takes, AD_NO_MEMORY. */
+/* Solve a scene that passes scene_check and rod_check. A dynamic one at times [count] in s, within
+ * its duration and in any order, and at its end; a
+ * static one needs none. AD_OK also where the load could not be reached or the tolerance not met,
+ * which the report says: the solution is then that of the load reached, or less accurate.
+ * AD_BAD_ARGUMENT for a scene that no solver takes, AD_NO_MEMORY. */
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error);
 void solution_free(solution *x);
 
-const solve_rod *solution_rod(const solution *x);
+/* Values [columns][points] of the scene's model (physics/model.h), its first `columns`, in SI, at s
+ * [points] (m, taken to lie within the rod) and t [points] (s, of the times given; a static scene
+ * takes NULL). Quicker where points of one time follow one another. */
+ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
+                            const double *t, double *values, ad_error *error);
 
-/* At n points s [n] within [0, 1], at t, one of the times given; out [n]. */
-ad_status solution_at(const solution *x, size_t n, const double *s, double t, solve_state *out,
-                      ad_error *error);
+/* Columns that its model has in this scene: those of motion only in motion. */
+int solution_columns(const scene *rod_scene);
 
 #endif

@@ -3,6 +3,7 @@
 #ifndef TOOLS_SOLVE_STATIC_H
 #define TOOLS_SOLVE_STATIC_H
 
+#include "tools/solve/rod_model.h"
 #include "tools/solve/solve.h"
 
 typedef struct static_solution static_solution;
