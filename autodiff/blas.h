@@ -37,6 +37,10 @@ typedef struct blas {
     void (*getrf)(const int *, const int *, double *, const int *, int *, int *);
     void (*getrs)(const char *, const int *, const int *, const double *, const int *, const int *,
                   double *, const int *, int *);
+    void (*geqp3)(const int *, const int *, double *, const int *, int *, double *, double *,
+                  const int *, int *);
+    void (*trtri)(const char *, const char *, const int *, double *, const int *, int *);
+    void (*sytf2)(const char *, const int *, double *, const int *, int *, int *);
     const char *core; /* the kernels OpenBLAS chose, as it names them */
 } blas;
 

@@ -3,6 +3,7 @@
 #include "autodiff/program.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { TILE = 192, SMALL = 2 * TILE };
 
@@ -157,4 +158,56 @@ void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *
 {
     int size = (int)n, columns = (int)count, info = 0;
     blas_load(NULL)->getrs("N", &size, &columns, factor, &size, pivots, x, &size, &info);
+}
+
+/* ---- QR ---------------------------------------------------------------------------------------
+ */
+
+/* Columns whose part across those before is at least so long. */
+static size_t rank_of(size_t rows, size_t n, const double *r, double least)
+{
+    size_t rank = 0;
+    while (rank < n && fabs(r[rank * rows + rank]) > least) {
+        rank++;
+    }
+    return rank;
+}
+
+size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *coefficients,
+                      int *order, double *work)
+{
+    int height = (int)rows, width = (int)n, space = 3 * width + 1, info = 0;
+    for (size_t i = 0; i < n; i++) {
+        order[i] = i == 0;
+    }
+    blas_load(NULL)->geqp3(&height, &width, a, &height, order, work, work + n, &space, &info);
+    int rank = (int)rank_of(rows, n, a, least);
+    blas_load(NULL)->trtri("U", "N", &rank, a, &height, &info);
+    memset(coefficients, 0, n * n * sizeof *coefficients);
+    for (size_t j = 0; j < (size_t)rank; j++) {
+        for (size_t i = 0; i <= j; i++) {
+            coefficients[j * n + (size_t)order[i] - 1] = a[j * rows + i];
+        }
+    }
+    return (size_t)rank;
+}
+
+/* ---- inertia ----------------------------------------------------------------------------------
+ */
+
+/* Bunch and Kaufman's factors keep the inertia; each of their blocks of two has one eigenvalue of
+ * either sign, and is marked by negative pivots. */
+int ad_dense_negative(size_t n, double *matrix, int *pivots)
+{
+    int size = (int)n, info = 0, count = 0;
+    blas_load(NULL)->sytf2("L", &size, matrix, &size, pivots, &info);
+    for (size_t i = 0; i < n; i++) {
+        if (pivots[i] > 0) {
+            count += matrix[i * (n + 1)] < 0;
+        } else {
+            count++;
+            i++;
+        }
+    }
+    return count;
 }

@@ -27,4 +27,15 @@ int ad_dense_lu(size_t n, double *matrix, int *pivots);
 /* x: `count` right sides [n] one after another, then the solutions. */
 void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *pivots, double *x);
 
+/* Orthonormal combinations of the columns a[n][rows], rows >= n: the first column comes first, then
+ * always that of which most is left (QR factors with column pivoting), until what is left of any
+ * is shorter than `least`. Row i of coefficients [n][n] says how the i-th combination is made;
+ * returns how many there are. a is overwritten; order [n], work [AD_DENSE_BASIS_WORK(n)]. */
+#define AD_DENSE_BASIS_WORK(n) (4 * (size_t)(n) + 1)
+size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *coefficients,
+                      int *order, double *work);
+
+/* How many eigenvalues of a symmetric matrix [n][n] are negative; it is overwritten, pivots [n]. */
+int ad_dense_negative(size_t n, double *matrix, int *pivots);
+
 #endif

@@ -137,13 +137,69 @@ static void test_lu(void **state)
     free(matrix);
 }
 
+/* Powers of x at the nodes of a midpoint rule, 1 first, and twice each: as many combinations as
+ * powers, the first of them 1, orthonormal to rounding times 1 / least. */
+static void test_basis(void **state)
+{
+    (void)state;
+    enum { POWERS = 6, N = 2 * POWERS, ROWS = 50 };
+    double a[N * ROWS], kept[N * ROWS], c[N * N], work[AD_DENSE_BASIS_WORK(N)];
+    int order[N];
+    for (int i = 0; i < N * ROWS; i++) {
+        kept[i] = a[i] = pow((i % ROWS + 0.5) / ROWS, i / ROWS % POWERS) / sqrt(ROWS);
+    }
+    assert_int_equal(ad_dense_basis(ROWS, N, a, 1e-10, c, order, work), POWERS);
+    double q[POWERS][ROWS] = {{0}};
+    for (int k = 0; k < POWERS * N; k++) {
+        for (int r = 0; r < ROWS; r++) {
+            q[k / N][r] += c[k] * kept[k % N * ROWS + r];
+        }
+    }
+    for (int i = 0; i < POWERS; i++) {
+        for (int j = 0; j < POWERS; j++) {
+            double product = 0;
+            for (int r = 0; r < ROWS; r++) {
+                product += q[i][r] * q[j][r];
+            }
+            assert_near(product, i == j, 1e-11); /* coefficients are up to 1e5 */
+        }
+    }
+    for (int j = 0; j < N; j++) {
+        assert_near(fabs(c[j]), j == 0, 1e-14);
+    }
+}
+
+/* S^T D S has as many negative eigenvalues as D (Sylvester). Zeros on the diagonal need pivots of
+ * two. */
+static void test_inertia(void **state)
+{
+    (void)state;
+    enum { N = 40 };
+    double *s = random_matrix(N * N), matrix[N * N] = {0};
+    int pivots[N];
+    for (int negative = 0; negative <= N; negative += 8) {
+        memset(matrix, 0, sizeof matrix);
+        for (int k = 0; k < N; k++) {
+            for (int i = 0; i < N * N; i++) {
+                matrix[i] += (k < negative ? -1 : 1) * s[k * N + i / N] * s[k * N + i % N];
+            }
+        }
+        assert_int_equal(ad_dense_negative(N, matrix, pivots), negative);
+    }
+    memset(matrix, 0, sizeof matrix);
+    for (int i = 0; i < N; i++) { /* eigenvalues 1 and -1, N/2 times each */
+        matrix[i * N + (i ^ 1)] = 1;
+    }
+    assert_int_equal(ad_dense_negative(N, matrix, pivots), N / 2);
+    free(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gram),
-        cmocka_unit_test(test_cholesky),
-        cmocka_unit_test(test_no_factor),
-        cmocka_unit_test(test_lu),
+        cmocka_unit_test(test_gram),      cmocka_unit_test(test_basis),
+        cmocka_unit_test(test_inertia),   cmocka_unit_test(test_cholesky),
+        cmocka_unit_test(test_no_factor), cmocka_unit_test(test_lu),
     };
     ad_error error;
     if (ad_dense_load(&error) != AD_OK) {

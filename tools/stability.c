@@ -1,5 +1,7 @@
 #include "tools/stability.h"
 
+#include "autodiff/dense.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -111,23 +113,6 @@ static void add_element(variation *x, int k, const double (*state)[3], const dou
     }
 }
 
-/* Negative pivots of the matrix, which is overwritten. */
-static int negative_pivots(double *a, int size)
-{
-    int negative = 0;
-    for (int k = 0; k < size; k++) {
-        double pivot = a[k * size + k];
-        negative += pivot < 0;
-        for (int i = k + 1; i < size && pivot != 0; i++) {
-            double factor = a[i * size + k] / pivot;
-            for (int j = k + 1; j < size && factor != 0; j++) {
-                a[i * size + j] -= factor * a[k * size + j];
-            }
-        }
-    }
-    return negative;
-}
-
 static void hold_rotation(variation *x, int node)
 {
     for (int j = 0; j < x->axes; j++) {
@@ -212,13 +197,16 @@ ad_status stability_count(const experiment *e, int *count, ad_error *error)
     variation x = variation_of(rod_scene, &plane);
     double *values = malloc(MODEL_COLUMNS_MAX * ELEMENTS * sizeof *values);
     x.matrix = calloc((size_t)x.size * (size_t)x.size, sizeof *x.matrix);
-    ad_status status = values && x.matrix ? shape_of(e, values, error)
-                                          : ad_fail(error, AD_NO_MEMORY,
-                                                    "out of memory for %d directions", x.size);
+    int *pivots = malloc((size_t)x.size * sizeof *pivots);
+    ad_status status =
+        values && x.matrix && pivots
+            ? shape_of(e, values, error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for %d directions", x.size);
     if (status == AD_OK) {
         assemble(&x, rod_scene, values);
-        *count = negative_pivots(x.matrix, x.size) - x.pulls;
+        *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - x.pulls;
     }
+    free(pivots);
     free(x.matrix);
     free(values);
     return status;
