@@ -182,7 +182,24 @@ static const refusal scene_refusals[] = {
      "locks; allowed for it: 0"},
     {BASE "training: {stages: [{optimizer: lbfgs, stop: {error: 0.1}}]}\n", NULL,
      "scene.yaml:4:54: training.stages[0].stop.error: there is no reference to measure an error "
-     "against; give reference.analytic or reference.file, or leave it out"},
+     "against; give reference.analytic, solve or file, or leave it out"},
+    {BASE "reference: classical\n", NULL,
+     "scene.yaml:4:12: reference: is a single value; allowed: solve, or a section with the keys "
+     "analytic, solve, file, deflection"},
+    {BASE "reference: {solve: solve}\n", NULL,
+     "scene.yaml:4:20: reference.solve: is solve, which is not a number; allowed: a finite number "
+     "1e-13 to 0.1"},
+    {BASE "reference: {solve: 1, file: x.csv}\n", NULL,
+     "scene.yaml:4:20: reference.solve: is 1, which is out of range; allowed: a finite number "
+     "1e-13 "
+     "to 0.1"},
+    {BASE "reference: {analytic: elastica, solve: 1e-8}\n", NULL,
+     "scene.yaml:4:40: reference.solve: given beside another reference; allowed: one of them"},
+    {BASE "reference: solve\n", "reference.file=x.csv",
+     "scene.yaml:4:12: reference.solve: given beside another reference; allowed: one of them"},
+    {BASE "reference: solve\n", "rod.rest.imperfection=[0, 0.1, 0]",
+     "scene.yaml:4:12: reference.solve: does not follow rod.rest.imperfection; give "
+     "reference.file"},
     {BASE "training: {stages: [{optimizer: adam, steps: 9, warmup_steps: 10}]}\n", NULL,
      "scene.yaml:4:63: training.stages[0].warmup_steps: 10 steps are more than the 9 steps of the "
      "stage"},

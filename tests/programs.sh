@@ -5,6 +5,8 @@ PATH=$BIN:$PATH
 work=$(mktemp -d "${TMPDIR:-/tmp}/cpinn_test_programs_XXXXXX")
 pid=
 trap 'test -n "$pid" && kill -9 "$pid" 2>/dev/null; rm -rf "$work"' EXIT
+mkdir "$work/cache"
+export XDG_CACHE_HOME=$work/cache # never the user's
 cd "$work"
 failures=0
 

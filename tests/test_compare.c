@@ -194,6 +194,32 @@ static void example_free(example *x)
     }
 }
 
+static char *printed(const example *x)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    compare_print(file, &x->results);
+    fclose(file);
+    return text;
+}
+
+/* Errors below that of the reference itself are told to be so. */
+static void test_estimates(void **state)
+{
+    (void)state;
+    example x;
+    example_create(&x);
+    for (int i = 0; i < 3; i++) { /* the smallest error at the end of cell 0 is 1e-4 */
+        x.cells[0].estimates[COMPARE_POSITION] = i == 0 ? NAN : i == 1 ? 0.9e-4 : 1.1e-4;
+        char *text = printed(&x);
+        assert_int_equal(
+            strstr(text, "the reference itself is off by an estimated 1.1e-04") != NULL, i == 2);
+        free(text);
+    }
+    example_free(&x);
+}
+
 static void test_steps(void **state)
 {
     (void)state;
@@ -398,6 +424,7 @@ int main(void)
         cmocka_unit_test(test_networks),
         cmocka_unit_test(test_names),
         cmocka_unit_test(test_spread),
+        cmocka_unit_test(test_estimates),
         cmocka_unit_test(test_steps),
         cmocka_unit_test(test_summary),
         cmocka_unit_test(test_band),

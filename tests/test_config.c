@@ -375,7 +375,7 @@ static void test_shipped_configs(void **state)
             fail_msg("%s", error.message);
         }
         assert_string_equal(experiment->name, names[i]);
-        assert_true(experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file);
+        assert_true(config_names_reference(experiment));
         assert_round_trip(experiment);
         config_free(experiment);
     }

@@ -40,6 +40,59 @@ said stdout.txt '^error against solved.csv \(41 points\)'
 head -1 network.csv >stdout.txt
 same stdout.txt columns.txt
 
+# ---- solved on the way ------------------------------------------------------------------------
+
+one='{optimizer: adam, steps: 40, learning_rate: 1e-3}'
+two='{optimizer: lbfgs, steps: 30}'
+small=(cpinn-train "$heavy" --set 'network.hidden=[6]' --set losses.interior.points=16
+    --set losses.held_out_points=8 --threads 1)
+run 0 "${small[@]}" --set "training.stages=[$one, $two]" --out whole
+said stdout.txt '^reference: solved classically, estimated error [0-9.]+e-1[2-9] of the length, [0-9.]+ s$'
+check one file is kept -- test "$(ls cache/cpinn | wc -l)" -eq 1
+kept=cache/cpinn/$(ls cache/cpinn)
+without_seconds whole/history.csv >whole.history
+
+# A run that goes on, with the reference from the cache, from a new cache, and from a damaged one.
+for cache in "$work/cache" "$work/other" damaged; do
+    rm -rf parts
+    run 0 "${small[@]}" --set "training.stages=[$one]" --out parts
+    said stdout.txt '^reference: solved classically, .*, from .*/cpinn/[0-9a-f]{16}\.h5$'
+    if [ "$cache" = damaged ]; then
+        cache=$work/cache
+        head -c 3000 "$kept" >short && mv short "$kept"
+    fi
+    run 0 env XDG_CACHE_HOME="$cache" "${small[@]}" --set "training.stages=[$one, $two]" --out parts --resume
+    without_seconds parts/history.csv >parts.history
+    same parts.history whole.history
+done
+said stdout.txt '^reference: .*\.h5: is damaged or of another scene; solved anew$'
+check nothing on stderr -- test ! -s stderr.txt
+
+run 0 cpinn-eval parts
+said stdout.txt '^reference: solved classically, .*, from '
+said stdout.txt '^error against classical solution \(101 points\)$'
+check nothing is left to doubt -- test "$(grep -c 'reference itself' stdout.txt)" -eq 0
+run 0 env -u HOME XDG_CACHE_HOME= cpinn-eval parts
+said stdout.txt '^reference: solved classically, .* s$'
+touch taken
+run 0 env XDG_CACHE_HOME="$PWD/taken" cpinn-eval parts
+said stderr.txt '^cpinn-eval: warning: reference: .*/taken/cpinn/.*not kept for the next run$'
+run 0 cpinn-train "$heavy" --set reference.solve=1e-4 --out doubted
+said stdout.txt 'the reference itself is off by an estimated [0-9.]+e-[0-9]+ of the length'
+run 0 cpinn-train "$heavy" --explain
+said stdout.txt 'reference +classical solution, 101 points'
+run 0 cpinn-bench "$heavy" --set 'network.hidden=[4]' --set losses.interior.points=8 \
+    --methods adam:2 --seeds 1 --threads 1 --out solved_bench
+run 0 cpinn-solve "$heavy"
+check it is not compared with itself -- test "$(grep -c difference stdout.txt)" -eq 0
+cat >squeezed.yaml <<'END'
+rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}}
+boundary: {end: {type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}}
+reference: solve
+END
+refused '^squeezed.yaml:3:12: reference.solve: solving stops at 0\.9[0-9]* of the load, ' \
+    cpinn-train squeezed.yaml
+
 # ---- a motion ---------------------------------------------------------------------------------
 
 run 0 cpinn-solve "$dynamic" --nodes 9 --tol 1e-3 --out motion.csv --grid 3x5

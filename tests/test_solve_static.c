@@ -113,7 +113,8 @@ static void test_closed_forms(void **state)
     check_reference("configs/rollup.yaml", "loads.tip.moment=[0,10*pi,0]", asked); /* 5 turns */
     check_reference("configs/helix.yaml", NULL, asked);
     check_reference("configs/helix.yaml", "loads.tip.moment=[0,25,20]", asked); /* 5 turns */
-    check_reference("configs/heavy_cantilever.yaml", NULL, asked);
+    check_reference("configs/heavy_cantilever.yaml",
+                    "reference={solve: null, file: reference/heavy_cantilever.csv}", asked);
 }
 
 /* n = l u, m = l v + k u and u* = u - Kbt^-1 m leave strains constant: shear, stretch, bending and

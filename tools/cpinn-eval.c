@@ -243,6 +243,8 @@ static ad_status compare(session *x, ad_error *error)
     } else if (reference_create(x->e, &x->known, error) != AD_OK) {
         cli_warn(program, "no reference: %s", error->message);
         x->known = NULL;
+    } else if (x->known && *reference_remark(x->known)) {
+        cli_warn(program, "reference: %s", reference_remark(x->known));
     }
     return x->known ? reference_compare(x->known, experiment_parameters(x->e), &x->errors, error)
                     : AD_OK;
@@ -280,24 +282,35 @@ static void print_error(const char *name, double value, const char *unit)
     }
 }
 
+static void print_reference(const session *x)
+{
+    char doubt[REFERENCE_DOUBT];
+    if (*reference_account(x->known)) {
+        printf("reference: %s\n", reference_account(x->known));
+    }
+    printf("error against %s (%zu points", reference_name(x->known), reference_points(x->known));
+    if (reference_left_out(x->known)) {
+        printf("; %zu outside the scene left out", reference_left_out(x->known));
+    }
+    printf(")\n");
+    print_error("position, relative L2", x->errors.position, "");
+    print_error("position, largest", x->errors.position_max, " of the length");
+    print_error("tip", x->errors.tip, " of the length");
+    print_error("rotation, rms", x->errors.rotation, " rad");
+    print_error("rotation, largest", x->errors.rotation_max, " rad");
+    if (isnan(x->errors.position)) {
+        printf("  the position is not a number\n");
+    }
+    if (reference_doubts(x->known, &x->errors, doubt)) {
+        printf("  %s\n", doubt);
+    }
+}
+
 static void print_report(const session *x)
 {
     print_progress(x);
     if (x->known) {
-        printf("error against %s (%zu points", reference_name(x->known),
-               reference_points(x->known));
-        if (reference_left_out(x->known)) {
-            printf("; %zu outside the scene left out", reference_left_out(x->known));
-        }
-        printf(")\n");
-        print_error("position, relative L2", x->errors.position, "");
-        print_error("position, largest", x->errors.position_max, " of the length");
-        print_error("tip", x->errors.tip, " of the length");
-        print_error("rotation, rms", x->errors.rotation, " rad");
-        print_error("rotation, largest", x->errors.rotation_max, " rad");
-        if (isnan(x->errors.position)) {
-            printf("  the position is not a number\n");
-        }
+        print_reference(x);
     } else if (!x->e->warning[0]) {
         printf("no reference to compare with\n");
     }
@@ -351,6 +364,8 @@ static void print_json_reference(const session *x)
     json_text("name", reference_name(x->known));
     printf(", \"points\": %zu, \"left_out\": %zu, ", reference_points(x->known),
            reference_left_out(x->known));
+    json_number("estimated_error_over_length", reference_estimates(x->known).position_max);
+    printf(", ");
     json_number("position_relative_l2", x->errors.position);
     printf(", ");
     json_number("position_max_over_length", x->errors.position_max);

@@ -56,12 +56,12 @@ static ad_status prepare(session *s, const options *o, config *settings, double 
         status = problem_create(&s->e->settings->scene, s->e->mlp, &s->e->settings->losses,
                                 s->e->settings->seed, s->e->pool, &s->problem, error);
     }
+    double spent = wall_seconds() - started; /* the reference, which only measures, is not part */
     if (status == AD_OK) {
         status = reference_create(s->e, &s->known, error);
     }
     if (status == AD_OK && !o->explain) {
-        status = trainer_create(s->e, s->problem, s->known, wall_seconds() - started, &s->trainer,
-                                error);
+        status = trainer_create(s->e, s->problem, s->known, spent, &s->trainer, error);
     }
     return status;
 }
@@ -116,6 +116,21 @@ static ad_status begin(session *s, const options *o, ad_error *error)
                            : status;
 }
 
+static void announce_reference(session *s)
+{
+    if (reference_left_out(s->known)) {
+        progress_say(&s->progress,
+                     "reference %s: %zu points lie outside the scene and are left out",
+                     reference_name(s->known), reference_left_out(s->known));
+    }
+    if (*reference_account(s->known)) {
+        progress_say(&s->progress, "reference: %s", reference_account(s->known));
+    }
+    if (*reference_remark(s->known)) {
+        progress_say(&s->progress, "reference: %s", reference_remark(s->known));
+    }
+}
+
 static void announce(session *s, const options *o)
 {
     trainer_info info = trainer_inspect(s->trainer);
@@ -129,10 +144,8 @@ static void announce(session *s, const options *o)
     if (info.state == TRAINER_DONE) {
         progress_say(&s->progress, "nothing is left to do: every stage has ended");
     }
-    if (s->known && reference_left_out(s->known)) {
-        progress_say(&s->progress,
-                     "reference %s: %zu points lie outside the scene and are left out",
-                     reference_name(s->known), reference_left_out(s->known));
+    if (s->known) {
+        announce_reference(s);
     }
 }
 
@@ -148,7 +161,7 @@ static void announce_stage(session *s)
 
 static void finish(session *s)
 {
-    char doubt[TRAINER_DOUBT];
+    char doubt[TRAINER_DOUBT], coarse[REFERENCE_DOUBT];
     if (s->progress.quiet) {
         return;
     }
@@ -159,6 +172,9 @@ static void finish(session *s)
         progress_say(&s->progress, "%s", doubt);
     }
     progress_error_table(stdout, trainer_history(s->trainer));
+    if (s->known && reference_doubts(s->known, &info.errors, coarse)) {
+        printf("    %s\n", coarse);
+    }
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,
            s->folder.config, s->folder.path);
 }

@@ -3,6 +3,7 @@
 #include "physics/analytic.h"
 #include "physics/expression.h"
 #include "tools/files/table_file.h"
+#include "tools/reference_solve.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,6 +15,7 @@ struct reference {
     char name[256];
     double length, duration;
     size_t points, left_out;
+    reference_solution about; /* of a classical solution */
     const physics_model *model;
     size_t pose;                         /* columns: of position, then of rotation */
     bool rotations;                      /* known */
@@ -149,6 +151,16 @@ static ad_status make_deflection(reference *r, const experiment *e, ad_error *er
         }
     }
     return status;
+}
+
+static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
+{
+    snprintf(r->name, sizeof r->name, "classical solution");
+    r->rotations = true;
+    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    return status == AD_OK ? reference_solve(e->settings, r->points, r->s, r->t, (int)r->pose,
+                                             r->poses, &r->about, error)
+                           : status;
 }
 
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
@@ -362,13 +374,19 @@ ad_status reference_enter(reference *r, const experiment *e, int from, ad_error 
 
 /* ---- the reference ------------------------------------------------------------------------- */
 
-/* Errors are relative to the norm of all positions. */
-static ad_status check_size(const reference *r, ad_error *error)
+static double position_square(const reference *r)
 {
     double square = 0;
     for (size_t i = 0; i < (size_t)r->model->position_columns * r->points; i++) { /* come first */
         square += r->poses[i] * r->poses[i];
     }
+    return square;
+}
+
+/* Errors are relative to the norm of all positions. */
+static ad_status check_size(const reference *r, ad_error *error)
+{
+    double square = position_square(r);
     return square > 0 && isfinite(square)
                ? AD_OK
                : ad_fail(error, AD_BAD_INPUT,
@@ -381,8 +399,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
 {
     const config *settings = e->settings;
     *result = NULL;
-    if (settings->reference == CONFIG_REFERENCE_NONE && !settings->reference_file &&
-        !settings->reference_deflection) {
+    if (!config_names_reference(settings)) {
         return AD_OK;
     }
     reference *r = calloc(1, sizeof *r);
@@ -393,9 +410,11 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
     r->length = settings->scene.rod.length;
     r->duration = settings->scene.duration;
-    ad_status status = settings->reference_file         ? make_file(r, e, error)
-                       : settings->reference_deflection ? make_deflection(r, e, error)
-                                                        : make_analytic(r, e, error);
+    r->about.estimate = NAN;
+    ad_status status = settings->reference_file                ? make_file(r, e, error)
+                       : settings->reference_deflection        ? make_deflection(r, e, error)
+                       : !isnan(settings->reference_tolerance) ? make_solved(r, e, error)
+                                                               : make_analytic(r, e, error);
     if (status == AD_OK) {
         status = check_size(r, error);
     }
@@ -446,6 +465,41 @@ size_t reference_left_out(const reference *r)
 const char *reference_name(const reference *r)
 {
     return r->name;
+}
+
+const char *reference_account(const reference *r)
+{
+    return r->about.account;
+}
+
+const char *reference_remark(const reference *r)
+{
+    return r->about.remark;
+}
+
+reference_errors reference_estimates(const reference *r)
+{
+    double estimate = r->about.estimate;
+    return (reference_errors){.position = estimate * r->length *
+                                          sqrt((double)r->points / position_square(r)),
+                              .position_max = estimate,
+                              .tip = estimate,
+                              .rotation = NAN,
+                              .rotation_max = NAN};
+}
+
+bool reference_doubts(const reference *r, const reference_errors *errors,
+                      char text[REFERENCE_DOUBT])
+{
+    if (!(errors->position_max <= r->about.estimate)) {
+        return false;
+    }
+    snprintf(
+        text, REFERENCE_DOUBT,
+        "the reference itself is off by an estimated %.1e of the length; the true error may be "
+        "as large",
+        r->about.estimate);
+    return true;
 }
 
 double rotation_angle(const double p[4], const double q[4])

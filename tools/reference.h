@@ -10,9 +10,9 @@
 
 typedef struct reference reference;
 
-/* The reference that the scene names: closed form or manufactured solution at points of our choice
- * (101 in a static scene, 41 x 41 in a dynamic one), or the points of a file. *result is NULL when
- * the scene names none. Points of a file beyond the rod or the duration are left out. */
+/* The reference that the scene names: closed form, manufactured or classical solution at points of
+ * our choice (101 in a static scene, 41 x 41 in a dynamic one), or the points of a file. *result is
+ * NULL when the scene names none. Points of a file beyond the rod or the duration are left out. */
 ad_status reference_create(const experiment *e, reference **result, ad_error *error);
 void reference_free(reference *r);
 
@@ -27,6 +27,11 @@ const double *reference_t(const reference *r);  /* [points] s */
 size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
 const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */
 
+/* Of a classical solution, tools/reference_solve.h: how it was come by, and what was wrong with its
+ * cache; "" of other references, and when nothing was. */
+const char *reference_account(const reference *r);
+const char *reference_remark(const reference *r);
+
 typedef struct reference_errors {
     double position;     /* ||r - r_ref|| / ||r_ref||, over all points, 2-norm */
     double position_max; /* largest |r - r_ref| / length */
@@ -34,6 +39,9 @@ typedef struct reference_errors {
     double rotation;     /* root mean square of the angle between rotations, rad; NaN: unknown */
     double rotation_max; /* largest angle, rad */
 } reference_errors;
+
+/* Of the reference itself, at most; NaN: unknown, or none. */
+reference_errors reference_estimates(const reference *r);
 
 /* Of the experiment's field from t = 0 to the end of the window entered, at parameters x of that
  * window; NaN where no point lies so early. Allocates nothing after the first call. */
@@ -43,6 +51,12 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
 /* The same for poses, positions and rotations [columns][points], that come from elsewhere, at all
  * points; until the next reference_enter this is what the points are left with. */
 reference_errors reference_compare_poses(reference *r, const double *poses);
+
+/* Whether the errors are below the estimated one of the reference itself, and so say no more than
+ * that: a sentence. */
+enum { REFERENCE_DOUBT = 200 };
+bool reference_doubts(const reference *r, const reference_errors *errors,
+                      char text[REFERENCE_DOUBT]);
 
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
  * same for q and -q. */

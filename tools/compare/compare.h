@@ -97,6 +97,7 @@ typedef struct compare_cell {
     int scene; /* cells of a scene follow one another */
     char scene_name[COMPARE_NAME], method[COMPARE_NAME], network[COMPARE_NAME];
     size_t parameters;
+    double estimates[COMPARE_MEASURES]; /* of the errors of the reference itself; NaN: unknown */
 } compare_cell;
 
 typedef struct compare_results {

@@ -95,7 +95,7 @@ static ad_status check_reference(const session *s, const compare_task *task,
     if (!s->known) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%s: the scene names no reference, so there is no error to show; allowed: "
-                       "reference.analytic or reference.file",
+                       "reference.analytic, solve or file",
                        task->path);
     }
     const reference_errors known = trainer_inspect(s->trainer).errors;
@@ -108,6 +108,14 @@ static ad_status check_reference(const session *s, const compare_task *task,
     return AD_OK;
 }
 
+static void take_estimates(const session *s, compare_cell *cell)
+{
+    const reference_errors unknown = {NAN, NAN, NAN, NAN, NAN};
+    const reference_errors of = s->known ? reference_estimates(s->known) : unknown;
+    const double estimates[COMPARE_MEASURES] = {of.position, of.tip, of.rotation};
+    memcpy(cell->estimates, estimates, sizeof estimates);
+}
+
 ad_status compare_rehearse(const compare_task *task, compare_measure measure, compare_cell *cell,
                            uint64_t *seed, ad_error *error)
 {
@@ -118,6 +126,7 @@ ad_status compare_rehearse(const compare_task *task, compare_measure measure, co
         compare_network_name(cell->network, &s.e->settings->network);
         cell->parameters = s.e->count;
         *seed = s.e->settings->seed;
+        take_estimates(&s, cell);
         if (trainer_step(s.trainer, error) == AD_OK || !s.known) {
             status = check_reference(&s, task, measure, error);
         } else {

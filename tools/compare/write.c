@@ -78,6 +78,7 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
 {
     char text[32];
     const compare_cell *of = &results->cells[cell];
+    double estimate = of->estimates[results->measure];
     compare_summary summary = compare_summarize(results, cell);
     fprintf(file, "  %-*s %-*s %6zu", w.method, of->method, w.network, of->network, of->parameters);
     snprintf(text, sizeof text, isnan(summary.steps_per_second) ? "-" : "%.0f",
@@ -87,6 +88,12 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
         fprintf(file, " %6s", seconds_text(summary.reached[k], text));
     }
     print_end(file, &summary);
+    if (summary.error.low <= estimate) {
+        fprintf(
+            file,
+            "    the reference itself is off by an estimated %.1e; true errors may be as large\n",
+            estimate);
+    }
 }
 
 void compare_print(FILE *file, const compare_results *results)

@@ -74,6 +74,12 @@ static ad_status resolve_and_check(config *experiment, ad_error *error)
     return status == AD_OK ? config_check_reference(experiment, error) : status;
 }
 
+ad_status config_refuse(const config *experiment, const char *key, const char *problem,
+                        ad_error *error)
+{
+    return config_blame(experiment->source, error, key, "%s", problem);
+}
+
 static ad_status read_all(config *experiment, const char *path, const char *text, int count,
                           const char *const *overrides, ad_error *error)
 {

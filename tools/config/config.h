@@ -85,9 +85,13 @@ typedef struct config {
     config_reference reference;
     const char *reference_file; /* CSV or HDF5 with the model's columns of position and rotation;
                                  * relative to the YAML file, absolute once read; NULL: none */
+    double reference_tolerance; /* of a classical solution, of the position over the length; NaN:
+                                 * none */
     const char *reference_deflection; /* of a beam, formula of s and t; NULL: none */
     struct config_source *source;     /* texts and places; opaque */
 } config;
+
+bool config_names_reference(const config *config);
 
 /* Whether training may come to the loads in parts, tools/load_path.h: at rest, where a network
  * without hidden layers is found by Gauss-Newton from 0, the unloaded rod. */
@@ -109,6 +113,14 @@ void config_free(config *config);
  * when `help` is set. Stiffness and inertia that follow from section and material stay null, with
  * their numbers as a comment. Reading it back gives the same experiment. */
 ad_status config_write(const config *config, FILE *file, bool help);
+
+/* What a classical solution depends on, in the same form: the scene without its network, training
+ * and formulation, and the reference. The same for every way to write the same scene. */
+ad_status config_write_physics(const config *config, FILE *file);
+
+/* Blame `key` for something found after reading: the line as of config_read. */
+ad_status config_refuse(const config *config, const char *key, const char *problem,
+                        ad_error *error);
 
 /* May `now` go on where an experiment `before` has come to its stage `stage`? Stages not begun may
  * change, come and go; of the stage at work everything but the optimiser

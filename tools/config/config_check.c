@@ -88,8 +88,6 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
 {
     const config_stage *stage = &experiment->stages[index];
     bool adam = stage->optimizer == CONFIG_ADAM;
-    bool measured = experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file ||
-                    experiment->reference_deflection;
     char path[CONFIG_PATH_MAX];
     const char *problem = adam ? optim_adam_check(&stage->adam)
                           : stage->optimizer == CONFIG_GAUSS_NEWTON
@@ -105,11 +103,11 @@ static ad_status check_stage(const config *experiment, int index, ad_error *erro
                             "%lld steps are more than the %d steps of the stage",
                             (long long)stage->adam.schedule.warmup_steps, stage->steps);
     }
-    if (stage->stop_error > 0 && !measured) {
+    if (stage->stop_error > 0 && !config_names_reference(experiment)) {
         snprintf(path, sizeof path, "training.stages[%d].stop.error", index);
         return config_blame(experiment->source, error, path,
                             "there is no reference to measure an error against; give "
-                            "reference.analytic or reference.file, or leave it out");
+                            "reference.analytic, solve or file, or leave it out");
     }
     return AD_OK;
 }
@@ -330,6 +328,26 @@ static const char *couple_obstacle(const scene *rod_scene, bool planar)
     return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
 }
 
+bool config_names_reference(const config *experiment)
+{
+    return experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file ||
+           experiment->reference_deflection || !isnan(experiment->reference_tolerance);
+}
+
+static const char *solve_obstacle(const config *experiment)
+{
+    if (isnan(experiment->reference_tolerance)) {
+        return NULL;
+    }
+    if (experiment->reference != CONFIG_REFERENCE_NONE || experiment->reference_file ||
+        experiment->reference_deflection) {
+        return "given beside another reference; allowed: one of them";
+    }
+    return scene_is_imperfect(&experiment->scene)
+               ? "does not follow rod.rest.imperfection; give reference.file"
+               : NULL;
+}
+
 static const char *reference_obstacle(const config *experiment)
 {
     const scene *rod_scene = &experiment->scene;
@@ -379,6 +397,10 @@ ad_status config_check_reference(const config *experiment, ad_error *error)
     const char *problem = reference_obstacle(experiment);
     if (problem) {
         return config_blame(experiment->source, error, "reference.analytic", "%s", problem);
+    }
+    problem = solve_obstacle(experiment);
+    if (problem) {
+        return config_blame(experiment->source, error, "reference.solve", "%s", problem);
     }
     ad_status deflection = check_deflection(experiment, error);
     if (deflection != AD_OK) {

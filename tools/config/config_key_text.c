@@ -25,6 +25,17 @@ static const char *below(const char *path, const char *section)
     return strncmp(path, section, length) == 0 && path[length] == '.' ? path + length + 1 : NULL;
 }
 
+const config_key *config_key_by_name(const char *section)
+{
+    for (int i = 0; i < config_key_count; i++) {
+        const char *name = below(config_keys[i].path, section);
+        if ((config_keys[i].flags & CONFIG_BY_NAME) && name && !strchr(name, '.')) {
+            return &config_keys[i];
+        }
+    }
+    return NULL;
+}
+
 bool config_key_is_section(const char *pattern)
 {
     for (int i = 0; i < config_key_count; i++) {

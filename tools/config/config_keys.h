@@ -22,6 +22,7 @@ enum {
     CONFIG_FOR_LBFGS = 16,
     CONFIG_FOR_GAUSS_NEWTON = 32,
     CONFIG_FOR_SSBROYDEN = 64,
+    CONFIG_BY_NAME = 128, /* a number; its name in place of the section stands for a default */
     CONFIG_FOR_ANY =
         CONFIG_FOR_ADAM | CONFIG_FOR_LBFGS | CONFIG_FOR_GAUSS_NEWTON | CONFIG_FOR_SSBROYDEN
 };
@@ -49,6 +50,9 @@ extern const int config_key_count;
 
 /* Row of a path pattern ("training.stages[].steps"), NULL when there is none. */
 const config_key *config_key_find(const char *pattern);
+
+/* The key whose name may stand in place of `section`, NULL when there is none. */
+const config_key *config_key_by_name(const char *section);
 
 /* Whether keys lie below `pattern` ("rod", "training.stages", "training.stages[]"). */
 bool config_key_is_section(const char *pattern);

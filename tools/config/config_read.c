@@ -225,12 +225,39 @@ static ad_status reset_section(config_reader *reader, const char *path)
     return status;
 }
 
+/* "section: name" in place of "section: {name: 0}", 0 for a default yet to be filled in; nothing
+ * else of the section is then given. */
+static ad_status read_name(config_reader *reader, const config_key *key, const char *path,
+                           const yaml_node_t *node)
+{
+    ad_status status = reset_section(reader, path);
+    if (status == AD_OK &&
+        !config_place(reader->experiment->source, &reader->origin, key->path, node->start_mark)) {
+        status = no_memory(reader);
+    }
+    if (status == AD_OK) {
+        *(double *)config_field(reader->experiment, key, key->path) = 0;
+    }
+    return status;
+}
+
+/* Neither a section nor a name that stands for one. */
+static ad_status blame_kind(config_reader *reader, const char *path, const config_key *by_name,
+                            const yaml_node_t *node)
+{
+    char siblings[400], pattern[CONFIG_PATH_MAX], sentence[500];
+    config_key_pattern(path, pattern);
+    config_key_siblings(pattern, siblings, sizeof siblings);
+    snprintf(sentence, sizeof sentence, "is a %s; allowed: %s%sa section with the keys %s",
+             node->type == YAML_SEQUENCE_NODE ? "list" : "single value",
+             by_name ? strrchr(by_name->path, '.') + 1 : "", by_name ? ", or " : "", siblings);
+    return blame_at(reader, node, path, sentence);
+}
+
 static ad_status read_section(config_reader *reader, const char *path, yaml_node_t *node)
 {
-    char siblings[400];
-    char pattern[CONFIG_PATH_MAX];
-    char sentence[500];
     section entries = {.path = path};
+    const config_key *by_name = config_key_by_name(path);
     if (config_is_null(node)) {
         return reset_section(reader, path);
     }
@@ -238,11 +265,10 @@ static ad_status read_section(config_reader *reader, const char *path, yaml_node
         return AD_OK;
     }
     if (node->type != YAML_MAPPING_NODE) {
-        config_key_pattern(path, pattern);
-        config_key_siblings(pattern, siblings, sizeof siblings);
-        snprintf(sentence, sizeof sentence, "is a %s; allowed: a section with the keys %s",
-                 node->type == YAML_SEQUENCE_NODE ? "list" : "single value", siblings);
-        return blame_at(reader, node, path, sentence);
+        bool named = by_name && node->type == YAML_SCALAR_NODE &&
+                     strcmp(scalar(node), strrchr(by_name->path, '.') + 1) == 0;
+        return named ? read_name(reader, by_name, path, node)
+                     : blame_kind(reader, path, by_name, node);
     }
     if (!reader->origin.override &&
         !config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {

@@ -36,6 +36,7 @@ void config_defaults(config *experiment)
     experiment->network = nn_mlp_settings_default();
     experiment->network.inputs = experiment->network.outputs = 1;
     experiment->fourier_wavenumber = experiment->fourier_frequency = NAN;
+    experiment->reference_tolerance = NAN;
     experiment->losses = losses_defaults();
     experiment->stage_count = 1;
     for (int i = 0; i < CONFIG_STAGES_MAX; i++) {
@@ -298,8 +299,8 @@ static ad_status normalize(config_source *source, const char *rotation[4], ad_er
     return AD_OK;
 }
 
-/* The file relative to the folder of the scene file, made absolute, since the resolved experiment
- * is written to another folder. */
+/* The tolerance by default; the file relative to the folder of the scene file, made absolute, since
+ * the resolved experiment is written to another folder. */
 static ad_status resolve_reference(config *experiment, ad_error *error)
 {
     const char *file = experiment->reference_file;
@@ -307,6 +308,9 @@ static ad_status resolve_reference(config *experiment, ad_error *error)
     const char *slash = strrchr(scene_file, '/');
     char joined[4096];
     char folder[2048] = "";
+    if (experiment->reference_tolerance == 0) { /* reference: solve */
+        experiment->reference_tolerance = scene_is_dynamic(&experiment->scene) ? 1e-8 : 1e-11;
+    }
     if (!file || *file == '/') {
         return AD_OK;
     }

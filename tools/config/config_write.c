@@ -229,7 +229,36 @@ static int write_stages(yaml_writer *writer, int first)
     return end;
 }
 
-ad_status config_write(const config *experiment, FILE *file, bool help)
+/* Keys that a classical solution does not depend on. */
+static bool is_physics(const char *path)
+{
+    static const char *const others[] = {"name",        "time.windows", "formulation", "motion",
+                                         "enforcement", "network",      "losses",      "training",
+                                         "checkpoint",  "output"};
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        size_t length = strlen(others[i]);
+        if (strncmp(path, others[i], length) == 0 && (!path[length] || path[length] == '.')) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static void write_keys(yaml_writer *writer, bool physics_alone)
+{
+    for (int i = 0; i < config_key_count;) {
+        if (physics_alone && !is_physics(config_keys[i].path)) {
+            i++;
+        } else if (config_key_in_stage(&config_keys[i])) {
+            i = write_stages(writer, i);
+        } else {
+            write_row(writer, &config_keys[i++]);
+        }
+    }
+}
+
+static ad_status write_experiment(const config *experiment, FILE *file, bool help,
+                                  bool physics_alone)
 {
     locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
     config *derived = malloc(sizeof *derived);
@@ -244,21 +273,25 @@ ad_status config_write(const config *experiment, FILE *file, bool help)
     config_fill_stiffness(&derived->scene);
     yaml_writer writer = {file, experiment, derived, help, ""};
     locale_t before = uselocale(c_locale);
-    fprintf(file,
-            "# Every key of the experiment, defaults filled in; loads are in SI units. null: not\n"
-            "# given. Behind a null # is the number that follows from section and material;\n"
-            "# a number in place of the null would come before it.\n");
-    for (int i = 0; i < config_key_count;) {
-        if (config_key_in_stage(&config_keys[i])) {
-            i = write_stages(&writer, i);
-        } else {
-            write_row(&writer, &config_keys[i++]);
-        }
-    }
+    write_keys(&writer, physics_alone);
     uselocale(before);
     freelocale(c_locale);
     free(derived);
     return ferror(file) ? AD_IO : AD_OK;
+}
+
+ad_status config_write(const config *experiment, FILE *file, bool help)
+{
+    fprintf(file,
+            "# Every key of the experiment, defaults filled in; loads are in SI units. null: not\n"
+            "# given. Behind a null # is the number that follows from section and material;\n"
+            "# a number in place of the null would come before it.\n");
+    return write_experiment(experiment, file, help, false);
+}
+
+ad_status config_write_physics(const config *experiment, FILE *file)
+{
+    return write_experiment(experiment, file, false, true);
 }
 
 /* ---- help ---------------------------------------------------------------------------------- */

@@ -60,10 +60,6 @@ ad_status checkpoint_add(checkpoint *cp, const char *name, const checkpoint_item
 /* Sort the items by name as bytes. */
 void checkpoint_sort(checkpoint *cp);
 
-/* FNV-1a, continued from `hash`; start with CHECKPOINT_HASH_START. */
-#define CHECKPOINT_HASH_START UINT64_C(14695981039346656037)
-uint64_t checkpoint_hash(uint64_t hash, const void *bytes, size_t size);
-
 /* Checksum over the items, which must be sorted. */
 uint64_t checkpoint_digest(const checkpoint *cp);
 

@@ -5,6 +5,10 @@
 
 #include "physics/model.h"
 
+/* Raised when solutions change by more than their estimated error: kept ones are then solved anew.
+ */
+#define SOLUTION_VERSION 1
+
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, everywhere; refined until estimated
                           * to be met */
