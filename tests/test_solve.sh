@@ -79,6 +79,8 @@ run 0 env XDG_CACHE_HOME="$PWD/taken" cpinn-eval parts
 said stderr.txt '^cpinn-eval: warning: reference: .*/taken/cpinn/.*not kept for the next run$'
 run 0 cpinn-train "$heavy" --set reference.solve=1e-4 --out doubted
 said stdout.txt 'the reference itself is off by an estimated [0-9.]+e-[0-9]+ of the length'
+run 0 cpinn-train "$heavy" --set reference.solve=1e-13 --out missed
+said stdout.txt '^reference: solved classically, estimated error .* of the length, not the 1e-13 asked for, '
 run 0 cpinn-train "$heavy" --explain
 said stdout.txt 'reference +classical solution, 101 points'
 run 0 cpinn-bench "$heavy" --set 'network.hidden=[4]' --set losses.interior.points=8 \

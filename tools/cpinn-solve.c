@@ -19,7 +19,8 @@ static const char summary[] =
     "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. The equations "
     "are\n"
     "written separately from those that networks are trained on, so each checks the other; --out\n"
-    "gives a scene a reference to train against (reference.file).";
+    "gives a scene a reference to train against (reference.file); reference: solve in a scene has\n"
+    "it solved without asking.";
 
 static const char epilogue[] =
     "A rod may have several equilibria. This finds the one that continues the unstressed rod "

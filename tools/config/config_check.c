@@ -394,13 +394,13 @@ static ad_status check_deflection(const config *experiment, ad_error *error)
 ad_status config_check_reference(const config *experiment, ad_error *error)
 {
     struct stat status;
-    const char *problem = reference_obstacle(experiment);
-    if (problem) {
-        return config_blame(experiment->source, error, "reference.analytic", "%s", problem);
-    }
-    problem = solve_obstacle(experiment);
+    const char *problem = solve_obstacle(experiment);
     if (problem) {
         return config_blame(experiment->source, error, "reference.solve", "%s", problem);
+    }
+    problem = reference_obstacle(experiment);
+    if (problem) {
+        return config_blame(experiment->source, error, "reference.analytic", "%s", problem);
     }
     ad_status deflection = check_deflection(experiment, error);
     if (deflection != AD_OK) {
