@@ -454,6 +454,10 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     if (reference_left_out(r)) {
         fprintf(file, " (%zu outside the scene left out)", reference_left_out(r));
     }
+    double estimate = reference_estimates(r).position_max;
+    if (!isnan(estimate)) {
+        fprintf(file, ", estimated error %.1e of the length", estimate);
+    }
     fputc('\n', file);
 }
 
