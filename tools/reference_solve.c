@@ -213,7 +213,7 @@ ad_status reference_solve(const config *settings, size_t points, const double *s
         if (status == AD_OK) {
             about->estimate = report.estimate;
             about->may_buckle = report.may_buckle;
-            snprintf(source, sizeof source, "%.2f s", wall_seconds() - start);
+            snprintf(source, sizeof source, "%.3g s", wall_seconds() - start);
             say_solved(&r, source, about);
             keep(&r, about);
         }
