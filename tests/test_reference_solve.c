@@ -459,6 +459,26 @@ static void test_refused(void **state)
                    "--set reference.solve=1e-3: reference.solve: solving stops at 0.9");
 }
 
+/* A beam is solved where the solver takes beams, and else refused by the key. */
+static void test_beam(void **state)
+{
+    (void)state;
+    const char *path = "configs/beam_cantilever.yaml";
+    experiment *e = experiment_of(path, NULL, "reference=solve");
+    ad_error error = {.message = ""};
+    reference *r = NULL;
+    if (reference_create(e, &r, &error) == AD_OK) {
+        outcome known = outcome_of(path, NULL, NULL);
+        outcome solved = outcome_of(path, NULL, "reference=solve");
+        assert_near(solved.errors.position, known.errors.position, 1e-10);
+        assert_near(solved.errors.tip, known.errors.tip, 1e-10);
+    } else {
+        assert_says(error.message, "--set reference=solve: reference.solve: rod.model: beams ");
+    }
+    reference_free(r);
+    experiment_free(e);
+}
+
 /* A straight column is an equilibrium beside others. */
 static void test_several_equilibria(void **state)
 {
@@ -497,13 +517,12 @@ static void test_doubts(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, begin, end)
-    const struct CMUnitTest tests[] = {TEST(test_values),        TEST(test_motion),
-                                       TEST(test_hit),           TEST(test_no_cache),
-                                       TEST(test_home),          TEST(test_damaged),
-                                       TEST(test_collision),     TEST(test_unwritable),
-                                       TEST(test_ways),          TEST(test_same_physics),
-                                       TEST(test_other_physics), TEST(test_every_key),
-                                       TEST(test_refused),       TEST(test_several_equilibria),
-                                       TEST(test_doubts)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_values),       TEST(test_motion),        TEST(test_hit),
+        TEST(test_no_cache),     TEST(test_home),          TEST(test_damaged),
+        TEST(test_collision),    TEST(test_unwritable),    TEST(test_ways),
+        TEST(test_same_physics), TEST(test_other_physics), TEST(test_every_key),
+        TEST(test_refused),      TEST(test_beam),          TEST(test_several_equilibria),
+        TEST(test_doubts)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
