@@ -263,6 +263,9 @@ run 0 cpinn-check "$elastica" --set 'network.hidden=[5]' --entries 6
 said stdout.txt 'gradient .*strain'
 said stdout.txt 'all .*passed'
 run 1 cpinn-check "$elastica" --set 'network.hidden=[5]' --entries 6 --tolerance 1e-16
+for scene in elastica helix beam_cantilever beam_vibration; do # as they are shipped
+    run 0 cpinn-check "$ROOT/configs/$scene.yaml" --entries 3
+done
 said stdout.txt 'gradient|derivative'
 refused 'no_such.yaml' cpinn-check no_such.yaml
 refused '--tolerance' cpinn-check "$elastica" --tolerance -1

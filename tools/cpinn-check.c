@@ -249,6 +249,32 @@ static ad_status check_derivatives(session *s, ad_error *error)
 
 /* ---- the program ---------------------------------------------------------------------------- */
 
+/* The largest coefficient of a function of the network's basis, 1 without such a basis. Derivatives
+ * grow with it, and differences are off by rounding times it; a solution has little of it. */
+static double coefficient_of(const session *s, size_t parameter)
+{
+    int rows, columns;
+    const double *basis = nn_mlp_basis(s->e->mlp, &rows, &columns);
+    const nn_view *weights;
+    double most = 1;
+    nn_mlp_views(s->e->mlp, &weights);
+    if (basis && parameter < (size_t)weights->rows * (size_t)rows) {
+        const double *row = basis + parameter % (size_t)rows * (size_t)columns;
+        for (int i = 0; i < columns; i++) {
+            most = fmax(most, fabs(row[i]));
+        }
+    }
+    return most;
+}
+
+static void perturb(session *s, const char *stream)
+{
+    nn_rng rng = nn_rng_split(s->e->settings->seed, stream);
+    for (size_t i = 0; i < s->e->count; i++) {
+        s->x[i] += PERTURBATION * nn_rng_normal(&rng) / coefficient_of(s, i);
+    }
+}
+
 /* Our few points, then the user's overrides, which so win. */
 static ad_status prepare(session *s, ad_error *error)
 {
@@ -280,10 +306,8 @@ static ad_status prepare(session *s, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for parameters");
     }
     s->gradient = s->x + s->e->count;
-    nn_rng rng = nn_rng_split(s->e->settings->seed, "gradient check");
-    for (size_t i = 0; i < s->e->count; i++) {
-        s->x[i] = s->e->parameters[i] + PERTURBATION * nn_rng_normal(&rng);
-    }
+    memcpy(s->x, s->e->parameters, s->e->count * sizeof *s->x);
+    perturb(s, "gradient check");
     return AD_OK;
 }
 
@@ -320,10 +344,7 @@ static ad_status enter_second_window(session *s, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    nn_rng rng = nn_rng_split(s->e->settings->seed, "gradient check/window2");
-    for (size_t i = 0; i < s->e->count; i++) {
-        s->x[i] += PERTURBATION * nn_rng_normal(&rng);
-    }
+    perturb(s, "gradient check/window2");
     printf("\nwindow 2 of %d, which starts where such a network ends\n",
            s->e->settings->scene.windows);
     return check_window(s, error);
