@@ -105,12 +105,13 @@ rm -r pinned pinned.yaml pinned.csv
 run 0 cpinn-stress --help
 said stdout.txt '^usage: cpinn-stress '
 run 0 cpinn-stress --list --quick
-said stdout.txt '^  slender/10  +solved 1e-06 '
+said stdout.txt '^  slender/10  +pinn  +solved 1e-06 '
 run 0 cpinn-stress --only file/nan --only number/length-1e300 --out stress.csv
 said stdout.txt '^file/nan .* refused .* as expected'
-check a row for each scene -- test "$(wc -l <stress.csv)" -eq 3
+check a row for each scene and method -- test "$(wc -l <stress.csv)" -eq 5
 rm stress.csv
 refused '--only nothing: there is no such scene' cpinn-stress --only nothing
+refused '--method magic: allowed: pinn, solver' cpinn-stress --method magic
 refused 'unknown option --no-such-option' cpinn-stress --no-such-option
 
 entries=$(ls)

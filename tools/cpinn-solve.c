@@ -179,6 +179,24 @@ static ad_status write_out(session *x, ad_error *error)
 
 /* ---- report -------------------------------------------------------------------------------- */
 
+static bool reached(const session *x)
+{
+    return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
+}
+
+/* Whether the load or the tolerance was not reached. */
+static bool falls_short(const session *x)
+{
+    return !reached(x) || (x->asked.nodes == 0 && !x->asked.work_precision &&
+                           !(x->report.estimate <= x->asked.tolerance));
+}
+
+static bool doubts(const session *x, char text[SOLUTION_DOUBT])
+{
+    const solve_settings settings = {x->asked.tolerance, x->asked.nodes, x->asked.perturbation};
+    return solution_doubts(x->solved, x->scene, &settings, &x->report, text);
+}
+
 static void print_number(const char *name, double value)
 {
     if (isinf(value)) {
@@ -249,7 +267,10 @@ static ad_status print_report(session *x, ad_error *error)
         printf(" %.15g", tip[i]);
     }
     puts(" m");
-    if (r->may_buckle) {
+    char doubt[SOLUTION_DOUBT];
+    if (!falls_short(x) && doubts(x, doubt)) {
+        puts(doubt);
+    } else if (r->may_buckle) {
         printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
                x->asked.perturbation == 0
                    ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
@@ -258,28 +279,12 @@ static ad_status print_report(session *x, ad_error *error)
     return x->known ? print_reference(x, error) : AD_OK;
 }
 
-static bool reached(const session *x)
-{
-    return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
-}
-
 /* What was not reached, in one line; 1, or 0 when there is nothing to say. */
 static int complain(const session *x)
 {
-    const solve_report *r = &x->report;
-    if (!reached(x)) {
-        cli_warn(program,
-                 "stopped at %.6g of the load: beyond it the equilibria that continue the "
-                 "unstressed rod end, turn back or need more nodes; try --perturb 10, a smaller "
-                 "load, or a stiffness that is not infinite",
-                 r->load_fraction);
-        return 1;
-    }
-    if (x->asked.nodes == 0 && !x->asked.work_precision && !(r->estimate <= x->asked.tolerance)) {
-        cli_warn(program,
-                 "estimated error %.2g of the length with %d nodes, above --tol %.2g; try a larger "
-                 "tolerance; jumps in loads or rest shape converge slowly",
-                 r->estimate, r->nodes, x->asked.tolerance);
+    char text[SOLUTION_DOUBT];
+    if (falls_short(x) && doubts(x, text)) {
+        cli_warn(program, "%s", text);
         return 1;
     }
     return 0;

@@ -15,7 +15,9 @@ static const char program[] = "cpinn-stress";
 static const char summary[] =
     "Run stiff and extreme scenes, and compare what comes of each with what is expected: solved\n"
     "within a bound of error, refused or stopped with a reason, or trained and doubted by the\n"
-    "program itself; never a wrong answer without a word, a crash or an endless run.";
+    "program itself; never a wrong answer without a word, a crash or an endless run. By a "
+    "network,\n"
+    "and where that makes sense by the solver of cpinn-solve.";
 
 static const char epilogue[] =
     "Every scene runs in a process of its own, with a time limit, on one thread. Errors are those\n"
@@ -35,7 +37,7 @@ enum {
 
 typedef struct options {
     cli_list only;
-    const char *out;
+    const char *out, *method;
     bool quick, is_long, list;
 } options;
 
@@ -49,8 +51,12 @@ static bool named(const stress_row *row, const char *name)
            (row->name[length] == '\0' || row->name[length] == '/');
 }
 
-static bool is_asked(const options *o, const stress_row *row)
+static bool is_asked(const options *o, const stress_row *row, stress_method method)
 {
+    if (!row->expected[method].why ||
+        (o->method && strcmp(o->method, stress_method_name(method)))) {
+        return false;
+    }
     for (int i = 0; i < o->only.count; i++) {
         if (named(row, o->only.texts[i])) {
             return true;
@@ -86,17 +92,24 @@ static void print_expected(const stress_expectation *expected, char text[32])
     }
 }
 
+static void print_list_row(const options *o, const stress_row *row)
+{
+    for (int method = 0; method < STRESS_METHODS; method++) {
+        char expected[32];
+        if (is_asked(o, row, (stress_method)method)) {
+            print_expected(&row->expected[method], expected);
+            printf("  %-26s %-6s %-14s %s\n", row->name, stress_method_name((stress_method)method),
+                   expected, row->expected[method].why);
+        }
+    }
+}
+
 static void print_list(const options *o)
 {
     for (int g = 0; g < GROUPS; g++) {
         printf("%s%s\n", g ? "\n" : "", groups[g]->about);
         for (int k = 0; k < groups[g]->count; k++) {
-            const stress_row *row = &groups[g]->rows[k];
-            char expected[32];
-            print_expected(&row->expected[STRESS_PINN], expected);
-            if (is_asked(o, row)) {
-                printf("  %-26s %-14s %s\n", row->name, expected, row->expected[STRESS_PINN].why);
-            }
+            print_list_row(o, &groups[g]->rows[k]);
         }
     }
 }
@@ -193,7 +206,10 @@ static ad_status run_rows(const options *o, const char *folder, record *all, int
     for (int g = 0; g < GROUPS; g++) {
         for (int k = 0; k < groups[g]->count; k++) {
             const stress_row *row = &groups[g]->rows[k];
-            for (int method = 0; method < STRESS_METHODS && is_asked(o, row); method++) {
+            for (int method = 0; method < STRESS_METHODS; method++) {
+                if (!is_asked(o, row, (stress_method)method)) {
+                    continue;
+                }
                 stress_result result;
                 ad_status status = stress_run(row, (stress_method)method, folder, &result, error);
                 if (status != AD_OK) {
@@ -234,6 +250,7 @@ int main(int count, char **arguments)
     const cli_option known[] = {
         {"--only", "NAME", CLI_LIST, &o.only, 0, 0,
          "a scene, or all of a subject, as in --only turns; may be repeated"},
+        {"--method", "NAME", CLI_TEXT, &o.method, 0, 0, "pinn or solver alone"},
         {"--quick", NULL, CLI_FLAG, &o.quick, 0, 0, "those that take a moment, for the tests"},
         {"--long", NULL, CLI_FLAG, &o.is_long, 0, 0, "also those that take minutes"},
         {"--list", NULL, CLI_FLAG, &o.list, 0, 0, "print what is expected, and why, and stop"},
@@ -246,6 +263,9 @@ int main(int count, char **arguments)
     if (unknown) {
         return cli_fail(program, "--only %.100s: there is no such scene; --list shows all",
                         unknown);
+    }
+    if (o.method && strcmp(o.method, "pinn") != 0 && strcmp(o.method, "solver") != 0) {
+        return cli_fail(program, "--method %.100s: allowed: pinn, solver", o.method);
     }
     if (o.list) {
         print_list(&o);

@@ -48,12 +48,35 @@ static double worst_held_out(const trainer *t, int *window)
     return worst;
 }
 
+int trainer_ways_to_give(const trainer *t)
+{
+    const experiment *e = t->e;
+    scene at_work = e->settings->scene, *rod_scene = &at_work;
+    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    ad_error ignored;
+    int ways = -1;
+    field *shape = NULL;
+    if (scene_is_dynamic(rod_scene)) {
+        return ways;
+    }
+    at_work.loads.part = t->info.part;
+    stability_points(rod_scene, s);
+    ad_status status = field_create(rod_scene, e->mlp, false, e->pool, &shape, &ignored);
+    if (status == AD_OK) {
+        status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS, s, NULL, values,
+                                &ignored);
+    }
+    if (status == AD_OK) {
+        stability_count(rod_scene, values, &ways, &ignored);
+    }
+    field_free(shape);
+    return ways;
+}
+
 /* A shape of which the forces balance but which gives way. */
 static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
 {
-    ad_error ignored;
-    int ways = -1;
-    stability_count(t->e, &ways, &ignored); /* where memory lacks nothing is said */
+    int ways = trainer_ways_to_give(t);
     snprintf(text, TRAINER_DOUBT,
              "unstable: in this equilibrium the energy falls in %d direction%s, so that the rod "
              "buckles or snaps to another; rod.rest.imperfection says to which, or take another "

@@ -1,12 +1,20 @@
 #include "tools/stability.h"
 
 #include "autodiff/dense.h"
+#include "physics/rod.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-/* Elements; columns of FIELD_COLUMN_LIST. */
-enum { ELEMENTS = 128, ROTATION = 3, STRAIN = 7, CURVATURE = 10, FORCE = 13, MOMENT = 16 };
+/* Columns of the model. */
+enum {
+    ELEMENTS = STABILITY_POINTS,
+    ROTATION = 3,
+    STRAIN = 7,
+    CURVATURE = 10,
+    FORCE = 13,
+    MOMENT = 16
+};
 
 /* The second variation as a matrix: axes unknowns at every node, then those of nu. */
 typedef struct variation {
@@ -168,24 +176,15 @@ static void assemble(variation *x, const scene *rod_scene, const double *values)
     }
 }
 
-static ad_status shape_of(const experiment *e, double *values, ad_error *error)
+void stability_points(const scene *rod_scene, double *s)
 {
-    double s[ELEMENTS];
-    field *shape;
-    ad_status status = field_create(&e->settings->scene, e->mlp, false, e->pool, &shape, error);
     for (int k = 0; k < ELEMENTS; k++) {
-        s[k] = e->settings->scene.rod.length * (k + 0.5) / ELEMENTS;
+        s[k] = rod_scene->rod.length * (k + 0.5) / ELEMENTS;
     }
-    if (status == AD_OK) {
-        status = field_evaluate(shape, experiment_parameters(e), ELEMENTS, s, NULL, values, error);
-    }
-    field_free(shape);
-    return status;
 }
 
-ad_status stability_count(const experiment *e, int *count, ad_error *error)
+ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
 {
-    const scene *rod_scene = &e->settings->scene;
     *count = -1;
     if (scene_is_beam(rod_scene)) {
         return AD_OK;
@@ -195,19 +194,16 @@ ad_status stability_count(const experiment *e, int *count, ad_error *error)
         return AD_OK;
     }
     variation x = variation_of(rod_scene, &plane);
-    double *values = malloc(MODEL_COLUMNS_MAX * ELEMENTS * sizeof *values);
     x.matrix = calloc((size_t)x.size * (size_t)x.size, sizeof *x.matrix);
     int *pivots = malloc((size_t)x.size * sizeof *pivots);
-    ad_status status =
-        values && x.matrix && pivots
-            ? shape_of(e, values, error)
-            : ad_fail(error, AD_NO_MEMORY, "out of memory for %d directions", x.size);
+    ad_status status = x.matrix && pivots ? AD_OK
+                                          : ad_fail(error, AD_NO_MEMORY,
+                                                    "out of memory for %d directions", x.size);
     if (status == AD_OK) {
         assemble(&x, rod_scene, values);
         *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - x.pulls;
     }
     free(pivots);
     free(x.matrix);
-    free(values);
     return status;
 }

@@ -344,8 +344,8 @@ static optim_status take_step(trainer *t)
     return failed(status) || t->evaluated == done.loss ? status : settle(t, status);
 }
 
-/* Of the loss with a part of the loads: where the next part starts. */
-static const double near_enough = 1e-4;
+/* Of what is small with a part of the loads: where the next part starts. */
+static const double near_enough = 1e-2;
 
 static const char *reason_to_end(trainer *t, optim_status status)
 {
@@ -353,7 +353,7 @@ static const char *reason_to_end(trainer *t, optim_status status)
     if (status != OPTIM_RUNNING) {
         return optim_status_name(status);
     }
-    if (t->info.part < 1 && t->info.loss < near_enough) {
+    if (t->info.part < 1 && trainer_is_small(t, t->info.loss / near_enough)) {
         return "near enough";
     }
     if (t->info.loss < stage->stop_loss) {
@@ -410,6 +410,10 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     t->info.ended = why;
     t->info.account = t->account;
     t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
+    if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_ways_to_give(t) > 0) {
+        t->info.solved = false; /* another path of loads may lead to a stable shape */
+        t->info.ended = "unstable";
+    }
     if (goes_on_with_loads(t, result)) {
         t->best_held_out = INFINITY;
         t->info.stage_step = t->rows_apart = 0;

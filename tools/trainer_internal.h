@@ -53,6 +53,10 @@ ad_status trainer_measure_size(trainer *t, ad_error *error);
 /* Whether a loss is that of a scene as good as solved. */
 bool trainer_is_small(const trainer *t, double loss);
 
+/* stability_count of the shape at hand, under the part of the loads at work; -1 also where memory
+ * lacks. */
+int trainer_ways_to_give(const trainer *t);
+
 void trainer_forget_optimizer(trainer *t);
 
 /* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The

@@ -1,5 +1,6 @@
 #include "tools/solve/integrate.h"
 
+#include "tools/solve/events.h"
 #include "tools/solve/gauss.h"
 #include "tools/solve/motion_system.h"
 #include "tools/solve/vector.h"
@@ -20,6 +21,8 @@ typedef struct integration {
     ad_error error;                /* of a formula, or SUNDIALS' words */
     gauss_rule quadrature;         /* of power over a step */
     double work, dissipated, time; /* energy so far, up to `time` */
+    size_t events, event;          /* how many, and which comes next */
+    double *event_times;
 } integration;
 
 /* ---- what SUNDIALS calls ------------------------------------------------------------------- */
@@ -69,6 +72,7 @@ static void keep_words(int code, const char *module, const char *function, char 
 
 static void close_integration(integration *in)
 {
+    free(in->event_times);
     if (in->stepper) {
         ARKStepFree(&in->stepper);
     }
@@ -126,6 +130,10 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (implicit) {
         status = motion_system_create(in->motion, in->context, &in->system, error);
     }
+    if (status != AD_OK) {
+        return status;
+    }
+    status = events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
     if (status != AD_OK) {
         return status;
     }
@@ -197,6 +205,17 @@ static bool record(integration *in, double t, bool has_stepped, double *to,
     return true;
 }
 
+/* One step, which ends at the next event or at the end. */
+static bool step(integration *in, double end, double *t)
+{
+    while (in->event < in->events && in->event_times[in->event] <= *t) {
+        in->event++;
+    }
+    double stop = in->event < in->events ? fmin(end, in->event_times[in->event]) : end;
+    return ARKStepSetStopTime(in->stepper, stop) >= 0 &&
+           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0;
+}
+
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
                 integrate_energy *energies, double *t)
 {
@@ -219,8 +238,7 @@ static bool run(integration *in, long steps_max, size_t count, const double *tim
         if (energies && has_stepped && !integrate_power(in, *t)) {
             return false;
         }
-        if (ARKStepSetStopTime(in->stepper, times[count - 1]) < 0 ||
-            ARKStepEvolve(in->stepper, times[count - 1], in->state, t, ARK_ONE_STEP) < 0) {
+        if (!step(in, times[count - 1], t)) {
             return false;
         }
     }

@@ -173,6 +173,11 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, int deg
     return AD_OK;
 }
 
+const solve_rod *motion_rod(const motion *m)
+{
+    return m->rod;
+}
+
 size_t motion_nodes(const motion *m)
 {
     return m->nodes;

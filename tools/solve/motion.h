@@ -33,6 +33,7 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, int deg
                         motion **result, ad_error *error);
 void motion_free(motion *m);
 
+const solve_rod *motion_rod(const motion *m);
 size_t motion_nodes(const motion *m);
 int motion_degree(const motion *m);
 const double *motion_points(const motion *m);  /* s [nodes] */

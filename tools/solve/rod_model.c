@@ -270,9 +270,18 @@ void solve_rod_free(solve_rod *rod)
 
 /* ---- evaluating ---------------------------------------------------------------------------- */
 
+static const double start = 0; /* of time */
+
+/* Where and when a formula is wanted: s and t, every `s_step`th, `t_step`th number of them; a step
+ * of 0 is one number for all points. */
+typedef struct places {
+    const double *s, *t;
+    size_t s_step, t_step;
+} places;
+
 /* out [n][rows] */
-static ad_status evaluate(solve_functions *f, const formula *which, size_t n, const double *s,
-                          double t, double *out, ad_error *error)
+static ad_status evaluate(solve_functions *f, const formula *which, size_t n, places at,
+                          double *out, ad_error *error)
 {
     if (n > f->capacity) {
         double *memory = realloc(f->memory, (2 + ROWS_MAX) * n * sizeof *memory);
@@ -284,8 +293,8 @@ static ad_status evaluate(solve_functions *f, const formula *which, size_t n, co
     }
     double *points = f->memory, *times = points + n, *values = times + n;
     for (size_t i = 0; i < n; i++) {
-        points[i] = s[i];
-        times[i] = t;
+        points[i] = at.s[i * at.s_step];
+        times[i] = at.t[i * at.t_step];
     }
     const double *inputs[2] = {points, times};
     const ad_run run = {.points = n, .inputs = inputs, .outputs = &values};
@@ -302,31 +311,51 @@ static ad_status evaluate(solve_functions *f, const formula *which, size_t n, co
 ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, solve_rest *out,
                          ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->rest, n, s, 0, (double *)out, error);
+    return evaluate(rod->formula, &rod->formula->rest, n, (places){s, &start, 1, 0}, (double *)out,
+                    error);
 }
 
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->load, n, s, t, (double *)out, error);
+    return evaluate(rod->formula, &rod->formula->load, n, (places){s, &t, 1, 0}, (double *)out,
+                    error);
+}
+
+ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
+                          solve_load *out, ad_error *error)
+{
+    return evaluate(rod->formula, &rod->formula->load, n, (places){s, t, 1, 1}, (double *)out,
+                    error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error)
 {
     double s = end;
-    return evaluate(rod->formula, &rod->formula->ends[end], 1, &s, t, (double *)out, error);
+    return evaluate(rod->formula, &rod->formula->ends[end], 1, (places){&s, &t, 0, 0},
+                    (double *)out, error);
+}
+
+ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *t,
+                         solve_end_state *out, ad_error *error)
+{
+    double s = end;
+    return evaluate(rod->formula, &rod->formula->ends[end], n, (places){&s, t, 0, 1}, (double *)out,
+                    error);
 }
 
 /* In such a scene the formula of either end is the solution. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
                                  solve_end_state *out, ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->ends[0], n, s, t, (double *)out, error);
+    return evaluate(rod->formula, &rod->formula->ends[0], n, (places){s, &t, 1, 0}, (double *)out,
+                    error);
 }
 
 ad_status solve_rod_initial(const solve_rod *rod, size_t n, const double *s, solve_initial *out,
                             ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->initial, n, s, 0, (double *)out, error);
+    return evaluate(rod->formula, &rod->formula->initial, n, (places){s, &start, 1, 0},
+                    (double *)out, error);
 }

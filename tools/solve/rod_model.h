@@ -90,9 +90,17 @@ ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, solve_
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error);
 
+/* The same at points (s, t) of any times. */
+ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
+                          solve_load *out, ad_error *error);
+
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error);
+
+/* The same at times t [n]; out [n]. */
+ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *t,
+                         solve_end_state *out, ad_error *error);
 
 /* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,

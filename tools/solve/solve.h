@@ -49,6 +49,13 @@ void solution_free(solution *x);
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
 
+/* What a user has to be told of a solution: that it is not that of the whole load, that it may be
+ * less accurate than asked, or that the shape at rest is not stable (tools/stability.h). Returns
+ * whether there is anything to tell; `text` is one sentence. */
+enum { SOLUTION_DOUBT = 320 };
+bool solution_doubts(const solution *x, const scene *rod_scene, const solve_settings *settings,
+                     const solve_report *report, char text[SOLUTION_DOUBT]);
+
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);
 

@@ -1,22 +1,37 @@
-/* What is measured of a trained scene beside the error of position. */
-#include "tools/stress/stress.h"
+/* What is measured of an answer beside its error of position against a reference. */
+#include "tools/stress/methods.h"
 
 #include "physics/expression.h"
+#include "tools/solve/solve.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-ad_status stress_rotation(const session *s, double *error, ad_error *reason)
+/* Points along the rod; columns of rods. */
+enum { ALONG = 65, FORCE = 13, MOMENT = 16, VELOCITY = 19, SPIN = 22 };
+
+static void points_along(const scene *rod_scene, double s[ALONG])
+{
+    for (int k = 0; k < ALONG; k++) {
+        s[k] = rod_scene->rod.length * k / (ALONG - 1);
+    }
+}
+
+void stress_instants(const scene *rod_scene, double t[STRESS_INSTANTS])
+{
+    for (int j = 0; j < STRESS_INSTANTS; j++) {
+        t[j] = rod_scene->duration * j / (STRESS_INSTANTS - 1);
+    }
+}
+
+ad_status stress_rotation(const stress_answer *a, double *error, ad_error *reason)
 {
     (void)reason;
-    *error = trainer_inspect(s->trainer).errors.rotation;
+    *error = stress_errors(a).rotation;
     return AD_OK;
 }
 
 /* ---- energy -------------------------------------------------------------------------------- */
-
-/* Points along the rod and instants; columns of FIELD_COLUMN_LIST. */
-enum { ALONG = 65, INSTANTS = 201, FORCE = 13, MOMENT = 16, VELOCITY = 19, SPIN = 22 };
 
 static void tip_force(const scene *rod_scene, double t, double force[3])
 {
@@ -31,8 +46,8 @@ static int last_change(const scene *rod_scene)
 {
     double last[3], now[3];
     tip_force(rod_scene, rod_scene->duration, last);
-    for (int i = INSTANTS - 1; i >= 0; i--) {
-        tip_force(rod_scene, rod_scene->duration * i / (INSTANTS - 1), now);
+    for (int i = STRESS_INSTANTS - 1; i >= 0; i--) {
+        tip_force(rod_scene, rod_scene->duration * i / (STRESS_INSTANTS - 1), now);
         if (now[0] != last[0] || now[1] != last[1] || now[2] != last[2]) {
             return i + 1;
         }
@@ -76,51 +91,87 @@ static energy energy_of(const scene *rod_scene, const double *values)
     return sum;
 }
 
-static ad_status drift_of(const session *s, field *motion, double *values, double *error,
-                          ad_error *reason)
+ad_status stress_energy_drift(const stress_answer *a, double *error, ad_error *reason)
 {
-    const scene *rod_scene = &s->e->settings->scene;
-    double at[ALONG], t[ALONG], first = 0, drift = 0, kinetic = 0;
+    const scene *rod_scene = stress_scene(a);
+    double s[ALONG], t[ALONG], times[STRESS_INSTANTS], values[MODEL_COLUMNS_MAX * ALONG];
+    double first = 0, drift = 0, kinetic = 0;
     int from = last_change(rod_scene);
-    for (int j = from; j < INSTANTS; j++) {
+    points_along(rod_scene, s);
+    stress_instants(rod_scene, times);
+    for (int j = from; j < STRESS_INSTANTS; j++) {
         for (int k = 0; k < ALONG; k++) {
-            at[k] = rod_scene->rod.length * k / (ALONG - 1);
-            t[k] = rod_scene->duration * j / (INSTANTS - 1);
+            t[k] = times[j];
         }
-        ad_status status =
-            field_evaluate(motion, experiment_parameters(s->e), ALONG, at, t, values, reason);
+        ad_status status = stress_values(a, ALONG, s, t, values, reason);
         if (status != AD_OK) {
             return status;
         }
         energy now = energy_of(rod_scene, values);
         double sum = now.kinetic + now.potential;
         first = j == from ? sum : first;
-        if (isnan(sum)) {
-            *error = NAN;
-            return AD_OK;
-        }
-        drift = fmax(drift, fabs(sum - first));
+        drift = isnan(sum) ? NAN : fmax(drift, fabs(sum - first));
         kinetic = fmax(kinetic, now.kinetic);
+        if (isnan(drift)) {
+            break;
+        }
     }
     *error = drift / kinetic;
     return AD_OK;
 }
 
-ad_status stress_energy_drift(const session *s, double *error, ad_error *reason)
+/* ---- against the solver -------------------------------------------------------------------- */
+
+/* Adds to both sums, at one instant; exact and found [columns][ALONG]. */
+static void add_distance(int positions, const double *exact, const double *found, double *off,
+                         double *size)
 {
-    const experiment *e = s->e;
-    field *motion = NULL;
-    *error = NAN;
-    ad_status status = field_create(&e->settings->scene, e->mlp, false, e->pool, &motion, reason);
-    double *values = malloc(MODEL_COLUMNS_MAX * ALONG * sizeof *values);
-    if (status == AD_OK && !values) {
-        status = ad_fail(reason, AD_NO_MEMORY, "out of memory for an energy");
+    for (int i = 0; i < positions * ALONG; i++) {
+        *off += (found[i] - exact[i]) * (found[i] - exact[i]);
+        *size += exact[i] * exact[i];
     }
+}
+
+static ad_status distance_between(const stress_answer *a, const solution *solved, double *error,
+                                  ad_error *reason)
+{
+    const scene *rod_scene = stress_scene(a);
+    int positions = model_of(rod_scene)->position_columns;
+    double s[ALONG], t[ALONG], times[STRESS_INSTANTS], exact[MODEL_COLUMNS_MAX * ALONG];
+    double found[MODEL_COLUMNS_MAX * ALONG], off = 0, size = 0;
+    int count = scene_is_dynamic(rod_scene) ? STRESS_INSTANTS : 1;
+    ad_status status = AD_OK;
+    points_along(rod_scene, s);
+    stress_instants(rod_scene, times);
+    for (int j = 0; status == AD_OK && j < count; j++) {
+        for (int k = 0; k < ALONG; k++) {
+            t[k] = times[j];
+        }
+        status = solution_evaluate(solved, positions, ALONG, s, t, exact, reason);
+        if (status == AD_OK) {
+            status = stress_values(a, ALONG, s, t, found, reason);
+        }
+        if (status == AD_OK) {
+            add_distance(positions, exact, found, &off, &size);
+        }
+    }
+    *error = sqrt(off / size);
+    return status;
+}
+
+ad_status stress_distance_from_solver(const stress_answer *a, double *error, ad_error *reason)
+{
+    const scene *rod_scene = stress_scene(a);
+    double times[STRESS_INSTANTS];
+    const solve_settings settings = {.tolerance = scene_is_dynamic(rod_scene) ? 1e-6 : 1e-10};
+    solution *solved = NULL;
+    solve_report report;
+    stress_instants(rod_scene, times);
+    ad_status status =
+        solution_create(rod_scene, &settings, STRESS_INSTANTS, times, &solved, &report, reason);
     if (status == AD_OK) {
-        field_enter(motion, e->window, e->parameters, e->starts);
-        status = drift_of(s, motion, values, error, reason);
+        status = distance_between(a, solved, error, reason);
     }
-    free(values);
-    field_free(motion);
+    solution_free(solved);
     return status;
 }

@@ -4,7 +4,8 @@
 
 #include "tools/stress/stress.h"
 
-/* L = EI = rhoA = 1, along +z with d1 along +x unless the scene turns it. */
+/* L = EI = rhoA = 1, along +z with d1 along +x unless the scene turns it; the rotary inertia is
+ * that of a round rod, length over radius 50. */
 #define ROD                                                                                        \
     "rod:\n"                                                                                       \
     "  model: kirchhoff\n"                                                                         \
@@ -20,7 +21,10 @@
 #define PULL       ROD "loads: {tip: {force: [1, 0, 0]}}\n" ELASTICA
 #define PULL_MOVED ROD IN_ONE "loads: {tip: {force: [t^2, 0, 0]}}\n"
 
-#define PINN .expected[STRESS_PINN]
+#define PINN   .expected[STRESS_PINN]
+#define SOLVER .expected[STRESS_SOLVER]
+/* Of both methods. */
+#define BOTH(what) .expected = {what, what}
 #define SOLVED(limit, because)                                                                     \
     {                                                                                              \
         STRESS_SOLVED, .bound = (limit), .why = (because)                                          \
@@ -45,5 +49,8 @@
 /* Errors of position that a user may count on, and what is usual. */
 #define AT_REST   SOLVED(1e-6, "smooth at rest: 1e-9 is usual")
 #define IN_MOTION SOLVED(1e-4, "smooth motion: 1e-6 to 1e-5 is usual")
+
+/* Of the solver. */
+#define EXACT SOLVED(1e-9, "1e-10 is asked for; files have ten digits")
 
 #endif

@@ -5,7 +5,7 @@
 
 #include "tools/session.h"
 
-enum { STRESS_OVERRIDES_MAX = 8, STRESS_TEXT = 512 };
+enum { STRESS_OVERRIDES_MAX = 6, STRESS_TEXT = 512 };
 
 /* Those that can be expected come first. */
 #define STRESS_OUTCOME_LIST(X)                                                                     \
@@ -26,9 +26,9 @@ typedef enum stress_outcome {
 
 const char *stress_outcome_name(stress_outcome outcome);
 
-typedef enum stress_method { STRESS_PINN, STRESS_METHODS } stress_method;
+typedef enum stress_method { STRESS_PINN, STRESS_SOLVER, STRESS_METHODS } stress_method;
 
-const char *stress_method_name(stress_method method); /* "pinn" */
+const char *stress_method_name(stress_method method); /* "pinn", "solver" */
 
 typedef struct stress_expectation {
     stress_outcome outcome;
@@ -37,19 +37,23 @@ typedef struct stress_expectation {
     const char *why;  /* this bound, this outcome; a few words */
 } stress_expectation;
 
-/* What is measured of a scene that is trained; NaN: it cannot be. */
-typedef ad_status stress_measure(const session *s, double *error, ad_error *reason);
+/* What a method has found, and what is measured of it; NaN: it cannot be. */
+typedef struct stress_answer stress_answer;
+typedef ad_status stress_measure(const stress_answer *a, double *error, ad_error *reason);
 
 typedef struct stress_row {
     const char *name;                            /* "slender/10000": subject/case */
     const char *scene;                           /* YAML */
     const char *overrides[STRESS_OVERRIDES_MAX]; /* as for --set; ends with NULL */
-    const char *file;          /* what is in reference.csv beside the scene; NULL: no file */
-    void (*write)(FILE *file); /* or who writes it */
-    stress_measure *measure;   /* the error; NULL: that of position against the reference */
-    double seconds;            /* of training, at most; 0: STRESS_SECONDS */
-    bool quick, is_long;       /* in the short selection; only in the long one */
-    stress_expectation expected[STRESS_METHODS];
+    const char *file;            /* what is in reference.csv beside the scene; NULL: no file */
+    void (*write)(FILE *file);   /* or who writes it */
+    stress_measure *measure;     /* the error; NULL: that of position against the reference or, of a
+                                  * network without one, against the solver */
+    double seconds;              /* of the processor, for training, at most; 0: 10 */
+    const char *solver_override; /* one more, of its scene alone; or NULL */
+    double tolerance;            /* of the solver; 0: 1e-10 at rest, 1e-6 in motion */
+    bool quick, is_long;         /* in the short selection; only in the long one */
+    stress_expectation expected[STRESS_METHODS]; /* why is NULL: not for this method */
 } stress_row;
 
 typedef struct stress_group {
@@ -63,13 +67,13 @@ extern const stress_group stress_rods, stress_loads, stress_motions, stress_inpu
 typedef struct stress_result {
     stress_outcome outcome;
     double error;   /* NaN: none */
-    double seconds; /* wall time of the child */
+    double seconds; /* wall time of the answer, else of its process */
     bool as_expected;
     char text[STRESS_TEXT]; /* why; one line */
 } stress_result;
 
-/* Runs a row in a process of its own, which has `folder` for its files and ends with all that it
- * started. AD_IO: there is no such process. */
+/* Runs a row by a method in a process of its own, which has `folder` for its files and ends with
+ * all that it started. AD_IO: there is no such process. */
 ad_status stress_run(const stress_row *row, stress_method method, const char *folder,
                      stress_result *result, ad_error *error);
 
