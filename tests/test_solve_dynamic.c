@@ -438,7 +438,7 @@ static void test_conservation(void **state)
 /* ---- settings ------------------------------------------------------------------------------ */
 
 /* A short push from rest, which long steps would pass: m x_tt = 100 from 0.5 to 0.51, all along the
- * rod, so that it does not bend. Within the steps' tolerance. */
+ * rod, so that it does not bend. */
 static void test_blow(void **state)
 {
     (void)state;
