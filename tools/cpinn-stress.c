@@ -25,8 +25,8 @@ static const char epilogue[] =
     "\n"
     "Exit status: 0 every scene as expected, 1 not, 2 bad arguments.\n";
 
-static const stress_group *const groups[] = {&stress_rods, &stress_loads, &stress_motions,
-                                             &stress_inputs};
+static const stress_group *const groups[] = {&stress_rods,  &stress_loads, &stress_motions,
+                                             &stress_beams, &stress_pairs, &stress_inputs};
 enum {
     GROUPS = sizeof groups / sizeof *groups,
     FOLDER = 64,

@@ -62,7 +62,8 @@ typedef struct stress_group {
     int count;
 } stress_group;
 
-extern const stress_group stress_rods, stress_loads, stress_motions, stress_inputs;
+extern const stress_group stress_rods, stress_loads, stress_motions, stress_beams, stress_pairs,
+    stress_inputs;
 
 typedef struct stress_result {
     stress_outcome outcome;

@@ -1,0 +1,44 @@
+/* Beams of small deflection: foundations, frequencies, shear, units. Closed forms (Hetenyi 1946;
+ * Timoshenko, Young, Weaver 1974, ch. 5). */
+#include "tools/stress/rows.h"
+
+#define BEAM(model, length, stiffness)                                                             \
+    "rod: {model: " model ", length: " length ", stiffness: " stiffness                            \
+    ", inertia: {mass_per_length: 1}}\n"
+#define UNIT              BEAM("euler_bernoulli", "1", "{bending: [1, 1]}")
+#define PINNED            "boundary: {start: {type: pinned}, end: {type: pinned}}\n"
+#define SHOWN(deflection) "reference: {deflection: \"" deflection "\"}\n"
+
+/* Under sin(pi s), between pins. */
+#define FOUNDED(k)                                                                                 \
+    UNIT PINNED "beam: {force: \"sin(pi*s)\", foundation: " k "}\n" SHOWN("sin(pi*s)/(pi^4+" k ")")
+/* Under 1, clamped at s = 0: but for a layer there it sinks by 1/k everywhere. */
+#define LAYER(k, beta)                                                                             \
+    UNIT "beam: {force: 1, foundation: " k                                                         \
+         "}\n" SHOWN("(1-exp(-" beta "*s)*(cos(" beta "*s)+sin(" beta "*s)))/" k)
+#define SHEARING(stiffness)                                                                        \
+    BEAM("timoshenko", "1", "{bending: [1, 1], shear: [" stiffness ", " stiffness "]}")            \
+    PINNED "beam: {force: \"sin(pi*s)\"}\n" SHOWN("sin(pi*s)*(pi^-4+pi^-2/" stiffness ")")
+#define MODE(n, period)                                                                            \
+    UNIT PINNED "time: {duration: " period "}\n"                                                   \
+                "beam: {initial: {deflection: \"1e-3*sin(" n                                       \
+                "*pi*s)\"}}\n" SHOWN("1e-3*sin(" n "*pi*s)*cos((" n "*pi)^2*t)")
+#define SMALL(what) SOLVED(1e-6, what)
+
+static const stress_row rows[] = {
+    {"beam/foundation-1e8", FOUNDED("1e8"), .quick = true, PINN = SMALL("bending is a millionth")},
+    {"beam/layer-1e4", LAYER("4e4", "10"), .quick = true,
+     PINN = SMALL("a layer of a tenth of the length at the clamp")},
+    {"beam/layer-1e8", LAYER("4e8", "100"),
+     PINN = SOLVED(1e-4, "a layer of 1/100 of the length at the clamp")},
+    {"beam/shear-1e6", SHEARING("1e6"), .quick = true, PINN = SMALL("it hardly shears")},
+    {"beam/shear-1e-3", SHEARING("1e-3"), .quick = true, PINN = SMALL("it hardly bends")},
+    {"beam/micrometres",
+     BEAM("euler_bernoulli", "1e-5", "{bending: [1e-20, 1e-20]}") PINNED
+     "beam: {force: \"1e-6*sin(pi*s/1e-5)\"}\n" SHOWN("1e-6*sin(pi*s/1e-5)/pi^4"),
+     .quick = true, PINN = SMALL("only ratios count")},
+    {"beam/mode-1", MODE("1", "0.6366197723675814"), PINN = SOLVED(1e-5, "one period")},
+    {"beam/mode-10", MODE("10", "0.006366197723675814"),
+     PINN = SOLVED(1e-4, "one period of the tenth mode, five waves along the beam")},
+};
+const stress_group stress_beams = GROUP("Beams: foundations, shear, units, modes", rows);
