@@ -1,4 +1,5 @@
 /* What there is to be doubted of training that is over. */
+#include "physics/beam.h"
 #include "tools/stability.h"
 #include "tools/trainer_internal.h"
 
@@ -20,7 +21,10 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
     t->size = size > 0 && size < 1 ? size : 1;
-    if (!scene_is_beam(rod_scene) && !rod_plane_of(rod_scene).is_planar) {
+    if (scene_is_beam(rod_scene)) { /* on a stiff foundation slopes are smaller than loads tell */
+        double foundation = fmax(1, beam_numbers_of(rod_scene).foundation);
+        t->size *= pow(fmin(1, 8 * pow(foundation / 4, 0.25) / foundation), 2);
+    } else if (!rod_plane_of(rod_scene).is_planar) {
         t->size *= pow(fmin(1, n.torsion_ratio), 2);
     }
     return status;

@@ -47,7 +47,8 @@ ad_status trainer_apply_loads(trainer *t, ad_error *error);
 
 /* The loss is a square, so where loads are small it is as well without any training: t->size is 1,
  * or the loss of the network 0, in a motion at least the square of its loads, if that is less. And
- * what is missing turns a rod that is soft in twist so much the further. */
+ * what is missing turns a rod that is soft in twist so much the further, and a beam on a stiff
+ * foundation moves that much less. */
 ad_status trainer_measure_size(trainer *t, ad_error *error);
 
 /* Whether a loss is that of a scene as good as solved. */

@@ -2,7 +2,6 @@
 #include "tools/stress/methods.h"
 
 #include "physics/expression.h"
-#include "tools/solve/solve.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -118,60 +117,4 @@ ad_status stress_energy_drift(const stress_answer *a, double *error, ad_error *r
     }
     *error = drift / kinetic;
     return AD_OK;
-}
-
-/* ---- against the solver -------------------------------------------------------------------- */
-
-/* Adds to both sums, at one instant; exact and found [columns][ALONG]. */
-static void add_distance(int positions, const double *exact, const double *found, double *off,
-                         double *size)
-{
-    for (int i = 0; i < positions * ALONG; i++) {
-        *off += (found[i] - exact[i]) * (found[i] - exact[i]);
-        *size += exact[i] * exact[i];
-    }
-}
-
-static ad_status distance_between(const stress_answer *a, const solution *solved, double *error,
-                                  ad_error *reason)
-{
-    const scene *rod_scene = stress_scene(a);
-    int positions = model_of(rod_scene)->position_columns;
-    double s[ALONG], t[ALONG], times[STRESS_INSTANTS], exact[MODEL_COLUMNS_MAX * ALONG];
-    double found[MODEL_COLUMNS_MAX * ALONG], off = 0, size = 0;
-    int count = scene_is_dynamic(rod_scene) ? STRESS_INSTANTS : 1;
-    ad_status status = AD_OK;
-    points_along(rod_scene, s);
-    stress_instants(rod_scene, times);
-    for (int j = 0; status == AD_OK && j < count; j++) {
-        for (int k = 0; k < ALONG; k++) {
-            t[k] = times[j];
-        }
-        status = solution_evaluate(solved, positions, ALONG, s, t, exact, reason);
-        if (status == AD_OK) {
-            status = stress_values(a, ALONG, s, t, found, reason);
-        }
-        if (status == AD_OK) {
-            add_distance(positions, exact, found, &off, &size);
-        }
-    }
-    *error = sqrt(off / size);
-    return status;
-}
-
-ad_status stress_distance_from_solver(const stress_answer *a, double *error, ad_error *reason)
-{
-    const scene *rod_scene = stress_scene(a);
-    double times[STRESS_INSTANTS];
-    const solve_settings settings = {.tolerance = scene_is_dynamic(rod_scene) ? 1e-6 : 1e-10};
-    solution *solved = NULL;
-    solve_report report;
-    stress_instants(rod_scene, times);
-    ad_status status =
-        solution_create(rod_scene, &settings, STRESS_INSTANTS, times, &solved, &report, reason);
-    if (status == AD_OK) {
-        status = distance_between(a, solved, error, reason);
-    }
-    solution_free(solved);
-    return status;
 }

@@ -23,7 +23,4 @@ ad_status stress_values(const stress_answer *a, size_t points, const double *s, 
 enum { STRESS_INSTANTS = 201 };
 void stress_instants(const scene *rod_scene, double t[STRESS_INSTANTS]);
 
-/* Of positions, relative L2, over the rod and the instants. */
-stress_measure stress_distance_from_solver;
-
 #endif

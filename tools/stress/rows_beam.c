@@ -27,10 +27,10 @@
 
 static const stress_row rows[] = {
     {"beam/foundation-1e8", FOUNDED("1e8"), .quick = true, PINN = SMALL("bending is a millionth")},
-    {"beam/layer-1e4", LAYER("4e4", "10"), .quick = true,
-     PINN = SMALL("a layer of a tenth of the length at the clamp")},
+    {"beam/layer-1e6", LAYER("6.4e5", "20"), .quick = true,
+     PINN = SMALL("a layer of 1/20 of the length at the clamp")},
     {"beam/layer-1e8", LAYER("4e8", "100"),
-     PINN = SOLVED(1e-4, "a layer of 1/100 of the length at the clamp")},
+     PINN = DOUBTED("not converged", "a layer of 1/100 of the length, shorter than the waves")},
     {"beam/shear-1e6", SHEARING("1e6"), .quick = true, PINN = SMALL("it hardly shears")},
     {"beam/shear-1e-3", SHEARING("1e-3"), .quick = true, PINN = SMALL("it hardly bends")},
     {"beam/micrometres",

@@ -7,7 +7,8 @@
     "  model: cosserat\n"                                                                          \
     "  length: 1\n"                                                                                \
     "  stiffness: {shear: [40, 60], axial: 100, bending: [1, 2], torsion: 0.7}\n"                  \
-    "  inertia: {mass_per_length: 1, rotary: [1e-2, 2e-2, 3e-2]}\n"
+    "  inertia: {mass_per_length: 1, rotary: [1e-2, 2e-2, 3e-2]}\n"                                \
+    "reference: solve\n"
 #define PULLED  SHEARED "loads: {tip: {force: [1, 0, 1e4]}}\n"
 #define AGREED  SOLVED(1e-6, "two programs that share no equation")
 #define IN_STEP SOLVED(1e-4, "two programs that share no equation")

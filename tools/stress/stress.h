@@ -47,8 +47,7 @@ typedef struct stress_row {
     const char *overrides[STRESS_OVERRIDES_MAX]; /* as for --set; ends with NULL */
     const char *file;            /* what is in reference.csv beside the scene; NULL: no file */
     void (*write)(FILE *file);   /* or who writes it */
-    stress_measure *measure;     /* the error; NULL: that of position against the reference or, of a
-                                  * network without one, against the solver */
+    stress_measure *measure;     /* the error; NULL: of position against the reference */
     double seconds;              /* of the processor, for training, at most; 0: 10 */
     const char *solver_override; /* one more, of its scene alone; or NULL */
     double tolerance;            /* of the solver; 0: 1e-10 at rest, 1e-6 in motion */
