@@ -6,7 +6,7 @@
 
 #include "tools/solve/beam_system.h"
 
-enum { BEAM_MOTION_NODES_MAX = 300 };
+enum { BEAM_MOTION_NODES_MAX = 128 };
 
 /* Added to the foundation of the system, and to the loads in turn, lest a beam that is free to move
  * make it singular. */

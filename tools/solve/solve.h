@@ -1,5 +1,5 @@
 /* Classical solutions of a scene: the face of tools/solve. SI units here; within, everything is
- * dimensionless, see rod_model.h. */
+ * dimensionless, see rod_model.h and beam_model.h. */
 #ifndef TOOLS_SOLVE_SOLVE_H
 #define TOOLS_SOLVE_SOLVE_H
 
@@ -10,12 +10,12 @@
 #define SOLUTION_VERSION 1
 
 typedef struct solve_settings {
-    double tolerance;    /* of the position over the length, everywhere; refined until estimated
-                          * to be met */
+    double tolerance;    /* of the position over the length, or a beam's deflection over the
+                          * largest, everywhere; refined until estimated to be met */
     int nodes;           /* along the rod, exactly these and no refinement; 0: by the tolerance */
-    double perturbation; /* static: a force per length of so many EI/L^3 across the rod while the
-                          * load grows, removed again at full load: leaves a straight column for a
-                          * buckled one; 0: none */
+    double perturbation; /* static rod: a force per length of so many EI/L^3 across the rod while
+                          * the load grows, removed again at full load: leaves a straight column for
+                          * a buckled one; 0: none */
 } solve_settings;
 
 typedef struct solve_report {
@@ -23,7 +23,7 @@ typedef struct solve_report {
     long newton_steps;    /* all together */
     long load_steps;      /* static: from the unstressed rod to the loaded one */
     long time_steps;      /* dynamic */
-    double estimate;      /* of the error of the position over the length; NaN: not estimated */
+    double estimate;      /* of the error, as the tolerance; NaN: not estimated */
     double load_fraction; /* static: reached; 1: all of it */
     double time;          /* dynamic: reached, of the duration */
     bool may_buckle;      /* static: pushed from both ends, so that other equilibria may exist */
@@ -33,11 +33,11 @@ solve_settings solve_settings_default(void); /* tolerance 1e-10 */
 
 typedef struct solution solution;
 
-/* Solve a scene that passes scene_check and rod_check. A dynamic one at times [count] in s, within
- * its duration and in any order, and at its end; a
- * static one needs none. AD_OK also where the load could not be reached or the tolerance not met,
- * which the report says: the solution is then that of the load reached, or less accurate.
- * AD_BAD_ARGUMENT for a scene that no solver takes, AD_NO_MEMORY. */
+/* Solve a scene that passes scene_check and the check of its model. A dynamic one at times [count]
+ * in s, within its duration and in any order, and at its end; a static one needs none. AD_OK also
+ * where the load could not be reached or the tolerance not met, which the report says: the solution
+ * is then that of the load reached, or less accurate. AD_BAD_ARGUMENT for a scene that no solver
+ * takes, AD_NO_MEMORY. */
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error);
