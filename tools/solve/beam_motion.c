@@ -83,10 +83,10 @@ static int factor(beam_motion *m)
             for (int i = 0; i < STAGES; i++) {
                 double by_x = m->step * m->step * twice(&m->rule, i, j);
                 double by_v = m->step * m->rule.matrix[i][j];
-                double factor = drag * by_v - stiffening * by_x + (i == j ? inertia : 0);
+                double weight = drag * by_v - stiffening * by_x + (i == j ? inertia : 0);
                 double *to = column + (size_t)i * m->rows;
                 for (size_t row = 0; row < m->rows; row++) {
-                    to[row] = factor * response[row];
+                    to[row] = weight * response[row];
                 }
                 to[k] += by_x;
             }
@@ -152,8 +152,11 @@ static void advance(beam_motion *m)
         for (int i = 0; i < STAGES; i++) {
             double *to = m->at_stages[order] + (size_t)i * m->rows;
             memcpy(to, start, m->rows * sizeof *to);
-            for (size_t k = 0; k < STAGES * m->rows; k++) {
-                to[k % m->rows] += m->step * m->rule.matrix[i][k / m->rows] * rates[k];
+            for (size_t j = 0; j < STAGES; j++) {
+                double weight = m->step * m->rule.matrix[i][j];
+                for (size_t k = 0; k < m->rows; k++) {
+                    to[k] += weight * rates[j * m->rows + k];
+                }
             }
         }
         memcpy(start, m->at_stages[order] + LAST * m->rows, m->rows * sizeof *start);
