@@ -120,11 +120,22 @@ static ad_status solve_once(const solve_beam *beam, int nodes, size_t count, con
 
 /* ---- refining -------------------------------------------------------------------------------- */
 
+double beam_largest(const beam_solution *x)
+{
+    size_t places = beam_system_places(x->system);
+    double largest = 0;
+    for (size_t i = 0; i < 2 * x->count * places; i++) {
+        bool is_rate = i / places % 2 == 1;
+        largest = fmax(largest, is_rate ? 0 : fabs(x->fields[i * BEAM_ROWS + BEAM_W]));
+    }
+    return largest;
+}
+
 /* Largest difference of the deflection at the nodes of the finer one, over its largest. */
 static double difference(const beam_solution *coarse, const beam_solution *fine)
 {
     const double *points = beam_system_points(fine->system);
-    double off = 0, size = 0;
+    double off = 0, size = beam_largest(fine);
     for (size_t which = 0; which < fine->count; which++) {
         for (size_t i = 0; i < beam_system_nodes(fine->system); i++) {
             beam_state a, b;
@@ -132,7 +143,6 @@ static double difference(const beam_solution *coarse, const beam_solution *fine)
             beam_at(fine, which, 1, points + i, &b);
             double here = fabs(a.deflection - b.deflection);
             off = here <= off ? off : here; /* not a number stays */
-            size = fmax(size, fabs(b.deflection));
         }
     }
     return size > 0 ? off / size : off;

@@ -24,6 +24,9 @@ ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, siz
                      ad_error *error);
 void beam_free(beam_solution *x);
 
+/* Largest |w| at the nodes, at all times. */
+double beam_largest(const beam_solution *x);
+
 /* At time `which` of those given (a static beam: 0) and n points s [n] within [0, 1]; out [n]. */
 void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, beam_state *out);
 

@@ -113,6 +113,7 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
         solution_free(x);
         return status;
     }
+    report->size = x->beam ? x->beam->deflection * beam_largest(x->bent) : x->scales.length;
     *result = x;
     return AD_OK;
 }

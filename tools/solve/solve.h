@@ -7,7 +7,7 @@
 
 /* Raised when solutions change by more than their estimated error: kept ones are then solved anew.
  */
-#define SOLUTION_VERSION 1
+#define SOLUTION_VERSION 2
 
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, or a beam's deflection over the
@@ -24,6 +24,7 @@ typedef struct solve_report {
     long load_steps;      /* static: from the unstressed rod to the loaded one */
     long time_steps;      /* dynamic */
     double estimate;      /* of the error, as the tolerance; NaN: not estimated */
+    double size;          /* m: what both are relative to, the length or a beam's deflection */
     double load_fraction; /* static: reached; 1: all of it */
     double time;          /* dynamic: reached, of the duration */
     bool may_buckle;      /* static: pushed from both ends, so that other equilibria may exist */
