@@ -131,7 +131,7 @@ static void test_loaded_cantilever(void **state)
     }
     print_message("D8a: %.1e, %ld steps\n", worst, x.report.time_steps);
     assert_true(worst < 1e-9);
-    const integrate_energy *energy = dynamic_energies(x.motion);
+    const solve_energy *energy = dynamic_energies(x.motion);
     for (int i = 0; i < 5; i++) {
         assert_near(energy[i].kinetic + energy[i].strain, energy[i].work, 1e-7); /* ten steps */
         assert_near(energy[i].dissipated, 0, 0);

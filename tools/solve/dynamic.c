@@ -10,9 +10,9 @@ enum { COARSEST = 12, FINEST = 128, ELEMENT_DEGREE_MAX = 16, COMPARED = 33 };
 struct dynamic_solution {
     motion *motion;
     size_t count;
-    double *times;              /* [count] */
-    double *states;             /* [count][nodes][MOTION_ROWS] */
-    integrate_energy *energies; /* [count] */
+    double *times;          /* [count] */
+    double *states;         /* [count][nodes][MOTION_ROWS] */
+    solve_energy *energies; /* [count] */
 };
 
 void dynamic_free(dynamic_solution *x)
@@ -26,7 +26,7 @@ void dynamic_free(dynamic_solution *x)
     }
 }
 
-const integrate_energy *dynamic_energies(const dynamic_solution *x)
+const solve_energy *dynamic_energies(const dynamic_solution *x)
 {
     return x->energies;
 }
@@ -106,6 +106,18 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, dou
     return status;
 }
 
+/* The largest, over the largest energy. */
+static double mismatch_of(const dynamic_solution *x)
+{
+    double mismatch = 0, largest = 0;
+    for (size_t i = 0; i < x->count; i++) {
+        const solve_energy *e = &x->energies[i];
+        mismatch = fmax(mismatch, fabs(e->mismatch));
+        largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
+    }
+    return mismatch > 0 ? mismatch / largest : 0;
+}
+
 static ad_status solve_once(const solve_rod *rod, double lock, int intervals, double tolerance,
                             size_t count, const double *times, dynamic_solution **result,
                             solve_report *report, ad_error *error)
@@ -118,6 +130,7 @@ static ad_status solve_once(const solve_rod *rod, double lock, int intervals, do
     }
     status = integrate_either(rod, x, tolerance, report, error);
     report->nodes = (int)motion_nodes(x->motion);
+    report->energy_mismatch = mismatch_of(x);
     if (status != AD_OK) {
         dynamic_free(x);
         return status;
@@ -209,7 +222,7 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                         ad_error *error)
 {
     *result = NULL;
-    *report = (solve_report){.estimate = NAN, .load_fraction = 1};
+    *report = (solve_report){.estimate = NAN, .load_fraction = 1, .energy_mismatch = NAN};
     for (size_t i = 0; i < count; i++) {
         if (!(times[i] >= (i > 0 ? times[i - 1] : 0) && times[i] <= rod->duration)) {
             return ad_fail(error, AD_BAD_ARGUMENT,

@@ -19,7 +19,8 @@ typedef struct integration {
     N_Vector state, sample;
     ad_error error;                /* of a formula, or SUNDIALS' words */
     gauss_rule quadrature;         /* of power over a step */
-    double work, dissipated, time; /* energy so far, up to `time` */
+    double initial;                /* energy */
+    double work, dissipated, time; /* so far, up to `time` */
 } integration;
 
 /* ---- what SUNDIALS calls ------------------------------------------------------------------- */
@@ -171,18 +172,17 @@ static bool integrate_power(integration *in, double t)
         if (!state) {
             return false;
         }
-        motion_energy energy = motion_energy_of(in->motion, state);
-        in->work += length * rule->weights[i] * energy.power;
-        in->dissipated += length * rule->weights[i] * energy.dissipation;
+        motion_power power = motion_power_of(in->motion, state);
+        in->work += length * rule->weights[i] * power.load;
+        in->dissipated += length * rule->weights[i] * power.dissipation;
     }
     in->time = t;
     return true;
 }
 
-static bool record(integration *in, double t, bool has_stepped, double *to,
-                   integrate_energy *energy)
+static bool record(integration *in, double t, bool has_stepped, double *to, solve_energy *energy)
 {
-    if (energy && has_stepped && !integrate_power(in, t)) {
+    if (has_stepped && !integrate_power(in, t)) {
         return false;
     }
     const double *state = state_at(in, t, has_stepped);
@@ -190,22 +190,27 @@ static bool record(integration *in, double t, bool has_stepped, double *to,
         return false;
     }
     memcpy(to, state, motion_nodes(in->motion) * MOTION_ROWS * sizeof *to);
-    if (energy) {
-        motion_energy now = motion_energy_of(in->motion, state);
-        *energy = (integrate_energy){now.kinetic, now.strain, in->work, in->dissipated};
-    }
+    motion_energy now = motion_energy_of(in->motion, state);
+    double expected = in->initial + in->work - in->dissipated;
+    *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
+                             now.kinetic + now.strain - expected};
     return true;
 }
 
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
-                integrate_energy *energies, double *t)
+                solve_energy *energies, double *t)
 {
     size_t rows = motion_nodes(in->motion) * MOTION_ROWS, done = 0;
+    const double *initial = state_at(in, 0, false);
+    if (!initial) {
+        return false;
+    }
+    motion_energy at_start = motion_energy_of(in->motion, initial);
+    in->initial = at_start.kinetic + at_start.strain;
     for (long steps = 0; true; steps++) {
         bool has_stepped = steps > 0;
         for (; done < count && times[done] <= *t; done++) {
-            if (!record(in, times[done], has_stepped, states + done * rows,
-                        energies ? energies + done : NULL)) {
+            if (!record(in, times[done], has_stepped, states + done * rows, energies + done)) {
                 return false;
             }
         }
@@ -216,11 +221,13 @@ static bool run(integration *in, long steps_max, size_t count, const double *tim
             snprintf(in->error.message, sizeof in->error.message, "%ld steps", steps);
             return false;
         }
-        if (energies && has_stepped && !integrate_power(in, *t)) {
+        if (has_stepped && !integrate_power(in, *t)) {
             return false;
         }
-        if (ARKStepSetStopTime(in->stepper, times[count - 1]) < 0 ||
-            ARKStepEvolve(in->stepper, times[count - 1], in->state, t, ARK_ONE_STEP) < 0) {
+        /* Within explicit steps the fastest vibrations are not resolved: stop at each time. */
+        double stop = times[in->system ? count - 1 : done];
+        if (ARKStepSetStopTime(in->stepper, stop) < 0 ||
+            ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) < 0) {
             return false;
         }
     }
@@ -237,7 +244,7 @@ static void count_work(const integration *in, integrate_counts *counts)
 }
 
 ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
-                    const double *times, double *states, integrate_energy *energies,
+                    const double *times, double *states, solve_energy *energies,
                     integrate_counts *counts, ad_error *error)
 {
     integration in = {.motion = m};

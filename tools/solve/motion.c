@@ -480,10 +480,11 @@ static double holding_power(const motion *m, int end)
     return power;
 }
 
-/* Strain energy, and the power that damping takes. */
-static void add_sections(const motion *m, motion_energy *energy)
+/* Strain energy, and the power that damping takes, of the present sections. */
+static void sum_sections(const motion *m, double *energy, double *dissipation)
 {
     const solve_rod *rod = m->rod;
+    *energy = *dissipation = 0;
     for (int e = 0; e < m->elements; e++) {
         for (int k = 0; k <= m->degree; k++) {
             const section *at = &m->sections[e * (m->degree + 1) + k];
@@ -494,9 +495,9 @@ static void add_sections(const motion *m, motion_energy *energy)
                 double bend = at->u[i] - rest->curvature[i], kbt = m->curvature_stiffness[i];
                 double bse = rod->strain_damping[i], bbt = rod->curvature_damping[i];
                 double viscous_n = at->n[i] - kse * strain, viscous_m = at->m[i] - kbt * bend;
-                energy->strain += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);
-                energy->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
-                energy->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
+                *energy += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);
+                *dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
+                *dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
             }
         }
     }
@@ -504,22 +505,48 @@ static void add_sections(const motion *m, motion_energy *energy)
 
 motion_energy motion_energy_of(motion *m, const double *state)
 {
+    const double *inertia = m->rod->rotary_inertia;
     motion_energy energy = {0};
+    double dissipation;
     set_nodes(m, state);
     internal_forces(m);
-    outside_forces(m);
-    add_sections(m, &energy);
+    sum_sections(m, &energy.strain, &dissipation);
     for (size_t i = 0; i < m->nodes; i++) {
-        const double *V = m->flow[i], *w = m->spin[i], *inertia = m->rod->rotary_inertia;
-        double speed = vector_dot(V, V);
+        const double *V = m->flow[i], *w = m->spin[i];
         double spinning =
             inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
-        energy.kinetic += 0.5 * m->weight[i] * (m->rod->mass * speed + spinning);
-        energy.power += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
-        energy.dissipation += m->weight[i] * m->rod->drag * speed;
+        energy.kinetic += 0.5 * m->weight[i] * (m->rod->mass * vector_dot(V, V) + spinning);
     }
-    energy.power += holding_power(m, 0) + holding_power(m, 1);
     return energy;
+}
+
+/* Only then what holds it does work. */
+static bool end_moves(const motion *m, int end)
+{
+    const solve_end *given = &m->rod->ends[end];
+    const solve_end_state *now = &m->ends[end];
+    return (given->holds_position && vector_dot(now->velocity, now->velocity) > 0) ||
+           (given->holds_rotation && vector_dot(now->spin, now->spin) > 0);
+}
+
+motion_power motion_power_of(motion *m, const double *state)
+{
+    motion_power power = {0};
+    bool moves = end_moves(m, 0) || end_moves(m, 1);
+    set_nodes(m, state);
+    outside_forces(m);
+    if (m->is_damped || moves) {
+        double energy;
+        internal_forces(m);
+        sum_sections(m, &energy, &power.dissipation);
+    }
+    for (size_t i = 0; i < m->nodes; i++) {
+        const double *V = m->flow[i], *w = m->spin[i];
+        power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
+        power.dissipation += m->weight[i] * m->rod->drag * vector_dot(V, V);
+    }
+    power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;
+    return power;
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */

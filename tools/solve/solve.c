@@ -141,6 +141,16 @@ static void units_of(const rod_scales *scale, double *units)
     }
 }
 
+/* Which of the times is t, in units of the rod's. */
+static size_t nearest_time(const solution *x, double t)
+{
+    size_t nearest = 0;
+    for (size_t i = 1; i < x->count; i++) {
+        nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
+    }
+    return nearest;
+}
+
 /* At n points of one time; s [n] within [0, 1]. */
 static ad_status states_at(const solution *x, size_t n, const double *s, double t, solve_state *out,
                            ad_error *error)
@@ -148,11 +158,7 @@ static ad_status states_at(const solution *x, size_t n, const double *s, double 
     if (x->at_rest) {
         return static_at(x->at_rest, n, s, out, error);
     }
-    size_t nearest = 0;
-    for (size_t i = 1; i < x->count; i++) {
-        nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
-    }
-    return dynamic_at(x->moving, nearest, n, s, out, error);
+    return dynamic_at(x->moving, nearest_time(x, t), n, s, out, error);
 }
 
 static ad_status all_states(const solution *x, size_t points, const double *s, const double *t,
@@ -191,4 +197,26 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
     free(scaled);
     free(states);
     return status;
+}
+
+/* ---- energy -------------------------------------------------------------------------------- */
+
+ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error)
+{
+    const rod_scales *scale = &x->rod->scales;
+    double unit = scale->force * scale->length;
+    if (x->moving) {
+        *energy = dynamic_energies(x->moving)[nearest_time(x, t / scale->time)];
+    } else {
+        ad_status status = static_energy(x->at_rest, energy, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    double *parts[5] = {&energy->kinetic, &energy->strain, &energy->work, &energy->dissipated,
+                        &energy->mismatch};
+    for (int i = 0; i < 5; i++) {
+        *parts[i] *= unit;
+    }
+    return AD_OK;
 }
