@@ -1,6 +1,7 @@
 #include "tools/solve/motion.h"
 
 #include "tools/solve/lobatto.h"
+#include "tools/solve/processor.h"
 #include "tools/solve/quaternion.h"
 
 #include <math.h>
@@ -8,9 +9,7 @@
 #include <string.h>
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
-enum { LANES = 8, LANE_Q = 3 };
-typedef double lanes
-    __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+enum { LANE_Q = 3 };
 
 /* Strains and forces at a quadrature point, body frame. */
 typedef struct section {
@@ -253,12 +252,6 @@ void motion_prescribe(const motion *m, double *state)
 
 /* ---- internal forces ----------------------------------------------------------------------- */
 
-#if defined(__x86_64__)
-#define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define FOR_EACH_PROCESSOR
-#endif
-
 /* y [n][LANES] = matrix [n][n] x. Sums have the same order, so the same bits, on any processor. */
 FOR_EACH_PROCESSOR static void apply(int n, const double *matrix, double (*x)[LANES],
                                      double (*y)[LANES])
@@ -307,10 +300,8 @@ static void set_nodes(motion *m, const double *state)
         }
     }
     for (size_t i = 0; i < m->nodes; i++) {
-        quaternion_times_vector(m->pose[i] + LANE_Q, m->spin[i], m->flow[i] + LANE_Q);
-        for (int k = 0; k < 4; k++) {
-            m->flow[i][LANE_Q + k] *= 0.5;
-        }
+        const double *w = m->spin[i], half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
+        quaternion_times_vector(m->pose[i] + LANE_Q, half, m->flow[i] + LANE_Q);
         rotation_matrix(m->pose[i] + LANE_Q, m->R[i]);
     }
 }
@@ -428,26 +419,24 @@ static void outside_forces(motion *m)
 
 void motion_rate(motion *m, const double *state, double *rate)
 {
-    const double *inertia = m->rod->rotary_inertia;
+    const double *inertia = m->rod->rotary_inertia, by_mass = 1 / m->rod->mass;
+    const double by_inertia[3] = {1 / inertia[0], 1 / inertia[1], 1 / inertia[2]};
     set_nodes(m, state);
     internal_forces(m);
     outside_forces(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        double *to = rate + i * MOTION_ROWS, weight = m->weight[i], gyroscopic[3];
+        double *to = rate + i * MOTION_ROWS, by = 1 / m->weight[i], gyroscopic[3];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
+        const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
         vector_cross(w, momentum, gyroscopic);
-        quaternion_times_vector(q, w, to + MOTION_Q);
-        for (int k = 0; k < 4; k++) {
-            to[MOTION_Q + k] *= 0.5;
-        }
+        quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
             to[MOTION_R + k] = m->flow[i][k];
             to[MOTION_V + k] =
-                ((m->force[i][k] + m->push[i][k]) / weight - m->rod->drag * m->flow[i][k]) /
-                m->rod->mass;
+                (by * (m->force[i][k] + m->push[i][k]) - m->rod->drag * m->flow[i][k]) * by_mass;
             to[MOTION_W + k] =
-                ((m->torque[i][k] + m->turn[i][k]) / weight - gyroscopic[k]) / inertia[k];
+                (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * by_inertia[k];
         }
     }
     for (int end = 0; end < 2; end++) {
