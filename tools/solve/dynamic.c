@@ -105,10 +105,11 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
         return status;
     }
     double allowed = fmin(needed * rod->duration / explicit_steps_per_implicit, 1e9);
-    integrate_settings settings = {INTEGRATE_IMPLICIT, by->tolerance, 1 + (long)allowed};
+    integrate_settings settings = {.tolerance = by->tolerance, .steps_max = 1 + (long)allowed};
     for (int method = by->implicit_part < 0.5; method < 2; method++) {
         if (method == 1) {
-            settings = (integrate_settings){INTEGRATE_EXPLICIT, by->tolerance, 0};
+            settings.method = INTEGRATE_EXPLICIT;
+            settings.steps_max = 0;
         }
         status = integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
                            &counts, error);

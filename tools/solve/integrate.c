@@ -148,7 +148,10 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (!in->stepper || !set_up(in, settings)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
-    if (!implicit) { /* growing vibrations would be noticed only where they pass the tolerance */
+    if (settings->step > 0) {
+        ARKStepSetFixedStep(in->stepper, settings->step);
+        ARKStepSetMaxNonlinIters(in->stepper, 50); /* there is no shorter step to turn to */
+    } else if (!implicit) { /* error control sees what grows only when it has grown */
         double steps;
         status = integrate_explicit_steps(in->motion, &steps, error);
         ARKStepSetMaxStep(in->stepper, 1 / steps);

@@ -18,6 +18,7 @@ typedef struct integrate_settings {
     integrate_method method;
     double tolerance; /* of each step, relative and absolute, in every row */
     long steps_max;   /* 0: as many as it takes */
+    double step;      /* length of each, whatever its error; 0: as long as the tolerance allows */
 } integrate_settings;
 
 typedef struct integrate_counts {
