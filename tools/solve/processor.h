@@ -1,5 +1,6 @@
 /* Loops compiled several times over, for the widest vectors of the processor at hand. Without
- * contraction of products and sums (-ffp-contract=off) results are the same on any. */
+ * contraction of products and sums (-ffp-contract=off) results are the same on any. For static functions only:
+ * clang gives others names of its own. */
 #ifndef TOOLS_SOLVE_PROCESSOR_H
 #define TOOLS_SOLVE_PROCESSOR_H
 

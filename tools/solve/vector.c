@@ -100,14 +100,17 @@ N_Vector vector_create(size_t rows, SUNContext context)
 
 /* ---- for states of a rod ------------------------------------------------------------------- */
 
-FOR_EACH_PROCESSOR void vector_weigh(double tolerance, N_Vector x, N_Vector weight)
+FOR_EACH_PROCESSOR static void weigh(sunindextype n, double tolerance, const double *from,
+                                     double *to)
 {
-    sunindextype n = NV_LENGTH_S(x);
-    const double *from = NV_DATA_S(x);
-    double *to = NV_DATA_S(weight);
     for (sunindextype i = 0; i < n; i++) {
         to[i] = 1 / (tolerance * (1 + fabs(from[i])));
     }
+}
+
+void vector_weigh(double tolerance, N_Vector x, N_Vector weight)
+{
+    weigh(NV_LENGTH_S(x), tolerance, NV_DATA_S(x), NV_DATA_S(weight));
 }
 
 bool vector_is_finite(N_Vector x)
