@@ -241,6 +241,28 @@ static ad_status print_reference(session *x, ad_error *error)
     return status;
 }
 
+/* At the end. */
+static ad_status print_energy(const session *x, ad_error *error)
+{
+    solve_energy e;
+    ad_status status = solution_energy(x->solved, x->scene->duration, &e, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (scene_is_dynamic(x->scene)) {
+        printf("  %-24s kinetic %.9g, strain %.9g, work of loads %.9g, dissipated %.9g J\n",
+               "energy", e.kinetic, e.strain, e.work, e.dissipated);
+        print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
+        return AD_OK;
+    }
+    printf("  %-24s strain %.9g", "energy", e.strain);
+    if (!isnan(e.work)) {
+        printf(", potential of dead loads %.9g", -e.work + 0.0);
+    }
+    puts(" J");
+    return AD_OK;
+}
+
 static ad_status print_report(session *x, ad_error *error)
 {
     const solve_report *r = &x->report;
@@ -267,13 +289,14 @@ static ad_status print_report(session *x, ad_error *error)
         printf(" %.15g", tip[i]);
     }
     puts(" m");
-    if (r->may_buckle) {
+    status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
+    if (status == AD_OK && r->may_buckle) {
         printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
                x->asked.perturbation == 0
                    ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
                    : "the rod\nas it was perturbed");
     }
-    return x->known ? print_reference(x, error) : AD_OK;
+    return status == AD_OK && x->known ? print_reference(x, error) : status;
 }
 
 static bool reached(const session *x)

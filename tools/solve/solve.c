@@ -182,21 +182,27 @@ static size_t width_of(const solution *x)
     return (x->beam ? sizeof(beam_state) : sizeof(solve_state)) / sizeof(double);
 }
 
-/* At n points of one time; s [n] within [0, 1]; out [n][width]. */
-static ad_status states_at(const solution *x, size_t n, const double *s, double t, double *out,
-                           ad_error *error)
+/* Which of the times is t, in units of the scene's. */
+static size_t nearest_time(const solution *x, double t)
 {
     size_t nearest = 0;
     for (size_t i = 1; i < x->count; i++) {
         nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
     }
+    return nearest;
+}
+
+/* At n points of one time; s [n] within [0, 1]; out [n][width]. */
+static ad_status states_at(const solution *x, size_t n, const double *s, double t, double *out,
+                           ad_error *error)
+{
     if (x->bent) {
-        beam_at(x->bent, nearest, n, s, (beam_state *)out);
+        beam_at(x->bent, nearest_time(x, t), n, s, (beam_state *)out);
         return AD_OK;
     }
     solve_state *states = (solve_state *)out;
     return x->at_rest ? static_at(x->at_rest, n, s, states, error)
-                      : dynamic_at(x->moving, nearest, n, s, states, error);
+                      : dynamic_at(x->moving, nearest_time(x, t), n, s, states, error);
 }
 
 /* out [points][width]; scaled [points]: room for s. */
@@ -241,4 +247,26 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
     free(scaled);
     free(states);
     return status;
+}
+
+/* ---- energy -------------------------------------------------------------------------------- */
+
+ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error)
+{
+    const rod_scales *scale = &x->rod->scales;
+    double unit = scale->force * scale->length;
+    if (x->moving) {
+        *energy = dynamic_energies(x->moving)[nearest_time(x, t / scale->time)];
+    } else {
+        ad_status status = static_energy(x->at_rest, energy, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    double *parts[5] = {&energy->kinetic, &energy->strain, &energy->work, &energy->dissipated,
+                        &energy->mismatch};
+    for (int i = 0; i < 5; i++) {
+        *parts[i] *= unit;
+    }
+    return AD_OK;
 }

@@ -19,18 +19,30 @@ typedef struct solve_settings {
 } solve_settings;
 
 typedef struct solve_report {
-    int nodes;            /* along the rod, of the result */
-    long newton_steps;    /* all together */
-    long load_steps;      /* static: from the unstressed rod to the loaded one */
-    long time_steps;      /* dynamic */
-    double estimate;      /* of the error, as the tolerance; NaN: not estimated */
-    double size;          /* m: what both are relative to, the length or a beam's deflection */
-    double load_fraction; /* static: reached; 1: all of it */
-    double time;          /* dynamic: reached, of the duration */
-    bool may_buckle;      /* static: pushed from both ends, so that other equilibria may exist */
+    int nodes;              /* along the rod, of the result */
+    long newton_steps;      /* all together */
+    long load_steps;        /* static: from the unstressed rod to the loaded one */
+    long time_steps;        /* dynamic */
+    double estimate;        /* of the error, as the tolerance; NaN: not estimated */
+    double size;            /* m: what both are relative to, the length or a beam's deflection */
+    double load_fraction;   /* static: reached; 1: all of it */
+    double time;            /* dynamic: reached, of the duration */
+    double energy_mismatch; /* dynamic: the largest, over the largest energy */
+    bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
 solve_settings solve_settings_default(void); /* tolerance 1e-10 */
+
+/* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
+ * from the unstressed rod: minus their potential; NaN under moments and follower loads, which have
+ * none. */
+typedef struct solve_energy {
+    double kinetic, strain;
+    double work;       /* of loads, and of what moves the ends, since t = 0 */
+    double dissipated; /* by damping and drag since t = 0, >= 0 */
+    double mismatch;   /* kinetic + strain + dissipated - work, less its value at t = 0: errors of
+                        * integration in t; NaN at rest */
+} solve_energy;
 
 typedef struct solution solution;
 
@@ -49,6 +61,9 @@ void solution_free(solution *x);
  * takes NULL). Quicker where points of one time follow one another. */
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
+
+/* Of a rod, not of a beam, at t (s, of the times given; a static scene does not look at it). */
+ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
 
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);
