@@ -6,8 +6,8 @@ int rod_network_outputs(const scene *rod_scene)
 {
     bool planar = rod_plane_of(rod_scene).is_planar;
     if (rod_scene->formulation == SCENE_MIXED)
-        return planar ? 7 : 13;
-    return planar ? 4 : 7;
+        return planar ? 6 : 13;
+    return planar ? 3 : 7;
 }
 
 /* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
@@ -97,7 +97,24 @@ static ad_value rod_align(ad_value q, ad_value q_at_zero, ad_value near)
     return ad_mul(sign, q);
 }
 
-/* end data - lift at the end, for position and rotation. What is not held has no weight. */
+/* What leads from one rotation to another, to be weighed and added up: a difference of quaternions,
+ * in a plane an angle. */
+static ad_value rod_turn_between(const rod_context *rod, ad_value from, ad_value to)
+{
+    if (!rod->plane.is_planar)
+        return ad_sub(to, from);
+    return rod_angle_of(rod, ad_quaternion_multiply(ad_quaternion_conjugate(from), to));
+}
+
+static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
+{
+    if (!rod->plane.is_planar)
+        return nn_rotation_quaternion(ad_add(from, turn));
+    return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
+}
+
+/* From the lift at the end to the data, for position and rotation. What is not held has no weight.
+ */
 static rod_pose rod_correction(const rod_context *rod, int end)
 {
     rod_end_data data = rod_end_of(rod, end, rod->t);
@@ -112,21 +129,22 @@ static rod_pose rod_correction(const rod_context *rod, int end)
     if (rod->origin)
         initial = rod_held_at_start(rod, (rod_pose){data.position, rotation});
     rod_pose lift = rod_lift(rod, &initial, &initial, s); /* p meets the state at the ends */
-    return (rod_pose){ad_sub(data.position, lift.position), ad_sub(rotation, lift.rotation)};
+    return (rod_pose){ad_sub(data.position, lift.position),
+                      rod_turn_between(rod, lift.rotation, rotation)};
 }
 
-/* lift + weighted corrections + factor network. */
-static ad_value rod_assemble(ad_value lift, const rod_blend *blend, ad_value at_start,
-                             ad_value at_end, ad_value network)
+/* Weighted corrections + factor network. */
+static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value at_end,
+                             ad_value network)
 {
-    ad_value corrected = ad_add(
-        lift, ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end)));
+    ad_value corrected =
+        ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end));
     return ad_add(corrected, ad_mul(blend->factor, network));
 }
 
 rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
 {
-    ad_value position = ad_slice(outputs, 0, 3), rotation = ad_slice(outputs, 3, 4);
+    ad_value position = ad_slice(outputs, 0, 3), rotation = rod_turn_of(rod, outputs);
     rod_initial_data initial = {0};
     bool hard = rod_is_hard(rod->scene);
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
@@ -143,11 +161,10 @@ rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
         along.factor = ad_mul(since, along.factor);
         around.factor = ad_mul(since, around.factor);
     }
-    ad_value raw =
-        rod_assemble(lift.rotation, &around, at_start.rotation, at_end.rotation, rotation);
-    return (rod_pose){.position = rod_assemble(lift.position, &along, at_start.position,
-                                               at_end.position, position),
-                      .rotation = nn_rotation_quaternion(raw)};
+    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, position);
+    ad_value turn = rod_assemble(&around, at_start.rotation, at_end.rotation, rotation);
+    return (rod_pose){.position = ad_add(lift.position, moved),
+                      .rotation = rod_turned(rod, lift.rotation, turn)};
 }
 
 /* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
@@ -159,10 +176,9 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, ad_value rotation, a
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
     rod_blend pull = rod_blend_of(rod, hard && !start.holds_position, hard && !end.holds_position);
     rod_blend turn = rod_blend_of(rod, hard && !start.holds_rotation, hard && !end.holds_rotation);
-    ad_value zeros = ad_zeros(rod->tape, 3);
-    return (rod_wrench){.force = rod_assemble(zeros, &pull, rod_end_force(&start, rotation),
+    return (rod_wrench){.force = rod_assemble(&pull, rod_end_force(&start, rotation),
                                               rod_end_force(&end, rotation), force),
-                        .moment = rod_assemble(zeros, &turn, rod_end_moment(&start, rotation),
+                        .moment = rod_assemble(&turn, rod_end_moment(&start, rotation),
                                                rod_end_moment(&end, rotation), moment)};
 }
 

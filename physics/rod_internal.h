@@ -104,6 +104,11 @@ ad_value rod_rotation_to_world(const rod_context *rod, ad_value rotation);
 rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose);
 /* Outputs of a planar network as those of a spatial one, with zeros: r, q[, N, m]. */
 ad_value rod_plane_outputs(const rod_context *rod, ad_value outputs);
+/* Of these, what turns the rod: 4 rows to add to a quaternion; in a plane 1, an angle. */
+ad_value rod_turn_of(const rod_context *rod, ad_value outputs);
+/* In a plane: the angle of a rotation about the normal, within (-2 pi, 2 pi], and the rotation. */
+ad_value rod_angle_of(const rod_context *rod, ad_value rotation);
+ad_value rod_rotation_by(const rod_context *rod, ad_value angle);
 /* The rows of a residual that do not vanish by symmetry, and how many they are: of vectors, and of
  * axial vectors like moments and curvatures. */
 ad_value rod_vector_in_plane(const rod_context *rod, ad_value residual);

@@ -387,6 +387,25 @@ rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose)
     return pose;
 }
 
+ad_value rod_turn_of(const rod_context *rod, ad_value outputs)
+{
+    const rod_plane *plane = &rod->plane;
+    return plane->is_planar ? ad_row(outputs, 4 + plane->director) : ad_slice(outputs, 3, 4);
+}
+
+ad_value rod_angle_of(const rod_context *rod, ad_value q)
+{
+    return ad_scale(ad_atan2(ad_row(q, rod->plane.director + 1), ad_row(q, 0)), 2);
+}
+
+ad_value rod_rotation_by(const rod_context *rod, ad_value angle)
+{
+    ad_value half = ad_scale(angle, 0.5), zero = ad_scalar(rod->tape, 0);
+    ad_value rows[4] = {ad_cos(half), zero, zero, zero};
+    rows[rod->plane.director + 1] = ad_sin(half);
+    return ad_stack(4, rows);
+}
+
 ad_value rod_to_world(const rod_context *rod, ad_value v)
 {
     const rod_plane *plane = &rod->plane;
@@ -427,7 +446,6 @@ ad_value rod_plane_outputs(const rod_context *rod, ad_value outputs)
         rows[i] = zero;
     rows[other] = ad_row(outputs, count++);
     rows[2] = ad_row(outputs, count++);
-    rows[3] = ad_row(outputs, count++);
     rows[4 + plane->director] = ad_row(outputs, count++);
     if (mixed) {
         rows[7 + other] = ad_row(outputs, count++);
