@@ -1,5 +1,6 @@
 /* From raw network outputs to a state that meets the conditions of the scene by construction. */
 #include "nn/nn.h"
+#include "physics/chebyshev.h"
 #include "physics/rod_internal.h"
 
 int rod_network_outputs(const scene *rod_scene)
@@ -38,6 +39,41 @@ static bool rod_is_hard(const scene *rod_scene)
 static bool rod_starts_hard(const rod_context *rod)
 {
     return rod->dynamic && rod->scene->initial_enforcement == SCENE_HARD;
+}
+
+/* ---- where a window begins ------------------------------------------------------------------- */
+
+/* The fields of one moment as functions of s: t is replaced by a number after the derivatives by it
+ * have been taken. */
+static rod_initial_data rod_at_time(const rod_context *rod, rod_pose pose, double time)
+{
+    ad_value turning = rod_time_derivative(rod, pose.rotation, 1);
+    ad_value parts[4] = {pose.position, pose.rotation, rod_time_derivative(rod, pose.position, 1),
+                         rod_rate(pose.rotation, turning)};
+    ad_value state = ad_substitute(ad_stack(4, parts), rod->t, ad_scalar(rod->tape, time));
+    return (rod_initial_data){.position = ad_slice(state, 0, 3),
+                              .rotation = ad_slice(state, 3, 4),
+                              .velocity = ad_slice(state, 7, 3),
+                              .spin = ad_slice(state, 10, 3)};
+}
+
+/* The polynomial of s that meets the state in which the window starts at Chebyshev's points of that
+ * degree, a divisor of ROD_WINDOW_DEGREE. Rows that are 0 at every point are the constant 0, as
+ * across the plane of a planar motion. */
+static rod_initial_data rod_window_start(const rod_context *rod, int degree)
+{
+    ad_value rows[ROD_WINDOW_ROWS];
+    chebyshev_fields(rod->s, rod->origin, ROD_WINDOW_ROWS, degree, rows);
+    return (rod_initial_data){.position = ad_stack(3, rows),
+                              .rotation = ad_stack(4, rows + 3),
+                              .velocity = ad_stack(3, rows + 7),
+                              .spin = ad_stack(3, rows + 10)};
+}
+
+/* A held end is where it is said to be, also when the window begins. */
+static rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held)
+{
+    return rod_at_time(rod, held, rod->start);
 }
 
 enum { ROD_GOING_DEGREE = 6 }; /* half waves that every network follows in time */
@@ -142,7 +178,8 @@ static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value
     return ad_add(corrected, ad_mul(blend->factor, network));
 }
 
-rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
+/* r and q from what the window's network answers. */
+static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
 {
     ad_value position = ad_slice(outputs, 0, 3), rotation = rod_turn_of(rod, outputs);
     rod_initial_data initial = {0};
@@ -217,4 +254,24 @@ rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value 
                        .rotation = pose.rotation,
                        .force = wrench.force,
                        .moment = wrench.moment};
+}
+
+ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const nn_mlp *mlp,
+                         const double *x, ad_pool *pool, double *end, ad_error *error)
+{
+    ad_tape *tape = ad_tape_create();
+    if (!tape)
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[ROD_WINDOW_ROWS];
+    rod_context rod = rod_in_window(rod_scene, window, s, t);
+    ad_value outputs = nn_mlp_record(mlp, rod_network_input(rod_scene, window, s, t), 0);
+    rod_pose pose = rod_ansatz_pose(&rod, rod_plane_outputs(&rod, outputs));
+    rod_initial_data state = rod_at_time(&rod, pose, rod.start + rod.span);
+    const ad_value fields[4] = {state.position, state.rotation, state.velocity, state.spin};
+    ad_value stacked = ad_stack(4, fields);
+    for (int i = 0; i < ROD_WINDOW_ROWS; i++)
+        rows[i] = ad_row(stacked, i);
+    ad_status status = chebyshev_sample(ROD_WINDOW_ROWS, rows, x, pool, end, error);
+    ad_tape_free(tape);
+    return status;
 }
