@@ -154,11 +154,11 @@ typedef struct rod_state {
  * In later windows t counts from the start of the window, over its length, and r_i, v_i, q_i, w_i
  * are the state there; what polynomials of degree 12 in s miss of it fades away. The prescribed
  * motion of an end must agree with the initial state in value and velocity; where it does not, the
- * end wins.
+ * end wins. Of q and -q that an end may be given, the nearer one at t = 0 counts.
  *   r = r_i + t v_i + sum over held ends of weight (r_end(t) - r_i(end) - t v_i(end)) + blend net
  *   q = normalise(the same with q_i exp(t w_i)); in a plane angles a about the normal n are added
  *       up in place of quaternions: q = q_i exp(t w_i) (cos a/2, n sin a/2), a = sum of
- *       weight a_end(t) + blend net, a_end within (-2 pi, 2 pi]: of -q a full turn more than of q
+ *       weight a_end(t) + blend net, a_end within (-2 pi, 2 pi], at t = 0 within (-pi, pi]
  *   N = F or R(q) F_body, m = R(q)^T T or T_body, + blend load_scale net; at s = 0 the outside
  *       pulls the other way: N = -F, m = -T.
  * Soft: undeformed shape (or initial state) + network, the conditions are residuals.

@@ -158,9 +158,10 @@ static rod_pose rod_correction(const rod_context *rod, int end)
     rod_initial_data initial = {0};
     if (rod_starts_hard(rod))
         initial = rod_initial_of(rod, s);
-    if (rod_starts_hard(rod) && data.holds_rotation) {
+    if (data.holds_rotation && !scene_is_manufactured(rod->scene)) {
         rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
-        rotation = rod_align(rotation, first.rotation, initial.rotation);
+        ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_undeformed(rod, s).rotation;
+        rotation = rod_align(rotation, first.rotation, near);
     }
     if (rod->origin)
         initial = rod_held_at_start(rod, (rod_pose){data.position, rotation});

@@ -31,10 +31,15 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *numbers, int count)
+/* Of a / b round by round, b = NULL: of a. */
+static double median(const double *a, const double *b)
 {
-    qsort(numbers, (size_t)count, sizeof *numbers, compare_numbers);
-    return numbers[count / 2];
+    double numbers[REPETITIONS];
+    for (int r = 0; r < REPETITIONS; r++) {
+        numbers[r] = b ? a[r] / b[r] : a[r];
+    }
+    qsort(numbers, REPETITIONS, sizeof *numbers, compare_numbers);
+    return numbers[REPETITIONS / 2];
 }
 
 /* `text`: of the scene, or NULL for the file `path`; `same`: what all scenes have in common. */
@@ -209,11 +214,11 @@ static int report(entrant *scenes, int count, const char *out)
     double numbers[NUMBERS][SCENES_MAX];
     printf("%-32s %9s %7s %13s %12s %9s %10s\n", "scene", "us/point", "ratio", "instructions",
            "flops/point", "unknowns", "equations");
-    for (int i = count - 1; i >= 0; i--) {
+    for (int i = 0; i < count; i++) {
         const problem_set_info *info = &scenes[i].info;
         const scene *scene = &scenes[i].e->settings->scene;
-        numbers[0][i] = 1e6 * median(scenes[i].seconds, REPETITIONS) / (double)info->points;
-        numbers[1][i] = numbers[0][i] / numbers[0][count - 1];
+        numbers[0][i] = 1e6 * median(scenes[i].seconds, NULL) / (double)info->points;
+        numbers[1][i] = median(scenes[i].seconds, scenes[count - 1].seconds);
         numbers[2][i] = (double)info->program.instructions;
         numbers[3][i] = (double)info->program.flops_per_point;
         numbers[4][i] = model_of(scene)->network_outputs(scene);
