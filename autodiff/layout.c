@@ -341,9 +341,20 @@ static int end_of_run(const pass_plan *plan, int position)
     return until;
 }
 
-/* Every buffer lives from the first position that writes into it to the last that reads it; all
- * products with one matrix in one level happen at the position of the first of them. */
-static int collect_buffers(pass_plan *plan, buffer *buffers, int *buffer_of, int *buffer_of_panel)
+/* First position of the level's phase at which this one stands: merged products run together. */
+static int start_of_run(const pass_plan *plan, int position)
+{
+    int first = plan->order[position], from = position;
+    while (from > 0 && plan->level[plan->order[from - 1]] == plan->level[first] &&
+           phase_of(plan, plan->order[from - 1]) == phase_of(plan, first)) {
+        from--;
+    }
+    return from;
+}
+
+/* One buffer for each value that is part of no other, or for a panel of them. */
+static int make_buffers(const pass_plan *plan, buffer *buffers, int *buffer_of,
+                        int *buffer_of_panel)
 {
     int count = 0;
     for (int id = 0; id < plan->count; id++) {
@@ -366,35 +377,45 @@ static int collect_buffers(pass_plan *plan, buffer *buffers, int *buffer_of, int
         }
         buffer_of[id] = count++;
     }
+    return count;
+}
+
+/* The positions at which a value is written, and its arguments read. */
+static void extend_lives(const pass_plan *plan, int id, buffer *buffers, const int *buffer_of)
+{
+    int row, start = plan->position[id], until = start;
+    if (phase_of(plan, id) == 0) {
+        start = start_of_run(plan, start);
+    }
+    if (!op_is_reduction(plan->nodes[id].op)) {
+        int root = root_of(plan, id, &row);
+        buffer *own = &buffers[buffer_of[root]];
+        own->local = own->local && root == id && op_is_elementwise(plan->nodes[id].op);
+        extend(own, plan->nodes[id].op == OP_INPUT ? -1 : start);
+        if (is_output(plan, id)) {
+            extend(own, plan->ordered);
+        }
+    }
+    if (plan->nodes[id].op == OP_OUTER_SUM || phase_of(plan, id) == 0) {
+        until = end_of_run(plan, until);
+    }
+    for (int i = 0; i < plan->nodes[id].count; i++) {
+        int argument = plan_argument(plan, id, i);
+        if (in_pass(plan, argument) && !op_is_reduction(plan->nodes[argument].op)) {
+            extend(&buffers[buffer_of[root_of(plan, argument, &row)]], until);
+        }
+    }
+}
+
+/* Every buffer lives from the first position that writes into it to the last that reads it; all
+ * products with one matrix in one level happen at the position of the first of them. */
+static int collect_buffers(const pass_plan *plan, buffer *buffers, int *buffer_of,
+                           int *buffer_of_panel)
+{
+    int count = make_buffers(plan, buffers, buffer_of, buffer_of_panel);
     for (int id = 0; id < plan->count; id++) {
-        if (!in_pass(plan, id)) {
-            continue;
-        }
-        int row, start = plan->position[id];
-        if (phase_of(plan, id) == 0) { /* merged products run with the first of the level */
-            while (start > 0 && plan->level[plan->order[start - 1]] == plan->level[id] &&
-                   phase_of(plan, plan->order[start - 1]) == 0) {
-                start--;
-            }
-        }
-        if (!op_is_reduction(plan->nodes[id].op)) {
-            int root = root_of(plan, id, &row);
-            buffer *own = &buffers[buffer_of[root]];
-            own->local = own->local && root == id && op_is_elementwise(plan->nodes[id].op);
-            extend(own, plan->nodes[id].op == OP_INPUT ? -1 : start);
-            if (is_output(plan, id)) {
-                extend(own, plan->ordered);
-            }
-        }
-        int until = plan->position[id];
-        if (plan->nodes[id].op == OP_OUTER_SUM || phase_of(plan, id) == 0) {
-            until = end_of_run(plan, until); /* and with the last */
-        }
-        for (int i = 0; i < plan->nodes[id].count; i++) {
-            int argument = plan_argument(plan, id, i);
-            if (in_pass(plan, argument) && !op_is_reduction(plan->nodes[argument].op)) {
-                extend(&buffers[buffer_of[root_of(plan, argument, &row)]], until);
-            }
+        if (in_pass(plan, id)) {
+            extend_lives(plan, id, buffers, buffer_of);
         }
     }
     for (int i = 0; i < count; i++) {

@@ -1,13 +1,14 @@
 /* From raw network outputs to a state that meets the conditions of the scene by construction. */
 #include "nn/nn.h"
+#include "physics/chebyshev.h"
 #include "physics/rod_internal.h"
 
 int rod_network_outputs(const scene *rod_scene)
 {
     bool planar = rod_plane_of(rod_scene).is_planar;
     if (rod_scene->formulation == SCENE_MIXED)
-        return planar ? 7 : 13;
-    return planar ? 4 : 7;
+        return planar ? 6 : 13;
+    return planar ? 3 : 7;
 }
 
 /* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
@@ -38,6 +39,41 @@ static bool rod_is_hard(const scene *rod_scene)
 static bool rod_starts_hard(const rod_context *rod)
 {
     return rod->dynamic && rod->scene->initial_enforcement == SCENE_HARD;
+}
+
+/* ---- where a window begins ------------------------------------------------------------------- */
+
+/* The fields of one moment as functions of s: t is replaced by a number after the derivatives by it
+ * have been taken. */
+static rod_initial_data rod_at_time(const rod_context *rod, rod_pose pose, double time)
+{
+    ad_value turning = rod_time_derivative(rod, pose.rotation, 1);
+    ad_value parts[4] = {pose.position, pose.rotation, rod_time_derivative(rod, pose.position, 1),
+                         rod_rate(pose.rotation, turning)};
+    ad_value state = ad_substitute(ad_stack(4, parts), rod->t, ad_scalar(rod->tape, time));
+    return (rod_initial_data){.position = ad_slice(state, 0, 3),
+                              .rotation = ad_slice(state, 3, 4),
+                              .velocity = ad_slice(state, 7, 3),
+                              .spin = ad_slice(state, 10, 3)};
+}
+
+/* The polynomial of s that meets the state in which the window starts at Chebyshev's points of that
+ * degree, a divisor of ROD_WINDOW_DEGREE. Rows that are 0 at every point are the constant 0, as
+ * across the plane of a planar motion. */
+static rod_initial_data rod_window_start(const rod_context *rod, int degree)
+{
+    ad_value rows[ROD_WINDOW_ROWS];
+    chebyshev_fields(rod->s, rod->origin, ROD_WINDOW_ROWS, degree, rows);
+    return (rod_initial_data){.position = ad_stack(3, rows),
+                              .rotation = ad_stack(4, rows + 3),
+                              .velocity = ad_stack(3, rows + 7),
+                              .spin = ad_stack(3, rows + 10)};
+}
+
+/* A held end is where it is said to be, also when the window begins. */
+static rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held)
+{
+    return rod_at_time(rod, held, rod->start);
 }
 
 enum { ROD_GOING_DEGREE = 6 }; /* half waves that every network follows in time */
@@ -97,7 +133,24 @@ static ad_value rod_align(ad_value q, ad_value q_at_zero, ad_value near)
     return ad_mul(sign, q);
 }
 
-/* end data - lift at the end, for position and rotation. What is not held has no weight. */
+/* What leads from one rotation to another, to be weighed and added up: a difference of quaternions,
+ * in a plane an angle. */
+static ad_value rod_turn_between(const rod_context *rod, ad_value from, ad_value to)
+{
+    if (!rod->plane.is_planar)
+        return ad_sub(to, from);
+    return rod_angle_of(rod, ad_quaternion_multiply(ad_quaternion_conjugate(from), to));
+}
+
+static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
+{
+    if (!rod->plane.is_planar)
+        return nn_rotation_quaternion(ad_add(from, turn));
+    return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
+}
+
+/* From the lift at the end to the data, for position and rotation. What is not held has no weight.
+ */
 static rod_pose rod_correction(const rod_context *rod, int end)
 {
     rod_end_data data = rod_end_of(rod, end, rod->t);
@@ -105,28 +158,31 @@ static rod_pose rod_correction(const rod_context *rod, int end)
     rod_initial_data initial = {0};
     if (rod_starts_hard(rod))
         initial = rod_initial_of(rod, s);
-    if (rod_starts_hard(rod) && data.holds_rotation) {
+    if (data.holds_rotation && !scene_is_manufactured(rod->scene)) {
         rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
-        rotation = rod_align(rotation, first.rotation, initial.rotation);
+        ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_undeformed(rod, s).rotation;
+        rotation = rod_align(rotation, first.rotation, near);
     }
     if (rod->origin)
         initial = rod_held_at_start(rod, (rod_pose){data.position, rotation});
     rod_pose lift = rod_lift(rod, &initial, &initial, s); /* p meets the state at the ends */
-    return (rod_pose){ad_sub(data.position, lift.position), ad_sub(rotation, lift.rotation)};
+    return (rod_pose){ad_sub(data.position, lift.position),
+                      rod_turn_between(rod, lift.rotation, rotation)};
 }
 
-/* lift + weighted corrections + factor network. */
-static ad_value rod_assemble(ad_value lift, const rod_blend *blend, ad_value at_start,
-                             ad_value at_end, ad_value network)
+/* Weighted corrections + factor network. */
+static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value at_end,
+                             ad_value network)
 {
-    ad_value corrected = ad_add(
-        lift, ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end)));
+    ad_value corrected =
+        ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end));
     return ad_add(corrected, ad_mul(blend->factor, network));
 }
 
-rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
+/* r and q from what the window's network answers. */
+static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
 {
-    ad_value position = ad_slice(outputs, 0, 3), rotation = ad_slice(outputs, 3, 4);
+    ad_value position = ad_slice(outputs, 0, 3), rotation = rod_turn_of(rod, outputs);
     rod_initial_data initial = {0};
     bool hard = rod_is_hard(rod->scene);
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
@@ -143,11 +199,10 @@ rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
         along.factor = ad_mul(since, along.factor);
         around.factor = ad_mul(since, around.factor);
     }
-    ad_value raw =
-        rod_assemble(lift.rotation, &around, at_start.rotation, at_end.rotation, rotation);
-    return (rod_pose){.position = rod_assemble(lift.position, &along, at_start.position,
-                                               at_end.position, position),
-                      .rotation = nn_rotation_quaternion(raw)};
+    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, position);
+    ad_value turn = rod_assemble(&around, at_start.rotation, at_end.rotation, rotation);
+    return (rod_pose){.position = ad_add(lift.position, moved),
+                      .rotation = rod_turned(rod, lift.rotation, turn)};
 }
 
 /* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
@@ -159,10 +214,9 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, ad_value rotation, a
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
     rod_blend pull = rod_blend_of(rod, hard && !start.holds_position, hard && !end.holds_position);
     rod_blend turn = rod_blend_of(rod, hard && !start.holds_rotation, hard && !end.holds_rotation);
-    ad_value zeros = ad_zeros(rod->tape, 3);
-    return (rod_wrench){.force = rod_assemble(zeros, &pull, rod_end_force(&start, rotation),
+    return (rod_wrench){.force = rod_assemble(&pull, rod_end_force(&start, rotation),
                                               rod_end_force(&end, rotation), force),
-                        .moment = rod_assemble(zeros, &turn, rod_end_moment(&start, rotation),
+                        .moment = rod_assemble(&turn, rod_end_moment(&start, rotation),
                                                rod_end_moment(&end, rotation), moment)};
 }
 
@@ -201,4 +255,24 @@ rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value 
                        .rotation = pose.rotation,
                        .force = wrench.force,
                        .moment = wrench.moment};
+}
+
+ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const nn_mlp *mlp,
+                         const double *x, ad_pool *pool, double *end, ad_error *error)
+{
+    ad_tape *tape = ad_tape_create();
+    if (!tape)
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[ROD_WINDOW_ROWS];
+    rod_context rod = rod_in_window(rod_scene, window, s, t);
+    ad_value outputs = nn_mlp_record(mlp, rod_network_input(rod_scene, window, s, t), 0);
+    rod_pose pose = rod_ansatz_pose(&rod, rod_plane_outputs(&rod, outputs));
+    rod_initial_data state = rod_at_time(&rod, pose, rod.start + rod.span);
+    const ad_value fields[4] = {state.position, state.rotation, state.velocity, state.spin};
+    ad_value stacked = ad_stack(4, fields);
+    for (int i = 0; i < ROD_WINDOW_ROWS; i++)
+        rows[i] = ad_row(stacked, i);
+    ad_status status = chebyshev_sample(ROD_WINDOW_ROWS, rows, x, pool, end, error);
+    ad_tape_free(tape);
+    return status;
 }

@@ -1,6 +1,87 @@
 /* Kinematics, constitutive law and balance laws: each equation once, in full. */
 #include "physics/rod_internal.h"
 
+#include <math.h>
+
+/* ---- constants of the equations -------------------------------------------------------------- */
+
+typedef double rod_ratio(double x, double unit);
+
+static double rod_divide(double x, double unit)
+{
+    return x / unit;
+}
+
+/* 0 for a locked strain. */
+static double rod_stiffness(double x, double unit)
+{
+    return isfinite(x) ? x / unit : 0;
+}
+
+static double rod_compliance(double x, double unit)
+{
+    return isfinite(x) ? unit / x : 0;
+}
+
+static ad_value rod_constants(const rod_context *rod, rod_ratio *ratio, const double *x,
+                              double unit)
+{
+    return ad_vector_constant(rod->tape, ratio(x[0], unit), ratio(x[1], unit), ratio(x[2], unit));
+}
+
+/* u* of the equations. The imperfection is no part of the unloaded shape from which the ansatz
+ * starts: parameters mean the same for every part of the loads. */
+static ad_value rod_rest_curvature(const rod_context *rod)
+{
+    const double none[3] = {0, 0, 0};
+    const scene_rod *given = &rod->scene->rod;
+    double length = rod->scales.length, missing = 1 - rod->scene->loads.part;
+    ad_value zero = ad_scalar(rod->tape, 0);
+    ad_value rest = rod_expressions(rod, 3, given->rest_curvature, none, length, rod->s, zero);
+    if (missing == 0)
+        return rest;
+    return ad_add(
+        rest, rod_expressions(rod, 3, given->imperfection, none, missing * length, rod->s, zero));
+}
+
+rod_coefficients rod_coefficients_of(const rod_context *rod)
+{
+    const scene *rod_scene = rod->scene;
+    const rod_scales *scale = &rod->scales;
+    double length = scale->length, force = scale->force, moment = scale->moment;
+    double rate = rod->dynamic ? 1 / scale->time : 0; /* 0: what needs time is absent */
+    double mass = rod->properties.mass_per_length;
+    double inertia[3], strain_damping[3], curvature_damping[3], weight[3];
+    for (int i = 0; i < 3; i++) {
+        inertia[i] = rod->properties.rotary_inertia[i] * rate * rate;
+        strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
+        curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
+        weight[i] = mass * rod_scene->loads.gravity[i] * rod_scene->loads.part * length;
+    }
+    const double straight[3] = {0, 0, 1};
+    ad_value zero = ad_scalar(rod->tape, 0);
+    return (rod_coefficients){
+        .strain_compliance =
+            rod_constants(rod, rod_compliance, rod->properties.strain_stiffness, force),
+        .curvature_compliance = rod_constants(rod, rod_compliance,
+                                              rod->properties.curvature_stiffness, moment * length),
+        .strain_stiffness =
+            rod_constants(rod, rod_stiffness, rod->properties.strain_stiffness, force),
+        .curvature_stiffness =
+            rod_constants(rod, rod_stiffness, rod->properties.curvature_stiffness, moment * length),
+        .strain_damping = rod_constants(rod, rod_divide, strain_damping, force),
+        .curvature_damping = rod_constants(rod, rod_divide, curvature_damping, moment),
+        .mass = ad_scalar(rod->tape, rod->dynamic), /* by the choice of the time */
+        .rotary_inertia = rod_constants(rod, rod_divide, inertia, force),
+        .weight = rod_from_world(rod, rod_constants(rod, rod_divide, weight, force)),
+        .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
+        .rest_strain =
+            rod_expressions(rod, 3, rod_scene->rod.rest_strain, straight, 1, rod->s, zero),
+        .rest_curvature = rod_rest_curvature(rod)};
+}
+
+/* ---- the equations -------------------------------------------------------------------------- */
+
 ad_value rod_space_derivative(const rod_context *rod, ad_value y)
 {
     return ad_derivative(y, rod->s, 1);

@@ -69,9 +69,13 @@ typedef struct rod_pose {
     ad_value position, rotation;
 } rod_pose;
 
-/* rod_scale.c */
+/* rod_context.c */
 rod_context rod_context_of(const scene *scene, ad_value s, ad_value t);
-rod_coefficients rod_coefficients_of(const rod_context *rod);
+rod_context rod_in_window(const scene *scene, const rod_window *window, ad_value s, ad_value t);
+ad_value rod_elapsed(const rod_context *rod); /* t since the window began */
+
+/* rod_scale.c: the largest internal force and moment to expect, in units of the scales, at least 1.
+ */
 double rod_force_scale(const scene *scene);
 double rod_moment_scale(const scene *scene);
 
@@ -91,7 +95,7 @@ void rod_shape_upright(const scene *scene, double q[4]);
 /* Whether its polynomials, where the rest strains vary with s, have converged. */
 bool rod_shape_is_resolved(const scene *scene);
 
-/* rod_plane.c. What the scene gives in the world enters the equations through the first three, what
+/* rod_frame.c. What the scene gives in the world enters the equations through the first three, what
  * they answer leaves through the next three; in a spatial scene all of them do nothing. What leaves
  * the plane is made the constant 0. */
 ad_value rod_from_world(const rod_context *rod, ad_value vector);
@@ -104,6 +108,11 @@ ad_value rod_rotation_to_world(const rod_context *rod, ad_value rotation);
 rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose);
 /* Outputs of a planar network as those of a spatial one, with zeros: r, q[, N, m]. */
 ad_value rod_plane_outputs(const rod_context *rod, ad_value outputs);
+/* Of these, what turns the rod: 4 rows to add to a quaternion; in a plane 1, an angle. */
+ad_value rod_turn_of(const rod_context *rod, ad_value outputs);
+/* In a plane: the angle of a rotation about the normal, within (-2 pi, 2 pi], and the rotation. */
+ad_value rod_angle_of(const rod_context *rod, ad_value rotation);
+ad_value rod_rotation_by(const rod_context *rod, ad_value angle);
 /* The rows of a residual that do not vanish by symmetry, and how many they are: of vectors, and of
  * axial vectors like moments and curvatures. */
 ad_value rod_vector_in_plane(const rod_context *rod, ad_value residual);
@@ -117,19 +126,8 @@ rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);
 ad_value rod_end_force(const rod_end_data *end, ad_value rotation);  /* N, world */
 ad_value rod_end_moment(const rod_end_data *end, ad_value rotation); /* m, body */
 
-/* rod_window.c */
-rod_context rod_in_window(const scene *scene, const rod_window *window, ad_value s, ad_value t);
-ad_value rod_elapsed(const rod_context *rod); /* t since the window began */
-/* The polynomial of s that meets the state in which the window starts at Chebyshev's points of that
- * degree, a divisor of ROD_WINDOW_DEGREE. */
-rod_initial_data rod_window_start(const rod_context *rod, int degree);
-/* The same at an end that is held like this, a function of t. */
-rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held);
-
-/* rod_ansatz.c: r and q from what the window's network answers. */
-rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs);
-
 /* rod_balance.c */
+rod_coefficients rod_coefficients_of(const rod_context *rod);
 ad_value rod_space_derivative(const rod_context *rod, ad_value y);
 ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
 ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */

@@ -225,7 +225,7 @@ static void test_what_leaves(void **state)
         const char *found = plane.leaves ? plane.leaves : "no key";
         if (strcmp(found, wanted) != 0 || plane.is_planar != !changes[i].key)
             fail_msg("row %zu: %s leaves the plane, not %s", i, found, wanted);
-        assert_int_equal(rod_network_outputs(&given), plane.is_planar ? 7 : 13);
+        assert_int_equal(rod_network_outputs(&given), plane.is_planar ? 6 : 13);
     }
 }
 
@@ -292,7 +292,7 @@ static void test_driven(void **state)
         assert_int_equal(plane.director, rows[k].director);
         assert_true(plane.normal[plane.director] == rows[k].sign);
         recorded r = begin(&given);
-        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 7), r.s, r.t);
+        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
         rod_context rod = rod_context_of(&given, r.s, r.t);
         ad_value turn = rod_rotation_to_world(&rod, s.rotation);
         double at[POINTS] = {0}, t[POINTS] = {0.1, 0.4, 0.9, 0.2, 0.6, 0.8};
@@ -305,6 +305,30 @@ static void test_driven(void **state)
             }
             for (int j = 0; j < 4; j++) /* the clamp is met with its sign */
                 assert_near(q[j * POINTS + i], wanted[j] / sqrt(size), 1e-14);
+        }
+        free(q);
+        ad_tape_free(r.tape);
+    }
+}
+
+/* Between held ends angles are interpolated; -q is the rotation q. */
+static void test_held_ends(void **state)
+{
+    (void)state;
+    const double kse[3] = {40, 50, 90}, kbt[3] = {1.2, 0.8, 0.5}, none[3] = {0, 0, 0};
+    static const char *const turned[2][4] = {{"-1", "0", "0", "0"}, {"0", "0", "-1", "0"}};
+    for (int half = 0; half < 2; half++) {
+        scene given = stiff_scene(1, kse, kbt, 1, none);
+        given.motion = SCENE_AUTOMATIC;
+        given.start.type = given.end.type = SCENE_CLAMPED;
+        memcpy(given.end.rotation, turned[half], sizeof given.end.rotation);
+        recorded r = begin(&given);
+        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
+        double at[POINTS] = {0, 0.1, 0.25, 0.5, 0.8, 1}, t[POINTS] = {0};
+        double *q = evaluate_at(s.rotation, POINTS, at, t, NULL);
+        for (int i = 0; i < POINTS; i++) { /* by no or half a turn in all */
+            assert_near(q[i], cos(half * PI * at[i] / 2), 1e-15);
+            assert_near(fabs(q[2 * POINTS + i]), sin(half * PI * at[i] / 2), 1e-15);
         }
         free(q);
         ad_tape_free(r.tape);
@@ -481,7 +505,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_planes),    cmocka_unit_test(test_what_leaves),
         cmocka_unit_test(test_other_reasons), cmocka_unit_test(test_driven),
-        cmocka_unit_test(test_equations),     cmocka_unit_test(test_observables),
+        cmocka_unit_test(test_held_ends),     cmocka_unit_test(test_equations),
+        cmocka_unit_test(test_observables),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

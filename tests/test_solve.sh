@@ -12,6 +12,7 @@ said stdout.txt '^elastica_deep: static, .*tip force F L\^2/EI 1$'
 said stdout.txt '^solved: [0-9]+ nodes, load in [0-9]+ steps?, [0-9]+ Newton steps, [0-9.]+ ms$'
 said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
 said stdout.txt '^  tip +0\.28307002911498[0-9]* '
+said stdout.txt '^  energy +strain 0\.0002347[0-9]*, potential of dead loads -0\.000493[0-9]* J$'
 said stdout.txt '^difference from elastica \(101 points\)'
 said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
 check nothing on stderr -- test ! -s stderr.txt
@@ -101,9 +102,31 @@ refused '^squeezed.yaml:3:12: reference.solve: solving stops at 0\.9[0-9]* of th
 run 0 cpinn-solve "$dynamic" --nodes 9 --tol 1e-3 --out motion.csv --grid 3x5
 said stdout.txt '^[a-z_]+: dynamic, .*duration 1$'
 said stdout.txt '^solved: 9 nodes, [0-9]+ steps of time, '
+said stdout.txt '^  energy +kinetic 0\.59[0-9]*, strain 2\.4[0-9]*, work of loads 3\.0[0-9]*, dissipated 0 J$'
+said stdout.txt '^  energy out of balance +[0-9.]+e-0[4-9] of the largest$'
 said stdout.txt '^difference from cantilever_ramp.csv'
 said motion.csv '^s,t,x,.*,vx,vy,vz,w1,w2,w3$'
 check the tip falls as far -- awk -F, 'END { exit !(NR == 16 && $5 < -0.85 && $5 > -0.86) }' motion.csv
+
+# ---- beams of small deflection ----------------------------------------------------------------
+
+run 0 cpinn-solve "$ROOT/configs/beam_cantilever.yaml" --out beam.csv --grid 3x1
+said stdout.txt '^beam_cantilever: static, shear kGA L\^2/EI locked$'
+said stdout.txt '^solved: [0-9]+ nodes, [0-9.]+ ms$'
+said stdout.txt 'estimated error +[0-9.]+e(-1[4-9]|\+00) of the deflection'
+said stdout.txt 'position, relative L2 +[0-9.]+e(-1[4-9]|\+00)$'
+said beam.csv '^s,t,w,slope,V,M$'
+run 0 cpinn-solve "$ROOT/configs/timoshenko_vibration.yaml" --out beam.csv --grid 3x3
+said stdout.txt '^solved: [0-9]+ nodes, [0-9]+ steps of time, [0-9.]+ ms$'
+said stdout.txt 'position, relative L2 +[0-9.]+e-1[0-9]$'
+said beam.csv '^s,t,w,slope,V,M,w_t,slope_t$'
+run 0 cpinn-solve "$ROOT/configs/beam_vibration.yaml" --work-precision curve.csv
+check the error falls to rounding -- awk -F, 'NR == 2 { first = $2 } { last = $2 }
+    END { exit !(first > 1e-6 && last < 1e-11) }' curve.csv
+refused 'beams of small deflection do not buckle' \
+    cpinn-solve "$ROOT/configs/beam_cantilever.yaml" --perturb 10
+refused 'the deflection is not finite' cpinn-solve "$ROOT/configs/beam_cantilever.yaml" \
+    --set 'beam.force=log(s - 0.5)' --set reference=null
 
 # ---- work and precision -----------------------------------------------------------------------
 

@@ -1,4 +1,5 @@
 /* cpinn-solve: solve a scene classically; see --help. */
+#include "physics/beam.h"
 #include "physics/model.h"
 #include "tools/cli.h"
 #include "tools/clock.h"
@@ -16,8 +17,8 @@ static const char summary[] =
     "Solve the scene of a YAML file without a network, with an estimate of the error. At rest:\n"
     "collocation at Gauss points along the rod, Newton's method, continuation of the load from 0. "
     "In\n"
-    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. The equations "
-    "are\n"
+    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. Beams of small\n"
+    "deflection: collocation, in time too, without iterations. The equations are\n"
     "written separately from those that networks are trained on, so each checks the other; --out\n"
     "gives a scene a reference to train against (reference.file); reference: solve in a scene has\n"
     "it solved without asking.";
@@ -210,6 +211,15 @@ static void print_scene(const session *x)
 {
     rod_numbers n = rod_numbers_of(x->scene);
     printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
+    if (scene_is_beam(x->scene)) {
+        beam_numbers b = beam_numbers_of(x->scene);
+        print_number("shear kGA L^2/EI", b.shear_ratio);
+        print_number("foundation k L^4/EI", b.foundation);
+        print_number("rotary inertia rhoI/(rhoA L^2)", b.rotary_inertia);
+        print_number("duration", n.duration);
+        putchar('\n');
+        return;
+    }
     print_number("shear kGA L^2/EI", n.shear_ratio);
     print_number("stretch EA L^2/EI", n.axial_ratio);
     print_number("tip force F L^2/EI", n.tip_force);
@@ -219,6 +229,12 @@ static void print_scene(const session *x)
     print_number("weight rhoA g L^3/EI", n.weight);
     print_number("duration", n.duration);
     putchar('\n');
+}
+
+/* What the solver's estimate is relative to. */
+static const char *estimate_unit(const session *x)
+{
+    return scene_is_beam(x->scene) ? "of the deflection" : "of the length";
 }
 
 static void print_error(const char *name, double value, const char *unit)
@@ -243,6 +259,28 @@ static ad_status print_reference(session *x, ad_error *error)
     return status;
 }
 
+/* At the end. */
+static ad_status print_energy(const session *x, ad_error *error)
+{
+    solve_energy e;
+    ad_status status = solution_energy(x->solved, x->scene->duration, &e, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (scene_is_dynamic(x->scene)) {
+        printf("  %-24s kinetic %.9g, strain %.9g, work of loads %.9g, dissipated %.9g J\n",
+               "energy", e.kinetic, e.strain, e.work, e.dissipated);
+        print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
+        return AD_OK;
+    }
+    printf("  %-24s strain %.9g", "energy", e.strain);
+    if (!isnan(e.work)) {
+        printf(", potential of dead loads %.9g", -e.work + 0.0);
+    }
+    puts(" J");
+    return AD_OK;
+}
+
 static ad_status print_report(session *x, ad_error *error)
 {
     const solve_report *r = &x->report;
@@ -256,27 +294,30 @@ static ad_status print_report(session *x, ad_error *error)
     printf("solved: %d nodes, ", r->nodes);
     if (scene_is_dynamic(x->scene)) {
         printf("%ld steps of time, ", r->time_steps);
-    } else {
+    } else if (!scene_is_beam(x->scene)) {
         printf("load in %ld step%s, %ld Newton steps, ", r->load_steps,
                r->load_steps == 1 ? "" : "s", r->newton_steps);
     }
     printf("%.1f ms\n", 1e3 * x->seconds);
-    print_error("estimated error", r->estimate, " of the length");
+    if (!isnan(r->estimate)) {
+        printf("  %-24s %.3e %s\n", "estimated error", r->estimate, estimate_unit(x));
+    }
     printf("  %-24s", "tip");
     for (int i = 0; i < columns; i++) {
         printf(" %.15g", tip[i]);
     }
     puts(" m");
+    status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
     char doubt[SOLUTION_DOUBT];
-    if (!falls_short(x) && doubts(x, doubt)) {
+    if (status == AD_OK && !falls_short(x) && doubts(x, doubt)) {
         puts(doubt);
-    } else if (r->may_buckle) {
+    } else if (status == AD_OK && r->may_buckle) {
         printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
                x->asked.perturbation == 0
                    ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
                    : "the rod\nas it was perturbed");
     }
-    return x->known ? print_reference(x, error) : AD_OK;
+    return status == AD_OK && x->known ? print_reference(x, error) : status;
 }
 
 /* What was not reached, in one line; 1, or 0 when there is nothing to say. */
@@ -415,7 +456,8 @@ static ad_status work_precision(const session *x, ad_error *error)
 /* A reference needs the experiment around the scene. */
 static ad_status open_reference(session *x, ad_error *error)
 {
-    if (x->settings->reference == CONFIG_REFERENCE_NONE && !x->settings->reference_file) {
+    if (x->settings->reference == CONFIG_REFERENCE_NONE && !x->settings->reference_file &&
+        !x->settings->reference_deflection) {
         return AD_OK;
     }
     config *settings = x->settings;
@@ -428,16 +470,17 @@ static ad_status open_reference(session *x, ad_error *error)
     return status;
 }
 
-/* Without --tol; of the solution that others are compared with. */
+/* Without --tol; of the solution that others are compared with. The motion of a rod is the hardest.
+ */
 static void choose_tolerance(session *x)
 {
-    bool dynamic = scene_is_dynamic(x->scene);
+    bool hard = scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
     double *tolerance = &x->asked.tolerance;
     if (*tolerance == 0) {
-        *tolerance = dynamic ? 1e-6 : 1e-10;
+        *tolerance = hard ? 1e-6 : 1e-10;
     }
     if (x->asked.work_precision) {
-        *tolerance = fmin(*tolerance, dynamic ? 1e-8 : 1e-12);
+        *tolerance = fmin(*tolerance, hard ? 1e-8 : 1e-12);
     }
 }
 
@@ -506,10 +549,12 @@ int main(int argc, char **argv)
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
-         "refine until the position is estimated to be within so many\nlengths (default 1e-10 "
-         "static, 1e-6 dynamic)"},
+         "refine until the position is estimated to be within so many\nlengths, a beam's "
+         "deflection "
+         "relative to its largest (default\n1e-10; rods in motion 1e-6)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
-         "so many nodes along the rod, without refinement and estimate;\nof a motion --tol is then "
+         "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "
+         "is then "
          "that of steps of time"},
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
          "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "

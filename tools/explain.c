@@ -232,7 +232,7 @@ static void print_motion(FILE *file, const scene *scene)
     fprintf(file, "  %-15s ", "motion");
     if (plane.is_planar) {
         plane_text(&plane, where);
-        fprintf(file, "planar, %s by symmetry: %d of %d unknowns, %d of %d equations\n", where,
+        fprintf(file, "planar, %s by symmetry: %d unknowns of %d, %d equations of %d\n", where,
                 rod_network_outputs(scene), mixed ? 13 : 7, mixed ? 6 : 3, mixed ? 12 : 6);
     } else if (strcmp(plane.leaves, "motion") == 0 || scene_is_manufactured(scene)) {
         fprintf(file, "spatial: %s\n",
@@ -253,7 +253,7 @@ static void print_form(FILE *file, const scene *scene)
                 mixed ? ", V shear, M moment" : "");
     } else {
         bool planar = rod_plane_of(scene).is_planar;
-        fprintf(file, "r[%d] position, q[%d] rotation", planar ? 2 : 3, planar ? 2 : 4);
+        fputs(planar ? "r[2] position, q[1] angle" : "r[3] position, q[4] rotation", file);
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
         }

@@ -477,9 +477,15 @@ const char *reference_remark(const reference *r)
     return r->about.remark;
 }
 
+/* Over the length. */
+static double largest_estimate(const reference *r)
+{
+    return r->about.estimate * r->about.size / r->length;
+}
+
 reference_errors reference_estimates(const reference *r)
 {
-    double estimate = r->about.estimate;
+    double estimate = largest_estimate(r);
     return (reference_errors){.position = estimate * r->length *
                                           sqrt((double)r->points / position_square(r)),
                               .position_max = estimate,
@@ -491,14 +497,14 @@ reference_errors reference_estimates(const reference *r)
 bool reference_doubts(const reference *r, const reference_errors *errors,
                       char text[REFERENCE_DOUBT])
 {
-    if (!(errors->position_max <= r->about.estimate)) {
+    if (!(errors->position_max <= largest_estimate(r))) {
         return false;
     }
     snprintf(
         text, REFERENCE_DOUBT,
         "the reference itself is off by an estimated %.1e of the length; the true error may be "
         "as large",
-        r->about.estimate);
+        largest_estimate(r));
     return true;
 }
 

@@ -75,8 +75,8 @@ static void say_solved(const request *r, const char *source, reference_solution 
         snprintf(missed, sizeof missed, ", not the %.1g asked for", asked);
     }
     snprintf(about->account, sizeof about->account,
-             "solved classically, estimated error %.1e of the length%s%s, %s", about->estimate,
-             missed,
+             "solved classically, estimated error %.1e of the %s%s%s, %s", about->estimate,
+             scene_is_beam(&r->settings->scene) ? "deflection" : "length", missed,
              about->may_buckle ? ", of several equilibria the one that continues the unstressed rod"
                                : "",
              source);
@@ -94,6 +94,9 @@ static ad_status read_kept(const request *r, const checkpoint *file, reference_s
     }
     if (status == AD_OK) {
         status = checkpoint_get_doubles(file, "estimate", &about->estimate, 1, error);
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_doubles(file, "size", &about->size, 1, error);
     }
     if (status == AD_OK) {
         status = checkpoint_get_int64(file, "may_buckle", &may_buckle, 1, error);
@@ -140,6 +143,7 @@ static void keep(const request *r, reference_solution *about)
     checkpoint_put_text(file, "scene", r->text);
     checkpoint_put_doubles(file, "poses", r->poses, 2, shape);
     checkpoint_put_double(file, "estimate", about->estimate);
+    checkpoint_put_double(file, "size", about->size);
     checkpoint_put_integer(file, "may_buckle", about->may_buckle);
     run_make_folder(r->folder, NULL); /* or writing says so */
     if (checkpoint_write(file, r->path, 1, &why) != AD_OK) {
@@ -161,9 +165,9 @@ static ad_status judge(const request *r, const solve_report *report, ad_error *e
                  report->load_fraction);
     } else if (!(report->estimate <= worthless)) {
         snprintf(problem, sizeof problem,
-                 "the solution is estimated to be off by %.2g of the length; give reference.file, "
+                 "the solution is estimated to be off by %.2g of the %s; give reference.file, "
                  "or leave it out",
-                 report->estimate);
+                 report->estimate, scene_is_beam(&r->settings->scene) ? "deflection" : "length");
     } else {
         return AD_OK;
     }
@@ -212,6 +216,7 @@ ad_status reference_solve(const config *settings, size_t points, const double *s
         status = solve(&r, &report, error);
         if (status == AD_OK) {
             about->estimate = report.estimate;
+            about->size = report.size;
             about->may_buckle = report.may_buckle;
             snprintf(source, sizeof source, "%.3g s", wall_seconds() - start);
             say_solved(&r, source, about);

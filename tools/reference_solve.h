@@ -7,7 +7,8 @@
  *
  *   scene      the text that was hashed; another one, whose hash happens to be the same, is no hit
  *   poses      [columns, points]
- *   estimate   of the error of the position over the length
+ *   estimate   of the error of the position over the size
+ *   size       the length, of a beam of small deflection its largest, m
  *   may_buckle 1: there may be other equilibria
  *
  * FNV-1a is that of the checkpoints: since the text is compared, a hash need not resist more than
@@ -18,7 +19,8 @@
 #include "tools/config/config.h"
 
 typedef struct reference_solution {
-    double estimate;   /* of the error of the position over the length */
+    double estimate;   /* of the error of the position over the size */
+    double size;       /* the length, of a beam of small deflection its largest; m */
     bool may_buckle;   /* one of possibly several equilibria */
     char account[640]; /* "solved classically, estimated error 2e-11 of the length, 0.2 s" */
     char remark[640];  /* what was wrong with the file in the cache; "": nothing */

@@ -2,8 +2,9 @@
  *
  * What a scene does not need is not computed: the time of one value and gradient of each scene, all
  * with the same network (3 hidden layers of tanh) and the same number of points, and what was left
- * out of each. Without scenes: a static planar-loaded rod against a rod in motion in space. The
- * scenes take turns, so that a busy moment slows all of them; medians. */
+ * out of each. Without scenes: every model, at rest and in motion, in mixed and in strong form,
+ * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
+ * medians. Ratios are to the last scene. */
 #include "tools/cli.h"
 #include "tools/clock.h"
 #include "tools/files/table_file.h"
@@ -12,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { REPETITIONS = 15, SCENES_MAX = 16, HIDDEN = 3 };
+enum { REPETITIONS = 15, SCENES_MAX = 24 };
 
 static const char program[] = "scenes";
 
@@ -30,22 +31,23 @@ static int compare_numbers(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static double median(double *numbers, int count)
+/* Of a / b round by round, b = NULL: of a. */
+static double median(const double *a, const double *b)
 {
-    qsort(numbers, (size_t)count, sizeof *numbers, compare_numbers);
-    return numbers[count / 2];
+    double numbers[REPETITIONS];
+    for (int r = 0; r < REPETITIONS; r++) {
+        numbers[r] = b ? a[r] / b[r] : a[r];
+    }
+    qsort(numbers, REPETITIONS, sizeof *numbers, compare_numbers);
+    return numbers[REPETITIONS / 2];
 }
 
-static ad_status enter(entrant *scene, const char *path, int points, int width, int threads,
-                       ad_error *error)
+/* `text`: of the scene, or NULL for the file `path`; `same`: what all scenes have in common. */
+static ad_status enter(entrant *scene, const char *path, const char *text,
+                       const char *const same[2], int threads, ad_error *error)
 {
-    char network[64], interior[64];
-    snprintf(network, sizeof network, "network={hidden: [%d, %d, %d], activation: tanh}", width,
-             width, width);
-    snprintf(interior, sizeof interior, "losses.interior={points: %d, sampler: sobol}", points);
-    const char *overrides[] = {network, interior};
     config *settings;
-    ad_status status = config_read(path, NULL, 2, overrides, &settings, error);
+    ad_status status = config_read(path, text, 2, same, &settings, error);
     if (status == AD_OK) {
         status = experiment_create(settings, threads, &scene->e, error);
     }
@@ -61,6 +63,59 @@ static ad_status enter(entrant *scene, const char *path, int points, int width, 
     scene->gradient = malloc(scene->e->count * sizeof *scene->gradient);
     return scene->gradient ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
 }
+
+/* ---- the models ------------------------------------------------------------------------------ */
+
+/* One rod for all of them; a model locks what it lacks. Strong form: second order in s, of
+ * euler_bernoulli fourth; a locked strain has no constitutive law, and so kirchhoff no strong form.
+ */
+typedef struct model_row {
+    const char *name, *text;
+    bool has_strong_form;
+} model_row;
+
+#define INERTIA "  inertia: {mass_per_length: 1, rotary: [6.25e-4, 6.25e-4, 1.25e-3]}\n"
+#define KIRCHHOFF                                                                                  \
+    "rod:\n  model: kirchhoff\n  length: 1\n"                                                      \
+    "  stiffness: {bending: [1, 1], torsion: 0.77}\n" INERTIA
+#define COSSERAT                                                                                   \
+    "rod:\n  model: cosserat\n  length: 1\n"                                                       \
+    "  stiffness: {shear: [545, 545], axial: 1600, bending: [1, 1], torsion: 0.77}\n" INERTIA
+
+static const model_row models[] = {
+    {"euler_bernoulli",
+     "rod:\n  model: euler_bernoulli\n  length: 1\n  stiffness: {bending: [1, 1]}\n"
+     "  inertia: {mass_per_length: 1}\nbeam: {force: 1}\n",
+     true},
+    {"timoshenko",
+     "rod:\n  model: timoshenko\n  length: 1\n"
+     "  stiffness: {bending: [1, 1], shear: [545, 545]}\n" INERTIA "beam: {force: 1}\n",
+     true},
+    {"kirchhoff_planar", KIRCHHOFF "loads: {force: [1, 0, 0]}\nmotion: planar\n", false},
+    {"kirchhoff_spatial", KIRCHHOFF "loads: {force: [1, 1, 0]}\n", false},
+    {"cosserat_planar", COSSERAT "loads: {force: [1, 0, 0]}\nmotion: planar\n", true},
+    {"cosserat_spatial", COSSERAT "loads: {force: [1, 1, 0]}\n", true}};
+
+static ad_status enter_models(entrant *scenes, const char *const same[2], int threads, int *entered,
+                              ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int moving = 0; moving <= 1; moving++) {
+        for (size_t m = 0; m < sizeof models / sizeof *models; m++) {
+            for (int strong = models[m].has_strong_form; strong >= 0 && status == AD_OK; strong--) {
+                char text[1024];
+                snprintf(text, sizeof text,
+                         "name: %s_%s_%s\ntime: {duration: %d}\nformulation: %s\n%s",
+                         moving ? "dynamic" : "static", models[m].name, strong ? "strong" : "mixed",
+                         moving, strong ? "displacement" : "mixed", models[m].text);
+                status = enter(&scenes[(*entered)++], models[m].name, text, same, threads, error);
+            }
+        }
+    }
+    return status;
+}
+
+/* ---- times ----------------------------------------------------------------------------------- */
 
 static void leave(entrant *scene)
 {
@@ -87,41 +142,96 @@ static ad_status race(entrant *scenes, int count, ad_error *error)
     return AD_OK;
 }
 
-static void print_left_out(const scene *scene)
+/* ---- table ----------------------------------------------------------------------------------- */
+
+enum { NUMBERS = 6 };
+
+static int equations_inside(const scene *scene)
 {
-    rod_term terms[ROD_TERM_MAX];
-    int count = rod_terms(scene, terms), width = 0;
+    int rows = 0;
+    for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
+        rows += model_of(scene)->residual_rows(scene, (rod_residual_kind)kind);
+    }
+    return rows;
+}
+
+static bool any_has(const entrant *scenes, int count, const char *name)
+{
     for (int i = 0; i < count; i++) {
-        if (!terms[i].present) {
-            width += printf("%s%s (%s)", width ? ", " : "    left out: ", terms[i].name,
-                            terms[i].reason);
+        const scene *scene = &scenes[i].e->settings->scene;
+        rod_term terms[ROD_TERM_MAX];
+        int all = model_of(scene)->terms(scene, terms);
+        for (int k = 0; k < all; k++) {
+            if (terms[k].present && strcmp(terms[k].name, name) == 0) {
+                return true;
+            }
         }
     }
-    printf("%s", width ? "\n" : "    nothing is left out\n");
+    return false;
+}
+
+/* What this scene lacks and another one has; a reason once behind terms in a row. */
+static void print_left_out(const entrant *scenes, int count, const scene *scene)
+{
+    rod_term terms[ROD_TERM_MAX];
+    int all = model_of(scene)->terms(scene, terms), left = 0;
+    for (int i = 0; i < all; i++) {
+        if (!terms[i].present && any_has(scenes, count, terms[i].name)) {
+            terms[left++] = terms[i];
+        }
+    }
+    for (int i = 0; i < left; i++) {
+        bool last = i + 1 == left || strcmp(terms[i].reason, terms[i + 1].reason) != 0;
+        printf("%s%s", i ? ", " : "    without ", terms[i].name);
+        if (last) {
+            printf(" (%s)", terms[i].reason);
+        }
+    }
+    printf("%s", left ? "\n" : "");
+}
+
+static ad_status write_table(const entrant *scenes, int count, double numbers[NUMBERS][SCENES_MAX],
+                             const char *out, ad_error *error)
+{
+    static const char *const names[1 + NUMBERS] = {"scene",           "microseconds_per_point",
+                                                   "ratio",           "instructions",
+                                                   "flops_per_point", "unknowns",
+                                                   "equations"};
+    const char *texts[SCENES_MAX];
+    const char *const *words[1 + NUMBERS] = {texts};
+    const double *columns[1 + NUMBERS] = {NULL};
+    for (int i = 0; i < count; i++) {
+        texts[i] = scenes[i].e->settings->name;
+    }
+    for (int k = 0; k < NUMBERS; k++) {
+        columns[1 + k] = numbers[k];
+    }
+    return table_write_words(out, names, columns, words, 1 + NUMBERS, (size_t)count, error);
 }
 
 static int report(entrant *scenes, int count, const char *out)
 {
-    static const char *const names[] = {"microseconds_per_point", "ratio", "instructions",
-                                        "flops_per_point"};
-    double table[4][SCENES_MAX];
-    const double *columns[4] = {table[0], table[1], table[2], table[3]};
-    printf("%-24s %12s %8s %14s %12s\n", "scene", "us/point", "ratio", "instructions",
-           "flops/point");
-    for (int i = count - 1; i >= 0; i--) {
-        double points = (double)scenes[i].info.points;
-        table[0][i] = 1e6 * median(scenes[i].seconds, REPETITIONS) / points;
-        table[1][i] = table[0][i] / table[0][count - 1];
-        table[2][i] = (double)scenes[i].info.program.instructions;
-        table[3][i] = (double)scenes[i].info.program.flops_per_point;
+    double numbers[NUMBERS][SCENES_MAX];
+    printf("%-32s %9s %7s %13s %12s %9s %10s\n", "scene", "us/point", "ratio", "instructions",
+           "flops/point", "unknowns", "equations");
+    for (int i = 0; i < count; i++) {
+        const problem_set_info *info = &scenes[i].info;
+        const scene *scene = &scenes[i].e->settings->scene;
+        numbers[0][i] = 1e6 * median(scenes[i].seconds, NULL) / (double)info->points;
+        numbers[1][i] = median(scenes[i].seconds, scenes[count - 1].seconds);
+        numbers[2][i] = (double)info->program.instructions;
+        numbers[3][i] = (double)info->program.flops_per_point;
+        numbers[4][i] = model_of(scene)->network_outputs(scene);
+        numbers[5][i] = equations_inside(scene);
     }
     for (int i = 0; i < count; i++) {
-        printf("%-24s %12.3f %8.3f %14.0f %12.0f\n", scenes[i].e->settings->name, table[0][i],
-               table[1][i], table[2][i], table[3][i]);
-        print_left_out(&scenes[i].e->settings->scene);
+        printf("%-32s %9.3f %7.3f %13.0f %12.0f %9.0f %10.0f\n", scenes[i].e->settings->name,
+               numbers[0][i], numbers[1][i], numbers[2][i], numbers[3][i], numbers[4][i],
+               numbers[5][i]);
+        print_left_out(scenes, count, &scenes[i].e->settings->scene);
     }
     ad_error error;
-    if (out && table_write(out, names, columns, 4, (size_t)count, &error) != AD_OK) {
+    if (out && write_table(scenes, count, numbers, out, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
     return 0;
@@ -129,15 +239,15 @@ static int report(entrant *scenes, int count, const char *out)
 
 int main(int count, char **arguments)
 {
-    int points = 4096, width = 64, threads = 1;
+    int points = 4096, width = 64, threads = 1, entered = 0;
     const char *out = NULL, *operand;
-    cli_list paths = {2, {"configs/elastica_deep.yaml", "configs/cantilever_deep.yaml"}};
     cli_list given = {0};
     const cli_program about = {
         program, NULL, "Time of one value and gradient of each scene, same network and points.",
         NULL,    NULL, NULL};
     const cli_option known[] = {
-        {"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0, "a scene; ratios are to the last"},
+        {"--scene", "CONFIG.yaml", CLI_LIST, &given, 0, 0,
+         "a scene in place of every model; ratios are to the last"},
         {"--points", "N", CLI_INTEGER, &points, 2, 1e7, "points of each (4096)"},
         {"--width", "N", CLI_INTEGER, &width, 1, 4096, "of the 3 hidden layers (64)"},
         {"--threads", "N", CLI_INTEGER, &threads, 1, 1024, "threads (1)"},
@@ -146,14 +256,19 @@ int main(int count, char **arguments)
     if (result != CLI_RUN) {
         return result;
     }
-    paths = given.count ? given : paths;
-    entrant scenes[SCENES_MAX];
-    memset(scenes, 0, sizeof scenes);
-    int entered = 0;
+    char network[64], interior[64];
+    snprintf(network, sizeof network, "network={hidden: [%d, %d, %d], activation: tanh}", width,
+             width, width);
+    snprintf(interior, sizeof interior, "losses.interior={points: %d, sampler: sobol}", points);
+    const char *const same[2] = {network, interior};
+    entrant scenes[SCENES_MAX] = {{0}};
     ad_error error = {AD_OK, ""};
     ad_status status = AD_OK;
-    for (; status == AD_OK && entered < paths.count && entered < SCENES_MAX; entered++) {
-        status = enter(&scenes[entered], paths.texts[entered], points, width, threads, &error);
+    for (; status == AD_OK && entered < given.count && entered < SCENES_MAX; entered++) {
+        status = enter(&scenes[entered], given.texts[entered], NULL, same, threads, &error);
+    }
+    if (given.count == 0) {
+        status = enter_models(scenes, same, threads, &entered, &error);
     }
     if (status == AD_OK) {
         status = race(scenes, entered, &error);

@@ -198,7 +198,7 @@ const config_key config_keys[] = {
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
-     .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (7 unknowns in "
+     .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
              "column that may buckle sideways."},
     {"enforcement.boundary", CONFIG_CHOICE, AT(scene.boundary_enforcement),
@@ -225,7 +225,7 @@ const config_key config_keys[] = {
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
     {"network.rotation", CONFIG_CHOICE, AT(rotation), .names = rotation_names,
-     .help = "How the network expresses a rotation."},
+     .help = "How the network expresses a rotation in space; in a plane it is an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 or 8 for each function",
@@ -391,7 +391,7 @@ const config_key config_keys[] = {
     {"reference.solve", CONFIG_NUMBER, AT(reference_tolerance), BETWEEN(1e-13, 0.1),
      .flags = CONFIG_BY_NAME,
      .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
-             "the length. `reference: solve`: 1e-11 at rest, 1e-8 in motion. Kept in the folder "
+             "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at rest, 1e-8 in motion. Kept in the folder "
              "cpinn of XDG_CACHE_HOME, else of ~/.cache, until the physics changes."},
     {"reference.file", CONFIG_TEXT, AT(reference_file),
      .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "

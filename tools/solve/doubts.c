@@ -10,7 +10,7 @@ static int ways_to_give(const solution *x, const scene *rod_scene)
     ad_error ignored;
     int ways = -1;
     stability_points(rod_scene, s);
-    if (!scene_is_dynamic(rod_scene) &&
+    if (!scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) &&
         solution_evaluate(x, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
                           &ignored) == AD_OK) {
         stability_count(rod_scene, values, &ways, &ignored);
@@ -31,9 +31,10 @@ bool solution_doubts(const solution *x, const scene *rod_scene, const solve_sett
     }
     if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
         snprintf(text, SOLUTION_DOUBT,
-                 "estimated error %.2g of the length with %d nodes, above --tol %.2g; try a larger "
+                 "estimated error %.2g of the %s with %d nodes, above --tol %.2g; try a larger "
                  "tolerance; jumps in loads or rest shape converge slowly",
-                 report->estimate, report->nodes, settings->tolerance);
+                 report->estimate, scene_is_beam(rod_scene) ? "deflection" : "length",
+                 report->nodes, settings->tolerance);
         return true;
     }
     int ways = ways_to_give(x, rod_scene);

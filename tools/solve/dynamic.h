@@ -26,6 +26,6 @@ ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const do
                      solve_state *out, ad_error *error);
 
 /* [count] */
-const integrate_energy *dynamic_energies(const dynamic_solution *x);
+const solve_energy *dynamic_energies(const dynamic_solution *x);
 
 #endif

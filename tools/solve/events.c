@@ -33,7 +33,11 @@ static ad_status take(const solve_rod *rod, samples *x, int first, int count, ad
         }
     }
     for (int end = 0; status == AD_OK && end < 2; end++) {
-        status = solve_rod_ends(rod, end, (size_t)count, x->t + first, x->ends + first, error);
+        for (int i = first; i < first + count; i++) {
+            x->s[i] = end;
+        }
+        status = solve_rod_ends(rod, end, (size_t)count, x->s + first, x->t + first,
+                                x->ends + first, error);
         for (int i = first; i < first + count; i++) {
             double *to = x->numbers[i] + POINTS * LOAD + end * END;
             memcpy(to, x->ends[i].position, 3 * sizeof *to);

@@ -20,7 +20,9 @@ typedef struct integration {
     N_Vector state, sample;
     ad_error error;                /* of a formula, or SUNDIALS' words */
     gauss_rule quadrature;         /* of power over a step */
-    double work, dissipated, time; /* energy so far, up to `time` */
+    double tolerance;              /* of a step */
+    double initial;                /* energy */
+    double work, dissipated, time; /* so far, up to `time` */
     size_t events, event;          /* how many, and which comes next */
     double *event_times;
 } integration;
@@ -39,11 +41,14 @@ static int rate(realtype t, N_Vector state, N_Vector to, void *data)
     if (in->system) {
         motion_system_at(in->system, from, result);
     }
-    for (size_t i = 0; i < motion_nodes(in->motion) * MOTION_ROWS; i++) {
-        if (!isfinite(result[i])) {
-            return 1; /* a shorter step may do */
-        }
-    }
+    return vector_is_finite(to) ? 0 : 1; /* a shorter step may do */
+}
+
+/* One over what a row may be off. */
+static int weigh(N_Vector state, N_Vector weight, void *data)
+{
+    const integration *in = data;
+    vector_weigh(in->tolerance, state, weight);
     return 0;
 }
 
@@ -110,7 +115,7 @@ static bool set_up(integration *in, const integrate_settings *settings)
     void *s = in->stepper;
     int bad = ARKStepSetErrHandlerFn(s, keep_words, in);
     bad |= ARKStepSetUserData(s, in);
-    bad |= ARKStepSStolerances(s, settings->tolerance, settings->tolerance);
+    bad |= ARKStepWFtolerances(s, weigh);
     bad |= ARKStepSetTableNum(s, implicit ? ARKODE_ARK548L2SAb_DIRK_8_4_5 : ARKODE_DIRK_NONE,
                               implicit ? ARKODE_ERK_NONE : ARKODE_ARK436L2SA_ERK_6_3_4);
     bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE);
@@ -151,8 +156,16 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (!in->stepper || !set_up(in, settings)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
+    if (settings->step > 0) {
+        ARKStepSetFixedStep(in->stepper, settings->step);
+        ARKStepSetMaxNonlinIters(in->stepper, 50); /* there is no shorter step to turn to */
+    } else if (!implicit) { /* error control sees what grows only when it has grown */
+        double steps;
+        status = integrate_explicit_steps(in->motion, &steps, error);
+        ARKStepSetMaxStep(in->stepper, 1 / steps);
+    }
     in->quadrature = gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
-    return AD_OK;
+    return status;
 }
 
 /* ---- stepping ------------------------------------------------------------------------------ */
@@ -179,18 +192,17 @@ static bool integrate_power(integration *in, double t)
         if (!state) {
             return false;
         }
-        motion_energy energy = motion_energy_of(in->motion, state);
-        in->work += length * rule->weights[i] * energy.power;
-        in->dissipated += length * rule->weights[i] * energy.dissipation;
+        motion_power power = motion_power_of(in->motion, state);
+        in->work += length * rule->weights[i] * power.load;
+        in->dissipated += length * rule->weights[i] * power.dissipation;
     }
     in->time = t;
     return true;
 }
 
-static bool record(integration *in, double t, bool has_stepped, double *to,
-                   integrate_energy *energy)
+static bool record(integration *in, double t, bool has_stepped, double *to, solve_energy *energy)
 {
-    if (energy && has_stepped && !integrate_power(in, t)) {
+    if (has_stepped && !integrate_power(in, t)) {
         return false;
     }
     const double *state = state_at(in, t, has_stepped);
@@ -198,10 +210,10 @@ static bool record(integration *in, double t, bool has_stepped, double *to,
         return false;
     }
     memcpy(to, state, motion_nodes(in->motion) * MOTION_ROWS * sizeof *to);
-    if (energy) {
-        motion_energy now = motion_energy_of(in->motion, state);
-        *energy = (integrate_energy){now.kinetic, now.strain, in->work, in->dissipated};
-    }
+    motion_energy now = motion_energy_of(in->motion, state);
+    double expected = in->initial + in->work - in->dissipated;
+    *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
+                             now.kinetic + now.strain - expected};
     return true;
 }
 
@@ -217,14 +229,19 @@ static bool step(integration *in, double end, double *t)
 }
 
 static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
-                integrate_energy *energies, double *t)
+                solve_energy *energies, double *t)
 {
     size_t rows = motion_nodes(in->motion) * MOTION_ROWS, done = 0;
+    const double *initial = state_at(in, 0, false);
+    if (!initial) {
+        return false;
+    }
+    motion_energy at_start = motion_energy_of(in->motion, initial);
+    in->initial = at_start.kinetic + at_start.strain;
     for (long steps = 0; true; steps++) {
         bool has_stepped = steps > 0;
         for (; done < count && times[done] <= *t; done++) {
-            if (!record(in, times[done], has_stepped, states + done * rows,
-                        energies ? energies + done : NULL)) {
+            if (!record(in, times[done], has_stepped, states + done * rows, energies + done)) {
                 return false;
             }
         }
@@ -235,10 +252,11 @@ static bool run(integration *in, long steps_max, size_t count, const double *tim
             snprintf(in->error.message, sizeof in->error.message, "%ld steps", steps);
             return false;
         }
-        if (energies && has_stepped && !integrate_power(in, *t)) {
+        if (has_stepped && !integrate_power(in, *t)) {
             return false;
         }
-        if (!step(in, times[count - 1], t)) {
+        /* Within explicit steps the fastest vibrations are not resolved: stop at each time. */
+        if (!step(in, times[in->system ? count - 1 : done], t)) {
             return false;
         }
     }
@@ -255,10 +273,10 @@ static void count_work(const integration *in, integrate_counts *counts)
 }
 
 ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
-                    const double *times, double *states, integrate_energy *energies,
+                    const double *times, double *states, solve_energy *energies,
                     integrate_counts *counts, ad_error *error)
 {
-    integration in = {.motion = m};
+    integration in = {.motion = m, .tolerance = settings->tolerance};
     *counts = (integrate_counts){0};
     ad_status status = open_integration(&in, settings, error);
     if (status == AD_OK &&
@@ -299,7 +317,7 @@ static double apply_jacobian(motion *m, size_t rows, const double *state, const 
 
 ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error)
 {
-    const double stable = 2.8; /* eigenvalue times step, on the imaginary axis */
+    const double stable = 3; /* eigenvalue times step, on the imaginary axis */
     size_t rows = motion_nodes(m) * MOTION_ROWS;
     double *state = malloc(4 * rows * sizeof *state);
     if (!state) {

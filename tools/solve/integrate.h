@@ -12,20 +12,13 @@
 
 #include "tools/solve/motion.h"
 
-/* At one of the times asked for. kinetic + strain - work + dissipated is constant but for errors of
- * integration. */
-typedef struct integrate_energy {
-    double kinetic, strain;
-    double work;       /* of loads, and of what drives the ends, since t = 0 */
-    double dissipated; /* by damping and drag since t = 0, >= 0 */
-} integrate_energy;
-
 typedef enum integrate_method { INTEGRATE_IMPLICIT, INTEGRATE_EXPLICIT } integrate_method;
 
 typedef struct integrate_settings {
     integrate_method method;
     double tolerance; /* of each step, relative and absolute, in every row */
     long steps_max;   /* 0: as many as it takes */
+    double step;      /* length of each, whatever its error; 0: as long as the tolerance allows */
 } integrate_settings;
 
 typedef struct integrate_counts {
@@ -34,10 +27,10 @@ typedef struct integrate_counts {
 } integrate_counts;
 
 /* From the initial state through times [count], ascending, >= 0, to states
- * [count][nodes][MOTION_ROWS] and energies [count] (NULL: not wanted). AD_NOT_FINITE when steps
+ * [count][nodes][MOTION_ROWS] and energies [count]. AD_NOT_FINITE when steps
  * become too small or too many, and errors of formulas; counts->time then says how far it came. */
 ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
-                    const double *times, double *states, integrate_energy *energies,
+                    const double *times, double *states, solve_energy *energies,
                     integrate_counts *counts, ad_error *error);
 
 /* How many steps for a unit of time the explicit method needs, lest the fastest vibration of the

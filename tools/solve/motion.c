@@ -1,6 +1,7 @@
 #include "tools/solve/motion.h"
 
 #include "tools/solve/lobatto.h"
+#include "tools/solve/processor.h"
 #include "tools/solve/quaternion.h"
 
 #include <math.h>
@@ -8,9 +9,7 @@
 #include <string.h>
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
-enum { LANES = 8, LANE_Q = 3 };
-typedef double lanes
-    __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+enum { LANE_Q = 3 };
 
 /* Strains and forces at a quadrature point, body frame. */
 typedef struct section {
@@ -258,12 +257,6 @@ void motion_prescribe(const motion *m, double *state)
 
 /* ---- internal forces ----------------------------------------------------------------------- */
 
-#if defined(__x86_64__)
-#define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define FOR_EACH_PROCESSOR
-#endif
-
 /* y [n][LANES] = matrix [n][n] x. Sums have the same order, so the same bits, on any processor. */
 FOR_EACH_PROCESSOR static void apply(int n, const double *matrix, double (*x)[LANES],
                                      double (*y)[LANES])
@@ -312,10 +305,8 @@ static void set_nodes(motion *m, const double *state)
         }
     }
     for (size_t i = 0; i < m->nodes; i++) {
-        quaternion_times_vector(m->pose[i] + LANE_Q, m->spin[i], m->flow[i] + LANE_Q);
-        for (int k = 0; k < 4; k++) {
-            m->flow[i][LANE_Q + k] *= 0.5;
-        }
+        const double *w = m->spin[i], half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
+        quaternion_times_vector(m->pose[i] + LANE_Q, half, m->flow[i] + LANE_Q);
         rotation_matrix(m->pose[i] + LANE_Q, m->R[i]);
     }
 }
@@ -433,26 +424,24 @@ static void outside_forces(motion *m)
 
 void motion_rate(motion *m, const double *state, double *rate)
 {
-    const double *inertia = m->rod->rotary_inertia;
+    const double *inertia = m->rod->rotary_inertia, by_mass = 1 / m->rod->mass;
+    const double by_inertia[3] = {1 / inertia[0], 1 / inertia[1], 1 / inertia[2]};
     set_nodes(m, state);
     internal_forces(m);
     outside_forces(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        double *to = rate + i * MOTION_ROWS, weight = m->weight[i], gyroscopic[3];
+        double *to = rate + i * MOTION_ROWS, by = 1 / m->weight[i], gyroscopic[3];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
+        const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
         vector_cross(w, momentum, gyroscopic);
-        quaternion_times_vector(q, w, to + MOTION_Q);
-        for (int k = 0; k < 4; k++) {
-            to[MOTION_Q + k] *= 0.5;
-        }
+        quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
             to[MOTION_R + k] = m->flow[i][k];
             to[MOTION_V + k] =
-                ((m->force[i][k] + m->push[i][k]) / weight - m->rod->drag * m->flow[i][k]) /
-                m->rod->mass;
+                (by * (m->force[i][k] + m->push[i][k]) - m->rod->drag * m->flow[i][k]) * by_mass;
             to[MOTION_W + k] =
-                ((m->torque[i][k] + m->turn[i][k]) / weight - gyroscopic[k]) / inertia[k];
+                (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * by_inertia[k];
         }
     }
     for (int end = 0; end < 2; end++) {
@@ -485,10 +474,11 @@ static double holding_power(const motion *m, int end)
     return power;
 }
 
-/* Strain energy, and the power that damping takes. */
-static void add_sections(const motion *m, motion_energy *energy)
+/* Strain energy, and the power that damping takes, of the present sections. */
+static void sum_sections(const motion *m, double *energy, double *dissipation)
 {
     const solve_rod *rod = m->rod;
+    *energy = *dissipation = 0;
     for (int e = 0; e < m->elements; e++) {
         for (int k = 0; k <= m->degree; k++) {
             const section *at = &m->sections[e * (m->degree + 1) + k];
@@ -499,9 +489,9 @@ static void add_sections(const motion *m, motion_energy *energy)
                 double bend = at->u[i] - rest->curvature[i], kbt = m->curvature_stiffness[i];
                 double bse = rod->strain_damping[i], bbt = rod->curvature_damping[i];
                 double viscous_n = at->n[i] - kse * strain, viscous_m = at->m[i] - kbt * bend;
-                energy->strain += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);
-                energy->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
-                energy->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
+                *energy += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);
+                *dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
+                *dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
             }
         }
     }
@@ -509,22 +499,48 @@ static void add_sections(const motion *m, motion_energy *energy)
 
 motion_energy motion_energy_of(motion *m, const double *state)
 {
+    const double *inertia = m->rod->rotary_inertia;
     motion_energy energy = {0};
+    double dissipation;
     set_nodes(m, state);
     internal_forces(m);
-    outside_forces(m);
-    add_sections(m, &energy);
+    sum_sections(m, &energy.strain, &dissipation);
     for (size_t i = 0; i < m->nodes; i++) {
-        const double *V = m->flow[i], *w = m->spin[i], *inertia = m->rod->rotary_inertia;
-        double speed = vector_dot(V, V);
+        const double *V = m->flow[i], *w = m->spin[i];
         double spinning =
             inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
-        energy.kinetic += 0.5 * m->weight[i] * (m->rod->mass * speed + spinning);
-        energy.power += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
-        energy.dissipation += m->weight[i] * m->rod->drag * speed;
+        energy.kinetic += 0.5 * m->weight[i] * (m->rod->mass * vector_dot(V, V) + spinning);
     }
-    energy.power += holding_power(m, 0) + holding_power(m, 1);
     return energy;
+}
+
+/* Only then what holds it does work. */
+static bool end_moves(const motion *m, int end)
+{
+    const solve_end *given = &m->rod->ends[end];
+    const solve_end_state *now = &m->ends[end];
+    return (given->holds_position && vector_dot(now->velocity, now->velocity) > 0) ||
+           (given->holds_rotation && vector_dot(now->spin, now->spin) > 0);
+}
+
+motion_power motion_power_of(motion *m, const double *state)
+{
+    motion_power power = {0};
+    bool moves = end_moves(m, 0) || end_moves(m, 1);
+    set_nodes(m, state);
+    outside_forces(m);
+    if (m->is_damped || moves) {
+        double energy;
+        internal_forces(m);
+        sum_sections(m, &energy, &power.dissipation);
+    }
+    for (size_t i = 0; i < m->nodes; i++) {
+        const double *V = m->flow[i], *w = m->spin[i];
+        power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
+        power.dissipation += m->weight[i] * m->rod->drag * vector_dot(V, V);
+    }
+    power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;
+    return power;
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */

@@ -56,11 +56,17 @@ bool motion_is_held(const motion *m, size_t node, int row);
 
 typedef struct motion_energy {
     double kinetic, strain;
-    double power;       /* of loads, and of what drives the ends, at this instant */
-    double dissipation; /* power of damping and drag, >= 0 */
 } motion_energy;
 
 motion_energy motion_energy_of(motion *m, const double *state);
+
+/* load - dissipation is exactly the rate of kinetic + strain. */
+typedef struct motion_power {
+    double load;        /* of loads, and of what moves the ends */
+    double dissipation; /* of damping and drag, >= 0 */
+} motion_power;
+
+motion_power motion_power_of(motion *m, const double *state);
 
 /* At n points s [n], by the elements' polynomials through nodal values. */
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out);

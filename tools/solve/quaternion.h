@@ -43,9 +43,9 @@ static inline void quaternion_times_vector(const double q[4], const double a[3],
 
 static inline void quaternion_normalize(double q[4])
 {
-    double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    double by = 1 / sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     for (int i = 0; i < 4; i++) {
-        q[i] /= norm;
+        q[i] *= by;
     }
 }
 

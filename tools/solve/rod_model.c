@@ -1,27 +1,17 @@
 #include "tools/solve/rod_model.h"
 
 #include "physics/expression.h"
+#include "tools/solve/formula.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
-
-/* One value of s and t, compiled. */
-typedef struct formula {
-    ad_program *program;
-    int rows;
-    bool is_uniform; /* the same at all points */
-} formula;
 
 typedef struct solve_functions {
     ad_pool *pool;
-    formula rest, load, ends[2], initial;
-    double *memory; /* [2 + rows of the widest][capacity]: s, t, values */
-    size_t capacity;
+    formula *rest, *load, *ends[2], *initial;
 } solve_functions;
 
 /* Rows of a formula are the doubles of the struct it fills, in their order. */
-enum { ROWS_MAX = sizeof(solve_end_state) / sizeof(double) }; /* the widest */
 
 typedef struct recording {
     const scene *scene;
@@ -157,13 +147,6 @@ static ad_value record_initial(const recording *rec)
 
 /* ---- compiling ----------------------------------------------------------------------------- */
 
-static ad_status compile(ad_value value, ad_pool *pool, formula *to, ad_error *error)
-{
-    to->rows = ad_rows(value);
-    to->is_uniform = ad_extent_of(value) == AD_UNIFORM;
-    return ad_compile(1, &value, NULL, pool, &to->program, error);
-}
-
 static ad_status record(solve_rod *rod, ad_error *error)
 {
     solve_functions *f = rod->formula;
@@ -178,10 +161,10 @@ static ad_status record(solve_rod *rod, ad_error *error)
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
     const ad_value values[5] = {record_rest(&rec), load, record_end(&rec, 0), record_end(&rec, 1),
                                 record_initial(&rec)};
-    formula *to[5] = {&f->rest, &f->load, &f->ends[0], &f->ends[1], &f->initial};
+    formula **to[5] = {&f->rest, &f->load, &f->ends[0], &f->ends[1], &f->initial};
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < 5; i++) {
-        status = compile(values[i], f->pool, to[i], error);
+        status = formula_create(values[i], f->pool, to[i], error);
     }
     ad_tape_free(tape);
     return status;
@@ -257,12 +240,11 @@ void solve_rod_free(solve_rod *rod)
 {
     if (rod) {
         solve_functions *f = rod->formula;
-        formula *all[5] = {&f->rest, &f->load, &f->ends[0], &f->ends[1], &f->initial};
+        formula *all[5] = {f->rest, f->load, f->ends[0], f->ends[1], f->initial};
         for (int i = 0; i < 5; i++) {
-            ad_program_free(all[i]->program);
+            formula_free(all[i]);
         }
         ad_pool_free(f->pool);
-        free(f->memory);
         free(f);
         free(rod);
     }
@@ -270,92 +252,46 @@ void solve_rod_free(solve_rod *rod)
 
 /* ---- evaluating ---------------------------------------------------------------------------- */
 
-static const double start = 0; /* of time */
-
-/* Where and when a formula is wanted: s and t, every `s_step`th, `t_step`th number of them; a step
- * of 0 is one number for all points. */
-typedef struct places {
-    const double *s, *t;
-    size_t s_step, t_step;
-} places;
-
-/* out [n][rows] */
-static ad_status evaluate(solve_functions *f, const formula *which, size_t n, places at,
-                          double *out, ad_error *error)
-{
-    if (n > f->capacity) {
-        double *memory = realloc(f->memory, (2 + ROWS_MAX) * n * sizeof *memory);
-        if (!memory) {
-            return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
-        }
-        f->memory = memory;
-        f->capacity = n;
-    }
-    double *points = f->memory, *times = points + n, *values = times + n;
-    for (size_t i = 0; i < n; i++) {
-        points[i] = at.s[i * at.s_step];
-        times[i] = at.t[i * at.t_step];
-    }
-    const double *inputs[2] = {points, times};
-    const ad_run run = {.points = n, .inputs = inputs, .outputs = &values};
-    ad_status status = ad_execute(which->program, &run, error);
-    size_t rows = (size_t)which->rows, stride = which->is_uniform ? 1 : n;
-    for (size_t i = 0; status == AD_OK && i < n; i++) {
-        for (size_t row = 0; row < rows; row++) {
-            out[i * rows + row] = values[row * stride + (which->is_uniform ? 0 : i)];
-        }
-    }
-    return status;
-}
-
 ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, solve_rest *out,
                          ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->rest, n, (places){s, &start, 1, 0}, (double *)out,
-                    error);
+    return formula_evaluate(rod->formula->rest, n, s, 0, (double *)out, error);
 }
 
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->load, n, (places){s, &t, 1, 0}, (double *)out,
-                    error);
+    return formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->load, n, (places){s, t, 1, 1}, (double *)out,
-                    error);
+    return formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error)
 {
     double s = end;
-    return evaluate(rod->formula, &rod->formula->ends[end], 1, (places){&s, &t, 0, 0},
-                    (double *)out, error);
+    return formula_evaluate(rod->formula->ends[end], 1, &s, t, (double *)out, error);
 }
 
-ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *t,
+ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
                          solve_end_state *out, ad_error *error)
 {
-    double s = end;
-    return evaluate(rod->formula, &rod->formula->ends[end], n, (places){&s, t, 0, 1}, (double *)out,
-                    error);
+    return formula_evaluate_at(rod->formula->ends[end], n, s, t, (double *)out, error);
 }
 
 /* In such a scene the formula of either end is the solution. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
                                  solve_end_state *out, ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->ends[0], n, (places){s, &t, 1, 0}, (double *)out,
-                    error);
+    return formula_evaluate(rod->formula->ends[0], n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_initial(const solve_rod *rod, size_t n, const double *s, solve_initial *out,
                             ad_error *error)
 {
-    return evaluate(rod->formula, &rod->formula->initial, n, (places){s, &start, 1, 0},
-                    (double *)out, error);
+    return formula_evaluate(rod->formula->initial, n, s, 0, (double *)out, error);
 }

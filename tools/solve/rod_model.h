@@ -98,8 +98,8 @@ ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error);
 
-/* The same at times t [n]; out [n]. */
-ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *t,
+/* The same at times t [n]; s [n]: where the end is, 0 or 1; out [n]. */
+ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
                          solve_end_state *out, ad_error *error);
 
 /* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */

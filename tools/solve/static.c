@@ -1,5 +1,6 @@
 #include "tools/solve/static.h"
 
+#include "tools/solve/static_energy.h"
 #include "tools/solve/static_newton.h"
 
 #include <math.h>
@@ -442,7 +443,7 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
 {
     path_shape path;
     static_solution *x = NULL;
-    *report = (solve_report){.estimate = NAN};
+    *report = (solve_report){.estimate = NAN, .energy_mismatch = NAN};
     *result = NULL;
     ad_status status = shape_path(rod, settings, &path, error);
     if (status == AD_OK) {
@@ -498,4 +499,9 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
     }
     free(rest);
     return status;
+}
+
+ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error)
+{
+    return static_energy_of(x->system, x->rod, x->y, energy, error);
 }

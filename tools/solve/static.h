@@ -21,4 +21,6 @@ void static_free(static_solution *x);
 ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
                     ad_error *error);
 
+ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error);
+
 #endif

@@ -5,9 +5,15 @@
 
 #include <nvector/nvector_serial.h>
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* Serial, of `rows` numbers; NULL when memory runs out. Clones have the same loops. */
 N_Vector vector_create(size_t rows, SUNContext context);
+
+/* weight = 1 / (tolerance (1 + |x|)) */
+void vector_weigh(double tolerance, N_Vector x, N_Vector weight);
+
+bool vector_is_finite(N_Vector x);
 
 #endif
