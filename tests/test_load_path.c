@@ -113,7 +113,8 @@ static void test_rollup(void **state)
     stop(&r);
 }
 
-/* The imperfection decides the side, and is gone at the end; without one the rod stays straight. */
+/* The imperfection decides the side, and is gone at the end; without one the rod stays straight,
+ * which is not solved, as it is not stable. */
 static void test_branches(void **state)
 {
     (void)state;
@@ -127,7 +128,7 @@ static void test_branches(void **state)
         run r = start(COLUMN, cases[i].changes, 1);
         finish(&r);
         double error = trainer_inspect(r.trainer).errors.position;
-        assert_true(trainer_inspect(r.trainer).solved);
+        assert_int_equal(trainer_inspect(r.trainer).solved, cases[i].changes != straight);
         assert_true(error >= cases[i].least && error < cases[i].most);
         stop(&r);
     }

@@ -44,10 +44,10 @@ typedef struct trainer_info {
     double learning_rate; /* or what the optimiser has for one, see tools/optimizer.h */
     double held_out;      /* at the last row of the history */
     reference_errors errors;
-    int64_t evaluations;   /* of the loss in this process */
-    double points;         /* per evaluation */
-    const char *ended;     /* why the last stage ended, or NULL */
-    bool solved;           /* it ended with a small loss */
+    int64_t evaluations; /* of the loss in this process */
+    double points;       /* per evaluation */
+    const char *ended;   /* why the last stage ended, or NULL */
+    bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
     const char *account;   /* what its optimiser has to say of its steps; may be empty */
     double held_out_ratio; /* held-out over training loss at the last row, both by the weights of
                             * the settings alone */
