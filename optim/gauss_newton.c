@@ -36,6 +36,9 @@ static const double GOOD_GAIN = 0.5, POOR_GAIN = 0.05;
  * nothing to gain. */
 static const double PROMISING = 0.5;
 
+/* Damping of which a step hardly takes notice, in its units. */
+static const double HARDLY_DAMPED = 1e-12;
+
 struct optim_gauss_newton {
     optim_gauss_newton_settings settings;
     size_t count;
@@ -46,6 +49,7 @@ struct optim_gauss_newton {
     double *trial_x; /* [count], work */
     double unit;     /* of the damping at x: the largest diagonal entry, or 1 */
     double promised; /* decrease that the model predicts for the step */
+    double damped;   /* what the step was computed with */
     double scalar[SCALAR_COUNT];
 };
 
@@ -236,6 +240,14 @@ static void lower_damping(optim_gauss_newton *gn, double decrease)
     gn->scalar[DAMPING] = fmax(gn->scalar[DAMPING], DBL_EPSILON * gn->unit);
 }
 
+/* Is hardly anything left to gain, so that a step is the last, whether or not rounding lets it
+ * lower the value? */
+static int promises_nothing(const optim_gauss_newton *gn, double value)
+{
+    return gn->damped <= HARDLY_DAMPED * gn->unit &&
+           gn->promised <= gn->settings.function_tolerance * value;
+}
+
 static optim_status accept(optim_gauss_newton *gn, double value)
 {
     const double change = gn->scalar[VALUE] - value, before = gn->scalar[VALUE];
@@ -246,7 +258,7 @@ static optim_status accept(optim_gauss_newton *gn, double value)
     const int slow =
         change <= gn->settings.function_tolerance * before && gn->promised <= PROMISING * before;
     gn->scalar[SLOW] = slow ? gn->scalar[SLOW] + 1 : 0;
-    if (change <= 0 || gn->scalar[SLOW] >= PATIENCE) {
+    if (change <= 0 || gn->scalar[SLOW] >= PATIENCE || promises_nothing(gn, before)) {
         return OPTIM_FUNCTION_TOLERANCE;
     }
     if (optim_max_abs(gn->count, gn->step) <=
@@ -256,7 +268,13 @@ static optim_status accept(optim_gauss_newton *gn, double value)
     return OPTIM_RUNNING;
 }
 
-typedef enum trial { TRIAL_ACCEPTED, TRIAL_REJECTED, TRIAL_NO_MOVE, TRIAL_STOPPED } trial;
+typedef enum trial {
+    TRIAL_ACCEPTED,
+    TRIAL_REJECTED,
+    TRIAL_LAST,
+    TRIAL_NO_MOVE,
+    TRIAL_STOPPED
+} trial;
 
 /* One damping: its step is tried. */
 static trial try_damping(optim_gauss_newton *gn, const optim_linear_model *model, double *value)
@@ -274,17 +292,18 @@ static trial try_damping(optim_gauss_newton *gn, const optim_linear_model *model
     if (!moved) {
         return TRIAL_NO_MOVE;
     }
+    gn->damped = gn->scalar[DAMPING];
+    gn->promised = predicted_decrease(gn);
     const optim_status status = evaluate(gn, model, gn->trial_x, value);
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
         return TRIAL_STOPPED;
     }
     if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE]) {
-        gn->promised = predicted_decrease(gn);
         lower_damping(gn, gn->scalar[VALUE] - *value);
         return TRIAL_ACCEPTED;
     }
     gn->scalar[status == OPTIM_RUNNING ? REJECTED : NOT_FINITE] += 1;
-    return TRIAL_REJECTED;
+    return promises_nothing(gn, gn->scalar[VALUE]) ? TRIAL_LAST : TRIAL_REJECTED;
 }
 
 static const char *check_scalars(const optim_gauss_newton *gn)
@@ -331,6 +350,9 @@ optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_
     gn->scalar[DAMPING] = start; /* a step may be called again */
     if (result == TRIAL_STOPPED) {
         return OPTIM_STOPPED_BY_OBJECTIVE;
+    }
+    if (result == TRIAL_LAST) {
+        return OPTIM_FUNCTION_TOLERANCE;
     }
     const int none_finite =
         gn->scalar[REJECTED] == finite_before && gn->scalar[NOT_FINITE] > bad_before;

@@ -228,7 +228,7 @@ const config_key config_keys[] = {
      .help = "How the network expresses a rotation in space; in a plane it is an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(losses.interior.points), BETWEEN(1, 1e8),
-     .fallback = "256 static, 1024 dynamic; without hidden layers 4 or 8 for each function",
+     .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",
      .help = "Collocation points of the balance and kinematic equations."},
     {"losses.interior.sampler", CONFIG_CHOICE, AT(losses.interior.sampler),
      .names = sampler_names,

@@ -168,9 +168,7 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
         network->fourier_features = default_features(experiment);
     }
     int functions = 1 + 2 * network->fourier_features;
-    int interior = linear    ? POINTS_PER_FUNCTION * (dynamic ? 2 : 1) * functions
-                   : dynamic ? 1024
-                             : 256;
+    int interior = linear ? POINTS_PER_FUNCTION * functions : dynamic ? 1024 : 256;
     resolve_points(experiment, &losses->interior.points, "losses.interior.points", interior);
     resolve_points(experiment, &losses->boundary.points, "losses.boundary.points",
                    dynamic ? 64 : 1);
