@@ -7,11 +7,12 @@
 
 /* Raised when solutions change by more than their estimated error: kept ones are then solved anew.
  */
-#define SOLUTION_VERSION 2
+#define SOLUTION_VERSION 3
 
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, or a beam's deflection over the
-                          * largest, everywhere; refined until estimated to be met */
+                          * largest, everywhere; of rods in motion also of a tenth of the rotation
+                          * in rad; refined until estimated to be met */
     int nodes;           /* along the rod, exactly these and no refinement; 0: by the tolerance */
     double perturbation; /* static rod: a force per length of so many EI/L^3 across the rod while
                           * the load grows, removed again at full load: leaves a straight column for
