@@ -467,17 +467,15 @@ static ad_status open_reference(session *x, ad_error *error)
     return status;
 }
 
-/* Without --tol; of the solution that others are compared with. The motion of a rod is the hardest.
- */
+/* Without --tol; of the solution that others are compared with. */
 static void choose_tolerance(session *x)
 {
-    bool hard = scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
-    double *tolerance = &x->asked.tolerance;
+    double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
     if (*tolerance == 0) {
-        *tolerance = hard ? 1e-6 : 1e-10;
+        *tolerance = usual;
     }
     if (x->asked.work_precision) {
-        *tolerance = fmin(*tolerance, hard ? 1e-8 : 1e-12);
+        *tolerance = fmin(*tolerance, usual / 100);
     }
 }
 

@@ -20,9 +20,9 @@ struct solution {
     double *times; /* [count] ascending, each once; in units of the rod's time */
 };
 
-solve_settings solve_settings_default(void)
+solve_settings solve_settings_default(const scene *rod_scene)
 {
-    return (solve_settings){.tolerance = 1e-10};
+    return (solve_settings){.tolerance = scene_is_dynamic(rod_scene) ? 1e-6 : 1e-10};
 }
 
 static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
