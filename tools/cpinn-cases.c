@@ -211,14 +211,14 @@ static int run(table *t, const options *o)
 int main(int count, char **arguments)
 {
     table t = {.path_count = 0};
-    options o = {.seconds = 120};
+    options o = {.seconds = 600};
     const char *last;
     const cli_program about = {program, "FOLDER|CONFIG.yaml", summary, epilogue, NULL, &o.operands};
     const cli_option known[] = {
         {"--out", "DIR", CLI_TEXT, &o.out, 0, 0,
          "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},
         {"--seconds", "S", CLI_NUMBER, &o.seconds, 1e-3, 1e6,
-         "limit of a row; the error is then that of what there is (120)"},
+         "limit of a row; the error is then that of what there is (600)"},
         {"--threads", "N", CLI_INTEGER, &o.threads, 0, 1024,
          "of a network; default 0: one for each processor. The solver has one"}};
     int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);

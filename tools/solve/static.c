@@ -1,5 +1,6 @@
 #include "tools/solve/static.h"
 
+#include "tools/solve/quaternion.h"
 #include "tools/solve/static_energy.h"
 #include "tools/solve/static_newton.h"
 
@@ -373,7 +374,8 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     return AD_OK;
 }
 
-/* Largest distance of the positions at the nodes of the finer one. */
+/* Largest distance of the positions at the nodes of the finer one, and largest turn about the
+ * tangent, rad, which positions do not show. */
 static double difference(const static_solution *coarse, const static_solution *fine,
                          const double *points)
 {
@@ -384,7 +386,9 @@ static double difference(const static_solution *coarse, const static_solution *f
         for (int k = 0; k < 3; k++) {
             off[k] = y[k] - fine->y[i * STATIC_ROWS + (size_t)k];
         }
-        result = fmax(result, norm(off));
+        double turn[4];
+        quaternion_quotient(y + STATIC_Q, fine->y + i * STATIC_ROWS + STATIC_Q, turn);
+        result = fmax(result, fmax(norm(off), 2 * fabs(turn[3])));
     }
     return result;
 }
