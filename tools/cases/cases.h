@@ -51,7 +51,7 @@ typedef struct cases_task {
     double seconds; /* limit */
 } cases_task;
 
-/* The name of a case: of its file, without folders and ending. */
+/* The name of a case: of its file, without folders and ending, as one that fits a file of words. */
 void cases_name(const char *path, char name[CASES_NAME]);
 
 /* In a process of its own, so that the others go on whatever happens here. AD_IO, AD_NO_MEMORY:

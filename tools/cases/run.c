@@ -2,6 +2,7 @@
 #include "tools/cases/cases.h"
 #include "tools/child.h"
 #include "tools/clock.h"
+#include "tools/compare/compare.h"
 #include "tools/session.h"
 #include "tools/solve/solve.h"
 
@@ -259,7 +260,9 @@ void cases_name(const char *path, char name[CASES_NAME])
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     const char *dot = strrchr(base, '.');
     int length = dot && dot > base ? (int)(dot - base) : (int)strlen(base);
-    snprintf(name, CASES_NAME, "%.*s", length, base);
+    char text[CASES_NAME];
+    snprintf(text, sizeof text, "%.*s", length, base);
+    compare_name(name, text);
 }
 
 static void work(const void *task, void *result)
