@@ -48,6 +48,7 @@ boundary: {start: {type: clamped}}
 END
 run 1 cpinn-cases refused.yaml "$dynamic" --threads 1 --seconds 0.01
 said stdout.txt '^refused +pinn '
+said stdout.txt '^ +refused: rotary inertia about d1 is 0 '
 said stdout.txt '^ +out of time: 0.01 s in window 1 of 1$'
 check four rows -- test "$(grep -cE '^[a-z_]* +(pinn|solver) ' stdout.txt)" -eq 4
 

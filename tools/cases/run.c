@@ -226,7 +226,8 @@ static void conclude(classical *x, const solve_settings *settings, double readin
     bool settled = r->estimate <= settings->tolerance;
     row->outcome = settled ? CASES_SOLVED : CASES_DOUBTED;
     if (!settled) {
-        snprintf(row->text, CASES_TEXT, "estimated error %.2g of the length", r->estimate);
+        snprintf(row->text, CASES_TEXT, "estimated error %.2g, above the tolerance of %.2g",
+                 r->estimate, settings->tolerance);
     }
 }
 

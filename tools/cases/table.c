@@ -27,16 +27,20 @@ static const char *seconds_text(double seconds, char text[16])
     return text;
 }
 
-static void size_text(const cases_row *row, char text[64])
+/* "1 equation", "2 equations" */
+static void count_text(double count, const char *what, char text[32])
 {
-    if (isnan(row->points)) {
-        strcpy(text, "-");
-    } else if (row->method == CASES_PINN) {
-        snprintf(text, 64, "%.0f unknowns, %.0f equation%s", row->unknowns, row->equations,
-                 row->equations == 1 ? "" : "s");
-    } else {
-        snprintf(text, 64, "%.0f nodes, %.0f steps", row->points, row->steps);
-    }
+    snprintf(text, 32, "%.0f %s%s", count, what, count == 1 ? "" : "s");
+}
+
+static void size_text(const cases_row *row, char text[72])
+{
+    bool trained = row->method == CASES_PINN;
+    char first[32], second[32];
+    count_text(trained ? row->unknowns : row->points, trained ? "unknown" : "node", first);
+    count_text(trained ? row->equations : row->steps, trained ? "equation" : "step", second);
+    bool direct = !trained && row->steps == 0; /* a linear scene */
+    snprintf(text, 72, isnan(row->points) ? "-" : direct ? "%s" : "%s, %s", first, second);
 }
 
 /* "time, shear" for "time; shear". */
@@ -49,7 +53,7 @@ static void print_left_out(FILE *file, const char *text)
 
 void cases_print_row(FILE *file, const cases_row *row, int width)
 {
-    char position[16], rotation[16], seconds[16], size[64];
+    char position[16], rotation[16], seconds[16], size[72];
     size_text(row, size);
     fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  ", width,
             row->method == CASES_PINN ? row->name : "", cases_method_name(row->method),
