@@ -206,7 +206,17 @@ static ad_status solve(classical *x, const solve_settings *settings, cases_row *
     return status;
 }
 
-static void conclude(classical *x, const solve_settings *settings, double reading, cases_row *row)
+/* Where the reference is the solver's own, its estimate is what is known of the error. */
+static void compare(const classical *x, cases_row *row)
+{
+    reference_errors errors = reference_compare_poses(x->known, x->poses);
+    bool is_own = !isnan(reference_estimates(x->known).position);
+    row->position = is_own ? fmax(errors.position, x->report.estimate) : errors.position;
+    row->rotation = is_own ? NAN : errors.rotation;
+}
+
+static void conclude(const classical *x, const solve_settings *settings, double reading,
+                     cases_row *row)
 {
     const solve_report *r = &x->report;
     bool moving = scene_is_dynamic(&x->e->settings->scene);
@@ -219,9 +229,7 @@ static void conclude(classical *x, const solve_settings *settings, double readin
         return;
     }
     if (x->known) {
-        reference_errors errors = reference_compare_poses(x->known, x->poses);
-        row->position = errors.position;
-        row->rotation = errors.rotation;
+        compare(x, row);
     }
     bool settled = r->estimate <= settings->tolerance;
     row->outcome = settled ? CASES_SOLVED : CASES_DOUBTED;
