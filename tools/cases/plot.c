@@ -24,12 +24,18 @@ static int number_of(const cases_row *rows, size_t row)
     return number;
 }
 
+/* The larger of both, so that a rod that only twists has an error. */
+static double error_of(const cases_row *row)
+{
+    return fmax(SMALLEST, fmax(row->position, row->rotation)); /* fmax leaves NaN out */
+}
+
 static void print_points(FILE *file, const cases_row *rows, size_t count, cases_method method)
 {
     fprintf(file, "$%s << END\n", cases_method_name(method));
     for (size_t i = 0; i < count; i++) {
         if (rows[i].method == method && is_drawn(&rows[i])) {
-            fprintf(file, "%.6g %.6g %d %s\n", rows[i].seconds, fmax(rows[i].position, SMALLEST),
+            fprintf(file, "%.6g %.6g %d %s\n", rows[i].seconds, error_of(&rows[i]),
                     number_of(rows, i), rows[i].name);
         }
     }
@@ -43,8 +49,8 @@ static void print_links(FILE *file, const cases_row *rows, size_t count)
     for (size_t i = 1; i < count; i++) {
         const cases_row *from = &rows[i - 1], *to = &rows[i];
         if (number_of(rows, i) == number_of(rows, i - 1) && is_drawn(from) && is_drawn(to)) {
-            fprintf(file, "%.6g %.6g\n%.6g %.6g\n\n", from->seconds, fmax(from->position, SMALLEST),
-                    to->seconds, fmax(to->position, SMALLEST));
+            fprintf(file, "%.6g %.6g\n%.6g %.6g\n\n", from->seconds, error_of(from), to->seconds,
+                    error_of(to));
         }
     }
     fprintf(file, "END\n");
@@ -78,7 +84,7 @@ static void print_script(FILE *file, const cases_row *rows, size_t count)
                   "'white'\nset output 'cases.svg'\n"
                   "set encoding utf8\nset logscale xy\nset format x '%%h'\nset format y "
                   "'10^{%%T}'\nset xlabel 'run time (s)'\n"
-                  "set ylabel 'relative L2 error of position'\n"
+                  "set ylabel 'error: position, relative L2, or rotation, rad'\n"
                   "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
                   "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n"
                   "set rmargin at screen 0.63\nset key at screen 0.66,0.97 left top "
