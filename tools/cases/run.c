@@ -35,7 +35,6 @@ static const struct {
              {"stretch", {"stretch"}},
              {"twist", {"twist"}},
              {"rotary inertia", {"rotary inertia"}},
-             {"gyroscopic moment", {"gyroscopic"}},
              {"damping", {"strain damping", "curvature damping", "drag"}}};
 
 static void add_word(char text[64], const char *word)
@@ -44,8 +43,13 @@ static void add_word(char text[64], const char *word)
     snprintf(text + length, 64 - length, "%s%s", length ? "; " : "", word);
 }
 
-/* Whether terms of a part are there, but none of them is present; those that go with the third
- * dimension, or with time, have been told. */
+/* Reasons that have been told otherwise: with the third dimension, with time. */
+static bool is_told(const char *reason)
+{
+    return strcmp(reason, "planar motion") == 0 || strcmp(reason, "static scene") == 0;
+}
+
+/* Whether terms of a part are there, but none of them is present. */
 static bool is_absent(const rod_term *terms, int count, int part)
 {
     bool absent = false;
@@ -57,8 +61,7 @@ static bool is_absent(const rod_term *terms, int count, int part)
             if (terms[i].present) {
                 return false;
             }
-            absent = absent || (strcmp(terms[i].reason, "planar motion") != 0 &&
-                                strcmp(terms[i].reason, "static scene") != 0);
+            absent = absent || !is_told(terms[i].reason);
         }
     }
     return absent;
