@@ -32,7 +32,8 @@ typedef struct solve_report {
     bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
-solve_settings solve_settings_default(void); /* tolerance 1e-10 */
+/* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6 */
+solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
  * from the unstressed rod: minus their potential; NaN under moments and follower loads, which have
