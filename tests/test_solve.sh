@@ -152,6 +152,10 @@ said stdout.txt 'unstressed'
 said stdout.txt '--perturb'
 run 0 cpinn-solve column.yaml --perturb 10
 said stdout.txt '^  tip +-?0.79'
+for case in buckled_2 constant_strain; do # to the branch that the imperfection names
+    run 0 cpinn-solve "$ROOT/configs/cases/$case.yaml"
+    said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
+done
 run 1 cpinn-solve column.yaml --out no.csv --set \
     'boundary.end={type: clamped, position: [0, 0, 0.6], rotation: [1, 0, 0, 0]}' --set loads.tip=null
 said stderr.txt '^cpinn-solve: .*stopped at 0\.9[0-9]* of the load.*--perturb'

@@ -27,7 +27,9 @@ static const char epilogue[] =
     "A rod may have several equilibria. This finds the one that continues the unstressed rod "
     "while\n"
     "the load grows: a straight column stays straight. --perturb 10 pushes it sideways on the way\n"
-    "and takes the push away at the end, which leads to the buckled shape.\n"
+    "and takes the push away at the end, which leads to the buckled shape; so does the scene's "
+    "own\n"
+    "rod.rest.imperfection.\n"
     "\n"
     "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced.\n"
     "\n"
@@ -313,7 +315,7 @@ static ad_status print_report(session *x, ad_error *error)
         puts(doubt);
     } else if (status == AD_OK && r->may_buckle) {
         printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
-               x->asked.perturbation == 0
+               x->asked.perturbation == 0 && !scene_is_imperfect(x->scene)
                    ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
                    : "the rod\nas it was perturbed");
     }
@@ -470,17 +472,15 @@ static ad_status open_reference(session *x, ad_error *error)
     return status;
 }
 
-/* Without --tol; of the solution that others are compared with. The motion of a rod is the hardest.
- */
+/* Without --tol; of the solution that others are compared with. */
 static void choose_tolerance(session *x)
 {
-    bool hard = scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
-    double *tolerance = &x->asked.tolerance;
+    double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
     if (*tolerance == 0) {
-        *tolerance = hard ? 1e-6 : 1e-10;
+        *tolerance = usual;
     }
     if (x->asked.work_precision) {
-        *tolerance = fmin(*tolerance, hard ? 1e-8 : 1e-12);
+        *tolerance = fmin(*tolerance, usual / 100);
     }
 }
 

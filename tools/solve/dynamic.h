@@ -10,12 +10,13 @@ typedef struct dynamic_solution dynamic_solution;
 /* From the initial state through times [count], ascending, in [0, duration], in units of
  * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
  * of time steps, no estimate. Otherwise steps and then the mesh grow finer until two solutions
- * differ by no more than half the tolerance at the times given; the finest is the solution, and the
- * sum of the last differences the estimate, rather that of the solutions before. AD_OK also when
- * the finest steps or mesh do not meet the tolerance: report->estimate is then above. Locked
+ * differ by no more than a quarter and half the tolerance at the times given, in position and in
+ * what a rotation moves over a tenth of the rod. The one on the finest mesh is the solution, and
+ * the sum of the last differences the estimate, rather that of the solutions before. AD_OK also
+ * when the finest steps or mesh do not meet the tolerance: report->estimate is then above. Locked
  * strains are stiff ones, whose error is of the order of a hundredth of the tolerance; 1e-6 is
- * about the best to ask of them. AD_BAD_INPUT: no rotary inertia. The rod must outlive the
- * solution. */
+ * about the best to ask of them, and minutes where a load jumps and sets them ringing.
+ * AD_BAD_INPUT: no rotary inertia. The rod must outlive the solution. */
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);

@@ -38,9 +38,10 @@ static ad_value record_rest(const recording *rec)
 {
     static const double straight[3] = {0, 0, 1};
     const scene_rod *rod = &rec->scene->rod;
-    const ad_value parts[2] = {record_texts(rec, 3, rod->rest_strain, straight, 1),
-                               record_texts(rec, 3, rod->rest_curvature, NULL, rec->scales.length)};
-    return ad_stack(2, parts);
+    const ad_value parts[3] = {record_texts(rec, 3, rod->rest_strain, straight, 1),
+                               record_texts(rec, 3, rod->rest_curvature, NULL, rec->scales.length),
+                               record_texts(rec, 3, rod->imperfection, NULL, rec->scales.length)};
+    return ad_stack(3, parts);
 }
 
 static ad_value record_load(const recording *rec)

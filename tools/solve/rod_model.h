@@ -51,9 +51,10 @@ typedef struct solve_rod {
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 
-/* Unstressed strain v* and curvature u*. */
+/* Unstressed strain v* and curvature u*; the imperfection is added to u* on the way to the loads.
+ */
 typedef struct solve_rest {
-    double strain[3], curvature[3];
+    double strain[3], curvature[3], imperfection[3];
 } solve_rest;
 
 /* Distributed loads: f = force + R(q) body_force, l = moment + R(q) body_moment; gravity is in

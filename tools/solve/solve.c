@@ -20,9 +20,10 @@ struct solution {
     double *times; /* [count] ascending, each once; in units of the rod's time */
 };
 
-solve_settings solve_settings_default(void)
+solve_settings solve_settings_default(const scene *rod_scene)
 {
-    return (solve_settings){.tolerance = 1e-10};
+    bool hard = scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene);
+    return (solve_settings){.tolerance = hard ? 1e-6 : 1e-10};
 }
 
 static ad_status solve_rod_scene(solution *x, const scene *rod_scene,

@@ -11,7 +11,8 @@
 
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, or a beam's deflection over the
-                          * largest, everywhere; refined until estimated to be met */
+                          * largest, everywhere; of rods in motion also of a tenth of the rotation
+                          * in rad; refined until estimated to be met */
     int nodes;           /* along the rod, exactly these and no refinement; 0: by the tolerance */
     double perturbation; /* static rod: a force per length of so many EI/L^3 across the rod while
                           * the load grows, removed again at full load: leaves a straight column for
@@ -31,7 +32,8 @@ typedef struct solve_report {
     bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
-solve_settings solve_settings_default(void); /* tolerance 1e-10 */
+/* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6 */
+solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
  * from the unstressed rod: minus their potential; NaN under moments and follower loads, which have

@@ -1,5 +1,6 @@
 #include "tools/solve/static.h"
 
+#include "tools/solve/quaternion.h"
 #include "tools/solve/static_energy.h"
 #include "tools/solve/static_newton.h"
 
@@ -38,9 +39,10 @@ struct static_solution {
     double *y; /* [unknowns] */
 };
 
-/* A path with parameter 0 .. last: loads grow to 1; beyond that the perturbation goes away. */
+/* A path with parameter first .. last: from -1 to 0 an imperfection grows, to 1 the loads, and it
+ * goes away again; beyond that the perturbation does. */
 typedef struct path_shape {
-    double last, perturbation, stretch;
+    double first, last, perturbation, stretch;
     double longest; /* step */
     bool may_buckle;
     bool known;         /* from a manufactured shape, at full load */
@@ -115,6 +117,7 @@ static ad_status shape_path(const solve_rod *rod, const solve_settings *settings
     const solve_end *ends = rod->ends;
     bool squeezed = ends[0].holds_position && ends[1].holds_position;
     *path = (path_shape){.known = scene_is_manufactured(&rod->scene),
+                         .first = scene_is_imperfect(&rod->scene) ? -1 : 0,
                          .last = settings->perturbation == 0 ? 1 : 2,
                          .perturbation = settings->perturbation,
                          .spins = !ends[0].holds_rotation && !ends[1].holds_rotation,
@@ -125,9 +128,10 @@ static ad_status shape_path(const solve_rod *rod, const solve_settings *settings
 
 static static_path path_at(const path_shape *path, double parameter)
 {
-    double load = fmin(1, parameter), rest = 1 - load;
+    double along = fmax(0, parameter), load = fmin(1, along), rest = 1 - load;
     return (static_path){.load = load,
-                         .perturbation = path->perturbation * parameter * (2 - parameter),
+                         .imperfection = path->first < 0 ? fmin(1 + parameter, rest) : 0,
+                         .perturbation = path->perturbation * along * (2 - along),
                          .director = path->director,
                          .spring = path->spins && !path->twists ? rest : 0,
                          .twist_spring = path->spins && path->twists ? 1 : 0,
@@ -202,7 +206,7 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
     }
     ad_status status = static_system_guess(x->system, x->y, error);
     report->load_fraction = 0;
-    at = path->known ? path->last : 0;
+    at = path->known ? path->last : path->first;
     static_path here = path_at(path, at);
     static_system_set(x->system, &here);
     bool going = status == AD_OK && static_newton_solve(x->newton, x->y, &report->newton_steps);
@@ -231,7 +235,7 @@ static ad_status follow(static_solution *x, const path_shape *path, solve_report
     }
     here = path_at(path, at);
     static_system_set(x->system, &here);
-    report->load_fraction = going ? 1 : fmin(at, 1 - 1e-9);
+    report->load_fraction = going ? 1 : fmin(fmax(at, 0), 1 - 1e-9);
     free(past.memory);
     return status;
 }
@@ -370,7 +374,8 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     return AD_OK;
 }
 
-/* Largest distance of the positions at the nodes of the finer one. */
+/* Largest distance of the positions at the nodes of the finer one, and largest turn about the
+ * tangent, rad, which positions do not show. */
 static double difference(const static_solution *coarse, const static_solution *fine,
                          const double *points)
 {
@@ -381,7 +386,9 @@ static double difference(const static_solution *coarse, const static_solution *f
         for (int k = 0; k < 3; k++) {
             off[k] = y[k] - fine->y[i * STATIC_ROWS + (size_t)k];
         }
-        result = fmax(result, norm(off));
+        double turn[4];
+        quaternion_quotient(y + STATIC_Q, fine->y + i * STATIC_ROWS + STATIC_Q, turn);
+        result = fmax(result, fmax(norm(off), 2 * fabs(turn[3])));
     }
     return result;
 }

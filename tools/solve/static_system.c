@@ -278,6 +278,9 @@ static static_point point_of(const static_system *x, size_t i)
         at.load.body_force[k] = x->path.load * full->body_force[k];
         at.load.body_moment[k] = x->path.load * full->body_moment[k];
     }
+    for (int k = 0; k < 3; k++) {
+        at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
+    }
     at.load.body_force[x->path.director] += x->path.perturbation;
     return at;
 }

@@ -1,0 +1,65 @@
+#!/bin/bash
+# cpinn-cases: rows that succeed, are refused, run out of time; what it writes and refuses.
+#   test_cases.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+
+# ---- a folder of cases ------------------------------------------------------------------------
+
+mkdir few
+cp "$ROOT/configs/elastica.yaml" few/b_bent.yaml
+sed 's/elastica/nothing/' "$ROOT/configs/elastica.yaml" >few/c_wrong.yaml
+cat >few/a_beam.yaml <<'END'
+rod: {model: euler_bernoulli, length: 1, stiffness: {bending: [1, 1]}}
+beam: {force: -1}
+reference: {deflection: -(6*s^2 - 4*s^3 + s^4)/24}
+END
+echo 'no case' >few/readme.txt
+run 1 cpinn-cases few --threads 1 --out a
+said stdout.txt '^case +method +position +rotation +seconds +size +left out$'
+said stdout.txt '^a_beam +pinn +[0-9.]+e-(0[7-9]|1[0-9]) .* time, shear$'
+said stdout.txt \
+    '^b_bent +pinn +[0-9.]+e-(0[7-9]|1[0-9]) .* 6 unknowns, 6 equations +time, out of plane, shear, stretch$'
+said stdout.txt '^ +solver +[0-9.]+e-1[0-9] .* [0-9]+ nodes, [0-9]+ steps +time$'
+said stdout.txt '^c_wrong +pinn +- +- +- +- +-$'
+said stdout.txt '^ +refused: few/c_wrong.yaml:[0-9]+:[0-9]+: reference.analytic: '
+check nothing on stderr -- test ! -s stderr.txt
+said a/cases.csv '^case,method,outcome,left_out,position_error,rotation_error,seconds,unknowns,equations,instructions,points,steps$'
+check two rows for each case, in order -- test \
+    "$(cut -d, -f1,2 a/cases.csv | tail -n +2 | tr '\n' ' ')" = \
+    'a_beam,pinn a_beam,solver b_bent,pinn b_bent,solver c_wrong,pinn c_wrong,solver '
+said a/cases.csv '^b_bent,pinn,solved,time; out of plane; shear; stretch,[0-9.e-]+,[0-9.e-]+,[0-9.e-]+,6,6,[0-9]+,'
+said a/cases.csv '^c_wrong,solver,refused,nothing,nan,nan,nan,'
+check the same as HDF5 -- test -s a/cases.h5
+said a/cases.gp '^\$pinn << END'
+check a point for each row with an error -- test \
+    "$(grep -cE '^[0-9].* [0-9]+ (a_beam|b_bent)$' a/cases.gp)" -eq \
+    "$(awk -F, 'NR > 1 && $5 != "nan"' a/cases.csv | wc -l)"
+if command -v gnuplot >/dev/null; then
+    check a picture -- test -s a/cases.svg -a -s a/cases.png
+fi
+
+# ---- one that takes too long, one that the solver refuses -------------------------------------
+
+cat >refused.yaml <<'END'
+rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}, inertia: {mass_per_length: 1, rotary: [0, 0, 0]}}
+time: {duration: 1}
+boundary: {start: {type: clamped}}
+END
+run 1 cpinn-cases refused.yaml "$dynamic" --threads 1 --seconds 0.01
+said stdout.txt '^refused +pinn '
+said stdout.txt '^ +refused: rotary inertia about d1 is 0 '
+said stdout.txt '^ +out of time: 0.01 s in window 1 of 1$'
+check four rows -- test "$(grep -cE '^[a-z_]* +(pinn|solver) ' stdout.txt)" -eq 4
+
+# ---- what is refused --------------------------------------------------------------------------
+
+run 0 cpinn-cases --help
+said stdout.txt '^usage: cpinn-cases '
+mkdir empty
+refused '^cpinn-cases: .*missing.yaml: No such file' cpinn-cases few missing.yaml
+refused '^cpinn-cases: .*operand|FOLDER' cpinn-cases
+refused 'empty: holds no case' cpinn-cases empty
+refused 'a: there is a table already' cpinn-cases few --out a
+refused '^cpinn-cases: --seconds 0: allowed' cpinn-cases few --seconds 0
+finish
