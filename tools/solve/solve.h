@@ -7,7 +7,7 @@
 
 /* Raised when solutions change by more than their estimated error: kept ones are then solved anew.
  */
-#define SOLUTION_VERSION 3
+#define SOLUTION_VERSION 4
 
 typedef struct solve_settings {
     double tolerance;    /* of the position over the length, or a beam's deflection over the
