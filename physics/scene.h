@@ -151,7 +151,7 @@ typedef struct scene_beam {
     const char *slope_rate; /* rad/s */
 } scene_beam;
 
-enum { SCENE_WINDOWS_MAX = 256 };
+enum { SCENE_WINDOWS_MAX = 1024 };
 
 typedef struct scene {
     scene_rod rod;

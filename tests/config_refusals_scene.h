@@ -232,9 +232,9 @@ static const refusal scene_refusals[] = {
     {DYNAMIC "enforcement: {initial: soft}\n", "time.windows=2",
      "--set time.windows=2: time.windows: every window starts exactly where the one before ends, "
      "but the initial state is soft; take enforcement.initial hard, or 1 window"},
-    {DYNAMIC, "time.windows=257",
-     "--set time.windows=257: time.windows: is 257, which is out of range; allowed: a whole "
-     "number 1 to 256"},
+    {DYNAMIC, "time.windows=1025",
+     "--set time.windows=1025: time.windows: is 1025, which is out of range; allowed: a whole "
+     "number 1 to 1024"},
     {BASE "losses: {causal: {slices: 4}}\n", NULL,
      "scene.yaml:4:27: losses.causal.slices: causal weighting follows time, but the scene is "
      "static; give time.duration, or leave it out"},
@@ -366,9 +366,9 @@ static const refusal scene_refusals[] = {
     {DYNAMIC, "time.duration=1e-20",
      "--set time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
      "long, beyond what can be computed with; allowed: 1e-12 to 1e+12"},
-    {DYNAMIC, "time.duration=100",
-     "--set time.duration=100: time.duration: would take 400 windows of a seventh of a period of "
-     "the first bending mode; allowed: up to 256, here 64 s, or longer windows, given by "
+    {DYNAMIC, "time.duration=1000",
+     "--set time.duration=1000: time.duration: would take 6e+03 windows of an eleventh of a period "
+     "of the first bending mode; allowed: up to 1024, here 171 s, or longer windows, given by "
      "time.windows"},
     {BASE, "network.fourier.wavenumber=1e9",
      "--set network.fourier.wavenumber=1e9: network.fourier.wavenumber: is 5e+08 radians in half "

@@ -180,7 +180,7 @@ const config_key config_keys[] = {
     {"time.duration", CONFIG_NUMBER, AT(scene.duration), .unit = "s", NOT_NEGATIVE,
      .help = "0: a static scene."},
     {"time.windows", CONFIG_INTEGER, AT(scene.windows), BETWEEN(1, SCENE_WINDOWS_MAX),
-     .fallback = "1; without hidden layers as many as last 0.25 L^2 (rhoA/EI)^(1/2) at most",
+     .fallback = "1; without hidden layers as many as last L^2/6 (rhoA/EI)^(1/2) at most",
      .help = "Equal parts of the duration, trained in turn, each with a network of its own that "
              "starts exactly where the one before ends; for many periods. training.stages are run "
              "in each."},
