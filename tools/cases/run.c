@@ -221,24 +221,22 @@ static void compare(const classical *x, cases_row *row)
 static void conclude(const classical *x, const solve_settings *settings, double reading,
                      cases_row *row)
 {
+    const scene *scene = &x->e->settings->scene;
     const solve_report *r = &x->report;
-    bool moving = scene_is_dynamic(&x->e->settings->scene);
+    char doubt[SOLUTION_DOUBT] = "";
+    bool moving = scene_is_dynamic(scene);
+    bool is_doubted = solution_doubts(x->solved, scene, settings, r, doubt);
     row->seconds += reading;
     row->points = r->nodes;
     row->steps = (double)(moving ? r->time_steps : r->newton_steps);
+    snprintf(row->text, CASES_TEXT, "%s", is_doubted ? doubt : "");
     if (!moving && r->load_fraction < 1) {
         row->outcome = CASES_STOPPED;
-        snprintf(row->text, CASES_TEXT, "at %.3g of the load", r->load_fraction);
         return;
     }
+    row->outcome = is_doubted ? CASES_DOUBTED : CASES_SOLVED;
     if (x->known) {
         compare(x, row);
-    }
-    bool settled = r->estimate <= settings->tolerance;
-    row->outcome = settled ? CASES_SOLVED : CASES_DOUBTED;
-    if (!settled) {
-        snprintf(row->text, CASES_TEXT, "estimated error %.2g, above the tolerance of %.2g",
-                 r->estimate, settings->tolerance);
     }
 }
 
