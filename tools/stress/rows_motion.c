@@ -29,7 +29,7 @@ static const stress_row rows[] = {
      BOTH(SOLVED(1e-5, DEFLECTION))},
     {"step/blow", TIP("0.1*(step(t-0.1)-step(t-0.11))"), .write = stress_write_blow,
      SOLVED_STEPPING(1e-4),
-     PINN = DOUBTED("not converged in window 1 of 4", "shorter than the waves of a window"),
+     PINN = DOUBTED("not converged in window 1", "shorter than the waves of a window"),
      SOLVER = SOLVED(1e-4, DEFLECTION)},
     {"damping/heavy", TIP("1e-2*t/10"),
      .overrides = {"rod.damping.curvature=[10, 10, 10]", "time.duration=10"},

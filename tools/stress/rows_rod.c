@@ -84,7 +84,7 @@ static const stress_row rows[] = {
      PINN = SOLVED(1e-4, "rad; the section turns by 1 rad, and errors grow a thousandfold"),
      SOLVER = EXACT},
     {"twist/1e-3-far", TWISTED("1e-3", "[0, 3, 4e-3]"), .measure = stress_rotation,
-     PINN = SOLVED(4e-2, "rad; 4 rad to a percent: a valley too narrow for steps of a fifth"),
+     PINN = DOUBTED("not converged", "200 steps end half way along so narrow a valley"),
      SOLVER = EXACT},
     {"twist/1e-3-patient", FAR_PATIENTLY, .measure = stress_rotation,
      PINN = SOLVED(1e-4, "rad; the same valley, walked to its end"), SOLVER = EXACT},
