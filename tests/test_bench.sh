@@ -118,6 +118,16 @@ said e/about.txt '^runs: [0-3] of 3$'
 
 # ---- refusals ---------------------------------------------------------------------------------
 
+# ---- the classical solver beside networks, with which sweeps have nothing to do -----------------
+
+run 0 cpinn-bench "$elastica" "${tiny[@]}" --methods first=adam:20,solver --networks 1x4,2x4 \
+    --seeds 1 --out solved
+check one line for the solver -- test "$(grep -c '^\[.*solver - seed .* every stage ended$' \
+    stdout.txt)" -eq 1
+check the solver is exact -- awk -F, '$2 == "solver" { error = $7 } END { exit !(error < 1e-12) }' \
+    solved/runs.csv
+said solved/elastica_deep.gp "'solver'"
+
 bench() {
     cpinn-bench "$elastica" "${tiny[@]}" --out z "$@"
 }

@@ -37,7 +37,7 @@ static void test_methods(void **state)
     assert_string_equal(methods[2].override, "training.stages=[{optimizer: adam, steps: 20}, "
                                              "{optimizer: gauss_newton, steps: 6}]");
     assert_string_equal(methods[3].name, "adam:7");
-    assert_methods_refused("newton", "there is no such method; allowed: config,adam,lbfgs,");
+    assert_methods_refused("newton", "there is no such method; allowed: config,solver,adam,lbfgs,");
     assert_methods_refused("a=adm:3", "'adm' is not an optimiser; allowed: adam, lbfgs,");
     assert_methods_refused("a=adam:0", "'adam:0' is not a stage");
     assert_methods_refused("a=adam:3x", "'adam:3x' is not a stage");

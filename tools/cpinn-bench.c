@@ -22,6 +22,7 @@ static const char epilogue[] =
     "  cpinn-bench configs/elastica.yaml --methods lbfgs,gauss_newton --networks 2x8,2x16,2x32\n"
     "  cpinn-bench configs/elastica.yaml --methods gauss_newton:50 --networks f8,f16,f32\n"
     "  cpinn-bench configs/elastica.yaml --methods config,slow=adam:1000+lbfgs:9000 --seconds 5\n"
+    "  cpinn-bench configs/elastica.yaml --methods config,solver        networks and cpinn-solve\n"
     "  cpinn-bench configs/cantilever_dynamic.yaml --error tip \\\n"
     "      --curve configs/reference/cantilever_ramp_solvers.csv\n"
     "\n"
@@ -61,6 +62,11 @@ typedef struct options {
     bool quiet;
 } options;
 
+/* What a cell is made of. */
+typedef struct planned {
+    int scene, method, network;
+} planned;
+
 /* Everything there is. */
 typedef struct bench {
     const options *o;
@@ -69,7 +75,8 @@ typedef struct bench {
     compare_network networks[COMPARE_NETWORKS_MAX];
     int method_count, network_count;
     compare_curves curves;
-    compare_cell *cells; /* [scenes][methods][networks] */
+    planned *plan;       /* [cells], scene by scene; the solver has no network, and one cell */
+    compare_cell *cells; /* [cells] */
     uint64_t *seeds;     /* [cells], the first of each */
     compare_results results;
     char folder[3800];
@@ -98,9 +105,8 @@ typedef struct assembled {
 
 static compare_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
 {
-    int networks = b->network_count, scene = cell / (b->method_count * networks);
-    const compare_method *method = &b->methods[cell / networks % b->method_count];
-    const compare_network *network = &b->networks[cell % networks];
+    const compare_method *method = &b->methods[b->plan[cell].method];
+    const compare_network *network = &b->networks[b->plan[cell].network];
     int n = 0;
     if (*method->override) {
         texts->texts[n++] = method->override;
@@ -119,12 +125,13 @@ static compare_task task_of(const bench *b, int cell, const uint64_t *seed, asse
         texts->texts[n++] = texts->seed;
     }
     texts->texts[n++] = "output.every=1000000000"; /* rows come by time instead */
-    return (compare_task){.path = b->o->configs.texts[scene],
+    return (compare_task){.path = b->o->configs.texts[b->plan[cell].scene],
                           .overrides = texts->texts,
                           .override_count = n,
                           .threads = b->o->threads,
                           .seconds = b->o->seconds,
-                          .quiet = b->o->quiet};
+                          .quiet = b->o->quiet,
+                          .is_solver = method->is_solver};
 }
 
 /* --set must not undo what tells the runs apart. */
@@ -207,11 +214,25 @@ static ad_status check_names(const bench *b, int cell, ad_error *error)
     return AD_OK;
 }
 
+static ad_status make_plan(bench *b, ad_error *error)
+{
+    int most = b->o->configs.count * b->method_count * b->network_count, count = 0;
+    b->plan = malloc((size_t)most * sizeof *b->plan);
+    for (int i = 0; b->plan && i < most; i++) {
+        planned cell = {i / (b->method_count * b->network_count),
+                        i / b->network_count % b->method_count, i % b->network_count};
+        if (cell.network == 0 || !b->methods[cell.method].is_solver) {
+            b->plan[count++] = cell;
+        }
+    }
+    b->results.cell_count = count;
+    return b->plan ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d runs", most);
+}
+
 /* Every combination once, so that what is wrong shows before anything is trained. */
 static ad_status rehearse(bench *b, ad_error *error)
 {
-    int per_scene = b->method_count * b->network_count;
-    size_t cells = (size_t)(per_scene * b->o->configs.count), seeds = (size_t)b->o->seeds;
+    size_t cells = (size_t)b->results.cell_count, seeds = (size_t)b->o->seeds;
     b->cells = calloc(cells, sizeof *b->cells);
     b->seeds = calloc(cells, sizeof *b->seeds);
     b->results.runs = calloc(cells * seeds, sizeof *b->results.runs);
@@ -220,13 +241,12 @@ static ad_status rehearse(bench *b, ad_error *error)
     }
     b->results.measure = b->measure;
     b->results.cells = b->cells;
-    b->results.cell_count = (int)cells;
     for (int i = 0; i < (int)cells && !signals_caught(); i++) {
         assembled texts;
         compare_task task = task_of(b, i, NULL, &texts);
         compare_cell *cell = &b->cells[i];
-        cell->scene = i / per_scene;
-        strcpy(cell->method, b->methods[i / b->network_count % b->method_count].name);
+        cell->scene = b->plan[i].scene;
+        strcpy(cell->method, b->methods[b->plan[i].method].name);
         ad_status status = compare_rehearse(&task, b->measure, cell, &b->seeds[i], error);
         if (status == AD_OK) {
             status = check_names(b, i, error);
@@ -239,6 +259,15 @@ static ad_status rehearse(bench *b, ad_error *error)
 }
 
 /* ---- where it goes ------------------------------------------------------------------------- */
+
+static const char *name_of(const bench *b, int scene)
+{
+    int cell = 0;
+    while (b->plan[cell].scene != scene) {
+        cell++;
+    }
+    return b->cells[cell].scene_name;
+}
 
 static bool is_taken(const char *folder)
 {
@@ -271,9 +300,9 @@ static ad_status choose_folder(bench *b, ad_error *error)
         }
         return run_make_folder(b->folder, error);
     }
-    for (int i = 0; i < b->results.cell_count; i += b->method_count * b->network_count) {
+    for (int i = 0; i < b->o->configs.count; i++) {
         size_t length = strlen(name);
-        snprintf(name + length, sizeof name - length, "%s%s", i ? "+" : "", b->cells[i].scene_name);
+        snprintf(name + length, sizeof name - length, "%s%s", i ? "+" : "", name_of(b, i));
     }
     snprintf(b->folder, sizeof b->folder, "bench/%.200s", name);
     for (int i = 2; is_taken(b->folder); i++) {
@@ -309,7 +338,8 @@ static ad_status train_all(bench *b, ad_error *error)
         run->seed = b->seeds[run->cell] + (uint64_t)(i / b->results.cell_count);
         compare_task task = task_of(b, run->cell, &run->seed, &texts);
         b->results.run_count++;
-        ad_status status = compare_train(&task, run, error);
+        ad_status status = task.is_solver ? compare_solve(&task, b->measure, run, error)
+                                          : compare_train(&task, run, error);
         if (status != AD_OK) {
             return status;
         }
@@ -330,7 +360,9 @@ static void print_about(FILE *file, const bench *b)
     fprintf(file, "methods:\n");
     for (int i = 0; i < b->method_count; i++) {
         fprintf(file, "  %s = %s\n", b->methods[i].name,
-                *b->methods[i].stages ? b->methods[i].stages : "the stages of the config");
+                *b->methods[i].stages     ? b->methods[i].stages
+                : b->methods[i].is_solver ? "classical, with more and more nodes"
+                                          : "the stages of the config");
     }
     fprintf(file, "networks: %s\n", o->networks ? o->networks : "of the configs");
     for (int i = 0; i < o->overrides.count; i++) {
@@ -383,17 +415,15 @@ static void write_note(const bench *b, char note[160])
 static ad_status draw(const bench *b, ad_error *error)
 {
     char note[160];
-    int per_scene = b->method_count * b->network_count;
     bool drawn = true;
     write_note(b, note);
     for (int i = 0; i < b->o->configs.count; i++) {
-        const char *name = b->cells[i * per_scene].scene_name;
         ad_status status = compare_plot_write(&b->results, i, &b->curves, note, b->folder, error);
         if (status != AD_OK) {
             return status;
         }
         ad_error why;
-        if (drawn && compare_plot_draw(name, b->folder, &why) != AD_OK) {
+        if (drawn && compare_plot_draw(name_of(b, i), b->folder, &why) != AD_OK) {
             cli_warn(program, "%s", why.message);
             drawn = false; /* said once */
         }
@@ -401,7 +431,7 @@ static ad_status draw(const bench *b, ad_error *error)
     say(b, "\n  %s/\n  %s/summary.csv, runs.csv, curves.csv, and each as .h5\n", b->folder,
         b->folder);
     for (int i = 0; drawn && i < b->o->configs.count; i++) {
-        const char *name = b->cells[i * per_scene].scene_name;
+        const char *name = name_of(b, i);
         say(b, "  %s/%s.png, %s.svg, %s.gp\n", b->folder, name, name, name);
     }
     return AD_OK;
@@ -423,8 +453,8 @@ static ad_status finish(const bench *b, ad_error *error)
 static int run(bench *b)
 {
     ad_error error = {AD_OK, ""};
-    if (read_plan(b, &error) != AD_OK || rehearse(b, &error) != AD_OK ||
-        (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
+    if (read_plan(b, &error) != AD_OK || make_plan(b, &error) != AD_OK ||
+        rehearse(b, &error) != AD_OK || (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
         return cli_refuse(program, &error);
     }
     if (signals_caught()) {
@@ -493,6 +523,7 @@ int main(int count, char **arguments)
     }
     compare_curves_free(&b->curves);
     free(b->results.runs);
+    free(b->plan);
     free(b->cells);
     free(b->seeds);
     free(b);

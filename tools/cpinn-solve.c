@@ -5,7 +5,7 @@
 #include "tools/clock.h"
 #include "tools/files/table_file.h"
 #include "tools/reference.h"
-#include "tools/solve/solve.h"
+#include "tools/solve/sweep.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -335,66 +335,41 @@ static int complain(const session *x)
 
 /* ---- work and precision -------------------------------------------------------------------- */
 
-enum { SWEEP_MAX = 24, REPEATS = 5 };
+enum { SWEEP_MAX = 32 };
 static const double SMALLEST = 1e-16; /* error told, since curves are drawn over logarithms */
 
 typedef struct sweep {
+    session *x;
+    double *exact; /* [numbers] positions on the grid, by the finest solution */
+    size_t numbers;
     int count;
     double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
 } sweep;
 
-/* Of the grid's values: positions come first. */
-static size_t position_numbers(const session *x)
-{
-    return (size_t)model_of(x->scene)->position_columns * x->grid.count;
-}
-
 /* Relative L2 of positions, as cpinn-bench measures it. */
-static double distance(const samples *p, size_t numbers, const double *exact)
+static double distance(const double *values, size_t numbers, const double *exact)
 {
     double off = 0, size = 0;
     for (size_t i = 0; i < numbers; i++) {
-        off += (p->values[i] - exact[i]) * (p->values[i] - exact[i]);
+        off += (values[i] - exact[i]) * (values[i] - exact[i]);
         size += exact[i] * exact[i];
     }
     return sqrt(off / size);
 }
 
-static int ascending(const void *a, const void *b)
+static double sweep_row(void *context, int nodes, double seconds, const solution *solved)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* One row: the median time of a few solutions, everything included, and the error. A motion is
- * solved once. */
-static ad_status sweep_at(const session *x, const solve_settings *settings, const double *exact,
-                          sweep *rows, ad_error *error)
-{
-    double seconds[REPEATS];
-    solution *solved = NULL;
-    solve_report report;
-    int repeats = scene_is_dynamic(x->scene) ? 1 : REPEATS;
-    ad_status status = AD_OK;
-    for (int i = 0; i < repeats && status == AD_OK; i++) {
-        solution_free(solved);
-        double start = wall_seconds();
-        status =
-            solution_create(x->scene, settings, x->grid.count, x->grid.t, &solved, &report, error);
-        seconds[i] = wall_seconds() - start;
+    sweep *rows = context;
+    samples *grid = &rows->x->grid;
+    ad_error ignored; /* no memory: the table ends there */
+    if (rows->count == SWEEP_MAX || evaluate(solved, grid, &ignored) != AD_OK) {
+        return NAN;
     }
-    qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
-    if (status == AD_OK) {
-        status = evaluate(solved, &x->grid, error);
-    }
-    if (status == AD_OK && (scene_is_dynamic(x->scene) || report.load_fraction == 1)) {
-        rows->nodes[rows->count] = report.nodes;
-        rows->seconds[rows->count] = seconds[repeats / 2];
-        rows->errors[rows->count++] =
-            fmax(SMALLEST, distance(&x->grid, position_numbers(x), exact));
-    }
-    solution_free(solved);
-    return status;
+    double error = distance(grid->values, rows->numbers, rows->exact);
+    rows->nodes[rows->count] = nodes;
+    rows->seconds[rows->count] = seconds;
+    rows->errors[rows->count++] = fmax(SMALLEST, error);
+    return error;
 }
 
 static ad_status sweep_write(const session *x, const sweep *rows, ad_error *error)
@@ -411,45 +386,24 @@ static ad_status sweep_write(const session *x, const sweep *rows, ad_error *erro
     return table_write(x->asked.work_precision, names, columns, 3, (size_t)rows->count, error);
 }
 
-/* More and more nodes, for a motion with ever finer steps of time. */
-static ad_status sweep_all(const session *x, const double *exact, sweep *rows, ad_error *error)
+static ad_status work_precision(session *x, ad_error *error)
 {
-    static const int at_rest[] = {2,  3,  4,  5,  6,  8,  10,  12,  16,
-                                  20, 24, 32, 48, 64, 96, 128, 192, 256};
-    static const int moving[] = {5, 7, 9, 11, 13, 17, 21};
-    static const double rounding = 1e-14;
-    bool dynamic = scene_is_dynamic(x->scene);
-    size_t count = dynamic ? sizeof moving / sizeof *moving : sizeof at_rest / sizeof *at_rest;
-    solve_settings settings = {.tolerance = 1e-1, .perturbation = x->asked.perturbation};
-    ad_status status = AD_OK;
-    for (size_t i = 0; i < count && status == AD_OK; i++) {
-        settings.nodes = dynamic ? moving[i] : at_rest[i];
-        settings.tolerance /= 10;
-        status = sweep_at(x, &settings, exact, rows, error);
-        if (rows->count > 0 && rows->errors[rows->count - 1] < rounding) {
-            break;
-        }
-    }
-    return status;
-}
-
-static ad_status work_precision(const session *x, ad_error *error)
-{
-    size_t numbers = position_numbers(x);
-    sweep rows = {0};
-    double *exact = malloc(numbers * sizeof *exact);
-    if (!exact) {
+    sweep rows = {.x = x};
+    rows.numbers = (size_t)model_of(x->scene)->position_columns * x->grid.count; /* come first */
+    rows.exact = malloc(rows.numbers * sizeof *rows.exact);
+    if (!rows.exact) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
     }
     ad_status status = evaluate(x->solved, &x->grid, error);
     if (status == AD_OK) {
-        memcpy(exact, x->grid.values, numbers * sizeof *exact);
-        status = sweep_all(x, exact, &rows, error);
+        memcpy(rows.exact, x->grid.values, rows.numbers * sizeof *rows.exact);
+        status = solve_sweep(x->scene, x->asked.perturbation, x->grid.count, x->grid.t, sweep_row,
+                             &rows, error);
     }
     if (status == AD_OK) {
         status = sweep_write(x, &rows, error);
     }
-    free(exact);
+    free(rows.exact);
     return status;
 }
 
@@ -564,8 +518,8 @@ int main(int argc, char **argv)
          "where: that many points along s and t, ends included\n(default 101x1 static, 51x21 "
          "dynamic)"},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
-         "solve with more and more nodes; print and write run time and\nerror against the finest, "
-         "for cpinn-bench --curve CSV"},
+         "solve with more and more nodes; print and write run time and\nerror against the finest; "
+         "cpinn-bench --methods config,solver draws it beside networks"},
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
          "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
         {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};

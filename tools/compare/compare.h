@@ -27,10 +27,11 @@ typedef struct compare_method {
     char name[COMPARE_NAME];
     char stages[COMPARE_NAME]; /* "adam:300+lbfgs"; "": those of the config */
     char override[1024];       /* as for --set; "": none */
+    bool is_solver;            /* classical, without a network: compare_solve */
 } compare_method;
 
-/* The methods that have a name, but for those whose optimiser is not there, separated by commas;
- * config, that of the file itself, is not among them. */
+/* The ways to train that have a name, but for those whose optimiser is not there, separated by
+ * commas; config, that of the file itself, and solver are not among them. */
 void compare_method_names(char *text, size_t size);
 
 /* One line for each, for --help. */
@@ -119,6 +120,7 @@ typedef struct compare_task {
     int threads;
     double seconds; /* limit of training time */
     bool quiet;
+    bool is_solver; /* the cell has no network then */
 } compare_task;
 
 /* Reads the config, prepares and takes one step, so that what cannot be trained is refused before
@@ -130,6 +132,11 @@ ad_status compare_rehearse(const compare_task *task, compare_measure measure, co
 /* Trains; rows come at step 1, after each 5% of time, and at the end of stages. A number that is
  * not finite is no error, the run says so. `run` is freed by the caller in any case. */
 ad_status compare_train(const compare_task *task, compare_run *run, ad_error *error);
+
+/* The same by the classical solver, which needs no seed: rows are those of ever more nodes, in the
+ * place of steps. */
+ad_status compare_solve(const compare_task *task, compare_measure measure, compare_run *run,
+                        ad_error *error);
 
 /* ---- statistics ---------------------------------------------------------------------------- */
 

@@ -91,6 +91,8 @@ void compare_method_help(FILE *file)
         }
     }
     fprintf(file, "  %-14s %-24s %s\n", "config", "", "the stages that the config itself has");
+    fprintf(file, "  %-14s %-24s %s\n", "solver", "",
+            "no network: cpinn-solve, with more and more nodes");
     fprintf(file, "\n  NAME=STAGES defines another: OPTIMIZER:STEPS joined by '+'. Without STEPS a "
                   "stage lasts\n  until it ends by itself or time is up. Optimisers: ");
     optimizer_names(names, sizeof names);
@@ -147,7 +149,8 @@ static ad_status define(compare_method *method, ad_error *error)
 static ad_status look_up(compare_method *method, ad_error *error)
 {
     char names[256];
-    if (strcmp(method->name, "config") == 0) {
+    method->is_solver = strcmp(method->name, "solver") == 0;
+    if (method->is_solver || strcmp(method->name, "config") == 0) {
         return AD_OK;
     }
     for (int i = 0; i < METHODS_KNOWN; i++) {
@@ -157,10 +160,11 @@ static ad_status look_up(compare_method *method, ad_error *error)
         }
     }
     compare_method_names(names, sizeof names);
-    return ad_fail(error, AD_BAD_INPUT,
-                   "--methods %s: there is no such method; allowed: config,%s, or a definition as "
-                   "in fast=adam:300+lbfgs:2000",
-                   method->name, names);
+    return ad_fail(
+        error, AD_BAD_INPUT,
+        "--methods %s: there is no such method; allowed: config,solver,%s, or a definition as "
+        "in fast=adam:300+lbfgs:2000",
+        method->name, names);
 }
 
 /* One entry of the list, of `length` bytes. */

@@ -97,7 +97,7 @@ static void print_axes(FILE *file, const drawing *d, const char *note)
     const compare_cell *cell = &d->results->cells[d->first];
     fprintf(file, "set encoding utf8\nset logscale xy\n"
                   "set format x '%%h'\nset format y '10^{%%T}'\n");
-    fprintf(file, "set xlabel '%s time (s)'\n", d->curves->count ? "run" : "training");
+    fprintf(file, "set xlabel 'run time (s)'\n");
     fprintf(file, "set ylabel '%s'\n",
             d->results->measure == COMPARE_ROTATION ? "rotation error (rad)"
                                                     : compare_measure_text(d->results->measure));
@@ -120,10 +120,11 @@ static void print_axes(FILE *file, const drawing *d, const char *note)
 static void print_title(FILE *file, const drawing *d, const compare_cell *cell)
 {
     char title[2 * COMPARE_NAME + 2];
-    bool both = d->many_methods && d->many_networks;
+    bool has_network = cell->parameters > 0; /* the solver has none */
+    bool both = d->many_methods && d->many_networks && has_network;
     snprintf(title, sizeof title, "%s%s%s",
              d->many_methods || !d->many_networks ? cell->method : "", both ? ", " : "",
-             d->many_networks ? cell->network : "");
+             d->many_networks && has_network ? cell->network : "");
     print_quoted(file, title);
 }
 

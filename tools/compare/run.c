@@ -125,6 +125,10 @@ ad_status compare_rehearse(const compare_task *task, compare_measure measure, co
         compare_name(cell->scene_name, s.e->settings->name);
         compare_network_name(cell->network, &s.e->settings->network);
         cell->parameters = s.e->count;
+        if (task->is_solver) {
+            strcpy(cell->network, "-");
+            cell->parameters = 0;
+        }
         *seed = s.e->settings->seed;
         take_estimates(&s, cell);
         if (trainer_step(s.trainer, error) == AD_OK || !s.known) {

@@ -14,7 +14,11 @@ static const char *seconds_text(double seconds, char text[32])
     if (!isfinite(seconds)) {
         return "-";
     }
-    int digits = seconds < 0.0995 ? 3 : seconds < 9.995 ? 2 : seconds < 99.95 ? 1 : 0;
+    int digits = seconds < 0.00095  ? 4
+                 : seconds < 0.0995 ? 3
+                 : seconds < 9.995  ? 2
+                 : seconds < 99.95  ? 1
+                                    : 0;
     snprintf(text, 32, "%.*f", digits, seconds);
     return text;
 }
@@ -80,7 +84,8 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
     const compare_cell *of = &results->cells[cell];
     double estimate = of->estimates[results->measure];
     compare_summary summary = compare_summarize(results, cell);
-    fprintf(file, "  %-*s %-*s %6zu", w.method, of->method, w.network, of->network, of->parameters);
+    snprintf(text, sizeof text, of->parameters > 0 ? "%zu" : "-", of->parameters);
+    fprintf(file, "  %-*s %-*s %6s", w.method, of->method, w.network, of->network, text);
     snprintf(text, sizeof text, isnan(summary.steps_per_second) ? "-" : "%.0f",
              summary.steps_per_second);
     fprintf(file, " %7s", text);

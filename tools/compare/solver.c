@@ -1,0 +1,94 @@
+/* The classical solver beside networks: every number of nodes is a row. */
+#include "tools/compare/compare.h"
+
+#include "tools/session.h"
+#include "tools/signals.h"
+#include "tools/solve/sweep.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+typedef struct sweep {
+    const compare_task *task;
+    compare_measure measure;
+    compare_run *run;
+    experiment *e;
+    reference *known;
+    int columns;   /* of the pose */
+    double *poses; /* [columns][points of the reference] */
+    double spent;  /* s */
+    ad_status status;
+    ad_error *error;
+} sweep;
+
+/* Rows are in time, as those of training are: more nodes count as no quicker. */
+static double add_row(void *context, int nodes, double seconds, const solution *solved)
+{
+    sweep *x = context;
+    compare_run *run = x->run;
+    double before = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
+    x->status = solution_evaluate(solved, x->columns, reference_points(x->known),
+                                  reference_s(x->known), reference_t(x->known), x->poses, x->error);
+    if (x->status != AD_OK) {
+        return NAN;
+    }
+    reference_errors errors = reference_compare_poses(x->known, x->poses);
+    compare_row row = {.seconds = fmax(before, seconds),
+                       .step = nodes,
+                       .loss = NAN,
+                       .held_out = NAN,
+                       .errors = {errors.position, errors.tip, errors.rotation}};
+    x->status = compare_run_add(run, &row, x->error);
+    x->spent += seconds;
+    run->seconds = row.seconds;
+    run->end = signals_caught()               ? COMPARE_STOPPED
+               : x->spent >= x->task->seconds ? COMPARE_OUT_OF_TIME
+                                              : COMPARE_ENDED;
+    return x->status == AD_OK && run->end == COMPARE_ENDED ? row.errors[x->measure] : NAN;
+}
+
+static ad_status open_scene(sweep *x, ad_error *error)
+{
+    const compare_task *task = x->task;
+    config *settings;
+    ad_status status =
+        config_read(task->path, NULL, task->override_count, task->overrides, &settings, error);
+    if (status == AD_OK) {
+        status = experiment_create(settings, task->threads, &x->e, error);
+    }
+    if (status == AD_OK) {
+        status = reference_create(x->e, &x->known, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    const physics_model *model = model_of(&x->e->settings->scene);
+    x->columns = model->position_columns + model->rotation_columns;
+    x->poses = malloc((size_t)x->columns * reference_points(x->known) * sizeof *x->poses);
+    return x->poses ? AD_OK
+                    : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points",
+                              reference_points(x->known));
+}
+
+ad_status compare_solve(const compare_task *task, compare_measure measure, compare_run *run,
+                        ad_error *error)
+{
+    sweep x = {.task = task, .measure = measure, .run = run, .error = error};
+    ad_status status = open_scene(&x, error);
+    run->end = COMPARE_ENDED;
+    if (status == AD_OK) {
+        status = solve_sweep(&x.e->settings->scene, 0, reference_points(x.known),
+                             reference_t(x.known), add_row, &x, error);
+        status = status == AD_OK ? x.status : status;
+    }
+    if (status == AD_BAD_ARGUMENT || (status == AD_OK && run->count == 0)) {
+        snprintf(run->why, sizeof run->why, "%s",
+                 status == AD_OK ? "no number of nodes reaches the whole load" : error->message);
+        run->end = COMPARE_FAILED; /* a scene that the solver does not take */
+        status = AD_OK;
+    }
+    free(x.poses);
+    reference_free(x.known);
+    experiment_free(x.e);
+    return status;
+}
