@@ -47,6 +47,32 @@ void chebyshev_fields(ad_value s, const double *values, int rows, int degree, ad
     }
 }
 
+/* By the barycentric formula (Berrut & Trefethen 2004, SIAM Review 46). */
+static double interpolate(const double *values, int rows, int degree, int point)
+{
+    int step = ROD_WINDOW_DEGREE / degree;
+    double above = 0, below = 0, x = cos(PI * point / ROD_WINDOW_DEGREE);
+    for (int j = 0; j <= degree; j++) {
+        double weight = (j % 2 ? -1 : 1) * (j % degree ? 1 : 0.5) / (x - cos(PI * j / degree));
+        above += weight * values[j * step * rows];
+        below += weight;
+    }
+    return above / below;
+}
+
+double chebyshev_misfit(const double *values, int rows, int first, int count, int degree)
+{
+    int step = ROD_WINDOW_DEGREE / degree;
+    double largest = 0;
+    for (int point = 0; point <= ROD_WINDOW_DEGREE; point++) {
+        for (int i = first; point % step && i < first + count; i++) {
+            double found = interpolate(values + i, rows, degree, point);
+            largest = fmax(largest, fabs(found - values[point * rows + i]));
+        }
+    }
+    return largest;
+}
+
 ad_status chebyshev_sample(int rows, const ad_value *fields, const double *parameters,
                            ad_pool *pool, double *values, ad_error *error)
 {

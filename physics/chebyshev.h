@@ -10,6 +10,9 @@
  * at every point is the constant 0. */
 void chebyshev_fields(ad_value s, const double *values, int rows, int degree, ad_value *fields);
 
+/* Largest error at those points of such polynomials, of rows `first` to first + count - 1. */
+double chebyshev_misfit(const double *values, int rows, int first, int count, int degree);
+
 /* The other way: values of fields [rows], one row each, of the input s, the first of the tape; of
  * parameters, and of no other input. */
 ad_status chebyshev_sample(int rows, const ad_value *fields, const double *parameters,

@@ -102,10 +102,12 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 /* 1 (s) for a static scene, else 2 (s, t). */
 int rod_network_inputs(const scene *scene);
 
-/* mixed 13: r[3], q[4], N[3], m[3]; displacement 7: r, q. Planar, in the plane's frame without the
- * rows that vanish, and an angle in place of q: mixed 6: r[2], 1, N[2], m[1]; displacement 3.
- */
+/* r[3], rotation, N[3], m[3]; displacement form: r, rotation. Planar, in the plane's frame without
+ * the rows that vanish: r[2], rotation, N[2], m[1]. */
 int rod_network_outputs(const scene *scene);
+
+/* Of these, for the rotation: a quaternion [4], a rotation vector [3]; planar an angle [1]. */
+int rod_rotation_outputs(const scene *scene);
 
 /* ---- windows of time ----
  * scene->windows equal parts of the duration, each with a network of its own. A window starts from
@@ -156,9 +158,10 @@ typedef struct rod_state {
  * motion of an end must agree with the initial state in value and velocity; where it does not, the
  * end wins. Of q and -q that an end may be given, the nearer one at t = 0 counts.
  *   r = r_i + t v_i + sum over held ends of weight (r_end(t) - r_i(end) - t v_i(end)) + blend net
- *   q = normalise(the same with q_i exp(t w_i)); in a plane angles a about the normal n are added
- *       up in place of quaternions: q = q_i exp(t w_i) (cos a/2, n sin a/2), a = sum of
- *       weight a_end(t) + blend net, a_end within (-2 pi, 2 pi], at t = 0 within (-pi, pi]
+ *   q = normalise(the same with q_i exp(t w_i)); by rotation vectors normalise(the same without
+ *       net) exp(blend net); in a plane angles a about the normal n are added up in place of
+ *       quaternions: q = q_i exp(t w_i) exp(a n), a = sum of weight a_end(t) + blend net,
+ *       a_end within (-2 pi, 2 pi], at t = 0 within (-pi, pi]; exp(x) the rotation by |x| about x
  *   N = F or R(q) F_body, m = R(q)^T T or T_body, + blend load_scale net; at s = 0 the outside
  *       pulls the other way: N = -F, m = -T.
  * Soft: undeformed shape (or initial state) + network, the conditions are residuals.

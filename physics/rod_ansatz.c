@@ -3,12 +3,33 @@
 #include "physics/chebyshev.h"
 #include "physics/rod_internal.h"
 
+int rod_rotation_outputs(const scene *rod_scene)
+{
+    if (rod_plane_of(rod_scene).is_planar)
+        return 1;
+    return rod_scene->rotation == SCENE_VECTOR ? 3 : 4;
+}
+
 int rod_network_outputs(const scene *rod_scene)
 {
-    bool planar = rod_plane_of(rod_scene).is_planar;
-    if (rod_scene->formulation == SCENE_MIXED)
-        return planar ? 6 : 13;
-    return planar ? 3 : 7;
+    rod_plane plane = rod_plane_of(rod_scene);
+    int vector = rod_vector_rows(&plane), pose = vector + rod_rotation_outputs(rod_scene);
+    return rod_scene->formulation == SCENE_MIXED ? pose + vector + rod_axial_rows(&plane) : pose;
+}
+
+/* What the network says of each field, the rotation in rows of its own; the displacement form has
+ * no force and moment. */
+static rod_state rod_said(const rod_context *rod, ad_value outputs)
+{
+    int vector = rod_vector_rows(&rod->plane), axial = rod_axial_rows(&rod->plane);
+    int turn = rod_rotation_outputs(rod->scene), pose = vector + turn;
+    rod_state said = {.position = rod_vector_of(rod, ad_slice(outputs, 0, vector)),
+                      .rotation = ad_slice(outputs, vector, turn)};
+    if (rod->scene->formulation == SCENE_MIXED) {
+        said.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
+        said.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
+    }
+    return said;
 }
 
 /* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
@@ -76,14 +97,25 @@ static rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held)
     return rod_at_time(rod, held, rod->start);
 }
 
-enum { ROD_GOING_DEGREE = 6 }; /* half waves that every network follows in time */
+/* Degree of the polynomials of s in which the state goes on: half waves that every network follows
+ * in time. But where the rod winds along s so much that such a quaternion would come near 0, an
+ * angle or a rotation vector has nothing to count from: then all of the state goes on. */
+static int rod_going_degree(const rod_context *rod)
+{
+    enum { LOW = 6 };
+    static const double near = 0.01; /* far above what networks miss */
+    bool counts = rod_rotation_outputs(rod->scene) < 4;
+    double misfit = counts ? chebyshev_misfit(rod->origin, ROD_WINDOW_ROWS, 3, 4, LOW) : 0;
+    return misfit > near ? ROD_WINDOW_DEGREE : LOW;
+}
 
-/* One of several windows. Its state at the start goes on, r_k + t v_k and q_k (1 + t w_k / 2), but
- * only a polynomial p of s in it; what is left fades away:
- *   r_p + t v_p + h(x) (r_k - r_p) + T g(x) (v_k - v_p), and so for q,
- * x = t/T, h = (1 - x)^2 (1 + 2x), g = x (1 - x)^2, Hermite's polynomials: 1 and x at the start to
- * first order, 0 at the end. If all of it went on, what networks cannot represent would be handed
- * on from window to window, and grow with its velocity. */
+/* One of several windows. Its state at the start goes on, r_k + t v_k and q_k exp(t w_k), but only
+ * a polynomial p of s in it; what is left fades away:
+ *   r_p + t v_p + h(x) (r_k - r_p) + T g(x) (v_k - v_p),
+ * and so for q with the velocity q_k w_k / 2; x = t/T, h = (1 - x)^2 (1 + 2x), g = x (1 - x)^2,
+ * Hermite's polynomials: 1 and x at the start to first order, 0 at the end. If all of it went on,
+ * what networks cannot represent would be handed on from window to window, and grow with its
+ * velocity. */
 static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *initial,
                                const rod_initial_data *going)
 {
@@ -99,7 +131,8 @@ static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *i
         turns[i] = ad_quaternion_multiply(states[i]->rotation, spin);
     }
     ad_value drift = ad_add(going->position, ad_mul(t, going->velocity));
-    ad_value turn = ad_add(going->rotation, ad_mul(t, turns[1]));
+    ad_value spin = ad_quaternion_exp(ad_mul(t, going->spin));
+    ad_value turn = ad_quaternion_multiply(going->rotation, spin);
     ad_value moved = ad_mul(keep, ad_sub(initial->position, going->position));
     ad_value turned = ad_mul(keep, ad_sub(initial->rotation, going->rotation));
     ad_value pushed = ad_mul(push, ad_sub(initial->velocity, going->velocity));
@@ -133,8 +166,8 @@ static ad_value rod_align(ad_value q, ad_value q_at_zero, ad_value near)
     return ad_mul(sign, q);
 }
 
-/* What leads from one rotation to another, to be weighed and added up: a difference of quaternions,
- * in a plane an angle. */
+/* What leads from one rotation to another, to be weighed and added up: a difference of quaternions;
+ * in a plane an angle, which is exact for any share of it. */
 static ad_value rod_turn_between(const rod_context *rod, ad_value from, ad_value to)
 {
     if (!rod->plane.is_planar)
@@ -147,6 +180,18 @@ static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
     if (!rod->plane.is_planar)
         return nn_rotation_quaternion(ad_add(from, turn));
     return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
+}
+
+/* The same, and then by what the network says. Of a quaternion's four numbers only the direction
+ * counts: their free length leaves J^T J without full rank and Gauss-Newton with linear
+ * convergence. A rotation vector and an angle have none; but at a full turn a vector turns the rod
+ * about one axis only. */
+static ad_value rod_turned_on(const rod_context *rod, ad_value from, ad_value turn,
+                              ad_value network)
+{
+    if (rod_rotation_outputs(rod->scene) == 4)
+        return rod_turned(rod, from, ad_add(turn, network));
+    return ad_quaternion_multiply(rod_turned(rod, from, turn), rod_rotation_by(rod, network));
 }
 
 /* From the lift at the end to the data, for position and rotation. What is not held has no weight.
@@ -170,19 +215,21 @@ static rod_pose rod_correction(const rod_context *rod, int end)
                       rod_turn_between(rod, lift.rotation, rotation)};
 }
 
+static ad_value rod_weigh(const rod_blend *blend, ad_value at_start, ad_value at_end)
+{
+    return ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end));
+}
+
 /* Weighted corrections + factor network. */
 static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value at_end,
                              ad_value network)
 {
-    ad_value corrected =
-        ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end));
-    return ad_add(corrected, ad_mul(blend->factor, network));
+    return ad_add(rod_weigh(blend, at_start, at_end), ad_mul(blend->factor, network));
 }
 
 /* r and q from what the window's network answers. */
-static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
+static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *said)
 {
-    ad_value position = ad_slice(outputs, 0, 3), rotation = rod_turn_of(rod, outputs);
     rod_initial_data initial = {0};
     bool hard = rod_is_hard(rod->scene);
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
@@ -191,7 +238,7 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
     if (rod_starts_hard(rod))
         initial =
             rod->origin ? rod_window_start(rod, ROD_WINDOW_DEGREE) : rod_initial_of(rod, rod->s);
-    rod_initial_data going = rod->origin ? rod_window_start(rod, ROD_GOING_DEGREE) : initial;
+    rod_initial_data going = rod->origin ? rod_window_start(rod, rod_going_degree(rod)) : initial;
     rod_pose lift = rod_lift(rod, &initial, &going, rod->s);
     rod_pose at_start = rod_correction(rod, 0), at_end = rod_correction(rod, 1);
     if (rod_starts_hard(rod)) {
@@ -199,10 +246,11 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, ad_value outputs)
         along.factor = ad_mul(since, along.factor);
         around.factor = ad_mul(since, around.factor);
     }
-    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, position);
-    ad_value turn = rod_assemble(&around, at_start.rotation, at_end.rotation, rotation);
+    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, said->position);
+    ad_value turn = rod_weigh(&around, at_start.rotation, at_end.rotation);
+    ad_value network = ad_mul(around.factor, said->rotation);
     return (rod_pose){.position = ad_add(lift.position, moved),
-                      .rotation = rod_turned(rod, lift.rotation, turn)};
+                      .rotation = rod_turned_on(rod, lift.rotation, turn, network)};
 }
 
 /* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
@@ -244,12 +292,12 @@ rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value 
         ad_tape_fail(s.tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
                      ad_rows(outputs), rows);
     }
-    outputs = rod_plane_outputs(&rod, outputs);
-    rod_pose pose = rod_ansatz_pose(&rod, outputs);
+    rod_state said = rod_said(&rod, outputs);
+    rod_pose pose = rod_ansatz_pose(&rod, &said);
     if (rod_scene->formulation == SCENE_DISPLACEMENT)
         return rod_displacement_state(&rod, pose);
-    ad_value force = ad_scale(ad_slice(outputs, 7, 3), rod_force_scale(rod_scene));
-    ad_value moment = ad_scale(ad_slice(outputs, 10, 3), rod_moment_scale(rod_scene));
+    ad_value force = ad_scale(said.force, rod_force_scale(rod_scene));
+    ad_value moment = ad_scale(said.moment, rod_moment_scale(rod_scene));
     rod_wrench wrench = rod_ansatz_wrench(&rod, pose.rotation, force, moment);
     return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
@@ -266,7 +314,8 @@ ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[ROD_WINDOW_ROWS];
     rod_context rod = rod_in_window(rod_scene, window, s, t);
     ad_value outputs = nn_mlp_record(mlp, rod_network_input(rod_scene, window, s, t), 0);
-    rod_pose pose = rod_ansatz_pose(&rod, rod_plane_outputs(&rod, outputs));
+    rod_state said = rod_said(&rod, outputs);
+    rod_pose pose = rod_ansatz_pose(&rod, &said);
     rod_initial_data state = rod_at_time(&rod, pose, rod.start + rod.span);
     const ad_value fields[4] = {state.position, state.rotation, state.velocity, state.spin};
     ad_value stacked = ad_stack(4, fields);

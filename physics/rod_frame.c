@@ -99,20 +99,16 @@ rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose)
     return pose;
 }
 
-ad_value rod_turn_of(const rod_context *rod, ad_value outputs)
-{
-    const rod_plane *plane = &rod->plane;
-    return plane->is_planar ? ad_row(outputs, 4 + plane->director) : ad_slice(outputs, 3, 4);
-}
-
 ad_value rod_angle_of(const rod_context *rod, ad_value q)
 {
     return ad_scale(ad_atan2(ad_row(q, rod->plane.director + 1), ad_row(q, 0)), 2);
 }
 
-ad_value rod_rotation_by(const rod_context *rod, ad_value angle)
+ad_value rod_rotation_by(const rod_context *rod, ad_value turn)
 {
-    ad_value half = ad_scale(angle, 0.5), zero = ad_scalar(rod->tape, 0);
+    if (!rod->plane.is_planar)
+        return ad_quaternion_exp(turn);
+    ad_value half = ad_scale(turn, 0.5), zero = ad_scalar(rod->tape, 0);
     ad_value rows[4] = {ad_cos(half), zero, zero, zero};
     rows[rod->plane.director + 1] = ad_sin(half);
     return ad_stack(4, rows);
@@ -146,25 +142,26 @@ ad_value rod_rotation_to_world(const rod_context *rod, ad_value q)
     return ad_quaternion_multiply(ad_constant(rod->tape, 4, frame), q);
 }
 
-ad_value rod_plane_outputs(const rod_context *rod, ad_value outputs)
+static ad_value plane_embed(const rod_context *rod, ad_value rows, bool axial)
 {
     const rod_plane *plane = &rod->plane;
-    bool mixed = rod->scene->formulation == SCENE_MIXED;
-    int other = 1 - plane->director, count = 0;
-    ad_value zero = ad_scalar(rod->tape, 0), rows[13];
-    if (!plane->is_planar || !ad_is_valid(outputs))
-        return outputs;
-    for (int i = 0; i < (mixed ? 13 : 7); i++)
-        rows[i] = zero;
-    rows[other] = ad_row(outputs, count++);
-    rows[2] = ad_row(outputs, count++);
-    rows[4 + plane->director] = ad_row(outputs, count++);
-    if (mixed) {
-        rows[7 + other] = ad_row(outputs, count++);
-        rows[9] = ad_row(outputs, count++);
-        rows[10 + plane->director] = ad_row(outputs, count++);
-    }
-    return ad_stack(mixed ? 13 : 7, rows);
+    ad_value zero = ad_scalar(rod->tape, 0), all[3];
+    int count = 0;
+    if (!plane->is_planar)
+        return rows;
+    for (int i = 0; i < 3; i++)
+        all[i] = (i == plane->director) == axial ? ad_row(rows, count++) : zero;
+    return ad_stack(3, all);
+}
+
+ad_value rod_vector_of(const rod_context *rod, ad_value rows)
+{
+    return plane_embed(rod, rows, false);
+}
+
+ad_value rod_axial_of(const rod_context *rod, ad_value rows)
+{
+    return plane_embed(rod, rows, true);
 }
 
 int rod_vector_rows(const rod_plane *plane)

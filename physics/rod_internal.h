@@ -106,13 +106,14 @@ ad_value rod_position_to_world(const rod_context *rod, ad_value position);
 ad_value rod_rotation_to_world(const rod_context *rod, ad_value rotation);
 /* A pose already in the plane's frame, with the constant 0 where it numerically is 0. */
 rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose);
-/* Outputs of a planar network as those of a spatial one, with zeros: r, q[, N, m]. */
-ad_value rod_plane_outputs(const rod_context *rod, ad_value outputs);
-/* Of these, what turns the rod: 4 rows to add to a quaternion; in a plane 1, an angle. */
-ad_value rod_turn_of(const rod_context *rod, ad_value outputs);
-/* In a plane: the angle of a rotation about the normal, within (-2 pi, 2 pi], and the rotation. */
+/* A vector in the plane from its 2 rows, an axial vector from its 1, with zeros; in space from the
+ * 3 that they are. */
+ad_value rod_vector_of(const rod_context *rod, ad_value rows);
+ad_value rod_axial_of(const rod_context *rod, ad_value rows);
+/* The rotation by a rotation vector [3]; in a plane by an angle [1]. */
+ad_value rod_rotation_by(const rod_context *rod, ad_value turn);
+/* In a plane: that angle, within (-2 pi, 2 pi]. */
 ad_value rod_angle_of(const rod_context *rod, ad_value rotation);
-ad_value rod_rotation_by(const rod_context *rod, ad_value angle);
 /* The rows of a residual that do not vanish by symmetry, and how many they are: of vectors, and of
  * axial vectors like moments and curvatures. */
 ad_value rod_vector_in_plane(const rod_context *rod, ad_value residual);

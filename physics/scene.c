@@ -20,6 +20,7 @@ SCENE_NAMES(scene_section_names, SCENE_SECTION_LIST)
 SCENE_NAMES(scene_end_names, SCENE_END_LIST)
 SCENE_NAMES(scene_frame_names, SCENE_FRAME_LIST)
 SCENE_NAMES(scene_formulation_names, SCENE_FORMULATION_LIST)
+SCENE_NAMES(scene_rotation_names, SCENE_ROTATION_LIST)
 SCENE_NAMES(scene_enforcement_names, SCENE_ENFORCEMENT_LIST)
 SCENE_NAMES(scene_motion_names, SCENE_MOTION_LIST)
 

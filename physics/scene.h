@@ -37,6 +37,9 @@
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
     X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
+#define SCENE_ROTATION_LIST(X)                                                                     \
+    X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
+    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */
@@ -52,6 +55,7 @@ typedef enum scene_section { SCENE_SECTION_LIST(SCENE_ENUM) } scene_section;
 typedef enum scene_end_type { SCENE_END_LIST(SCENE_ENUM) } scene_end_type;
 typedef enum scene_frame { SCENE_FRAME_LIST(SCENE_ENUM) } scene_frame;
 typedef enum scene_formulation { SCENE_FORMULATION_LIST(SCENE_ENUM) } scene_formulation;
+typedef enum scene_rotation { SCENE_ROTATION_LIST(SCENE_ENUM) } scene_rotation;
 typedef enum scene_enforcement { SCENE_ENFORCEMENT_LIST(SCENE_ENUM) } scene_enforcement;
 typedef enum scene_motion { SCENE_MOTION_LIST(SCENE_ENUM) } scene_motion;
 #undef SCENE_ENUM
@@ -166,6 +170,7 @@ typedef struct scene {
     scene_manufactured manufactured;
     scene_formulation formulation;
     scene_motion motion;
+    scene_rotation rotation; /* what networks say of it in space; in a plane an angle */
     scene_enforcement boundary_enforcement;
     scene_enforcement initial_enforcement;
 } scene;
@@ -237,6 +242,7 @@ const char *const *scene_section_names(void);
 const char *const *scene_end_names(void);
 const char *const *scene_frame_names(void);
 const char *const *scene_formulation_names(void);
+const char *const *scene_rotation_names(void);
 const char *const *scene_enforcement_names(void);
 const char *const *scene_motion_names(void);
 

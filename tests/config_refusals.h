@@ -155,6 +155,8 @@ static const refusal refusals[] = {
      "number 1 to 4096"},
     {BASE "network: {activation: relu}\n", NULL,
      "scene.yaml:4:23: network.activation: is relu; allowed: one of tanh, sin, silu, gelu"},
+    {BASE "network: {rotation: angles}\n", NULL,
+     "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector"},
     {BASE "network: {fourier: 16}\n", NULL,
      "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
      "features, wavenumber, frequency"},

@@ -248,6 +248,7 @@ static void test_defaults(void **state)
     assert_close(experiment->network.fourier_bandwidth[0], 8, 1e-14);
     assert_int_equal(experiment->network.fourier_features, 16);
     assert_int_equal(experiment->losses.interior.points, 4 * 33);
+    assert_int_equal(experiment->scene.rotation, SCENE_QUATERNION);
     assert_int_equal(experiment->output_every, 1);
     config_free(experiment);
     experiment = read_with(BASE, "loads.tip.moment=[0, 0, 30]"); /* bends by more than waves do */
@@ -257,6 +258,10 @@ static void test_defaults(void **state)
     config_free(experiment);
     experiment = read_with(DYNAMIC, NULL);
     assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
+    assert_int_equal(experiment->scene.rotation, SCENE_VECTOR);
+    config_free(experiment);
+    experiment = read_with(DYNAMIC, "enforcement.initial=soft"); /* not from where the rod starts */
+    assert_int_equal(experiment->scene.rotation, SCENE_QUATERNION);
     config_free(experiment);
     experiment = read_with(DYNAMIC, "training.stages=[{optimizer: gauss_newton, "
                                     "linear_algebra: matrix_free}]"); /* has no diagonal */

@@ -110,9 +110,10 @@ static void test_hard_conditions(void **state)
     (void)state;
     for (int start = SCENE_CLAMPED; start <= SCENE_DRIVEN; start++) {
         for (int end = SCENE_CLAMPED; end <= SCENE_DRIVEN; end++) {
-            for (int variant = 0; variant < 4; variant++) {
+            for (int variant = 0; variant < 8; variant++) {
                 scene hard = ends_scene((scene_end_type)start, (scene_end_type)end, variant & 1,
                                         variant & 2 ? SCENE_FOLLOWER : SCENE_DEAD);
+                hard.rotation = variant & 4 ? SCENE_VECTOR : SCENE_QUATERNION;
                 check_conditions(&hard);
             }
         }
@@ -126,6 +127,8 @@ static void test_rotation_sign(void **state)
     scene hard = ends_scene(SCENE_CLAMPED, SCENE_CLAMPED, true, SCENE_DEAD);
     for (int i = 0; i < 4; i++)
         hard.initial.rotation[i] = flipped_rotation[i];
+    check_conditions(&hard);
+    hard.rotation = SCENE_VECTOR;
     check_conditions(&hard);
 }
 
@@ -250,6 +253,28 @@ static void test_displacement(void **state)
     recorded r = begin(&locked);
     rod_ansatz(&locked, NULL, random_outputs(&locked, &r), r.s, r.t);
     assert_int_equal(ad_tape_status(r.tape, NULL), AD_BAD_ARGUMENT);
+    ad_tape_free(r.tape);
+}
+
+/* A rotation vector turns the rod by itself, about itself, from where it lies without a network. */
+static void test_rotation_vector(void **state)
+{
+    (void)state;
+    scene given = ends_scene(SCENE_CLAMPED, SCENE_FREE, false, SCENE_DEAD);
+    given.formulation = SCENE_DISPLACEMENT;
+    given.rotation = SCENE_VECTOR;
+    assert_int_equal(rod_network_outputs(&given), 6);
+    recorded r = begin(&given);
+    const double outputs[6] = {0, 0, 0, 0.6, 0, 0.8};
+    rod_state still = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
+    rod_state made = rod_ansatz(&given, NULL, ad_constant(r.tape, 6, outputs), r.s, r.t);
+    ad_value half = ad_scale(r.s, 0.5), sine = ad_sin(half); /* at s by s, held at 0 */
+    ad_value turn[4] = {ad_cos(half), ad_scale(sine, 0.6), ad_scalar(r.tape, 0),
+                        ad_scale(sine, 0.8)};
+    ad_value wanted = ad_quaternion_multiply(still.rotation, ad_stack(4, turn));
+    assert_near(largest(ad_sub(made.rotation, wanted), unit_s, NULL), 0, 1e-15); /* rounding */
+    given.rotation = SCENE_QUATERNION;
+    assert_int_equal(rod_network_outputs(&given), 7);
     ad_tape_free(r.tape);
 }
 
@@ -412,9 +437,10 @@ static void check_loss_gradient(const scene *given)
 static void test_loss_gradient(void **state)
 {
     (void)state;
-    for (int form = SCENE_MIXED; form <= SCENE_DISPLACEMENT; form++) {
+    for (int variant = 0; variant < 4; variant++) {
         scene given = ends_scene(SCENE_DRIVEN, SCENE_LOADED, true, SCENE_FOLLOWER);
-        given.formulation = (scene_formulation)form;
+        given.formulation = variant & 1 ? SCENE_DISPLACEMENT : SCENE_MIXED;
+        given.rotation = variant & 2 ? SCENE_VECTOR : SCENE_QUATERNION;
         given.loads.drag = 0.3;
         for (int i = 0; i < 3; i++) {
             given.rod.strain_damping[i] = given.rod.curvature_damping[i] = 0.1 + 0.1 * i;
@@ -512,6 +538,7 @@ int main(void)
         cmocka_unit_test(test_incompatible),
         cmocka_unit_test(test_load_signs),
         cmocka_unit_test(test_displacement),
+        cmocka_unit_test(test_rotation_vector),
         cmocka_unit_test(test_soft_conditions),
         cmocka_unit_test(test_between_pins),
         cmocka_unit_test(test_undeformed_shape),

@@ -226,6 +226,8 @@ static void test_what_leaves(void **state)
         if (strcmp(found, wanted) != 0 || plane.is_planar != !changes[i].key)
             fail_msg("row %zu: %s leaves the plane, not %s", i, found, wanted);
         assert_int_equal(rod_network_outputs(&given), plane.is_planar ? 6 : 13);
+        given.rotation = SCENE_VECTOR; /* in a plane an angle in either case */
+        assert_int_equal(rod_network_outputs(&given), plane.is_planar ? 6 : 12);
     }
 }
 

@@ -4,6 +4,7 @@
 #include "rod_testing.h"
 #include "trainer_testing.h"
 
+#include "physics/chebyshev.h"
 #include "physics/problem_internal.h"
 
 /* ---- scenes and networks ----------------------------------------------------------------------
@@ -156,12 +157,54 @@ static void test_joints(void **state)
 {
     (void)state;
     static chain c;
-    for (int k = 0; k < 4; k++) {
-        chain_make(&c, windows_scene(k % 2, k / 2 ? SCENE_DISPLACEMENT : SCENE_MIXED));
+    for (int k = 0; k < 8; k++) {
+        scene given = windows_scene(k & 1, k & 2 ? SCENE_DISPLACEMENT : SCENE_MIXED);
+        given.rotation = k & 4 ? SCENE_VECTOR : SCENE_QUATERNION;
+        chain_make(&c, given);
         for (int index = 1; index < WINDOWS; index++)
             check_joint(&c, index);
         nn_mlp_free(c.mlp);
     }
+}
+
+/* A rod twisted by three turns: no polynomial of degree 6 is near its quaternion, some are 0. Of a
+ * function of 20 radians degree 48 leaves rounding. */
+static void test_wound(void **state)
+{
+    (void)state;
+    static chain c;
+    static const char *const twisted[4] = {"cos(10*sin(pi*s/2))", "0", "0", "sin(10*sin(pi*s/2))"};
+    static const char *const straight[3] = {"0", "0", "s"};
+    scene given = windows_scene(false, SCENE_MIXED);
+    given.rotation = SCENE_VECTOR;
+    for (int i = 0; i < 4; i++)
+        given.initial.rotation[i] = twisted[i];
+    for (int i = 0; i < 3; i++) {
+        given.initial.position[i] = straight[i];
+        given.rod.rest_curvature[i] = "0";
+    }
+    chain_make(&c, given);
+    assert_true(chebyshev_misfit(c.starts[1], ROD_WINDOW_ROWS, 3, 4, 6) > 0.1);
+    assert_true(chebyshev_misfit(c.starts[1], ROD_WINDOW_ROWS, 3, 4, 24) < 1e-3);
+    for (int index = 1; index < WINDOWS; index++)
+        check_joint(&c, index);
+    nn_mlp_free(c.mlp);
+}
+
+/* The error of interpolating cos(k pi x) by its values at a few of the points is what it is found
+ * to be at the others; a polynomial has none. */
+static void test_misfit(void **state)
+{
+    (void)state;
+    double values[ROD_WINDOW_DEGREE + 1][2];
+    for (int j = 0; j <= ROD_WINDOW_DEGREE; j++) {
+        double x = cos(PI * j / ROD_WINDOW_DEGREE);
+        values[j][0] = 1 - x + 3 * pow(x, 6);
+        values[j][1] = cos(12 * acos(fmax(-1, fmin(1, x)))); /* T_12: 1 at the points of degree 6 */
+    }
+    assert_near(chebyshev_misfit(values[0], 2, 0, 1, 6), 0, 1e-14); /* rounding */
+    assert_near(chebyshev_misfit(values[0], 2, 1, 1, 6), 2, 1e-14);
+    assert_near(chebyshev_misfit(values[0], 2, 0, 2, 12), 0, 1e-13);
 }
 
 /* Held ends stay where they are said to be, in every window, whatever the side of the quaternion.
@@ -171,7 +214,9 @@ static void test_ends(void **state)
     (void)state;
     static chain c;
     double t[POINTS], starts[POINTS] = {0}, ends[POINTS];
-    chain_make(&c, windows_scene(true, SCENE_MIXED));
+    scene given = windows_scene(true, SCENE_MIXED);
+    given.rotation = SCENE_VECTOR;
+    chain_make(&c, given);
     scene soft = c.given;
     soft.boundary_enforcement = SCENE_SOFT;
     for (int index = 0; index < WINDOWS; index++) {
@@ -495,6 +540,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_joints),     cmocka_unit_test(test_ends),
+        cmocka_unit_test(test_wound),      cmocka_unit_test(test_misfit),
         cmocka_unit_test(test_times),      cmocka_unit_test(test_steps_do_not_grow),
         cmocka_unit_test(test_gradients),  cmocka_unit_test(test_resume),
         cmocka_unit_test(test_checkpoint), cmocka_unit_test(test_field),

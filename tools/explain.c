@@ -228,12 +228,15 @@ static void print_motion(FILE *file, const scene *scene)
 {
     rod_plane plane = rod_plane_of(scene);
     bool mixed = scene->formulation == SCENE_MIXED;
+    struct scene spatial = *scene;
+    spatial.motion = SCENE_SPATIAL;
     char where[64];
     fprintf(file, "  %-15s ", "motion");
     if (plane.is_planar) {
         plane_text(&plane, where);
         fprintf(file, "planar, %s by symmetry: %d unknowns of %d, %d equations of %d\n", where,
-                rod_network_outputs(scene), mixed ? 13 : 7, mixed ? 6 : 3, mixed ? 12 : 6);
+                rod_network_outputs(scene), rod_network_outputs(&spatial), mixed ? 6 : 3,
+                mixed ? 12 : 6);
     } else if (strcmp(plane.leaves, "motion") == 0 || scene_is_manufactured(scene)) {
         fprintf(file, "spatial: %s\n",
                 scene_is_manufactured(scene) ? "a manufactured solution is not looked into"
@@ -252,8 +255,11 @@ static void print_form(FILE *file, const scene *scene)
         fprintf(file, "w deflection%s%s", beam_network_outputs(scene) > 1 ? ", psi rotation" : "",
                 mixed ? ", V shear, M moment" : "");
     } else {
+        static const char *const rotations[] = {"[1] angle", "", "[3] rotation vector",
+                                                "q[4] quaternion"};
         bool planar = rod_plane_of(scene).is_planar;
-        fputs(planar ? "r[2] position, q[1] angle" : "r[3] position, q[4] rotation", file);
+        fprintf(file, "r[%d] position, %s", planar ? 2 : 3,
+                rotations[rod_rotation_outputs(scene) - 1]);
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
         }

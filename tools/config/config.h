@@ -42,8 +42,6 @@ typedef enum config_linear_algebra {
  * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
 typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_units;
 
-typedef enum config_rotation { CONFIG_ROTATION_QUATERNION } config_rotation;
-
 typedef struct config_stage {
     config_optimizer optimizer;
     int steps;
@@ -70,7 +68,6 @@ typedef struct config {
     scene scene; /* loads in SI, whatever the YAML scaled; what section and material determine is
                   * left to scene_properties_of */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
-    config_rotation rotation;
     nn_mlp_settings network;   /* inputs and outputs are filled in by the physics */
     double fourier_wavenumber; /* 1/m; network.fourier_bandwidth in SI */
     double fourier_frequency;  /* rad/s; NaN in a static scene */

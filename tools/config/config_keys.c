@@ -14,7 +14,6 @@
     }
 
 CONFIG_NAMES(unit_names, "SI", "EI", )
-CONFIG_NAMES(rotation_names, "quaternion", )
 CONFIG_NAMES(optimizer_names, "adam", "lbfgs", "gauss_newton", "ssbroyden", )
 CONFIG_NAMES(reference_names, "none", "elastica", "rollup", "helix", "manufactured", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
@@ -224,8 +223,11 @@ const config_key config_keys[] = {
     {"network.fourier.frequency", CONFIG_NUMBER, AT(fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
-    {"network.rotation", CONFIG_CHOICE, AT(rotation), .names = rotation_names,
-     .help = "How the network expresses a rotation in space; in a plane it is an angle."},
+    {"network.rotation", CONFIG_CHOICE, AT(scene.rotation), .names = scene_rotation_names,
+     .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
+     .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
+             "for any number of turns; vector: a rotation vector, of less than a turn from where "
+             "the ends and the start of the window put the rod. In a plane it is an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",

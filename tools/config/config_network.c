@@ -12,8 +12,8 @@
 static const double AT_REST = 8, MARGIN = 4, AT_REST_MOST = 32, IN_MOTION = 6;
 static const double THIRD_FREQUENCY = 61.697;
 
-/* Units of L^2 (rhoA/EI)^(1/2) in a window: 1.6 periods of that frequency. Half as many windows with
- * fewer waves take half the time, to errors ten to a hundred times as large. */
+/* Units of L^2 (rhoA/EI)^(1/2) in a window: 1.6 periods of that frequency. Half as many windows
+ * with fewer waves take half the time, to errors ten to a hundred times as large. */
 static const double WINDOW = 1.0 / 6;
 
 /* Radians per half length or half window beyond which no number of points resolves a wave. */
@@ -109,6 +109,18 @@ static ad_status resolve_bandwidth(config *experiment, ad_error *error)
     return check_bandwidth(experiment, dynamic, error);
 }
 
+/* Of a window's motion from where it starts a rotation vector tells more simply than a quaternion.
+ * From the unloaded rod a wire of one turn was measured to be too far, so not at rest. */
+static void resolve_rotation(config *experiment)
+{
+    scene *rod_scene = &experiment->scene;
+    bool from_start = scene_is_dynamic(rod_scene) && rod_scene->initial_enforcement == SCENE_HARD;
+    if (from_start && experiment->network.hidden_count == 0 &&
+        !given(experiment, "network.rotation")) {
+        rod_scene->rotation = SCENE_VECTOR;
+    }
+}
+
 /* Twice the bandwidth along s at rest; in motion 1.4 times the product of both. */
 static int default_features(const config *experiment)
 {
@@ -157,6 +169,7 @@ ad_status config_resolve_network(config *experiment, ad_error *error)
         network->hidden_count = 0;
     }
     bool linear = network->hidden_count == 0;
+    resolve_rotation(experiment);
     network->orthonormal = !scene_is_fourth_order(&experiment->scene);
     ad_status status = linear ? resolve_windows(experiment, error) : AD_OK;
     if (status == AD_OK) {
