@@ -154,7 +154,7 @@ typedef struct rod_state {
  * 1-s, s(1-s) or 1, per field by what the ends give. Hard initial conditions: the lift of r and q
  * starts as the initial state with its velocity, and the blend carries (t/duration)^2.
  * In later windows t counts from the start of the window, over its length, and r_i, v_i, q_i, w_i
- * are the state there; what polynomials of degree 12 in s miss of it fades away. The prescribed
+ * are the state there; what polynomials of low degree in s miss of it fades away. The prescribed
  * motion of an end must agree with the initial state in value and velocity; where it does not, the
  * end wins. Of q and -q that an end may be given, the nearer one at t = 0 counts.
  *   r = r_i + t v_i + sum over held ends of weight (r_end(t) - r_i(end) - t v_i(end)) + blend net

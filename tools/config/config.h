@@ -68,9 +68,9 @@ typedef struct config {
     scene scene; /* loads in SI, whatever the YAML scaled; what section and material determine is
                   * left to scene_properties_of */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
-    nn_mlp_settings network;   /* inputs and outputs are filled in by the physics */
-    double fourier_wavenumber; /* 1/m; network.fourier_bandwidth in SI */
-    double fourier_frequency;  /* rad/s; NaN in a static scene */
+    nn_mlp_settings network;      /* inputs and outputs are filled in by the physics */
+    double fourier_wavenumber;    /* 1/m; network.fourier_bandwidth in SI */
+    double fourier_frequency;     /* rad/s; NaN in a static scene */
     problem_settings losses;
     uint64_t seed;
     int stage_count;
