@@ -453,7 +453,14 @@ static ad_status solve(session *x, ad_error *error)
 static ad_status prepare(session *x, ad_error *error)
 {
     const options *o = &x->asked;
-    ad_status status =
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK && o->work_precision) {
+        status = table_check_path(o->work_precision, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
     if (status != AD_OK) {
         return status;
