@@ -112,7 +112,7 @@ check a row for each scene and method -- test "$(wc -l <stress.csv)" -eq 5
 rm stress.csv
 refused '--only nothing: there is no such scene' cpinn-stress --only nothing
 refused '--method magic: allowed: pinn, solver' cpinn-stress --method magic
-refused 'none/stress.csv: no file can be written there' cpinn-stress --out none/stress.csv
+refused 'none/stress.csv: no file can be written there' cpinn-stress --quick --out none/stress.csv
 
 TMPDIR=. cpinn-stress --only energy/50-periods --method pinn >stdout.txt 2>stderr.txt &
 pid=$!
