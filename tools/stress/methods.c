@@ -254,10 +254,8 @@ static ad_status run_solver(const stress_row *row, const char *folder, stress_re
         status = reference_create(x.e, &x.known, error);
     }
     if (status == AD_OK) {
-        const solve_settings asked = {.tolerance = row->tolerance > 0 ? row->tolerance
-                                                   : scene_is_dynamic(&x.e->settings->scene)
-                                                       ? 1e-6
-                                                       : 1e-10};
+        solve_settings asked = solve_settings_default(&x.e->settings->scene);
+        asked.tolerance = row->tolerance > 0 ? row->tolerance : asked.tolerance;
         double began = wall_seconds();
         status = solve(&x, &asked, error);
         result->seconds = wall_seconds() - began;
