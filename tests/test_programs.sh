@@ -112,6 +112,20 @@ check a row for each scene and method -- test "$(wc -l <stress.csv)" -eq 5
 rm stress.csv
 refused '--only nothing: there is no such scene' cpinn-stress --only nothing
 refused '--method magic: allowed: pinn, solver' cpinn-stress --method magic
+refused 'none/stress.csv: no file can be written there' cpinn-stress --quick --out none/stress.csv
+
+TMPDIR=. cpinn-stress --only energy/50-periods --method pinn >stdout.txt 2>stderr.txt &
+pid=$!
+for _ in $(seq 200); do
+    test -e cpinn-stress-* && break
+    sleep 0.05
+done
+sleep 0.2
+kill -TERM "$pid"
+wait "$pid"
+check a signal ends it -- test $? -eq 143
+pid=
+check its folder is gone -- test -z "$(ls -d cpinn-stress-* 2>/dev/null)"
 refused 'unknown option --no-such-option' cpinn-stress --no-such-option
 
 entries=$(ls)

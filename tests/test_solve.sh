@@ -175,6 +175,7 @@ refused '^cpinn-solve: --tol small: allowed' cpinn-solve "$elastica" --tol small
 refused '^cpinn-solve: --nodes 0: allowed' cpinn-solve "$elastica" --nodes 0
 refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5
 refused 'x.txt: .*allowed: .csv' cpinn-solve "$elastica" --out x.txt
+refused 'none/y.csv: no file can be written there' cpinn-solve "$elastica" --out none/y.csv
 refused 'one of the two' cpinn-solve "$elastica" --nodes 9 --work-precision y.csv
 refused '--set rod.length=-1: rod.length' cpinn-solve "$elastica" --set rod.length=-1
 

@@ -73,32 +73,26 @@ static void check_reference(const char *path, const char *override, double toler
     config *settings = NULL;
     experiment *e = NULL;
     reference *r = NULL;
-    solved x = solve(path, NULL, override, 0);
+    solution *found = NULL;
+    solve_report report;
+    reference_errors errors;
+    const solve_settings wanted = {.tolerance = asked};
     if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
         experiment_create(settings, 1, &e, &error) != AD_OK ||
-        reference_create(e, &r, &error) != AD_OK) {
+        reference_create(e, &r, &error) != AD_OK ||
+        solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error) != AD_OK ||
+        reference_compare_solution(r, found, &errors, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    size_t points = reference_points(r);
-    double *poses = malloc(7 * points * sizeof *poses);
-    for (size_t i = 0; i < points; i++) {
-        solve_state state = at(&x, reference_s(r)[i] / settings->scene.rod.length);
-        for (size_t k = 0; k < 3; k++) {
-            poses[k * points + i] = state.position[k] * settings->scene.rod.length;
-        }
-        for (size_t k = 0; k < 4; k++) {
-            poses[(3 + k) * points + i] = state.rotation[k];
-        }
-    }
-    reference_errors errors = reference_compare_poses(r, poses);
+    assert_near(report.load_fraction, 1, 0);
+    assert_true(report.estimate <= asked);
     if (!(errors.position_max <= tolerance && errors.rotation_max <= tolerance)) {
         fail_msg("%s %s: %g, %g rad", path, override ? override : "", errors.position_max,
                  errors.rotation_max);
     }
-    free(poses);
+    solution_free(found);
     reference_free(r);
     experiment_free(e);
-    release(&x);
 }
 
 static void test_closed_forms(void **state)

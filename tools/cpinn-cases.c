@@ -99,8 +99,10 @@ static ad_status add_folder(table *t, const char *folder, ad_error *error)
                                            file_bytes_shown(folder));
     for (int i = 0; i < count; i++) {
         int length = snprintf(path, sizeof path, "%s/%s", folder, entries[i]->d_name);
-        if (status == AD_OK && length < PATH_BYTES) {
-            status = add_path(t, path, error);
+        if (status == AD_OK) {
+            status = length < PATH_BYTES ? add_path(t, path, error)
+                                         : ad_fail(error, AD_BAD_INPUT, "%s: is too long a path",
+                                                   file_bytes_shown(path));
         }
         free(entries[i]);
     }

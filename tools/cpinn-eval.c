@@ -402,7 +402,11 @@ static void print_json(const session *x)
 
 static ad_status run(session *x, ad_error *error)
 {
-    ad_status status =
+    ad_status status = x->asked.out ? table_check_path(x->asked.out, error) : AD_OK;
+    if (status != AD_OK) {
+        return status;
+    }
+    status =
         experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e, &x->file, error);
     if (status == AD_OK) {
         read_progress(x);

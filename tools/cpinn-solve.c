@@ -64,8 +64,9 @@ typedef struct session {
     const scene *scene;
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
-    samples grid, at_reference;
-    double *times; /* [grid.count + at_reference.count] at which a motion is wanted, s */
+    samples grid;
+    size_t time_count;
+    double *times; /* [time_count] at which a motion is wanted, s */
     solution *solved;
     solve_report report;
     double seconds;
@@ -82,7 +83,6 @@ static void session_free(session *x)
     solution_free(x->solved);
     free(x->times);
     samples_free(&x->grid);
-    samples_free(&x->at_reference);
     reference_free(x->known);
     experiment_free(x->e);
     config_free(x->settings);
@@ -90,7 +90,6 @@ static void session_free(session *x)
 
 /* ---- samples ------------------------------------------------------------------------------- */
 
-/* The pose alone for a reference, else all columns. */
 static ad_status evaluate(const solution *solved, const samples *p, ad_error *error)
 {
     return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
@@ -137,30 +136,18 @@ static ad_status samples_of_grid(session *x, ad_error *error)
     return status;
 }
 
-static ad_status samples_of_reference(session *x, ad_error *error)
-{
-    const physics_model *model = model_of(x->scene);
-    samples *p = &x->at_reference;
-    ad_status status = samples_make(p, reference_points(x->known),
-                                    model->position_columns + model->rotation_columns, error);
-    if (status == AD_OK) {
-        memcpy(p->s, reference_s(x->known), p->count * sizeof *p->s);
-        memcpy(p->t, reference_t(x->known), p->count * sizeof *p->t);
-    }
-    return status;
-}
-
-/* Those of all samples. */
+/* Those of the grid and of the reference. */
 static ad_status gather_times(session *x, ad_error *error)
 {
-    x->times = malloc((x->grid.count + x->at_reference.count) * sizeof *x->times);
+    size_t points = x->known ? reference_points(x->known) : 0;
+    x->time_count = x->grid.count + points;
+    x->times = malloc(x->time_count * sizeof *x->times);
     if (!x->times) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     }
     memcpy(x->times, x->grid.t, x->grid.count * sizeof *x->times);
     if (x->known) {
-        memcpy(x->times + x->grid.count, x->at_reference.t,
-               x->at_reference.count * sizeof *x->times);
+        memcpy(x->times + x->grid.count, reference_t(x->known), points * sizeof *x->times);
     }
     return AD_OK;
 }
@@ -248,11 +235,11 @@ static void print_error(const char *name, double value, const char *unit)
 
 static ad_status print_reference(session *x, ad_error *error)
 {
-    const samples *p = &x->at_reference;
-    ad_status status = evaluate(x->solved, p, error);
+    reference_errors errors;
+    ad_status status = reference_compare_solution(x->known, x->solved, &errors, error);
     if (status == AD_OK) {
-        reference_errors errors = reference_compare_poses(x->known, p->values);
-        printf("difference from %s (%zu points)\n", reference_name(x->known), p->count);
+        printf("difference from %s (%zu points)\n", reference_name(x->known),
+               reference_points(x->known));
         print_error("position, relative L2", errors.position, "");
         print_error("position, largest", errors.position_max, " of the length");
         print_error("tip", errors.tip, " of the length");
@@ -443,8 +430,8 @@ static ad_status solve(session *x, ad_error *error)
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
     double start = wall_seconds();
-    ad_status status = solution_create(x->scene, &settings, x->grid.count + x->at_reference.count,
-                                       x->times, &x->solved, &x->report, error);
+    ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
+                                       &x->report, error);
     x->seconds = wall_seconds() - start;
     return status;
 }
@@ -453,7 +440,14 @@ static ad_status solve(session *x, ad_error *error)
 static ad_status prepare(session *x, ad_error *error)
 {
     const options *o = &x->asked;
-    ad_status status =
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK && o->work_precision) {
+        status = table_check_path(o->work_precision, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    status =
         config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
     if (status != AD_OK) {
         return status;
@@ -464,9 +458,6 @@ static ad_status prepare(session *x, ad_error *error)
     status = samples_of_grid(x, error);
     if (status == AD_OK) {
         status = open_reference(x, error);
-    }
-    if (status == AD_OK && x->known) {
-        status = samples_of_reference(x, error);
     }
     return status == AD_OK ? gather_times(x, error) : status;
 }

@@ -1,6 +1,7 @@
 /* cpinn-stress: stiff and extreme scenes, each against the outcome that is expected; see --help. */
 #include "tools/cli.h"
 #include "tools/files/table_file.h"
+#include "tools/signals.h"
 #include "tools/stress/stress.h"
 
 #include <dirent.h>
@@ -23,7 +24,10 @@ static const char epilogue[] =
     "Every scene runs in a process of its own, with a time limit, on one thread. Errors are those\n"
     "of position, relative L2, unless the scene says otherwise.\n"
     "\n"
-    "Exit status: 0 every scene as expected, 1 not, 2 bad arguments.\n";
+    "Ctrl-C ends the table and writes what there is.\n"
+    "\n"
+    "Exit status: 0 every scene as expected, 1 not, 2 bad arguments, 130 or 143 stopped by a "
+    "signal.\n";
 
 static const stress_group *const groups[] = {&stress_rods,  &stress_loads, &stress_motions,
                                              &stress_beams, &stress_pairs, &stress_inputs};
@@ -198,6 +202,7 @@ static void remove_folder(const char *folder)
     rmdir(folder);
 }
 
+/* What a signal has cut short is no row. */
 static ad_status run_rows(const options *o, const char *folder, record *all, int *surprises,
                           ad_error *error)
 {
@@ -212,7 +217,7 @@ static ad_status run_rows(const options *o, const char *folder, record *all, int
                 }
                 stress_result result;
                 ad_status status = stress_run(row, (stress_method)method, folder, &result, error);
-                if (status != AD_OK) {
+                if (status != AD_OK || signals_caught()) {
                     return status;
                 }
                 print_row(row, (stress_method)method, &result);
@@ -231,7 +236,9 @@ static int run(const options *o)
     char folder[FOLDER];
     int surprises = 0;
     ad_error error = {AD_OK, ""};
-    if (make_folder(folder, &error) != AD_OK) {
+    signals_catch();
+    if ((o->out && table_check_path(o->out, &error) != AD_OK) ||
+        make_folder(folder, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
     ad_status status = run_rows(o, folder, &all, &surprises, &error);
@@ -239,7 +246,10 @@ static int run(const options *o)
         status = write_record(&all, o->out, &error);
     }
     remove_folder(folder);
-    return status != AD_OK ? cli_fail_error(program, &error) : surprises > 0;
+    if (status != AD_OK) {
+        return cli_fail_error(program, &error);
+    }
+    return signals_caught() ? 128 + signals_caught() : surprises > 0;
 }
 
 int main(int count, char **arguments)

@@ -171,7 +171,7 @@ static void finish(session *s)
     if (trainer_doubts(s->trainer, doubt)) {
         progress_say(&s->progress, "%s", doubt);
     }
-    progress_error_table(stdout, trainer_history(s->trainer));
+    progress_error_table(stdout, trainer_history(s->trainer), s->e->settings->scene.windows);
     if (s->known && reference_doubts(s->known, &info.errors, coarse)) {
         printf("    %s\n", coarse);
     }
@@ -258,9 +258,9 @@ static int train(session *s, const options *o, ad_error *error)
             }
             return cli_fail_training(program, error);
         }
-        progress_step(&s->progress, s->trainer, s->e);
         trainer_info info = trainer_inspect(s->trainer);
         say_ended(s, &before, &info);
+        progress_step(&s->progress, s->trainer, s->e);
         if (run_append(&s->folder, trainer_history(s->trainer), error) != AD_OK) {
             return cli_fail_training(program, error);
         }

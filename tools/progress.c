@@ -120,7 +120,7 @@ void progress_say(progress *p, const char *format, ...)
     va_end(arguments);
 }
 
-void progress_error_table(FILE *file, const history *h)
+void progress_error_table(FILE *file, const history *h, int windows)
 {
     if (h->count == 0 || isnan(history_value(h, h->count - 1, "error"))) {
         return;
@@ -129,6 +129,9 @@ void progress_error_table(FILE *file, const history *h)
     double best = INFINITY, best_seconds = 0, limit = 0.1;
     for (size_t i = 0; i < h->count; i++) {
         double error = history_value(h, i, "error"), seconds = history_value(h, i, "seconds");
+        if (windows > 1 && history_value(h, i, "window") < windows) {
+            continue;
+        }
         for (; error < limit && limit > 1e-15; limit /= 10) {
             fprintf(file, "    below %-8.0e %21.2f s  (step %.0f)\n", limit, seconds,
                     history_value(h, i, "step"));

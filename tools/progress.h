@@ -27,7 +27,8 @@ void progress_clear(progress *p);
 /* A line that stays, below whatever is live. */
 void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. */
-void progress_error_table(FILE *file, const history *h);
+/* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several
+ * windows of time it begins with the last, when all of the time is covered. */
+void progress_error_table(FILE *file, const history *h, int windows);
 
 #endif

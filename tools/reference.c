@@ -576,8 +576,13 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
     return status;
 }
 
-reference_errors reference_compare_poses(reference *r, const double *poses)
+ad_status reference_compare_solution(reference *r, const solution *solved, reference_errors *errors,
+                                     ad_error *error)
 {
-    memcpy(r->values, poses, r->pose * r->points * sizeof *poses);
-    return measure(r, r->points);
+    ad_status status =
+        solution_evaluate(solved, (int)r->pose, r->points, r->s, r->t, r->values, error);
+    if (status == AD_OK) {
+        *errors = measure(r, r->points);
+    }
+    return status;
 }

@@ -3,6 +3,7 @@
 #define TOOLS_REFERENCE_H
 
 #include "tools/experiment.h"
+#include "tools/solve/solve.h"
 
 /* A point counts as lying at an end of the rod or the duration within this fraction of it: files
  * hold rounded numbers. */
@@ -48,9 +49,10 @@ reference_errors reference_estimates(const reference *r);
 ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
                             ad_error *error);
 
-/* The same for poses, positions and rotations [columns][points], that come from elsewhere, at all
- * points; until the next reference_enter this is what the points are left with. */
-reference_errors reference_compare_poses(reference *r, const double *poses);
+/* The same of a classical solution, at all points; of a motion it has to know their times. Until
+ * the next reference_enter its values are what the points are left with. AD_NO_MEMORY. */
+ad_status reference_compare_solution(reference *r, const solution *solved, reference_errors *errors,
+                                     ad_error *error);
 
 /* Whether the errors are below the estimated one of the reference itself, and so say no more than
  * that: a sentence. */

@@ -7,7 +7,6 @@
 #include "tools/solve/solve.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static const double grace = 20; /* s beyond the limit, for recording and a last step */
@@ -167,7 +166,6 @@ static ad_status by_network(const cases_task *task, cases_row *row, ad_error *er
 typedef struct classical {
     experiment *e;
     reference *known; /* NULL: the scene names none */
-    double *poses;    /* at its points */
     solution *solved;
     solve_report report;
 } classical;
@@ -188,38 +186,31 @@ static ad_status open_scene(const char *path, classical *x, double *reading, ad_
 static ad_status solve(classical *x, const solve_settings *settings, cases_row *row,
                        ad_error *error)
 {
-    const scene *scene = &x->e->settings->scene;
-    const physics_model *model = model_of(scene);
-    int columns = model->position_columns + model->rotation_columns;
     size_t points = x->known ? reference_points(x->known) : 0;
-    const double *s = x->known ? reference_s(x->known) : NULL;
     const double *t = x->known ? reference_t(x->known) : NULL;
-    x->poses = malloc(((size_t)columns * points + 1) * sizeof *x->poses);
-    if (!x->poses) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
-    }
     double began = wall_seconds();
-    ad_status status = solution_create(scene, settings, points, t, &x->solved, &x->report, error);
-    if (status == AD_OK && x->known) {
-        status = solution_evaluate(x->solved, columns, points, s, t, x->poses, error);
-    }
-    if (status == AD_OK) {
-        row->seconds = wall_seconds() - began;
-    }
+    ad_status status =
+        solution_create(&x->e->settings->scene, settings, points, t, &x->solved, &x->report, error);
+    row->seconds = status == AD_OK ? wall_seconds() - began : NAN;
     return status;
 }
 
 /* Where the reference is the solver's own, its estimate is what is known of the error. */
-static void compare(const classical *x, cases_row *row)
+static ad_status compare(const classical *x, cases_row *row, ad_error *error)
 {
-    reference_errors errors = reference_compare_poses(x->known, x->poses);
+    reference_errors errors;
+    ad_status status = reference_compare_solution(x->known, x->solved, &errors, error);
+    if (status != AD_OK) {
+        return status;
+    }
     bool is_own = !isnan(reference_estimates(x->known).position);
     row->position = is_own ? fmax(errors.position, x->report.estimate) : errors.position;
     row->rotation = is_own ? NAN : errors.rotation;
+    return AD_OK;
 }
 
-static void conclude(const classical *x, const solve_settings *settings, double reading,
-                     cases_row *row)
+static ad_status conclude(const classical *x, const solve_settings *settings, double reading,
+                          cases_row *row, ad_error *error)
 {
     const scene *scene = &x->e->settings->scene;
     const solve_report *r = &x->report;
@@ -232,12 +223,10 @@ static void conclude(const classical *x, const solve_settings *settings, double 
     snprintf(row->text, CASES_TEXT, "%s", is_doubted ? doubt : "");
     if (!moving && r->load_fraction < 1) {
         row->outcome = CASES_STOPPED;
-        return;
+        return AD_OK;
     }
     row->outcome = is_doubted ? CASES_DOUBTED : CASES_SOLVED;
-    if (x->known) {
-        compare(x, row);
-    }
+    return x->known ? compare(x, row, error) : AD_OK;
 }
 
 static ad_status by_solver(const cases_task *task, cases_row *row, ad_error *error)
@@ -251,13 +240,12 @@ static ad_status by_solver(const cases_task *task, cases_row *row, ad_error *err
         status = solve(&x, &settings, row, error);
         if (status == AD_OK) {
             tell_left_out(scene, row);
-            conclude(&x, &settings, reading, row);
+            status = conclude(&x, &settings, reading, row, error);
         } else if (status != AD_BAD_ARGUMENT) {
             row->outcome = CASES_STOPPED;
         }
     }
     solution_free(x.solved);
-    free(x.poses);
     reference_free(x.known);
     experiment_free(x.e);
     return status;

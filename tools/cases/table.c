@@ -1,5 +1,6 @@
 /* Rows as text and as files. */
 #include "tools/cases/cases.h"
+#include "tools/compare/compare.h"
 #include "tools/files/table_file.h"
 
 #include <math.h>
@@ -17,13 +18,6 @@ void cases_print_heading(FILE *file, int width)
 static const char *error_text(double error, char text[16])
 {
     snprintf(text, 16, isnan(error) ? "-" : "%.1e", error);
-    return text;
-}
-
-static const char *seconds_text(double seconds, char text[16])
-{
-    int digits = seconds < 0.0995 ? 3 : seconds < 9.995 ? 2 : seconds < 99.95 ? 1 : 0;
-    snprintf(text, 16, isnan(seconds) ? "-" : "%.*f", digits, seconds);
     return text;
 }
 
@@ -53,12 +47,12 @@ static void print_left_out(FILE *file, const char *text)
 
 void cases_print_row(FILE *file, const cases_row *row, int width)
 {
-    char position[16], rotation[16], seconds[16], size[72];
+    char position[16], rotation[16], seconds[COMPARE_SECONDS], size[72];
     size_text(row, size);
     fprintf(file, "%-*s  %-6s  %8s  %8s  %7s  %-27s  ", width,
             row->method == CASES_PINN ? row->name : "", cases_method_name(row->method),
             error_text(row->position, position), error_text(row->rotation, rotation),
-            seconds_text(row->seconds, seconds), size);
+            compare_seconds(row->seconds, seconds), size);
     print_left_out(file, *row->left_out ? row->left_out : "-");
     fputc('\n', file);
     if (row->outcome != CASES_SOLVED) {

@@ -199,6 +199,10 @@ void compare_curves_free(compare_curves *curves);
 
 /* ---- output -------------------------------------------------------------------------------- */
 
+/* Seconds to two or three digits, at most four places; "-" where not finite. */
+enum { COMPARE_SECONDS = 32 };
+const char *compare_seconds(double seconds, char text[COMPARE_SECONDS]);
+
 /* One line for each cell, under a heading for each scene. */
 void compare_print(FILE *file, const compare_results *results);
 

@@ -6,7 +6,6 @@
 #include "tools/solve/sweep.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 typedef struct sweep {
     const compare_task *task;
@@ -14,9 +13,7 @@ typedef struct sweep {
     compare_run *run;
     experiment *e;
     reference *known;
-    int columns;   /* of the pose */
-    double *poses; /* [columns][points of the reference] */
-    double spent;  /* s */
+    double spent; /* s */
     ad_status status;
     ad_error *error;
 } sweep;
@@ -27,12 +24,11 @@ static double add_row(void *context, int nodes, double seconds, const solution *
     sweep *x = context;
     compare_run *run = x->run;
     double before = run->count > 0 ? run->rows[run->count - 1].seconds : 0;
-    x->status = solution_evaluate(solved, x->columns, reference_points(x->known),
-                                  reference_s(x->known), reference_t(x->known), x->poses, x->error);
+    reference_errors errors;
+    x->status = reference_compare_solution(x->known, solved, &errors, x->error);
     if (x->status != AD_OK) {
         return NAN;
     }
-    reference_errors errors = reference_compare_poses(x->known, x->poses);
     compare_row row = {.seconds = fmax(before, seconds),
                        .step = nodes,
                        .loss = NAN,
@@ -56,18 +52,7 @@ static ad_status open_scene(sweep *x, ad_error *error)
     if (status == AD_OK) {
         status = experiment_create(settings, task->threads, &x->e, error);
     }
-    if (status == AD_OK) {
-        status = reference_create(x->e, &x->known, error);
-    }
-    if (status != AD_OK) {
-        return status;
-    }
-    const physics_model *model = model_of(&x->e->settings->scene);
-    x->columns = model->position_columns + model->rotation_columns;
-    x->poses = malloc((size_t)x->columns * reference_points(x->known) * sizeof *x->poses);
-    return x->poses ? AD_OK
-                    : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points",
-                              reference_points(x->known));
+    return status == AD_OK ? reference_create(x->e, &x->known, error) : status;
 }
 
 ad_status compare_solve(const compare_task *task, compare_measure measure, compare_run *run,
@@ -87,7 +72,6 @@ ad_status compare_solve(const compare_task *task, compare_measure measure, compa
         run->end = COMPARE_FAILED; /* a scene that the solver does not take */
         status = AD_OK;
     }
-    free(x.poses);
     reference_free(x.known);
     experiment_free(x.e);
     return status;

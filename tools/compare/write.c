@@ -9,7 +9,7 @@
 
 /* ---- terminal ------------------------------------------------------------------------------ */
 
-static const char *seconds_text(double seconds, char text[32])
+const char *compare_seconds(double seconds, char text[COMPARE_SECONDS])
 {
     if (!isfinite(seconds)) {
         return "-";
@@ -19,7 +19,7 @@ static const char *seconds_text(double seconds, char text[32])
                  : seconds < 9.995  ? 2
                  : seconds < 99.95  ? 1
                                     : 0;
-    snprintf(text, 32, "%.*f", digits, seconds);
+    snprintf(text, COMPARE_SECONDS, "%.*f", digits, seconds);
     return text;
 }
 
@@ -90,7 +90,7 @@ static void print_cell(FILE *file, const compare_results *results, int cell, wid
              summary.steps_per_second);
     fprintf(file, " %7s", text);
     for (int k = 0; k < COMPARE_LIMITS; k++) {
-        fprintf(file, " %6s", seconds_text(summary.reached[k], text));
+        fprintf(file, " %6s", compare_seconds(summary.reached[k], text));
     }
     print_end(file, &summary);
     if (summary.error.low <= estimate) {

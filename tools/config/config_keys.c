@@ -393,8 +393,9 @@ const config_key config_keys[] = {
     {"reference.solve", CONFIG_NUMBER, AT(reference_tolerance), BETWEEN(1e-13, 0.1),
      .flags = CONFIG_BY_NAME,
      .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
-             "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at rest, 1e-8 in motion. Kept in the folder "
-             "cpinn of XDG_CACHE_HOME, else of ~/.cache, until the physics changes."},
+             "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at "
+             "rest, 1e-8 in motion. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
+             "until the physics changes."},
     {"reference.file", CONFIG_TEXT, AT(reference_file),
      .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "
              "slope]; relative to this file."},

@@ -299,11 +299,11 @@ ad_status config_write_physics(const config *experiment, FILE *file)
 /* Words of `text`, wrapped and indented. */
 static void write_wrapped(FILE *file, const char *text, int margin)
 {
-    int column = HELP_COLUMNS;
+    int column = 0;
     while (*text) {
         int length = (int)strcspn(text, " ");
-        if (column + 1 + length > HELP_COLUMNS) {
-            fprintf(file, "%s%*s", column == HELP_COLUMNS ? "" : "\n", margin, "");
+        if (column == 0 || column + 1 + length > HELP_COLUMNS) {
+            fprintf(file, "%s%*s", column == 0 ? "" : "\n", margin, "");
             column = margin;
         } else {
             fputc(' ', file);

@@ -53,6 +53,10 @@ const char *const *table_words(const table_file *table, const char *name);
 /* The line of a CSV file, from 1, on which a row, from 0, stands; 0 for a row of an HDF5 file. */
 size_t table_line(const table_file *table, size_t row);
 
+/* Whether table_write could put a file there, asked before the work that fills it: of its ending
+ * and its folder. AD_BAD_ARGUMENT, AD_IO, AD_NO_MEMORY. */
+ad_status table_check_path(const char *path, ad_error *error);
+
 /* Write columns[ncols] of nrows values each to `path`, atomically (tools/files/file_bytes.h). CSV
  * numbers are the shortest of 15 to 17 digits that read back to the same double; NaN loses its
  * payload in CSV, not in HDF5. Errors: AD_BAD_ARGUMENT (ending, names), AD_IO, AD_NO_MEMORY; a file

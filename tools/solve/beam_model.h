@@ -32,8 +32,7 @@ typedef struct beam_initial_state {
     double deflection, slope, velocity, slope_rate;
 } beam_initial_state;
 
-/* The scene must pass scene_check and beam_check. AD_NO_MEMORY, or what the tape says of a formula.
- */
+/* The scene must pass scene_check and beam_check. AD_NO_MEMORY, or errors of formulas. */
 ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_error *error);
 void solve_beam_free(solve_beam *beam);
 
@@ -45,8 +44,7 @@ ad_status solve_beam_foundation(const solve_beam *beam, size_t n, const double *
 ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
                              beam_initial_state *out, ad_error *error);
 
-/* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; the internal V and M.
- */
+/* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; internal V, M. */
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error);
 
 #endif

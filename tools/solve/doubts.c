@@ -31,8 +31,8 @@ bool solution_doubts(const solution *x, const scene *rod_scene, const solve_sett
     }
     if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
         snprintf(text, SOLUTION_DOUBT,
-                 "estimated error %.2g of the %s with %d nodes, above --tol %.2g; try a larger "
-                 "tolerance; jumps in loads or rest shape converge slowly",
+                 "estimated error %.2g of the %s with %d nodes, above the tolerance of %.2g; try a "
+                 "larger one; jumps in loads or rest shape converge slowly",
                  report->estimate, scene_is_beam(rod_scene) ? "deflection" : "length",
                  report->nodes, settings->tolerance);
         return true;

@@ -5,8 +5,7 @@
 
 #include "physics/model.h"
 
-/* Raised when solutions change by more than their estimated error: kept ones are then solved anew.
- */
+/* Raised when solutions change by more than their estimated error: kept ones are solved anew. */
 #define SOLUTION_VERSION 4
 
 typedef struct solve_settings {

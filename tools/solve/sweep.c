@@ -22,7 +22,7 @@ static ad_status solve_repeatedly(const scene *rod_scene, const solve_settings *
                                   size_t count, const double *times, solution **solved,
                                   solve_report *report, double *median, ad_error *error)
 {
-    double seconds[REPEATS];
+    double seconds[REPEATS] = {0};
     int repeats = scene_is_dynamic(rod_scene) ? 1 : REPEATS;
     ad_status status = AD_OK;
     for (int i = 0; i < repeats && status == AD_OK; i++) {

@@ -23,8 +23,7 @@ void stress_write_elastica(FILE *file)
     }
 }
 
-/* ---- small vibrations of a cantilever ---------------------------------------------------------
- */
+/* ---- small vibrations of a cantilever -------------------------------------------------------- */
 
 enum { MODES = 40, INSTANTS = 20 };
 
@@ -108,8 +107,7 @@ void stress_write_creep(FILE *file)
     write_deflection(file, 10, creep);
 }
 
-/* ---- a motion in other units ------------------------------------------------------------------
- */
+/* ---- a motion in other units ----------------------------------------------------------------- */
 
 /* The tip of configs/reference/slender_100.csv, which says how it was computed. */
 static void write_scaled(FILE *file, double length, double time)

@@ -201,24 +201,6 @@ static ad_status solve(classical *x, const solve_settings *settings, ad_error *e
     return solution_create(rod_scene, settings, count, x->times, &x->solved, &x->report, error);
 }
 
-static ad_status compare(const classical *x, reference_errors *errors, ad_error *error)
-{
-    const physics_model *model = model_of(&x->e->settings->scene);
-    int columns = model->position_columns + model->rotation_columns;
-    size_t points = reference_points(x->known);
-    double *poses = malloc((size_t)columns * points * sizeof *poses);
-    if (!poses) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
-    }
-    ad_status status = solution_evaluate(x->solved, columns, points, reference_s(x->known),
-                                         reference_t(x->known), poses, error);
-    if (status == AD_OK) {
-        *errors = reference_compare_poses(x->known, poses);
-    }
-    free(poses);
-    return status;
-}
-
 static ad_status judge_solution(const stress_row *row, const classical *x,
                                 const solve_settings *settings, stress_result *result,
                                 ad_error *error)
@@ -234,7 +216,8 @@ static ad_status judge_solution(const stress_row *row, const classical *x,
     if (!scene_is_dynamic(rod_scene) && x->report.load_fraction < 1) {
         return AD_OK; /* stopped */
     }
-    ad_status status = x->known ? compare(x, &answer.errors, error) : AD_OK;
+    ad_status status =
+        x->known ? reference_compare_solution(x->known, x->solved, &answer.errors, error) : AD_OK;
     if (status == AD_OK) {
         conclude(row, STRESS_SOLVER, &answer, is_doubted, result);
     }
@@ -254,10 +237,8 @@ static ad_status run_solver(const stress_row *row, const char *folder, stress_re
         status = reference_create(x.e, &x.known, error);
     }
     if (status == AD_OK) {
-        const solve_settings asked = {.tolerance = row->tolerance > 0 ? row->tolerance
-                                                   : scene_is_dynamic(&x.e->settings->scene)
-                                                       ? 1e-6
-                                                       : 1e-10};
+        solve_settings asked = solve_settings_default(&x.e->settings->scene);
+        asked.tolerance = row->tolerance > 0 ? row->tolerance : asked.tolerance;
         double began = wall_seconds();
         status = solve(&x, &asked, error);
         result->seconds = wall_seconds() - began;

@@ -50,7 +50,7 @@ typedef struct stress_row {
     stress_measure *measure;     /* the error; NULL: of position against the reference */
     double seconds;              /* of the processor, for training, at most; 0: 10 */
     const char *solver_override; /* one more, of its scene alone; or NULL */
-    double tolerance;            /* of the solver; 0: 1e-10 at rest, 1e-6 in motion */
+    double tolerance;            /* of the solver; 0: its default */
     bool quick, is_long;         /* in the short selection; only in the long one */
     stress_expectation expected[STRESS_METHODS]; /* why is NULL: not for this method */
 } stress_row;
