@@ -221,14 +221,14 @@ static void damage_is_named(void **state)
     unsigned char *bytes = slurp(at("checkpoint.h5"), &size);
 
     unsigned char *version = bytes + strlen("cpinn checkpoint\n");
-    assert_memory_equal(version, "format_version 1\n", 17);
-    version[15] = '2';
+    assert_memory_equal(version, "format_version 2\n", 17);
+    version[15] = '3';
     spill(at("bad.h5"), bytes, size);
-    assert_refused(at("bad.h5"), "has format_version 2, this program reads up to 1");
-    version[15] = '0';
-    spill(at("bad.h5"), bytes, size);
-    assert_refused(at("bad.h5"), "is damaged");
+    assert_refused(at("bad.h5"), "has format_version 3, this program reads 2; use a newer cpinn");
     version[15] = '1';
+    spill(at("bad.h5"), bytes, size);
+    assert_refused(at("bad.h5"), "has format_version 1, this program reads 2; use an older cpinn");
+    version[15] = '2';
 
     spill(at("bad.h5"), bytes, size - 1);
     assert_refused(at("bad.h5"), "is truncated: it has");

@@ -525,14 +525,16 @@ static void test_manufactured(void **state)
                                           "output.every=100",
                                           "manufactured.position=[0.1*s^2*sin(2*t), 0.05*s^2*t, s]",
                                           "manufactured.angles=[0, 0.2*s*sin(2*t), 0.1*s*t]",
-                                          "training.stages=[{optimizer: gauss_newton, steps: 20}]",
+                                          "training.stages=[{optimizer: gauss_newton, steps: 50}]",
+                                          "training.seed=1",
                                           NULL};
     run r = start("configs/manufactured_dynamic.yaml", changes, 1);
     finish(&r);
     trainer_info info = trainer_inspect(r.trainer);
     assert_int_equal(info.window, 2);
-    assert_int_equal(info.step, 60);
-    assert_true(info.errors.position < 3e-4); /* 7e-5; at first it is 0.2 */
+    assert_int_equal(info.step, 150);
+    assert_true(info.errors.position <
+                3e-4); /* 7e-5, other seeds up to 2.7e-4; at first it is 0.2 */
     stop(&r);
 }
 

@@ -4,12 +4,12 @@
  * The file, readable by any HDF5 tool (h5py, h5dump):
  *   bytes 0..511   HDF5 user block, ASCII, zero padded, skipped by HDF5 itself:
  *                      cpinn checkpoint
- *                      format_version 1
+ *                      format_version 2
  *                      bytes <length of the whole file, decimal>
  *                      fnv1a64 <checksum of bytes 512..end, 16 hexadecimal digits>
  *   root attributes
  *     format           text "cpinn checkpoint"
- *     format_version   int64, 1
+ *     format_version   int64, 2
  *     library_version  text
  *     checksum         uint64, over the items, see below
  *   items            one dataset each, at the path that is its name ("optimizer/step"):
@@ -39,7 +39,7 @@
 
 #include "autodiff/error.h"
 
-#define CHECKPOINT_FORMAT_VERSION 1
+#define CHECKPOINT_FORMAT_VERSION 2
 #define CHECKPOINT_MAX_RANK       3
 #define CHECKPOINT_MAX_NAME       255  /* bytes of an item's name or a column's name */
 #define CHECKPOINT_MAX_ITEMS      4096 /* items of one file, columns of one table */

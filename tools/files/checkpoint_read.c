@@ -76,10 +76,11 @@ static ad_status check_head(const char *path, const unsigned char *head, size_t 
     if (sscanf(text + sizeof CHECKPOINT_MAGIC, "format_version %9u", &version) != 1) {
         return refuse(error, path, "is damaged: its first bytes name no format_version");
     }
-    if (version > CHECKPOINT_FORMAT_VERSION) {
+    if (version != CHECKPOINT_FORMAT_VERSION) {
         return ad_fail(error, AD_BAD_INPUT,
-                       "%s: has format_version %u, this program reads up to %d; use a newer cpinn",
-                       shown, version, CHECKPOINT_FORMAT_VERSION);
+                       "%s: has format_version %u, this program reads %d; use %s cpinn", shown,
+                       version, CHECKPOINT_FORMAT_VERSION,
+                       version > CHECKPOINT_FORMAT_VERSION ? "a newer" : "an older");
     }
     const char *line = strstr(text, "\nbytes ");
     if (line && sscanf(line, "\nbytes %18zu", &bytes) == 1 && file_size < bytes) {
