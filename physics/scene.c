@@ -60,6 +60,14 @@ bool scene_is_manufactured(const scene *rod_scene)
     return rod_scene->manufactured.position[0] != NULL;
 }
 
+bool scene_locks_strains(const scene *rod_scene)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    const double *stiffness = properties.strain_stiffness;
+    return !scene_is_beam(rod_scene) &&
+           (isinf(stiffness[0]) || isinf(stiffness[1]) || isinf(stiffness[2]));
+}
+
 bool scene_is_imperfect(const scene *rod_scene)
 {
     bool given = false;

@@ -206,6 +206,9 @@ static inline bool scene_is_dynamic(const scene *rod_scene)
 
 bool scene_is_manufactured(const scene *rod_scene);
 
+/* Whether a rod does not shear or does not stretch, by infinite stiffness; of a beam: false. */
+bool scene_locks_strains(const scene *rod_scene);
+
 /* Whether an imperfection is given that is not the number 0. */
 bool scene_is_imperfect(const scene *rod_scene);
 

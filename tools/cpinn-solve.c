@@ -496,7 +496,8 @@ int main(int argc, char **argv)
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
          "refine until the position is estimated to be within so many\nlengths, a beam's "
          "deflection "
-         "relative to its largest (default\n1e-10; rods in motion 1e-6)"},
+         "relative to its largest (default\n1e-10; rods in motion 1e-6, or 1e-4 where shear or "
+         "stretch is locked)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
          "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "
          "is then "

@@ -394,7 +394,7 @@ const config_key config_keys[] = {
      .flags = CONFIG_BY_NAME,
      .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
              "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at "
-             "rest, 1e-8 in motion. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
+             "rest, 1e-8 in motion, 1e-4 there where shear or stretch is locked. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
              "until the physics changes."},
     {"reference.file", CONFIG_TEXT, AT(reference_file),
      .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "

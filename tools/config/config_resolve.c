@@ -309,7 +309,10 @@ static ad_status resolve_reference(config *experiment, ad_error *error)
     char joined[4096];
     char folder[2048] = "";
     if (experiment->reference_tolerance == 0) { /* reference: solve */
-        experiment->reference_tolerance = scene_is_dynamic(&experiment->scene) ? 1e-8 : 1e-11;
+        const scene *rod_scene = &experiment->scene;
+        experiment->reference_tolerance = !scene_is_dynamic(rod_scene)     ? 1e-11
+                                          : scene_locks_strains(rod_scene) ? 1e-4
+                                                                           : 1e-8;
     }
     if (!file || *file == '/') {
         return AD_OK;

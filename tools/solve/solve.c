@@ -23,7 +23,8 @@ struct solution {
 solve_settings solve_settings_default(const scene *rod_scene)
 {
     bool hard = scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene);
-    return (solve_settings){.tolerance = hard ? 1e-6 : 1e-10};
+    bool stiff = hard && scene_locks_strains(rod_scene);
+    return (solve_settings){.tolerance = stiff ? 1e-4 : hard ? 1e-6 : 1e-10};
 }
 
 static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
