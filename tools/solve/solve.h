@@ -31,7 +31,7 @@ typedef struct solve_report {
     bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
-/* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6 */
+/* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6, with locked strains 1e-4 */
 solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
