@@ -210,16 +210,6 @@ static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *re
     return status;
 }
 
-static bool is_locked(const solve_rod *rod)
-{
-    for (int i = 0; i < 3; i++) {
-        if (rod->strain_compliance[i] == 0 || rod->curvature_compliance[i] == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 /* First t, where meshes are coarse and steps cheap, then s: steps of two meshes differ, and their
  * errors would pass for errors of the mesh. What two tolerances of steps differ by is the error of
  * the larger, so that it will do for all meshes. */
@@ -227,7 +217,9 @@ static ad_status refine(const solve_rod *rod, double tolerance, refined *at, sol
                         ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
-    const double finest = is_locked(rod) ? 1e-8 : 1e-12, of_time = 0.25, of_mesh = 0.5;
+    const scene_properties properties = scene_properties_of(&rod->scene);
+    const double finest = scene_is_locked(&properties) ? 1e-8 : 1e-12, of_time = 0.25,
+                 of_mesh = 0.5;
     double *steps = &at->by.tolerance;
     resolution before;
     ad_status status = AD_OK;
