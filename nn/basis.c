@@ -26,12 +26,14 @@ static void evaluate(const nn_mlp_settings *settings, const double *fourier, con
 {
     size_t inputs = (size_t)settings->inputs, features = (size_t)settings->fourier_features;
     values[0] = 1;
-    for (size_t i = 0; i < inputs; i++)
+    for (size_t i = 0; i < inputs; i++) {
         values[(1 + i) * stride] = x[i];
+    }
     for (size_t k = 0; k < features; k++) {
         double phase = 0;
-        for (size_t i = 0; i < inputs; i++)
+        for (size_t i = 0; i < inputs; i++) {
             phase += fourier[k * inputs + i] * x[i];
+        }
         values[(1 + inputs + k) * stride] = sin(phase);
         values[(1 + inputs + features + k) * stride] = cos(phase);
     }
@@ -43,12 +45,14 @@ static void fill(const nn_mlp_settings *settings, const double *fourier, nn_rng 
 {
     double x[NN_INPUTS_MAX];
     for (size_t p = 0; p < points; p++) {
-        for (int i = 0; i < settings->inputs; i++)
+        for (int i = 0; i < settings->inputs; i++) {
             x[i] = cos(nn_rng_between(rng, 0, PI));
+        }
         evaluate(settings, fourier, x, points, values + p);
     }
-    for (size_t i = 0; i < points * (size_t)nn_basis_functions(settings); i++)
+    for (size_t i = 0; i < points * (size_t)nn_basis_functions(settings); i++) {
         values[i] /= sqrt((double)points);
+    }
 }
 
 ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier, nn_rng *rng,

@@ -35,32 +35,41 @@ nn_mlp_settings nn_mlp_settings_default(void)
                                 .initialization = NN_GLOROT,
                                 .orthonormal = true,
                                 .fourier_features = 0};
-    for (int i = 0; i < NN_INPUTS_MAX; i++)
+    for (int i = 0; i < NN_INPUTS_MAX; i++) {
         settings.fourier_bandwidth[i] = 2 * NN_PI;
+    }
     return settings;
 }
 
 const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
 {
-    if (settings->inputs < 1 || settings->inputs > NN_INPUTS_MAX)
+    if (settings->inputs < 1 || settings->inputs > NN_INPUTS_MAX) {
         return "inputs: 1 to 64";
-    if (settings->outputs < 1 || settings->outputs > NN_OUTPUTS_MAX)
-        return "outputs: 1 to 256";
-    if (settings->hidden_count < 0 || settings->hidden_count > NN_HIDDEN_MAX)
-        return "hidden: at most 16 layers";
-    for (int i = 0; i < settings->hidden_count; i++) {
-        if (settings->hidden[i] < 1 || settings->hidden[i] > NN_WIDTH_MAX)
-            return "hidden: widths 1 to 4096";
     }
-    if (settings->activation < NN_TANH || settings->activation > NN_GELU)
+    if (settings->outputs < 1 || settings->outputs > NN_OUTPUTS_MAX) {
+        return "outputs: 1 to 256";
+    }
+    if (settings->hidden_count < 0 || settings->hidden_count > NN_HIDDEN_MAX) {
+        return "hidden: at most 16 layers";
+    }
+    for (int i = 0; i < settings->hidden_count; i++) {
+        if (settings->hidden[i] < 1 || settings->hidden[i] > NN_WIDTH_MAX) {
+            return "hidden: widths 1 to 4096";
+        }
+    }
+    if (settings->activation < NN_TANH || settings->activation > NN_GELU) {
         return "activation: tanh, sin, silu or gelu";
-    if (settings->initialization < NN_GLOROT || settings->initialization > NN_UNIFORM)
+    }
+    if (settings->initialization < NN_GLOROT || settings->initialization > NN_UNIFORM) {
         return "initialization: glorot or uniform";
-    if (settings->fourier_features < 0 || settings->fourier_features > NN_FOURIER_MAX)
+    }
+    if (settings->fourier_features < 0 || settings->fourier_features > NN_FOURIER_MAX) {
         return "fourier_features: 0 to 1024";
+    }
     for (int i = 0; settings->fourier_features > 0 && i < settings->inputs; i++) {
-        if (!(settings->fourier_bandwidth[i] > 0 && isfinite(settings->fourier_bandwidth[i])))
+        if (!(settings->fourier_bandwidth[i] > 0 && isfinite(settings->fourier_bandwidth[i]))) {
             return "fourier_bandwidth: positive numbers";
+        }
     }
     return NULL;
 }
@@ -87,11 +96,13 @@ static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
 {
     const nn_mlp_settings *settings = &mlp->settings;
     size_t count = (size_t)settings->fourier_features * (size_t)settings->inputs;
-    if (count == 0)
+    if (count == 0) {
         return AD_OK;
+    }
     mlp->fourier = malloc(count * sizeof *mlp->fourier);
-    if (!mlp->fourier)
+    if (!mlp->fourier) {
         return ad_fail(error, AD_NO_MEMORY, "network: out of memory");
+    }
     for (size_t i = 0; i < count; i++) {
         double bound = settings->fourier_bandwidth[i % (size_t)settings->inputs];
         mlp->fourier[i] = nn_rng_between(rng, -bound, bound);
@@ -105,11 +116,13 @@ ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **m
 {
     *mlp = NULL;
     const char *bad = nn_mlp_settings_check(settings);
-    if (bad)
+    if (bad) {
         return ad_fail(error, AD_BAD_ARGUMENT, "network: %s", bad);
+    }
     nn_mlp *made = calloc(1, sizeof *made);
-    if (!made)
+    if (!made) {
         return ad_fail(error, AD_NO_MEMORY, "network: out of memory");
+    }
     made->settings = *settings;
     ad_status status = nn_mlp_draw(made, rng, error);
     if (status != AD_OK) {
@@ -129,8 +142,9 @@ ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **m
 
 void nn_mlp_free(nn_mlp *mlp)
 {
-    if (!mlp)
+    if (!mlp) {
         return;
+    }
     free(mlp->fourier);
     free(mlp->basis);
     free(mlp);
@@ -149,8 +163,9 @@ int nn_mlp_views(const nn_mlp *mlp, const nn_view **views)
 
 double *nn_mlp_fourier(nn_mlp *mlp, size_t *count)
 {
-    if (count)
+    if (count) {
         *count = (size_t)mlp->settings.fourier_features * (size_t)mlp->settings.inputs;
+    }
     return mlp->fourier;
 }
 
@@ -180,10 +195,12 @@ void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters)
         double bound = sine ? NN_SINE_FREQUENCY / weight->columns : 1 / sqrt(weight->columns);
         double deviation = sqrt(2.0 / (weight->rows + weight->columns));
         double phase = sine ? NN_PI : bound;
-        for (size_t k = 0; k < count; k++)
+        for (size_t k = 0; k < count; k++) {
             w[k] = normal ? deviation * nn_rng_normal(rng) : nn_rng_between(rng, -bound, bound);
-        for (int k = 0; k < bias->rows; k++)
+        }
+        for (int k = 0; k < bias->rows; k++) {
             b[k] = normal ? 0 : nn_rng_between(rng, -phase, phase);
+        }
     }
 }
 
@@ -206,14 +223,16 @@ static ad_value nn_activate(nn_activation activation, ad_value x)
  * of these and 1. */
 static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
 {
-    if (!mlp->fourier)
+    if (!mlp->fourier) {
         return x;
+    }
     int rows = mlp->settings.fourier_features * mlp->settings.inputs;
     ad_value frequencies = ad_constant(x.tape, rows, mlp->fourier);
     ad_value phase = ad_matvec(frequencies, x);
     ad_value functions[4] = {ad_scalar(x.tape, 1), x, ad_sin(phase), ad_cos(phase)};
-    if (!mlp->basis)
+    if (!mlp->basis) {
         return ad_stack(3, functions + 1);
+    }
     int numbers = mlp->basis_rows * nn_basis_functions(&mlp->settings);
     return ad_matvec(ad_constant(x.tape, numbers, mlp->basis), ad_stack(4, functions));
 }
@@ -231,8 +250,9 @@ ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
                                   offset + weight->offset);
         ad_value b = ad_parameter(input.tape, bias->name, bias->rows, offset + bias->offset);
         x = ad_add(ad_matvec(w, x), b);
-        if (i + 2 < mlp->view_count)
+        if (i + 2 < mlp->view_count) {
             x = nn_activate(mlp->settings.activation, x);
+        }
     }
     return x;
 }

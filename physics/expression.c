@@ -140,43 +140,50 @@ static expression_node node_binary(const expression_parser *parser, char operati
         }
     }
     expression_node result = {.known = false};
-    if (!parser_records(parser))
+    if (!parser_records(parser)) {
         return result;
+    }
     ad_value x = node_value(parser, a), y = node_value(parser, b);
-    if (operation == '+')
+    if (operation == '+') {
         result.value = ad_add(x, y);
-    else if (operation == '-')
+    } else if (operation == '-') {
         result.value = ad_sub(x, y);
-    else if (operation == '*')
+    } else if (operation == '*') {
         result.value = ad_mul(x, y);
-    else if (b.known)
+    } else if (b.known) {
         result.value = ad_scale(x, 1 / b.number);
-    else
+    } else {
         result.value = ad_div(x, y);
+    }
     return result;
 }
 
 /* Small integer powers by multiplication: exact derivatives at 0 and for negative bases. */
 static ad_value record_power(ad_value x, double exponent)
 {
-    if (exponent != floor(exponent) || fabs(exponent) > EXPRESSION_POWER_MAX)
+    if (exponent != floor(exponent) || fabs(exponent) > EXPRESSION_POWER_MAX) {
         return ad_power(x, exponent);
+    }
     ad_value product = ad_scalar(x.tape, 1);
-    for (int i = 0; i < (int)fabs(exponent); i++)
+    for (int i = 0; i < (int)fabs(exponent); i++) {
         product = ad_mul(product, x);
+    }
     return exponent < 0 ? ad_reciprocal(product) : product;
 }
 
 static expression_node node_power(expression_parser *parser, size_t at, expression_node base,
                                   expression_node exponent)
 {
-    if (!exponent.known)
+    if (!exponent.known) {
         return parser_fail(parser, at, "the exponent of ^ must be constant; write exp(b*log(a))");
-    if (base.known)
+    }
+    if (base.known) {
         return node_number(pow(base.number, exponent.number));
+    }
     expression_node result = {.known = false};
-    if (parser_records(parser))
+    if (parser_records(parser)) {
         result.value = record_power(base.value, exponent.number);
+    }
     return result;
 }
 
@@ -189,14 +196,17 @@ static expression_node node_call(const expression_parser *parser,
         known = known && nodes[i].known;
         numbers[i] = nodes[i].number;
     }
-    if (known)
+    if (known) {
         return node_number(function->number(numbers));
+    }
     expression_node result = {.known = false};
-    if (!parser_records(parser))
+    if (!parser_records(parser)) {
         return result;
+    }
     ad_value values[3];
-    for (int i = 0; i < function->arity; i++)
+    for (int i = 0; i < function->arity; i++) {
         values[i] = node_value(parser, nodes[i]);
+    }
     result.value = function->record(values);
     return result;
 }
@@ -207,15 +217,17 @@ static expression_node parse_sum(expression_parser *parser);
 
 static char parser_peek(expression_parser *parser)
 {
-    while (isspace((unsigned char)parser->text[parser->at]))
+    while (isspace((unsigned char)parser->text[parser->at])) {
         parser->at++;
+    }
     return parser->text[parser->at];
 }
 
 static bool parser_accept(expression_parser *parser, char expected)
 {
-    if (parser_peek(parser) != expected)
+    if (parser_peek(parser) != expected) {
         return false;
+    }
     parser->at++;
     return true;
 }
@@ -224,23 +236,29 @@ static bool parser_accept(expression_parser *parser, char expected)
 static expression_node parse_number(expression_parser *parser)
 {
     const char *begin = parser->text + parser->at, *p = begin;
-    while (isdigit((unsigned char)*p))
+    while (isdigit((unsigned char)*p)) {
         p++;
-    if (*p == '.')
+    }
+    if (*p == '.') {
         p++;
-    while (isdigit((unsigned char)*p))
+    }
+    while (isdigit((unsigned char)*p)) {
         p++;
+    }
     size_t exponent = (p[0] == 'e' || p[0] == 'E') ? 1 : 0;
-    if (exponent && (p[1] == '+' || p[1] == '-'))
+    if (exponent && (p[1] == '+' || p[1] == '-')) {
         exponent = 2;
+    }
     if (exponent && isdigit((unsigned char)p[exponent])) {
         p += exponent;
-        while (isdigit((unsigned char)*p))
+        while (isdigit((unsigned char)*p)) {
             p++;
+        }
     }
     size_t length = (size_t)(p - begin);
-    if (length > EXPRESSION_NUMBER_MAX || (length == 1 && *begin == '.'))
+    if (length > EXPRESSION_NUMBER_MAX || (length == 1 && *begin == '.')) {
         return parser_fail(parser, parser->at, "not a number; write 1, 0.5 or 2.5e-3");
+    }
     char copy[EXPRESSION_NUMBER_MAX + 1];
     memcpy(copy, begin, length);
     copy[length] = '\0';
@@ -254,15 +272,18 @@ static expression_node parse_call(expression_parser *parser, size_t at,
     char what[96];
     snprintf(what, sizeof what, "%s takes %d argument%s in parentheses", function->name,
              function->arity, function->arity == 1 ? "" : "s");
-    if (!parser_accept(parser, '('))
+    if (!parser_accept(parser, '(')) {
         return parser_fail(parser, at, what);
+    }
     expression_node arguments[3];
     for (int i = 0; i < function->arity; i++) {
         arguments[i] = parse_sum(parser);
-        if (parser->status != AD_OK)
+        if (parser->status != AD_OK) {
             return node_number(0);
-        if (!parser_accept(parser, i + 1 < function->arity ? ',' : ')'))
+        }
+        if (!parser_accept(parser, i + 1 < function->arity ? ',' : ')')) {
             return parser_fail(parser, parser->at, what);
+        }
     }
     return node_call(parser, function, arguments);
 }
@@ -271,47 +292,55 @@ static expression_node parse_name(expression_parser *parser)
 {
     size_t at = parser->at, length = 0;
     const char *name = parser->text + at;
-    while (isalnum((unsigned char)name[length]) || name[length] == '_')
+    while (isalnum((unsigned char)name[length]) || name[length] == '_') {
         length++;
+    }
     parser->at += length;
     if (length == 1 && (*name == 's' || *name == 't')) {
         bool *used = *name == 's' ? &parser->use.s : &parser->use.t;
         *used = true;
         return *name == 's' ? parser->s : parser->t;
     }
-    if (length == 2 && strncmp(name, "pi", 2) == 0)
+    if (length == 2 && strncmp(name, "pi", 2) == 0) {
         return node_number(PI);
+    }
     for (int i = 0; i < EXPRESSION_FUNCTIONS; i++) {
         const expression_function *function = &expression_functions[i];
-        if (strlen(function->name) == length && strncmp(name, function->name, length) == 0)
+        if (strlen(function->name) == length && strncmp(name, function->name, length) == 0) {
             return parse_call(parser, at, function);
+        }
     }
     char what[320];
     int used = snprintf(what, sizeof what, "unknown name '%.*s'; allowed are s, t, pi",
                         (int)(length < 40 ? length : 40), name);
-    for (int i = 0; i < EXPRESSION_FUNCTIONS && used < (int)sizeof what; i++)
+    for (int i = 0; i < EXPRESSION_FUNCTIONS && used < (int)sizeof what; i++) {
         used +=
             snprintf(what + used, sizeof what - (size_t)used, ", %s", expression_functions[i].name);
+    }
     return parser_fail(parser, at, what);
 }
 
 static expression_node parse_primary(expression_parser *parser)
 {
     char next = parser_peek(parser);
-    if (isdigit((unsigned char)next) || next == '.')
+    if (isdigit((unsigned char)next) || next == '.') {
         return parse_number(parser);
-    if (isalpha((unsigned char)next) || next == '_')
+    }
+    if (isalpha((unsigned char)next) || next == '_') {
         return parse_name(parser);
+    }
     if (next == '(') {
         parser->at++;
         expression_node inside = parse_sum(parser);
-        if (parser->status == AD_OK && !parser_accept(parser, ')'))
+        if (parser->status == AD_OK && !parser_accept(parser, ')')) {
             return parser_fail(parser, parser->at, "expected ) or an operator + - * / ^");
+        }
         return inside;
     }
-    if (next == '\0')
+    if (next == '\0') {
         return parser_fail(parser, parser->at,
                            "the formula ends where a number, a name or ( is expected");
+    }
     bool doubled = next == '*' && parser->at > 0 && parser->text[parser->at - 1] == '*';
     return parser_fail(parser, parser->at,
                        doubled ? "expected a number, a name or (; use ^ for powers"
@@ -335,8 +364,9 @@ static expression_node parse_signed(expression_parser *parser)
         if (parser->status == AD_OK && parser_accept(parser, '^')) {
             size_t at = parser->at;
             expression_node exponent = parse_signed(parser);
-            if (parser->status == AD_OK)
+            if (parser->status == AD_OK) {
                 result = node_power(parser, at, result, exponent);
+            }
         }
     }
     parser->depth--;
@@ -348,8 +378,9 @@ static expression_node parse_product(expression_parser *parser)
     expression_node result = parse_signed(parser);
     while (parser->status == AD_OK) {
         char operation = parser_peek(parser);
-        if (operation != '*' && operation != '/')
+        if (operation != '*' && operation != '/') {
             break;
+        }
         parser->at++;
         expression_node factor = parse_signed(parser);
         result = node_binary(parser, operation, result, factor);
@@ -362,8 +393,9 @@ static expression_node parse_sum(expression_parser *parser)
     expression_node result = parse_product(parser);
     while (parser->status == AD_OK) {
         char operation = parser_peek(parser);
-        if (operation != '+' && operation != '-')
+        if (operation != '+' && operation != '-') {
             break;
+        }
         parser->at++;
         expression_node term = parse_product(parser);
         result = node_binary(parser, operation, result, term);
@@ -379,8 +411,9 @@ static expression_node parse(expression_parser *parser, const char *text)
         return parser_fail(parser, parser->at,
                            "expected an operator + - * / ^ or the end of the formula");
     }
-    if (parser->status == AD_OK && result.known && !isfinite(result.number))
+    if (parser->status == AD_OK && result.known && !isfinite(result.number)) {
         return parser_fail(parser, 0, "the value is not a finite number");
+    }
     return result;
 }
 
@@ -390,10 +423,12 @@ ad_status expression_check(const char *text, expression_use *use, ad_error *erro
 {
     expression_parser parser = {.status = AD_OK};
     parse(&parser, text);
-    if (use)
+    if (use) {
         *use = parser.use;
-    if (parser.status != AD_OK)
+    }
+    if (parser.status != AD_OK) {
         return ad_fail(error, parser.status, "%s", parser.error.message);
+    }
     return AD_OK;
 }
 
@@ -407,8 +442,9 @@ double expression_evaluate(const char *text, double s, double t)
 bool expression_is_number(const char *text, double *value)
 {
     expression_use use = {.s = false, .t = false};
-    if (!text || expression_check(text, &use, NULL) != AD_OK || use.s || use.t)
+    if (!text || expression_check(text, &use, NULL) != AD_OK || use.s || use.t) {
         return false;
+    }
     *value = expression_evaluate(text, 0, 0);
     return true;
 }

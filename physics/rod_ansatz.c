@@ -5,8 +5,9 @@
 
 int rod_rotation_outputs(const scene *rod_scene)
 {
-    if (rod_plane_of(rod_scene).is_planar)
+    if (rod_plane_of(rod_scene).is_planar) {
         return 1;
+    }
     return rod_scene->rotation == SCENE_VECTOR ? 3 : 4;
 }
 
@@ -43,12 +44,13 @@ static rod_blend rod_blend_of(const rod_context *rod, bool start, bool end)
     ad_value one = ad_scalar(rod->tape, 1), zero = ad_scalar(rod->tape, 0);
     ad_value s = rod->s, rest = ad_sub(one, s);
     rod_blend blend = {zero, zero, one};
-    if (start && end)
+    if (start && end) {
         blend = (rod_blend){rest, s, ad_mul(s, rest)};
-    else if (start)
+    } else if (start) {
         blend = (rod_blend){one, zero, s};
-    else if (end)
+    } else if (end) {
         blend = (rod_blend){zero, one, rest};
+    }
     return blend;
 }
 
@@ -146,13 +148,15 @@ static rod_pose rod_lift(const rod_context *rod, const rod_initial_data *initial
                          const rod_initial_data *going, ad_value s)
 {
     if (!rod_starts_hard(rod)) {
-        if (!scene_is_manufactured(rod->scene))
+        if (!scene_is_manufactured(rod->scene)) {
             return rod_undeformed(rod, s);
+        }
         ad_value straight = ad_vector(ad_zeros(s.tape, 1), ad_zeros(s.tape, 1), s);
         return (rod_pose){straight, ad_constant(s.tape, 4, (double[]){1, 0, 0, 0})};
     }
-    if (rod->origin)
+    if (rod->origin) {
         return rod_going_lift(rod, initial, going);
+    }
     ad_value spun = ad_quaternion_exp(ad_mul(rod->t, initial->spin));
     return (rod_pose){.position = ad_add(initial->position, ad_mul(rod->t, initial->velocity)),
                       .rotation = ad_quaternion_multiply(initial->rotation, spun)};
@@ -170,15 +174,17 @@ static ad_value rod_align(ad_value q, ad_value q_at_zero, ad_value near)
  * in a plane an angle, which is exact for any share of it. */
 static ad_value rod_turn_between(const rod_context *rod, ad_value from, ad_value to)
 {
-    if (!rod->plane.is_planar)
+    if (!rod->plane.is_planar) {
         return ad_sub(to, from);
+    }
     return rod_angle_of(rod, ad_quaternion_multiply(ad_quaternion_conjugate(from), to));
 }
 
 static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
 {
-    if (!rod->plane.is_planar)
+    if (!rod->plane.is_planar) {
         return nn_rotation_quaternion(ad_add(from, turn));
+    }
     return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
 }
 
@@ -189,8 +195,9 @@ static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
 static ad_value rod_turned_on(const rod_context *rod, ad_value from, ad_value turn,
                               ad_value network)
 {
-    if (rod_rotation_outputs(rod->scene) == 4)
+    if (rod_rotation_outputs(rod->scene) == 4) {
         return rod_turned(rod, from, ad_add(turn, network));
+    }
     return ad_quaternion_multiply(rod_turned(rod, from, turn), rod_rotation_by(rod, network));
 }
 
@@ -201,15 +208,17 @@ static rod_pose rod_correction(const rod_context *rod, int end)
     rod_end_data data = rod_end_of(rod, end, rod->t);
     ad_value s = ad_scalar(rod->tape, end), rotation = data.rotation;
     rod_initial_data initial = {0};
-    if (rod_starts_hard(rod))
+    if (rod_starts_hard(rod)) {
         initial = rod_initial_of(rod, s);
+    }
     if (data.holds_rotation && !scene_is_manufactured(rod->scene)) {
         rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
         ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_undeformed(rod, s).rotation;
         rotation = rod_align(rotation, first.rotation, near);
     }
-    if (rod->origin)
+    if (rod->origin) {
         initial = rod_held_at_start(rod, (rod_pose){data.position, rotation});
+    }
     rod_pose lift = rod_lift(rod, &initial, &initial, s); /* p meets the state at the ends */
     return (rod_pose){ad_sub(data.position, lift.position),
                       rod_turn_between(rod, lift.rotation, rotation)};
@@ -235,9 +244,10 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *said)
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
     rod_blend along = rod_blend_of(rod, hard && start.holds_position, hard && end.holds_position);
     rod_blend around = rod_blend_of(rod, hard && start.holds_rotation, hard && end.holds_rotation);
-    if (rod_starts_hard(rod))
+    if (rod_starts_hard(rod)) {
         initial =
             rod->origin ? rod_window_start(rod, ROD_WINDOW_DEGREE) : rod_initial_of(rod, rod->s);
+    }
     rod_initial_data going = rod->origin ? rod_window_start(rod, rod_going_degree(rod)) : initial;
     rod_pose lift = rod_lift(rod, &initial, &going, rod->s);
     rod_pose at_start = rod_correction(rod, 0), at_end = rod_correction(rod, 1);
@@ -294,8 +304,9 @@ rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value 
     }
     rod_state said = rod_said(&rod, outputs);
     rod_pose pose = rod_ansatz_pose(&rod, &said);
-    if (rod_scene->formulation == SCENE_DISPLACEMENT)
+    if (rod_scene->formulation == SCENE_DISPLACEMENT) {
         return rod_displacement_state(&rod, pose);
+    }
     ad_value force = ad_scale(said.force, rod_force_scale(rod_scene));
     ad_value moment = ad_scale(said.moment, rod_moment_scale(rod_scene));
     rod_wrench wrench = rod_ansatz_wrench(&rod, pose.rotation, force, moment);
@@ -309,8 +320,9 @@ ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const
                          const double *x, ad_pool *pool, double *end, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    if (!tape)
+    if (!tape) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[ROD_WINDOW_ROWS];
     rod_context rod = rod_in_window(rod_scene, window, s, t);
     ad_value outputs = nn_mlp_record(mlp, rod_network_input(rod_scene, window, s, t), 0);
@@ -319,8 +331,9 @@ ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const
     rod_initial_data state = rod_at_time(&rod, pose, rod.start + rod.span);
     const ad_value fields[4] = {state.position, state.rotation, state.velocity, state.spin};
     ad_value stacked = ad_stack(4, fields);
-    for (int i = 0; i < ROD_WINDOW_ROWS; i++)
+    for (int i = 0; i < ROD_WINDOW_ROWS; i++) {
         rows[i] = ad_row(stacked, i);
+    }
     ad_status status = chebyshev_sample(ROD_WINDOW_ROWS, rows, x, pool, end, error);
     ad_tape_free(tape);
     return status;

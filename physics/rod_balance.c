@@ -38,8 +38,9 @@ static ad_value rod_rest_curvature(const rod_context *rod)
     double length = rod->scales.length, missing = 1 - rod->scene->loads.part;
     ad_value zero = ad_scalar(rod->tape, 0);
     ad_value rest = rod_expressions(rod, 3, given->rest_curvature, none, length, rod->s, zero);
-    if (missing == 0)
+    if (missing == 0) {
         return rest;
+    }
     return ad_add(
         rest, rod_expressions(rod, 3, given->imperfection, none, missing * length, rod->s, zero));
 }
@@ -136,8 +137,9 @@ static ad_value rod_distributed(const rod_context *rod, const char *const *text,
     const double none[3] = {0, 0, 0};
     double factor = rod->scene->loads.part / unit;
     ad_value load = rod_expressions(rod, 3, text, none, factor, rod->s, rod->t);
-    if (ad_is_constant(load, 0))
+    if (ad_is_constant(load, 0)) {
         return load;
+    }
     bool follower = rod->scene->loads.frame == SCENE_FOLLOWER;
     return follower ? ad_rotate(rotation, load) : from_world(rod, load);
 }

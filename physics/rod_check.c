@@ -64,10 +64,12 @@ static ad_status rod_measure(const rod_mismatch *list, double *sizes, ad_error *
     ad_status status = pool ? ad_compile(MISMATCHES, values, &settings, pool, &program, error)
                             : ad_fail(error, AD_NO_MEMORY, "out of memory");
     ad_run run = {.points = 1, .inputs = (const double *const[]){&zero, &zero}, .outputs = outputs};
-    if (status == AD_OK)
+    if (status == AD_OK) {
         status = ad_execute(program, &run, error);
-    for (int i = 0; i < MISMATCHES; i++)
+    }
+    for (int i = 0; i < MISMATCHES; i++) {
         sizes[i] = hypot(hypot(numbers[i][0], numbers[i][1]), numbers[i][2]);
+    }
     ad_program_free(program);
     ad_pool_free(pool);
     return status;
@@ -82,8 +84,9 @@ static double rod_mismatch_told(const rod_mismatch *mismatch, double size)
 static ad_status rod_check_end(const scene *rod_scene, int end, const char **key, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
-    if (!tape)
+    if (!tape) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
+    }
     ad_value s = ad_input(tape, "s", 1);
     rod_context rod = rod_context_of(rod_scene, s, ad_input(tape, "t", 1));
     rod_mismatch list[MISMATCHES];
@@ -151,8 +154,9 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
                       rod_scene->initial_enforcement == SCENE_HARD;
     const char *ignored = NULL;
     ad_status status = rod_check_numbers(rod_scene, key ? key : &ignored, error);
-    if (status != AD_OK)
+    if (status != AD_OK) {
         return status;
+    }
     rod_plane plane = rod_plane_of(rod_scene);
     if (rod_scene->motion == SCENE_PLANAR && !plane.is_planar) {
         *(key ? key : &ignored) = "motion";
@@ -167,9 +171,11 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
             "the unstressed shape winds too much, or bends too suddenly, to start from; give "
             "initial.position and initial.rotation");
     }
-    if (!scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene) || !both_exact)
+    if (!scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene) || !both_exact) {
         return AD_OK;
-    for (int end = 0; end <= 1 && status == AD_OK; end++)
+    }
+    for (int end = 0; end <= 1 && status == AD_OK; end++) {
         status = rod_check_end(rod_scene, end, key ? key : &ignored, error);
+    }
     return status;
 }

@@ -16,10 +16,12 @@ int rod_window_at(const scene *rod_scene, double t)
     int last = rod_scene->windows - 1;
     double passed = ceil(t / rod_window_time(rod_scene, last + 1) * rod_scene->windows) - 1;
     int index = passed >= last ? last : passed > 0 ? (int)passed : 0;
-    while (index > 0 && t <= rod_window_time(rod_scene, index))
+    while (index > 0 && t <= rod_window_time(rod_scene, index)) {
         index--;
-    while (index < last && t > rod_window_time(rod_scene, index + 1))
+    }
+    while (index < last && t > rod_window_time(rod_scene, index + 1)) {
         index++;
+    }
     return index;
 }
 
@@ -34,8 +36,9 @@ ad_value rod_network_input(const scene *rod_scene, const rod_window *window, ad_
     double start = rod_window_time(rod_scene, index);
     double span = rod_window_time(rod_scene, index + 1) - start;
     ad_value one = ad_scalar(s.tape, 1), space = ad_sub(ad_scale(s, 2), one);
-    if (!scene_is_dynamic(rod_scene))
+    if (!scene_is_dynamic(rod_scene)) {
         return space;
+    }
     ad_value elapsed = ad_sub(t, ad_scalar(s.tape, start));
     return ad_stack(2, (ad_value[]){space, ad_sub(ad_scale(elapsed, 2 / span), one)});
 }

@@ -66,8 +66,9 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
     data.rotation = ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
     data.position = rod_from_world(rod, data.position);
     data.rotation = rod_rotation_from_world(rod, data.rotation);
-    if (given->type == SCENE_LOADED)
+    if (given->type == SCENE_LOADED) {
         rod_loaded_end(rod, end, t, &data);
+    }
     return data;
 }
 
@@ -80,8 +81,9 @@ static rod_initial_data rod_manufactured_initial(const rod_context *rod, ad_valu
                           rod_rate(exact.rotation, rotation_rate)};
     for (int i = 0; i < 4; i++) {
         values[i] = ad_substitute(values[i], rod->t, ad_scalar(rod->tape, 0));
-        if (s.id != rod->s.id)
+        if (s.id != rod->s.id) {
             values[i] = ad_substitute(values[i], rod->s, s);
+        }
     }
     return (rod_initial_data){values[0], values[1], values[2], values[3]};
 }
@@ -89,18 +91,21 @@ static rod_initial_data rod_manufactured_initial(const rod_context *rod, ad_valu
 /* Needs a dynamic scene. What the scene does not give: at rest, undeformed. */
 rod_initial_data rod_initial_of(const rod_context *rod, ad_value s)
 {
-    if (scene_is_manufactured(rod->scene))
+    if (scene_is_manufactured(rod->scene)) {
         return rod_manufactured_initial(rod, s);
+    }
     const scene_initial *given = &rod->scene->initial;
     const rod_scales *scale = &rod->scales;
     ad_value zero = ad_scalar(rod->tape, 0);
     rod_pose pose = rod_undeformed(rod, s);
-    if (given->position[0])
+    if (given->position[0]) {
         pose.position = rod_from_world(
             rod, rod_expressions(rod, 3, given->position, ROD_ZEROS, 1 / scale->length, s, zero));
-    if (given->rotation[0])
+    }
+    if (given->rotation[0]) {
         pose.rotation = rod_rotation_from_world(
             rod, ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, zero)));
+    }
     ad_value velocity =
         rod_expressions(rod, 3, given->velocity, ROD_ZEROS, scale->time / scale->length, s, zero);
     return (rod_initial_data){

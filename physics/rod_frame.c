@@ -7,8 +7,9 @@
 static ad_value plane_combine(ad_value v, const double *coefficient)
 {
     ad_value sum = ad_scalar(v.tape, 0);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         sum = ad_add(sum, ad_scale(ad_row(v, i), coefficient[i]));
+    }
     return sum;
 }
 
@@ -45,8 +46,9 @@ static void plane_quaternion(const rod_plane *plane, double q[4])
 static ad_value plane_keep(const rod_plane *plane, ad_value v, bool axial)
 {
     ad_value zero = ad_scalar(v.tape, 0), rows[3];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         rows[i] = (i == plane->director) == axial ? ad_row(v, i) : zero;
+    }
     return ad_stack(3, rows);
 }
 
@@ -61,8 +63,9 @@ static ad_value plane_from_world(const rod_context *rod, ad_value v, bool axial)
 {
     const rod_plane *plane = &rod->plane;
     ad_value rows[3];
-    if (!plane->is_planar)
+    if (!plane->is_planar) {
         return v;
+    }
     for (int i = 0; i < 3; i++) {
         const double column[3] = {plane->axes[0][i], plane->axes[1][i], plane->axes[2][i]};
         rows[i] = plane_combine(v, column);
@@ -83,8 +86,9 @@ ad_value rod_axial_from_world(const rod_context *rod, ad_value v)
 ad_value rod_rotation_from_world(const rod_context *rod, ad_value q)
 {
     double frame[4];
-    if (!rod->plane.is_planar)
+    if (!rod->plane.is_planar) {
         return q;
+    }
     plane_quaternion(&rod->plane, frame);
     ad_value back = ad_quaternion_conjugate(ad_constant(rod->tape, 4, frame));
     return plane_keep_rotation(&rod->plane, ad_quaternion_multiply(back, q));
@@ -106,8 +110,9 @@ ad_value rod_angle_of(const rod_context *rod, ad_value q)
 
 ad_value rod_rotation_by(const rod_context *rod, ad_value turn)
 {
-    if (!rod->plane.is_planar)
+    if (!rod->plane.is_planar) {
         return ad_quaternion_exp(turn);
+    }
     ad_value half = ad_scale(turn, 0.5), zero = ad_scalar(rod->tape, 0);
     ad_value rows[4] = {ad_cos(half), zero, zero, zero};
     rows[rod->plane.director + 1] = ad_sin(half);
@@ -117,8 +122,9 @@ ad_value rod_rotation_by(const rod_context *rod, ad_value turn)
 ad_value rod_to_world(const rod_context *rod, ad_value v)
 {
     const rod_plane *plane = &rod->plane;
-    if (!plane->is_planar)
+    if (!plane->is_planar) {
         return v;
+    }
     return ad_vector(plane_combine(v, plane->axes[0]), plane_combine(v, plane->axes[1]),
                      plane_combine(v, plane->axes[2]));
 }
@@ -127,8 +133,9 @@ ad_value rod_position_to_world(const rod_context *rod, ad_value position)
 {
     const rod_plane *plane = &rod->plane;
     const double *n = plane->normal, h = plane->height / rod->scales.length;
-    if (!plane->is_planar)
+    if (!plane->is_planar) {
         return position;
+    }
     ad_value foot = ad_vector_constant(rod->tape, h * n[0], h * n[1], h * n[2]);
     return ad_add(foot, rod_to_world(rod, position));
 }
@@ -136,8 +143,9 @@ ad_value rod_position_to_world(const rod_context *rod, ad_value position)
 ad_value rod_rotation_to_world(const rod_context *rod, ad_value q)
 {
     double frame[4];
-    if (!rod->plane.is_planar)
+    if (!rod->plane.is_planar) {
         return q;
+    }
     plane_quaternion(&rod->plane, frame);
     return ad_quaternion_multiply(ad_constant(rod->tape, 4, frame), q);
 }
@@ -147,10 +155,12 @@ static ad_value plane_embed(const rod_context *rod, ad_value rows, bool axial)
     const rod_plane *plane = &rod->plane;
     ad_value zero = ad_scalar(rod->tape, 0), all[3];
     int count = 0;
-    if (!plane->is_planar)
+    if (!plane->is_planar) {
         return rows;
-    for (int i = 0; i < 3; i++)
+    }
+    for (int i = 0; i < 3; i++) {
         all[i] = (i == plane->director) == axial ? ad_row(rows, count++) : zero;
+    }
     return ad_stack(3, all);
 }
 
@@ -179,14 +189,16 @@ static ad_value plane_rows(const rod_context *rod, ad_value v, bool axial)
     const rod_plane *plane = &rod->plane;
     ad_value kept[3];
     int count = 0;
-    if (!plane->is_planar || !ad_is_valid(v))
+    if (!plane->is_planar || !ad_is_valid(v)) {
         return v;
+    }
     for (int i = 0; i < 3; i++) {
         ad_value row = ad_row(v, i);
-        if ((i == plane->director) == axial)
+        if ((i == plane->director) == axial) {
             kept[count++] = row;
-        else if (!ad_is_constant(row, 0))
+        } else if (!ad_is_constant(row, 0)) {
             ad_tape_fail(rod->tape, AD_BAD_ARGUMENT, "the planar equations leave their plane");
+        }
     }
     return ad_stack(count, kept);
 }

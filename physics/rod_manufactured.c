@@ -12,8 +12,9 @@ static ad_value rod_manufactured_rotation(const rod_context *rod)
 {
     const scene_manufactured *exact = &rod->scene->manufactured;
     const double none[4] = {1, 0, 0, 0};
-    if (exact->rotation[0])
+    if (exact->rotation[0]) {
         return ad_normalize(rod_expressions(rod, 4, exact->rotation, none, 1, rod->s, rod->t));
+    }
     ad_value angles = rod_expressions(rod, 3, exact->angles, none + 1, 1, rod->s, rod->t);
     ad_value first = rod_axis_rotation(ad_row(angles, 0), 0);
     ad_value second = rod_axis_rotation(ad_row(angles, 1), 1);

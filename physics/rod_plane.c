@@ -49,8 +49,9 @@ static void plane_add(plane_list *list, const char *key, plane_kind kind, bool i
         plane_entry *x = &item->x[i];
         bool given = text && text[i];
         *x = (plane_entry){true, numbers ? numbers[i] : 0};
-        if (given)
+        if (given) {
             x->is_number = expression_is_number(text[i], &x->value);
+        }
     }
 }
 
@@ -70,10 +71,12 @@ static void plane_add_end(plane_list *list, const scene *rod_scene, int end)
     const scene_load *load = end ? &rod_scene->loads.tip : &rod_scene->loads.base;
     bool body = load->frame == SCENE_FOLLOWER;
     const double upright[4] = {1, 0, 0, 0};
-    if (scene_end_holds_rotation(given->type))
+    if (scene_end_holds_rotation(given->type)) {
         plane_add(list, keys[end][0], PLANE_ROTATION, false, given->rotation, upright);
-    if (scene_end_holds_position(given->type))
+    }
+    if (scene_end_holds_position(given->type)) {
         plane_add_text(list, keys[end][1], PLANE_POSITION, false, given->position);
+    }
     if (given->type == SCENE_LOADED) {
         plane_add_text(list, keys[end][2], PLANE_VECTOR, body, load->force);
         plane_add_text(list, keys[end][3], PLANE_AXIAL, body, load->moment);
@@ -88,10 +91,12 @@ static bool plane_starts_from_given(const scene *rod_scene)
 static void plane_add_initial(plane_list *list, const scene *rod_scene)
 {
     const scene_initial *given = &rod_scene->initial;
-    if (plane_starts_from_given(rod_scene))
+    if (plane_starts_from_given(rod_scene)) {
         plane_add_text(list, "initial.rotation", PLANE_ROTATION, false, given->rotation);
-    if (given->position[0])
+    }
+    if (given->position[0]) {
         plane_add_text(list, "initial.position", PLANE_POSITION, false, given->position);
+    }
     plane_add_text(list, "initial.velocity", PLANE_VECTOR, false, given->velocity);
     plane_add_text(list, "initial.angular_velocity", PLANE_AXIAL, true, given->angular_velocity);
 }
@@ -106,11 +111,12 @@ static void plane_add_origin(plane_list *list, const scene *rod_scene)
     double upright[4];
     rod_shape_upright(rod_scene, upright);
     if (plane_starts_from_given(rod_scene) && rod_scene->initial_enforcement == SCENE_HARD &&
-        !scene_end_holds_rotation(end->type))
+        !scene_end_holds_rotation(end->type)) {
         plane_add_text(list, "initial.rotation", PLANE_ROTATION, false,
                        rod_scene->initial.rotation);
-    else
+    } else {
         plane_add(list, keys[anchor], PLANE_ROTATION, false, end->rotation, upright);
+    }
 }
 
 static plane_list plane_list_of(const scene *rod_scene)
@@ -124,8 +130,9 @@ static plane_list plane_list_of(const scene *rod_scene)
     plane_add_text(&list, "rod.rest.imperfection", PLANE_AXIAL, true, rod->imperfection);
     plane_add_end(&list, rod_scene, 0);
     plane_add_end(&list, rod_scene, 1);
-    if (scene_is_dynamic(rod_scene))
+    if (scene_is_dynamic(rod_scene)) {
         plane_add_initial(&list, rod_scene);
+    }
     bool body = loads->frame == SCENE_FOLLOWER;
     plane_add(&list, "loads.gravity", PLANE_VECTOR, false, NULL, loads->gravity);
     plane_add_text(&list, "loads.force", PLANE_VECTOR, body, loads->force);
@@ -140,10 +147,12 @@ static bool plane_sum_is(const double *coefficient, const plane_entry *x, double
 {
     double sum = -height, size = fabs(height);
     for (int i = 0; i < 3; i++) {
-        if (coefficient[i] == 0)
+        if (coefficient[i] == 0) {
             continue;
-        if (!x[i].is_number)
+        }
+        if (!x[i].is_number) {
             return false;
+        }
         sum += coefficient[i] * x[i].value;
         size += fabs(coefficient[i] * x[i].value);
     }
@@ -156,8 +165,9 @@ static bool plane_is_along(const double *normal, const plane_entry *x)
     bool along = true;
     for (int i = 0; i < 3; i++) {
         double across[3];
-        for (int j = 0; j < 3; j++)
+        for (int j = 0; j < 3; j++) {
             across[j] = (i == j) - normal[i] * normal[j];
+        }
         along = along && plane_sum_is(across, x, 0);
     }
     return along;
@@ -177,11 +187,13 @@ static bool plane_director(const plane_entry *q, int director, double *axis)
     }
     axis[0] = axis[1] = axis[2] = 0;
     axis[director] = none_off ? 1 : -1;
-    if (none_off || none_on || !numbers)
+    if (none_off || none_on || !numbers) {
         return none_off || none_on;
+    }
     double w = q[0].value, v[3] = {q[1].value, q[2].value, q[3].value}, square = w * w;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         square += v[i] * v[i];
+    }
     int a = (director + 1) % 3, b = (director + 2) % 3;
     axis[director] = 1 - 2 * (v[a] * v[a] + v[b] * v[b]) / square;
     axis[a] = 2 * (v[a] * v[director] + w * v[b]) / square;
@@ -200,10 +212,12 @@ static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
     double axis[3], apart = 0;
     switch (item->kind) {
     case PLANE_ROTATION:
-        if (!plane_director(item->x, plane->director, axis))
+        if (!plane_director(item->x, plane->director, axis)) {
             return false;
-        for (int i = 0; i < 3; i++)
+        }
+        for (int i = 0; i < 3; i++) {
             apart = fmax(apart, fabs(axis[i] - normal[i]));
+        }
         return apart <= PLANE_ROUNDING;
     case PLANE_POSITION:
         return plane_sum_is(normal, item->x, plane->height);
@@ -221,10 +235,12 @@ static double plane_height(const plane_list *list, const double *normal)
     for (int i = 0; i < list->count; i++) {
         const plane_item *item = &list->items[i];
         double height = 0;
-        if (item->kind != PLANE_POSITION)
+        if (item->kind != PLANE_POSITION) {
             continue;
-        for (int j = 0; j < 3; j++)
+        }
+        for (int j = 0; j < 3; j++) {
             height += normal[j] != 0 && item->x[j].is_number ? normal[j] * item->x[j].value : 0;
+        }
         return height;
     }
     return 0;
@@ -241,8 +257,9 @@ static void plane_axes(rod_plane *plane)
         t[i] = (i == third) - n[third] * n[i];
         size += t[i] * t[i];
     }
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         t[i] /= sqrt(size);
+    }
     for (int i = 0; i < 3; i++) {
         int a = (i + 1) % 3, b = (i + 2) % 3;
         side[i] = k == 1 ? n[a] * t[b] - n[b] * t[a] : t[a] * n[b] - t[b] * n[a];
@@ -275,16 +292,19 @@ static int plane_try(const plane_list *list, int director, rod_plane *plane)
 
 rod_plane rod_plane_of(const scene *rod_scene)
 {
-    if (rod_scene->motion == SCENE_SPATIAL)
+    if (rod_scene->motion == SCENE_SPATIAL) {
         return (rod_plane){.leaves = "motion"};
-    if (scene_is_manufactured(rod_scene))
+    }
+    if (scene_is_manufactured(rod_scene)) {
         return (rod_plane){.leaves = "manufactured"};
+    }
     plane_list list = plane_list_of(rod_scene);
     rod_plane first, second;
     int leave_first = plane_try(&list, 1, &first), leave_second = plane_try(&list, 0, &second);
     rod_plane plane = leave_second < leave_first ? second : first;
     plane.is_planar = !plane.leaves;
-    if (plane.is_planar)
+    if (plane.is_planar) {
         plane_axes(&plane);
+    }
     return plane;
 }

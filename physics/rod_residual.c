@@ -30,11 +30,13 @@ static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
  * it misses turns the rod by so much. In mixed form, which computes strains from moments. */
 static ad_value rod_by_stiffness(const rod_context *rod, ad_value moment)
 {
-    if (rod->scene->formulation != SCENE_MIXED)
+    if (rod->scene->formulation != SCENE_MIXED) {
         return moment;
+    }
     double unit = rod->scales.moment * rod->scales.length, factor[3];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         factor[i] = fmax(1, unit / rod->properties.curvature_stiffness[i]);
+    }
     return ad_mul(ad_vector_constant(rod->tape, factor[0], factor[1], factor[2]), moment);
 }
 

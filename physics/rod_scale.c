@@ -25,8 +25,9 @@ rod_scales rod_scales_of(const scene *rod_scene)
                          .time = 1,
                          .force = stiffness / (length * length),
                          .moment = stiffness / length};
-    if (scene_is_dynamic(rod_scene))
+    if (scene_is_dynamic(rod_scene)) {
         scales.time = length * length * sqrt(mass / stiffness);
+    }
     return scales;
 }
 
@@ -47,8 +48,9 @@ ad_value rod_expressions(const rod_context *rod, int count, const char *const *t
 /* Largest norm of a vector expression over samples of arc length and time (SI). */
 static double rod_largest(const scene *rod_scene, const char *const *text, int space_samples)
 {
-    if (!text[0] && !text[1] && !text[2])
+    if (!text[0] && !text[1] && !text[2]) {
         return 0;
+    }
     int time_samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
     double largest = 0;
     for (int i = 0; i <= space_samples; i++) {
@@ -84,8 +86,9 @@ static double rod_compression_at(const scene *rod_scene, bool at_tip, double t)
         q[i] = held->rotation[i] ? expression_evaluate(held->rotation[i], 0, t) : i == 0;
         square += q[i] * q[i];
     }
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         f[i] = force[i] ? expression_evaluate(force[i], 0, t) : 0;
+    }
     double pull = 2 * (q[1] * q[3] + q[0] * q[2]) * f[0] + 2 * (q[2] * q[3] - q[0] * q[1]) * f[1] +
                   (q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]) * f[2];
     return at_tip ? -pull / square : pull / square;
@@ -99,8 +102,9 @@ static double rod_compression(const scene *rod_scene)
     const scene_load *load = at_tip ? &rod_scene->loads.tip : &rod_scene->loads.base;
     int samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
     double largest = 0;
-    if (!(at_tip || at_base) || load->frame != SCENE_DEAD || scene_is_manufactured(rod_scene))
+    if (!(at_tip || at_base) || load->frame != SCENE_DEAD || scene_is_manufactured(rod_scene)) {
         return 0;
+    }
     for (int j = 0; j <= samples; j++) {
         double t = samples ? rod_scene->duration * j / samples : 0;
         largest = fmax(largest, rod_compression_at(rod_scene, at_tip, t));
@@ -118,8 +122,9 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
         double strain = rod_scene->rod.strain_damping[i] / (scale->force * scale->time);
         double curvature = rod_scene->rod.curvature_damping[i] * frequency / (2 * stiffness);
         numbers->strain_damping = fmax(numbers->strain_damping, strain);
-        if (i < 2)
+        if (i < 2) {
             numbers->curvature_damping = fmax(numbers->curvature_damping, curvature);
+        }
     }
     double inertia = fmax(properties.rotary_inertia[0], properties.rotary_inertia[1]);
     numbers->rotary_inertia = inertia / (mass * length * length);
@@ -151,8 +156,9 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
         .distributed_moment = rod_largest(rod_scene, rod_scene->loads.moment, ROD_SPACE_SAMPLES) *
                               scale.length / scale.moment,
         .weight = mass * pull * scale.length / scale.force};
-    if (scene_is_dynamic(rod_scene))
+    if (scene_is_dynamic(rod_scene)) {
         rod_dynamic_numbers(rod_scene, &scale, &numbers);
+    }
     return numbers;
 }
 

@@ -25,16 +25,18 @@ typedef struct shape_pose {
 
 static void cross(double *result, const double *a, const double *b)
 {
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
 }
 
 /* c_k(a) = sum_i (-a)^i / (2i+k)!; a is small here, 10 terms reach rounding for a <= 1. */
 static double shape_stumpff(int k, double a)
 {
     double term = 1, sum = 0;
-    for (int i = 2; i <= k; i++)
+    for (int i = 2; i <= k; i++) {
         term /= i;
+    }
     for (int i = 0; i < 10; i++) {
         sum += term;
         term *= -a / ((2 * i + k + 1) * (2 * i + k + 2));
@@ -49,20 +51,24 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
     double square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], uv[3], uuv[3], step[3];
     cross(uv, u, v);
     cross(uuv, u, uv);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         step[i] = v[i] + shape_stumpff(2, square) * uv[i] + shape_stumpff(3, square) * uuv[i];
+    }
     double *q = pose->q, half = 0.5 * shape_stumpff(1, square / 4), turned[3], twice[3];
     cross(turned, q + 1, step);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         turned[i] *= 2;
+    }
     cross(twice, q + 1, turned);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         pose->r[i] += step[i] + q[0] * turned[i] + twice[i];
+    }
     double p[4] = {shape_stumpff(0, square / 4), half * u[0], half * u[1], half * u[2]}, side[3];
     double scalar = q[0] * p[0] - q[1] * p[1] - q[2] * p[2] - q[3] * p[3];
     cross(side, q + 1, p + 1);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
         q[i + 1] = q[0] * p[i + 1] + p[0] * q[i + 1] + side[i];
+    }
     q[0] = scalar;
 }
 
@@ -76,9 +82,10 @@ static shape_twist shape_rest(const scene *rod_scene, double s)
         const char *curvatures[2] = {given->rest_curvature[i], given->imperfection[i]};
         twist.v[i] = strain ? expression_evaluate(strain, s * length, 0) : i == 2;
         twist.u[i] = 0;
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 2; k++) {
             twist.u[i] +=
                 curvatures[k] ? length * expression_evaluate(curvatures[k], s * length, 0) : 0;
+        }
     }
     return twist;
 }
@@ -109,8 +116,9 @@ static void shape_solve(const scene *rod_scene, double (*values)[SHAPE_ROWS])
     double s = 0;
     for (int j = 0; j <= SHAPE_DEGREE; j++) {
         double next = 0.5 - 0.5 * cos(PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
-        for (int i = 0; i < SHAPE_STEPS && j > 0; i++)
+        for (int i = 0; i < SHAPE_STEPS && j > 0; i++) {
             shape_step(rod_scene, &pose, s + i * h, h);
+        }
         s = next;
         memcpy(values[j], pose.r, sizeof pose.r);
         memcpy(values[j] + 3, pose.q, sizeof pose.q);
@@ -129,8 +137,9 @@ static int shape_coefficients(double (*values)[SHAPE_ROWS], double (*c)[SHAPE_RO
                 sum += end * values[SHAPE_DEGREE - j][row] * cos(PI * j * k / SHAPE_DEGREE);
             }
             c[k][row] = sum * (k == 0 || k == SHAPE_DEGREE ? 1.0 : 2.0) / SHAPE_DEGREE;
-            if (fabs(c[k][row]) > 1e-15 && k > degree)
+            if (fabs(c[k][row]) > 1e-15 && k > degree) {
                 degree = k;
+            }
         }
     }
     return degree;
@@ -172,8 +181,9 @@ static bool shape_is_uniform(const scene_rod *rod)
         const char *texts[3] = {rod->rest_strain[i], rod->rest_curvature[i], rod->imperfection[i]};
         double value = 0;
         for (int k = 0; k < 3; k++) {
-            if (texts[k] && !expression_is_number(texts[k], &value))
+            if (texts[k] && !expression_is_number(texts[k], &value)) {
                 return false;
+            }
         }
     }
     return true;
@@ -182,13 +192,15 @@ static bool shape_is_uniform(const scene_rod *rod)
 bool rod_shape_is_resolved(const scene *rod_scene)
 {
     double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS], rest = 0;
-    if (shape_is_uniform(&rod_scene->rod))
+    if (shape_is_uniform(&rod_scene->rod)) {
         return true;
+    }
     shape_solve(rod_scene, values);
     shape_coefficients(values, c);
     for (int row = 0; row < SHAPE_ROWS; row++) {
-        for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++)
+        for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++) {
             rest += fabs(c[k][row]);
+        }
     }
     return rest <= ROD_MISMATCH;
 }
@@ -198,8 +210,9 @@ static void shape_poses(const rod_context *rod, int count, const ad_value *s, ro
 {
     if (shape_is_uniform(&rod->scene->rod)) {
         shape_twist twist = shape_rest(rod->scene, 0);
-        for (int i = 0; i < count; i++)
+        for (int i = 0; i < count; i++) {
             poses[i] = shape_helix(&twist, s[i]);
+        }
         return;
     }
     double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS];
@@ -230,8 +243,9 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     q[0] = 1;
     q[1] = q[2] = q[3] = 0;
     if (start->type != SCENE_PINNED || end->type != SCENE_PINNED || !start->position[0] ||
-        !end->position[0])
+        !end->position[0]) {
         return;
+    }
     shape_solve(rod_scene, values);
     const double *rest = values[SHAPE_DEGREE];
     double dot = 0, size = 0, square = 0;
@@ -247,15 +261,17 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     if (size + dot > 1e-6 * size) {
         double scale = 1 / sqrt(2 * size * (size + dot));
         q[0] = (size + dot) * scale;
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             q[i + 1] = side[i] * scale;
+        }
     } else if (size > 0) { /* half a turn about anything across */
         double across[3] = {fabs(rest[0]) < fabs(rest[1]), fabs(rest[0]) >= fabs(rest[1]), 0};
         cross(side, rest, across);
         double norm = sqrt(side[0] * side[0] + side[1] * side[1] + side[2] * side[2]);
         q[0] = 0;
-        for (int i = 0; i < 3; i++)
+        for (int i = 0; i < 3; i++) {
             q[i + 1] = side[i] / norm;
+        }
     }
 }
 

@@ -98,8 +98,9 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
 
 static const char *load_reason(scene_end_type type, const scene_load *load)
 {
-    if (type != SCENE_LOADED)
+    if (type != SCENE_LOADED) {
         return "the end is not loaded";
+    }
     return reason_if(texts_are_zero(load->force) && texts_are_zero(load->moment), "zero", NULL);
 }
 

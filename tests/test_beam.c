@@ -5,8 +5,8 @@
 
 #include "physics/beam.h"
 #include "physics/expression.h"
-#include "tools/reference.h"
-#include "tools/trainer.h"
+#include "tools/train/reference.h"
+#include "tools/train/trainer.h"
 
 #define PI 3.14159265358979323846
 

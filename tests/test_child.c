@@ -1,5 +1,5 @@
 /* Work in a process of its own: what comes back, and what is said where nothing does. */
-#include "tools/child.h"
+#include "tools/judge/child.h"
 
 #include <setjmp.h>
 #include <signal.h>

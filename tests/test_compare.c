@@ -4,8 +4,8 @@
 #include "near.h"
 #include "temporary_folder.h"
 
-#include "tools/compare/compare.h"
 #include "tools/files/table_file.h"
+#include "tools/judge/compare/compare.h"
 
 /* ---- methods and networks ------------------------------------------------------------------ */
 

@@ -4,8 +4,8 @@
 #include "temporary_folder.h"
 
 #include "physics/derivative_check.h"
-#include "tools/experiment.h"
-#include "tools/reference.h"
+#include "tools/train/experiment.h"
+#include "tools/train/reference.h"
 
 static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "
                           "shear: [100, 100], axial: 100}}\n"

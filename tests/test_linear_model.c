@@ -3,7 +3,7 @@
 #include "near.h"
 #include "training_testing.h"
 
-#include "tools/linear_model.h"
+#include "tools/train/linear_model.h"
 
 typedef struct solved {
     size_t count;

@@ -4,7 +4,7 @@
 #include "training_testing.h"
 
 #include "evaluate.h"
-#include "tools/linear_model.h"
+#include "tools/train/linear_model.h"
 
 static void fill(double *x, size_t count, double seed)
 {

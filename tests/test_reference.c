@@ -4,7 +4,7 @@
 
 #include "physics/analytic.h"
 #include "tools/files/table_file.h"
-#include "tools/reference.h"
+#include "tools/train/reference.h"
 
 #define PI 3.14159265358979323846
 

@@ -3,7 +3,7 @@
 #include "temporary_folder.h"
 
 #include "tools/config/config_keys.h"
-#include "tools/reference.h"
+#include "tools/train/reference.h"
 
 #include <sys/stat.h>
 

@@ -6,8 +6,8 @@
 
 #include "physics/beam.h"
 #include "physics/expression.h"
+#include "physics/solve/solve.h"
 #include "tools/config/config.h"
-#include "tools/solve/solve.h"
 
 #include <string.h>
 

@@ -3,9 +3,9 @@
 #include "allocations.h"
 #include "rod_testing.h"
 
+#include "physics/solve/dynamic.h"
+#include "physics/solve/quaternion.h"
 #include "tools/config/config.h"
-#include "tools/solve/dynamic.h"
-#include "tools/solve/quaternion.h"
 
 #include <stdio.h>
 #include <string.h>

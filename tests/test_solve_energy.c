@@ -1,8 +1,8 @@
 /* Energy of rods by the classical solver, in SI units: closed forms, and the balance of motions. */
 #include "near.h"
 
+#include "physics/solve/solve.h"
 #include "tools/config/config.h"
-#include "tools/solve/solve.h"
 
 #include <stdio.h>
 

@@ -1,8 +1,8 @@
 /* The scene in numbers for classical solvers: scales, loads, ends, initial state. */
 #include "rod_testing.h"
 
+#include "physics/solve/rod_model.h"
 #include "tools/config/config.h"
-#include "tools/solve/rod_model.h"
 
 #include <string.h>
 

@@ -3,11 +3,11 @@
 #include "allocations.h"
 #include "rod_testing.h"
 
+#include "physics/solve/static.h"
+#include "physics/solve/static_newton.h"
 #include "tools/config/config.h"
-#include "tools/experiment.h"
-#include "tools/reference.h"
-#include "tools/solve/static.h"
-#include "tools/solve/static_newton.h"
+#include "tools/train/experiment.h"
+#include "tools/train/reference.h"
 
 #include <string.h>
 

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
-#include "tools/session.h"
-#include "tools/stability.h"
+#include "physics/solve/stability.h"
+#include "tools/train/session.h"
 
 #define COLUMN                                                                                     \
     "rod:\n"                                                                                       \

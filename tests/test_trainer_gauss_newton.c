@@ -2,7 +2,7 @@
  * change on the way. */
 #include "training_testing.h"
 
-#include "tools/trainer.h"
+#include "tools/train/trainer.h"
 
 #include <unistd.h>
 

@@ -2,7 +2,7 @@
  * is not mistaken for it. */
 #include "trainer_testing.h"
 
-#include "tools/trainer_internal.h"
+#include "tools/train/trainer_internal.h"
 
 #define NETWORK "network={hidden: [12, 12], activation: sin}"
 

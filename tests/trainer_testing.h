@@ -4,7 +4,7 @@
 
 #include "training_testing.h"
 
-#include "tools/trainer.h"
+#include "tools/train/trainer.h"
 
 #include <unistd.h>
 

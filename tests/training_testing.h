@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "physics/problem.h"
-#include "tools/experiment.h"
+#include "tools/train/experiment.h"
 
 enum { OVERRIDES_MAX = 40 };
 

@@ -369,8 +369,9 @@ static void run_chunk(const fused_state *state, const workspace *space, int inde
 static void run_chunks(fused_state *state, const workspace *space)
 {
     int index;
-    while ((index = atomic_fetch_add(&state->next_chunk, 1)) < CHUNKS)
+    while ((index = atomic_fetch_add(&state->next_chunk, 1)) < CHUNKS) {
         run_chunk(state, space, index);
+    }
 }
 
 static void *work(void *argument)
@@ -380,17 +381,20 @@ static void *work(void *argument)
     unsigned long seen = 0;
     for (;;) {
         pthread_mutex_lock(&state->mutex);
-        while (state->round == seen && !state->stop)
+        while (state->round == seen && !state->stop) {
             pthread_cond_wait(&state->start, &state->mutex);
+        }
         seen = state->round;
         const int stop = state->stop;
         pthread_mutex_unlock(&state->mutex);
-        if (stop)
+        if (stop) {
             return NULL;
+        }
         run_chunks(state, &self->space);
         pthread_mutex_lock(&state->mutex);
-        if (--state->busy == 0)
+        if (--state->busy == 0) {
             pthread_cond_signal(&state->done);
+        }
         pthread_mutex_unlock(&state->mutex);
     }
 }
@@ -398,9 +402,11 @@ static void *work(void *argument)
 /* out[in_count][stride] = in[out_count][in_count] transposed. */
 static void turn(double *out, int stride, const double *in, int out_count, int in_count)
 {
-    for (int i = 0; i < out_count; i++)
-        for (int j = 0; j < in_count; j++)
+    for (int i = 0; i < out_count; i++) {
+        for (int j = 0; j < in_count; j++) {
             out[j * stride + i] = in[i * in_count + j];
+        }
+    }
 }
 
 static void unpack(fused_state *state, const double *flat)
@@ -415,9 +421,10 @@ static void unpack(fused_state *state, const double *flat)
         params[W_T + i] *= 2.0 / rod_case_numbers.duration;
     }
     memcpy(params + LAST_BIAS, flat + FLAT_LAST_BIAS, FUSED_OUTPUTS * sizeof *flat);
-    for (int layer = 0; layer < HIDDEN - 1; layer++)
+    for (int layer = 0; layer < HIDDEN - 1; layer++) {
         turn(turned + layer * SQUARE, FUSED_WIDTH, flat + HIDDEN_WEIGHTS + layer * HIDDEN_SLOTS,
              FUSED_WIDTH, FUSED_WIDTH);
+    }
     turn(turned + (HIDDEN - 1) * SQUARE, PADDED, flat + LAST_WEIGHTS, FUSED_OUTPUTS, FUSED_WIDTH);
 }
 
@@ -429,10 +436,12 @@ static void add_flat(double *grad, const double *adj)
         grad[FUSED_INPUTS * i] += 2.0 * adj[W_S + i] - bias;
         grad[FUSED_INPUTS * i + 1] += 2.0 / rod_case_numbers.duration * adj[W_T + i] - bias;
     }
-    for (int i = FIRST_BIAS; i < FLAT_LAST_BIAS; i++)
+    for (int i = FIRST_BIAS; i < FLAT_LAST_BIAS; i++) {
         grad[i] += adj[i];
-    for (int i = 0; i < FUSED_OUTPUTS; i++)
+    }
+    for (int i = 0; i < FUSED_OUTPUTS; i++) {
         grad[FLAT_LAST_BIAS + i] += adj[LAST_BIAS + i];
+    }
 }
 
 void fused_step(fused_state *state, const double *params, const double *s, const double *t,
@@ -450,8 +459,9 @@ void fused_step(fused_state *state, const double *params, const double *s, const
     pthread_mutex_unlock(&state->mutex);
     run_chunks(state, &state->workers[0].space);
     pthread_mutex_lock(&state->mutex);
-    while (state->busy > 0)
+    while (state->busy > 0) {
         pthread_cond_wait(&state->done, &state->mutex);
+    }
     pthread_mutex_unlock(&state->mutex);
 
     *loss = 0.0;
@@ -471,10 +481,12 @@ static const struct kernels *choose_kernels(void)
 {
 #if defined(__x86_64__)
     __builtin_cpu_init();
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")) {
         return &kernels_avx512;
-    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+    }
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
         return &kernels_avx2;
+    }
 #endif
     return &kernels_plain;
 }
@@ -483,8 +495,9 @@ static const struct kernels *choose_kernels(void)
 static void *zeroed(size_t bytes)
 {
     void *memory = NULL;
-    if (posix_memalign(&memory, 4096, bytes) != 0)
+    if (posix_memalign(&memory, 4096, bytes) != 0) {
         return NULL;
+    }
     return memset(memory, 0, bytes);
 }
 
@@ -493,8 +506,9 @@ static size_t lay_out(workspace *space, double *memory, size_t tile)
 {
     const size_t layer = COEFFICIENTS * tile * STRIDE, out = COEFFICIENTS * tile * PADDED;
     if (memory != NULL) {
-        for (int i = 0; i < HIDDEN + 2; i++)
+        for (int i = 0; i < HIDDEN + 2; i++) {
             space->y[i] = memory + (size_t)i * layer;
+        }
         space->out = memory + (HIDDEN + 2) * layer;
         space->s = space->out + out;
         space->t = space->s + tile;
@@ -512,8 +526,9 @@ static int allocate(fused_state *state)
     state->memory = zeroed(threads * each * sizeof *state->memory);
     state->workers = zeroed(threads * sizeof *state->workers);
     if (state->params == NULL || state->turned == NULL || state->chunks == NULL ||
-        state->memory == NULL || state->workers == NULL)
+        state->memory == NULL || state->workers == NULL) {
         return 0;
+    }
     for (size_t i = 0; i < threads; i++) {
         state->workers[i].state = state;
         lay_out(&state->workers[i].space, state->memory + i * each, tile);
@@ -525,11 +540,13 @@ fused_state *fused_create(const fused_blas *blas, int tile, int threads)
 {
     tile = tile == 0 ? FUSED_DEFAULT_TILE : tile;
     if (blas == NULL || blas->dgemm == NULL || tile < 8 || tile > FUSED_MAX_TILE || tile % 8 != 0 ||
-        threads < 1 || threads > FUSED_MAX_THREADS)
+        threads < 1 || threads > FUSED_MAX_THREADS) {
         return NULL;
+    }
     fused_state *state = zeroed(sizeof *state);
-    if (state == NULL)
+    if (state == NULL) {
         return NULL;
+    }
     state->blas = *blas;
     state->kernels = choose_kernels();
     state->tile = tile;
@@ -544,22 +561,25 @@ fused_state *fused_create(const fused_blas *blas, int tile, int threads)
         ready = pthread_create(&helper->thread, NULL, work, helper) == 0;
         state->started += ready;
     }
-    if (ready)
+    if (ready) {
         return state;
+    }
     fused_free(state);
     return NULL;
 }
 
 void fused_free(fused_state *state)
 {
-    if (state == NULL)
+    if (state == NULL) {
         return;
+    }
     pthread_mutex_lock(&state->mutex);
     state->stop = 1;
     pthread_cond_broadcast(&state->start);
     pthread_mutex_unlock(&state->mutex);
-    for (int i = 1; i <= state->started; i++)
+    for (int i = 1; i <= state->started; i++) {
         pthread_join(state->workers[i].thread, NULL);
+    }
     pthread_cond_destroy(&state->done);
     pthread_cond_destroy(&state->start);
     pthread_mutex_destroy(&state->mutex);

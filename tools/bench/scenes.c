@@ -5,10 +5,10 @@
  * out of each. Without scenes: every model, at rest and in motion, in mixed and in strong form,
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
-#include "tools/cli.h"
-#include "tools/clock.h"
 #include "tools/files/table_file.h"
-#include "tools/trainer.h"
+#include "tools/programs/cli.h"
+#include "tools/train/clock.h"
+#include "tools/train/trainer.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -6,8 +6,8 @@
 #include "autodiff/dense.h"
 #include "fused.h"
 #include "peers.h"
-#include "tools/cli.h"
-#include "tools/clock.h"
+#include "tools/programs/cli.h"
+#include "tools/train/clock.h"
 
 #include <errno.h>
 #include <math.h>

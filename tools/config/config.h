@@ -2,8 +2,8 @@
  *
  * One table of keys (config_keys.c) holds path, type, unit, default, range and help of every key
  * and drives the reader, --set, --help, --print-config and the resolved config.yaml of a run. */
-#ifndef TOOLS_CONFIG_H
-#define TOOLS_CONFIG_H
+#ifndef TOOLS_CONFIG_CONFIG_H
+#define TOOLS_CONFIG_CONFIG_H
 
 #include "nn/nn.h"
 #include "optim/optim.h"
@@ -25,7 +25,7 @@ typedef enum config_optimizer {
 
 const char *config_optimizer_name(config_optimizer optimizer);
 
-/* How a Gauss-Newton step is computed; tools/linear_model.h says what each form is. */
+/* How a Gauss-Newton step is computed; tools/train/linear_model.h says what each form is. */
 #define CONFIG_LINEAR_ALGEBRA_LIST(X)                                                              \
     X(CONFIG_LINEAR_AUTOMATIC, "automatic")                                                        \
     X(CONFIG_NORMAL_EQUATIONS, "normal_equations")                                                 \
@@ -90,7 +90,7 @@ typedef struct config {
 
 bool config_names_reference(const config *config);
 
-/* Whether training may come to the loads in parts, tools/load_path.h: at rest, where a network
+/* Whether training may come to the loads in parts, optim/continuation.h: at rest, where a network
  * without hidden layers is found by Gauss-Newton from 0, the unloaded rod. */
 bool config_takes_loads_in_parts(const config *config);
 

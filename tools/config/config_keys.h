@@ -1,7 +1,7 @@
 /* The table of keys of a scene file: one row per key, in the order of --help. Internal to the
  * config_*.c files. */
-#ifndef TOOLS_CONFIG_KEYS_H
-#define TOOLS_CONFIG_KEYS_H
+#ifndef TOOLS_CONFIG_CONFIG_KEYS_H
+#define TOOLS_CONFIG_CONFIG_KEYS_H
 
 #include "tools/config/config.h"
 

@@ -1,6 +1,6 @@
 /* What the config_*.c files share; not for others. */
-#ifndef TOOLS_CONFIG_PARTS_H
-#define TOOLS_CONFIG_PARTS_H
+#ifndef TOOLS_CONFIG_CONFIG_PARTS_H
+#define TOOLS_CONFIG_CONFIG_PARTS_H
 
 #include "tools/config/config_keys.h"
 

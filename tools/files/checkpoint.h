@@ -30,8 +30,8 @@
  * against forgery.
  *
  * Numbers come back to the last bit, including the payload of a NaN. */
-#ifndef TOOLS_CHECKPOINT_H
-#define TOOLS_CHECKPOINT_H
+#ifndef TOOLS_FILES_CHECKPOINT_H
+#define TOOLS_FILES_CHECKPOINT_H
 
 #include <stdbool.h>
 #include <stddef.h>

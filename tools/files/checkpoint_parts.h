@@ -1,7 +1,7 @@
 /* What checkpoint.c (items) and checkpoint_read.c, checkpoint_write.c (the file) share; not for
  * other files. */
-#ifndef TOOLS_CHECKPOINT_PARTS_H
-#define TOOLS_CHECKPOINT_PARTS_H
+#ifndef TOOLS_FILES_CHECKPOINT_PARTS_H
+#define TOOLS_FILES_CHECKPOINT_PARTS_H
 
 #include <hdf5.h>
 

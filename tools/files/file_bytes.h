@@ -6,8 +6,8 @@
  * leaves either the old or the new file complete under `path`, at worst beside a stale ".partial"
  * that the next write reuses. The ".partial" is locked while in use, so a second process writing
  * the same path is refused instead of mixing its bytes in. */
-#ifndef TOOLS_FILE_BYTES_H
-#define TOOLS_FILE_BYTES_H
+#ifndef TOOLS_FILES_FILE_BYTES_H
+#define TOOLS_FILES_FILE_BYTES_H
 
 #include <stddef.h>
 

@@ -3,8 +3,8 @@
  * half-written file, and nothing stays open between calls. Shared by checkpoints and tables.
  *
  * Files are deterministic: no time stamps, so equal content gives equal bytes. */
-#ifndef TOOLS_HDF5_IMAGE_H
-#define TOOLS_HDF5_IMAGE_H
+#ifndef TOOLS_FILES_HDF5_IMAGE_H
+#define TOOLS_FILES_HDF5_IMAGE_H
 
 #include <hdf5.h>
 #include <stdbool.h>

@@ -11,8 +11,8 @@
  * Written files keep the order of the columns; others are read in the order of their links'
  * creation if they track it, else of their names. Column names: 1 to 63 bytes, not a number, no
  * comma, quote, slash, '#' or control character, no blank at either end, not "." or "..". */
-#ifndef TOOLS_TABLE_FILE_H
-#define TOOLS_TABLE_FILE_H
+#ifndef TOOLS_FILES_TABLE_FILE_H
+#define TOOLS_FILES_TABLE_FILE_H
 
 #include <stddef.h>
 

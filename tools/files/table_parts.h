@@ -1,6 +1,6 @@
 /* What table_file.c, table_csv.c and table_hdf5.c share; not for other files. */
-#ifndef TOOLS_TABLE_PARTS_H
-#define TOOLS_TABLE_PARTS_H
+#ifndef TOOLS_FILES_TABLE_PARTS_H
+#define TOOLS_FILES_TABLE_PARTS_H
 
 #include "tools/files/table_file.h"
 

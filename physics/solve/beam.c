@@ -1,0 +1,203 @@
+#include "physics/solve/beam.h"
+
+#include "physics/solve/beam_motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Nodes: each mesh of a static beam has twice as many as the one before, of a motion half as many
+ * again. */
+enum { COARSEST = 12, FINEST_STATIC = 3072, FINEST_MOVING = 90 };
+static const double ROUNDING = 1e-12; /* below which finer meshes need not be better */
+
+/* A step of time, of a unit of time / nodes^2, as frequencies of bending grow with the square of
+ * the wavenumber; half of it leaves the error as it is, that of the mesh. */
+static const double STEP = 7;
+
+struct beam_solution {
+    const solve_beam *beam;
+    beam_system *system;
+    size_t count;   /* of times, 1 if static */
+    double *fields; /* [count][2][places][BEAM_ROWS]: y, y_t */
+};
+
+void beam_free(beam_solution *x)
+{
+    if (x) {
+        beam_system_free(x->system);
+        free(x->fields);
+        free(x);
+    }
+}
+
+static double *fields_of(const beam_solution *x, size_t which, int order)
+{
+    return x->fields + (2 * which + (size_t)order) * beam_system_places(x->system) * BEAM_ROWS;
+}
+
+void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, beam_state *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        double y[BEAM_ROWS], rate[BEAM_ROWS];
+        beam_system_at(x->system, fields_of(x, which, 0), s[i], y);
+        beam_system_at(x->system, fields_of(x, which, 1), s[i], rate);
+        out[i] = (beam_state){.deflection = y[BEAM_W],
+                              .slope = y[BEAM_PSI],
+                              .shear = y[BEAM_V],
+                              .moment = y[BEAM_M],
+                              .velocity = rate[BEAM_W],
+                              .slope_rate = rate[BEAM_PSI]};
+    }
+}
+
+/* ---- one mesh -------------------------------------------------------------------------------- */
+
+static ad_status solve_static(beam_solution *x, ad_error *error)
+{
+    size_t nodes = beam_system_nodes(x->system);
+    double ends[4];
+    beam_load *loads = malloc(nodes * sizeof *loads);
+    ad_status status =
+        loads ? solve_beam_load(x->beam, nodes, beam_system_points(x->system), 0, loads, error)
+              : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
+    status = status == AD_OK ? solve_beam_ends(x->beam, 0, ends, error) : status;
+    if (status == AD_OK) {
+        beam_system_solve(x->system, loads, ends, x->fields);
+    }
+    free(loads);
+    return status;
+}
+
+static ad_status solve_on(beam_solution *x, int nodes, const double *times, solve_report *report,
+                          ad_error *error)
+{
+    double stiffening = x->beam->dynamic ? BEAM_MOTION_STIFFENING : 0;
+    ad_status status = beam_system_create(x->beam, nodes, stiffening, &x->system, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    size_t numbers = 2 * x->count * beam_system_places(x->system) * BEAM_ROWS;
+    x->fields = calloc(numbers, sizeof *x->fields);
+    report->nodes = (int)beam_system_nodes(x->system);
+    if (!x->fields) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->count);
+    }
+    if (x->beam->dynamic) {
+        long steps = (long)ceil(x->beam->duration * nodes * nodes / STEP);
+        report->time_steps += steps;
+        status = beam_motion_solve(x->beam, x->system, steps, x->count, times, x->fields, error);
+    } else {
+        status = solve_static(x, error);
+    }
+    for (size_t i = 0; status == AD_OK && i < numbers; i++) {
+        if (!isfinite(x->fields[i])) {
+            status = ad_fail(error, AD_NOT_FINITE,
+                             "the deflection is not finite; loads, foundation and initial state "
+                             "have to be");
+        }
+    }
+    return status;
+}
+
+static ad_status solve_once(const solve_beam *beam, int nodes, size_t count, const double *times,
+                            beam_solution **result, solve_report *report, ad_error *error)
+{
+    *result = NULL;
+    beam_solution *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a beam");
+    }
+    x->beam = beam;
+    x->count = count;
+    ad_status status = solve_on(x, nodes, times, report, error);
+    if (status != AD_OK) {
+        beam_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* ---- refining -------------------------------------------------------------------------------- */
+
+double beam_largest(const beam_solution *x)
+{
+    size_t places = beam_system_places(x->system);
+    double largest = 0;
+    for (size_t i = 0; i < 2 * x->count * places; i++) {
+        bool is_rate = i / places % 2 == 1;
+        largest = fmax(largest, is_rate ? 0 : fabs(x->fields[i * BEAM_ROWS + BEAM_W]));
+    }
+    return largest;
+}
+
+/* Largest difference of the deflection at the nodes of the finer one, over its largest. */
+static double difference(const beam_solution *coarse, const beam_solution *fine)
+{
+    const double *points = beam_system_points(fine->system);
+    double off = 0, size = beam_largest(fine);
+    for (size_t which = 0; which < fine->count; which++) {
+        for (size_t i = 0; i < beam_system_nodes(fine->system); i++) {
+            beam_state a, b;
+            beam_at(coarse, which, 1, points + i, &a);
+            beam_at(fine, which, 1, points + i, &b);
+            double here = fabs(a.deflection - b.deflection);
+            off = here <= off ? off : here; /* not a number stays */
+        }
+    }
+    return size > 0 ? off / size : off;
+}
+
+/* Replace *x by solutions on finer and finer meshes. */
+static ad_status refine(beam_solution **x, double tolerance, const double *times,
+                        solve_report *report, ad_error *error)
+{
+    const solve_beam *beam = (*x)->beam;
+    int nodes = COARSEST, finest = beam->dynamic ? FINEST_MOVING : FINEST_STATIC;
+    bool done = false;
+    ad_status status = AD_OK;
+    while (status == AD_OK && !done && nodes < finest) {
+        double before = report->estimate;
+        beam_solution *finer = NULL;
+        nodes = beam->dynamic ? nodes + nodes / 2 : 2 * nodes;
+        status = solve_once(beam, nodes, (*x)->count, times, &finer, report, error);
+        if (status == AD_OK) {
+            report->estimate = difference(*x, finer);
+            bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
+            done = report->estimate <= tolerance || rounding;
+            beam_free(*x);
+            *x = finer;
+        }
+    }
+    return status;
+}
+
+ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, size_t count,
+                     const double *times, beam_solution **result, solve_report *report,
+                     ad_error *error)
+{
+    *result = NULL;
+    *report = (solve_report){.estimate = NAN, .load_fraction = 1, .time = 1};
+    if (beam->dynamic && settings->nodes > BEAM_MOTION_NODES_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%d nodes; allowed for a beam in motion: at most %d",
+                       settings->nodes, BEAM_MOTION_NODES_MAX);
+    }
+    if (settings->perturbation != 0) {
+        return ad_fail(
+            error, AD_BAD_ARGUMENT,
+            "a perturbation is given, but beams of small deflection do not buckle; leave "
+            "it out, or take rod.model kirchhoff or cosserat");
+    }
+    beam_solution *x = NULL;
+    int nodes = settings->nodes > 0 ? settings->nodes : COARSEST;
+    ad_status status = solve_once(beam, nodes, beam->dynamic ? count : 1, times, &x, report, error);
+    if (status == AD_OK && settings->nodes == 0) {
+        status = refine(&x, settings->tolerance, times, report, error);
+    }
+    if (status != AD_OK) {
+        beam_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}

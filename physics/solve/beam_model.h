@@ -1,0 +1,50 @@
+/* The scene of a beam of small deflection in numbers, for classical solvers; equations and signs as
+ * in physics/beam.h.
+ *
+ * Dimensionless: s in [0, 1], t in units of scales.time, the deflection w by `deflection`, W;
+ * slopes by W/L, V by EI W/L^3, M by EI W/L^2, distributed force by EI W/L^4, distributed moment by
+ * EI W/L^3. Formulas of the scene are evaluated by the tape; the equations of the beam are not. */
+#ifndef PHYSICS_SOLVE_BEAM_MODEL_H
+#define PHYSICS_SOLVE_BEAM_MODEL_H
+
+#include "physics/model.h"
+
+typedef struct solve_beam {
+    rod_scales scales;
+    double deflection; /* W, m */
+    bool dynamic;
+    double duration;         /* in scales.time; 0 if static */
+    double shear_compliance; /* EI/(kGA L^2); 0: does not shear */
+    double rotary_inertia;   /* rhoI/(rhoA L^2); 0 if static */
+    double drag;             /* c; 0 if static */
+    struct {
+        bool holds_deflection, holds_slope;
+    } ends[2];
+    struct beam_functions *formula; /* opaque */
+} solve_beam;
+
+/* Distributed force q and moment mu. */
+typedef struct beam_load {
+    double force, moment;
+} beam_load;
+
+typedef struct beam_initial_state {
+    double deflection, slope, velocity, slope_rate;
+} beam_initial_state;
+
+/* The scene must pass scene_check and beam_check. AD_NO_MEMORY, or errors of formulas. */
+ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_error *error);
+void solve_beam_free(solve_beam *beam);
+
+/* At n points s [n], in any order; out [n]. One thread at a time for one beam. */
+ad_status solve_beam_load(const solve_beam *beam, size_t n, const double *s, double t,
+                          beam_load *out, ad_error *error);
+ad_status solve_beam_foundation(const solve_beam *beam, size_t n, const double *s, double *out,
+                                ad_error *error); /* k */
+ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
+                             beam_initial_state *out, ad_error *error);
+
+/* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; internal V, M. */
+ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error);
+
+#endif

@@ -1,0 +1,294 @@
+#include "physics/solve/beam_system.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/gauss.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = BEAM_ROWS, INNER_MAX = GAUSS_STAGES_MAX * ROWS };
+
+struct beam_system {
+    gauss_rule rule;
+    int elements;
+    size_t inner, outer; /* unknowns within an element, at the ends of all */
+    double shear_compliance;
+    double unit[ROWS];  /* of y here: where waves along the beam are short, all rows are alike */
+    bool holds[4];      /* what the ends prescribe: w or V, psi or M, at 0, at 1 */
+    double *points;     /* [nodes] */
+    double *foundation; /* [nodes] */
+    double *factors;    /* [elements][inner][inner], LU */
+    double *matrix, *right; /* [outer][outer], LU; [outer] */
+    int *pivots, *outer_pivots;
+};
+
+/* ---- equations ------------------------------------------------------------------------------- */
+
+/* y_s for loads; y in its units. */
+static void rate(const beam_system *x, size_t node, const double *y, const beam_load *load,
+                 double *to)
+{
+    const double *unit = x->unit;
+    double shear = unit[BEAM_V] * y[BEAM_V];
+    to[BEAM_W] = unit[BEAM_PSI] * y[BEAM_PSI] + x->shear_compliance * shear;
+    to[BEAM_PSI] = unit[BEAM_M] * y[BEAM_M] / unit[BEAM_PSI];
+    to[BEAM_V] = (x->foundation[node] * y[BEAM_W] - load->force) / unit[BEAM_V];
+    to[BEAM_M] = (-shear - load->moment) / unit[BEAM_M];
+}
+
+static double element_length(const beam_system *x)
+{
+    return 1.0 / x->elements;
+}
+
+/* The polynomial of an element, from y at its left end and at its points, at the right end. */
+static void pass(const beam_system *x, int element, const double *inner, const beam_load *loads,
+                 double *end)
+{
+    size_t stages = (size_t)x->rule.stages, first = (size_t)element * stages;
+    for (size_t j = 0; j < stages; j++) {
+        double slope[ROWS];
+        rate(x, first + j, inner + j * ROWS, loads + j, slope);
+        for (int r = 0; r < ROWS; r++) {
+            end[r] += element_length(x) * x->rule.weights[j] * slope[r];
+        }
+    }
+}
+
+/* Inner unknowns of an element for loads, with y = `left` at its left end. */
+static void solve_inner(const beam_system *x, int element, const double *left,
+                        const beam_load *loads, double *inner)
+{
+    size_t stages = (size_t)x->rule.stages, n = x->inner;
+    for (size_t i = 0; i < stages; i++) {
+        double *y = inner + i * ROWS;
+        memcpy(y, left, ROWS * sizeof *y);
+        for (size_t j = 0; j < stages; j++) {
+            double weight = element_length(x) * x->rule.matrix[i][j];
+            y[BEAM_V] -= weight * loads[j].force / x->unit[BEAM_V];
+            y[BEAM_M] -= weight * loads[j].moment / x->unit[BEAM_M];
+        }
+    }
+    ad_dense_lu_solve(n, 1, x->factors + (size_t)element * n * n, x->pivots + (size_t)element * n,
+                      inner);
+}
+
+/* ---- matrices -------------------------------------------------------------------------------- */
+
+/* y_i - h sum_j a_ij y_s,j */
+static int factor_element(beam_system *x, int element)
+{
+    static const beam_load none = {0, 0};
+    size_t stages = (size_t)x->rule.stages, n = x->inner;
+    double *matrix = x->factors + (size_t)element * n * n;
+    for (size_t column = 0; column < n; column++) {
+        double unit[ROWS] = {0}, slope[ROWS];
+        size_t j = column / ROWS;
+        unit[column % ROWS] = 1;
+        rate(x, (size_t)element * stages + j, unit, &none, slope);
+        for (size_t i = 0; i < stages; i++) {
+            double weight = element_length(x) * x->rule.matrix[i][j];
+            for (size_t r = 0; r < ROWS; r++) {
+                matrix[column * n + i * ROWS + r] = (i == j ? unit[r] : 0) - weight * slope[r];
+            }
+        }
+    }
+    return ad_dense_lu(n, matrix, x->pivots + (size_t)element * n);
+}
+
+/* Row of y that the `which`-th condition is about. */
+static size_t held_row(const beam_system *x, int which)
+{
+    return which % 2 == 0 ? (x->holds[which] ? BEAM_W : BEAM_V)
+                          : (x->holds[which] ? BEAM_PSI : BEAM_M);
+}
+
+/* Conditions at s = 0; for each element what its ends have to do with each other; conditions at
+ * s = 1. */
+static int factor_outer(beam_system *x)
+{
+    static const beam_load none[GAUSS_STAGES_MAX];
+    size_t n = x->outer;
+    double inner[INNER_MAX];
+    memset(x->matrix, 0, n * n * sizeof *x->matrix);
+    for (int i = 0; i < 2; i++) {
+        x->matrix[held_row(x, i) * n + (size_t)i] = 1;
+        x->matrix[(n - ROWS + held_row(x, 2 + i)) * n + n - 2 + (size_t)i] = 1;
+    }
+    for (int e = 0; e < x->elements; e++) {
+        size_t first = (size_t)e * ROWS;
+        for (size_t column = 0; column < ROWS; column++) {
+            double left[ROWS] = {0}, end[ROWS] = {0};
+            left[column] = end[column] = 1;
+            solve_inner(x, e, left, none, inner);
+            pass(x, e, inner, none, end);
+            for (size_t r = 0; r < ROWS; r++) {
+                x->matrix[(first + column) * n + 2 + first + r] = -end[r];
+            }
+            x->matrix[(first + ROWS + column) * n + 2 + first + column] = 1;
+        }
+    }
+    return ad_dense_lu(n, x->matrix, x->outer_pivots);
+}
+
+/* ---- making and freeing ---------------------------------------------------------------------- */
+
+void beam_system_free(beam_system *x)
+{
+    if (x) {
+        free(x->points);
+        free(x->pivots);
+        free(x);
+    }
+}
+
+/* Elements of as many points as may be. */
+static ad_status allocate(beam_system *x, int nodes, ad_error *error)
+{
+    x->elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
+    x->rule = gauss_rule_of((nodes + x->elements - 1) / x->elements);
+    x->inner = (size_t)x->rule.stages * ROWS;
+    x->outer = ((size_t)x->elements + 1) * ROWS;
+    size_t elements = (size_t)x->elements, points = beam_system_nodes(x);
+    size_t factors = elements * x->inner * x->inner;
+    x->points = malloc((2 * points + factors + (x->outer + 1) * x->outer) * sizeof(double));
+    x->pivots = malloc((elements * x->inner + x->outer) * sizeof *x->pivots);
+    if (!x->points || !x->pivots) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", nodes);
+    }
+    x->foundation = x->points + points;
+    x->factors = x->foundation + points;
+    x->matrix = x->factors + factors;
+    x->right = x->matrix + x->outer * x->outer;
+    x->outer_pivots = x->pivots + elements * x->inner;
+    for (size_t i = 0; i < points; i++) {
+        size_t stages = (size_t)x->rule.stages;
+        x->points[i] = ((double)(i / stages) + x->rule.nodes[i % stages]) * element_length(x);
+    }
+    return AD_OK;
+}
+
+/* By the wavenumber of bending on the foundation, (k/4)^(1/4) (Hetenyi 1946). */
+static void choose_units(beam_system *x)
+{
+    double most = 4;
+    for (size_t i = 0; i < beam_system_nodes(x); i++) {
+        most = fmax(most, x->foundation[i]);
+    }
+    double wave = pow(most / 4, 0.25);
+    x->unit[BEAM_W] = 1;
+    x->unit[BEAM_PSI] = wave;
+    x->unit[BEAM_M] = wave * wave;
+    x->unit[BEAM_V] = wave * wave * wave;
+}
+
+static ad_status factor(beam_system *x, ad_error *error)
+{
+    choose_units(x);
+    int bad = 0;
+    for (int e = 0; e < x->elements && bad == 0; e++) {
+        bad = factor_element(x, e);
+    }
+    return bad == 0 && factor_outer(x) == 0
+               ? AD_OK
+               : ad_fail(error, AD_BAD_ARGUMENT, "the beam is free to move");
+}
+
+ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffening,
+                             beam_system **result, ad_error *error)
+{
+    *result = NULL;
+    if (ad_dense_load(error) != AD_OK) {
+        return AD_NO_BLAS;
+    }
+    beam_system *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a beam");
+    }
+    x->shear_compliance = beam->shear_compliance;
+    for (int i = 0; i < 4; i++) {
+        x->holds[i] =
+            i % 2 == 0 ? beam->ends[i / 2].holds_deflection : beam->ends[i / 2].holds_slope;
+    }
+    ad_status status = allocate(x, nodes, error);
+    if (status == AD_OK) {
+        status = solve_beam_foundation(beam, beam_system_nodes(x), x->points, x->foundation, error);
+    }
+    for (size_t i = 0; status == AD_OK && i < beam_system_nodes(x); i++) {
+        x->foundation[i] += stiffening;
+    }
+    status = status == AD_OK ? factor(x, error) : status;
+    if (status != AD_OK) {
+        beam_system_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+size_t beam_system_nodes(const beam_system *x)
+{
+    return (size_t)x->elements * (size_t)x->rule.stages;
+}
+
+const double *beam_system_points(const beam_system *x)
+{
+    return x->points;
+}
+
+size_t beam_system_places(const beam_system *x)
+{
+    return beam_system_nodes(x) + (size_t)x->elements + 1;
+}
+
+size_t beam_system_place(const beam_system *x, size_t node)
+{
+    return node + node / (size_t)x->rule.stages + 1;
+}
+
+/* ---- solving --------------------------------------------------------------------------------- */
+
+void beam_system_solve(beam_system *x, const beam_load *loads, const double ends[4], double *y)
+{
+    static const double zero[ROWS] = {0};
+    size_t n = x->outer, stages = (size_t)x->rule.stages, stride = (stages + 1) * ROWS;
+    double inner[INNER_MAX];
+    memset(x->right, 0, n * sizeof *x->right);
+    for (int e = 0; e < x->elements; e++) {
+        const beam_load *its = loads + (size_t)e * stages;
+        solve_inner(x, e, zero, its, inner);
+        pass(x, e, inner, its, x->right + 2 + (size_t)e * ROWS);
+    }
+    for (int i = 0; i < 2; i++) {
+        x->right[i] = ends[i] / x->unit[held_row(x, i)];
+        x->right[n - 2 + (size_t)i] = ends[2 + i] / x->unit[held_row(x, 2 + i)];
+    }
+    ad_dense_lu_solve(n, 1, x->matrix, x->outer_pivots, x->right);
+    for (int e = 0; e < x->elements; e++) {
+        const double *left = x->right + (size_t)e * ROWS;
+        memcpy(y + (size_t)e * stride, left, ROWS * sizeof *y);
+        solve_inner(x, e, left, loads + (size_t)e * stages, y + (size_t)e * stride + ROWS);
+    }
+    memcpy(y + (size_t)x->elements * stride, x->right + n - ROWS, ROWS * sizeof *y);
+    for (size_t i = 0; i < beam_system_places(x) * ROWS; i++) {
+        y[i] *= x->unit[i % ROWS];
+    }
+}
+
+void beam_system_at(const beam_system *x, const double *y, double s, double *at)
+{
+    double weights[GAUSS_STAGES_MAX + 2], elements = x->elements;
+    int element = (int)(s * elements);
+    element = element < x->elements ? element : x->elements - 1;
+    gauss_lagrange(&x->rule, s * elements - element, weights);
+    const double *from = y + (size_t)element * ((size_t)x->rule.stages + 1) * ROWS;
+    memset(at, 0, ROWS * sizeof *at);
+    for (int i = 0; i < x->rule.stages + 2; i++) {
+        for (int r = 0; r < ROWS; r++) {
+            at[r] += weights[i] * from[i * ROWS + r];
+        }
+    }
+}

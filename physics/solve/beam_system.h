@@ -1,0 +1,37 @@
+/* A beam at rest as a first-order system in s, collocated at Gauss points of equal elements: one
+ * linear solve for any loads. With y = (w, psi, V, M), by physics/beam.h
+ *
+ *   w_s = psi + g V,   psi_s = M,   V_s = k w - q,   M_s = -V - mu
+ *
+ * with g the shear compliance and k the foundation. Order 2 stages at the ends of elements. The
+ * points within an element are eliminated, what remains are y at the ends of elements. Nothing is
+ * divided by a stiffness, so that beams that do not shear are no special case. */
+#ifndef PHYSICS_SOLVE_BEAM_SYSTEM_H
+#define PHYSICS_SOLVE_BEAM_SYSTEM_H
+
+#include "physics/solve/beam_model.h"
+
+enum { BEAM_W = 0, BEAM_PSI = 1, BEAM_V = 2, BEAM_M = 3, BEAM_ROWS = 4 };
+
+typedef struct beam_system beam_system;
+
+/* At least `nodes` collocation points; `stiffening` is added to the foundation. AD_BAD_ARGUMENT: a
+ * singular system, that of a beam free to move. AD_NO_MEMORY, AD_NO_BLAS. */
+ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffening,
+                             beam_system **result, ad_error *error);
+void beam_system_free(beam_system *x);
+
+size_t beam_system_nodes(const beam_system *x);         /* collocation points */
+const double *beam_system_points(const beam_system *x); /* s of them, ascending */
+
+/* y is given at `places`, [places][BEAM_ROWS]: the points and the ends of elements. */
+size_t beam_system_places(const beam_system *x);
+size_t beam_system_place(const beam_system *x, size_t node); /* of a collocation point */
+
+/* y for loads at the collocation points, and what the ends prescribe as in solve_beam_ends. */
+void beam_system_solve(beam_system *x, const beam_load *loads, const double ends[4], double *y);
+
+/* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element. */
+void beam_system_at(const beam_system *x, const double *y, double s, double *at);
+
+#endif

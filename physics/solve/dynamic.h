@@ -1,0 +1,32 @@
+/* The motion of a rod: spectral elements in s (motion.h), Runge-Kutta in t (integrate.h),
+ * both refined until the position stops changing. */
+#ifndef PHYSICS_SOLVE_DYNAMIC_H
+#define PHYSICS_SOLVE_DYNAMIC_H
+
+#include "physics/solve/integrate.h"
+
+typedef struct dynamic_solution dynamic_solution;
+
+/* From the initial state through times [count], ascending, in [0, duration], in units of
+ * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
+ * of time steps, no estimate. Otherwise steps and then the mesh grow finer until two solutions
+ * differ by no more than a quarter and half the tolerance at the times given, in position and in
+ * what a rotation moves over a tenth of the rod. The one on the finest mesh is the solution, and
+ * the sum of the last differences the estimate, rather that of the solutions before. AD_OK also
+ * when the finest steps or mesh do not meet the tolerance: report->estimate is then above. Locked
+ * strains are stiff ones, whose error is of the order of a hundredth of the tolerance; 1e-6 is
+ * about the best to ask of them, and minutes where a load jumps and sets them ringing.
+ * AD_BAD_INPUT: no rotary inertia. The rod must outlive the solution. */
+ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
+                        const double *times, dynamic_solution **result, solve_report *report,
+                        ad_error *error);
+void dynamic_free(dynamic_solution *x);
+
+/* At time `which` of those given and n points s [n] within [0, 1]; out [n]. */
+ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+                     solve_state *out, ad_error *error);
+
+/* [count] */
+const solve_energy *dynamic_energies(const dynamic_solution *x);
+
+#endif

@@ -1,0 +1,88 @@
+#include "physics/solve/gauss.h"
+
+#include <math.h>
+
+/* Legendre's polynomials P_0 .. P_n of 2x - 1. */
+static void legendre(double x, int n, double *p)
+{
+    double y = 2 * x - 1;
+    p[0] = 1;
+    p[1] = y;
+    for (int k = 1; k < n; k++) {
+        p[k + 1] = ((2 * k + 1) * y * p[k] - k * p[k - 1]) / (k + 1);
+    }
+}
+
+/* Newton's iteration for the roots of P_n from their asymptotic places. */
+static void find_nodes(gauss_rule *rule)
+{
+    const double pi = 3.14159265358979323846;
+    int n = rule->stages;
+    for (int i = 0; i < n; i++) {
+        double x = 0.5 - 0.5 * cos(pi * (i + 0.75) / (n + 0.5)), p[GAUSS_STAGES_MAX + 1], slope = 1;
+        for (int k = 0; k < 8; k++) {
+            legendre(x, n, p);
+            double y = 2 * x - 1;
+            slope = 2 * n * (y * p[n] - p[n - 1]) / (y * y - 1); /* by x */
+            x -= p[n] / slope;
+        }
+        rule->nodes[i] = x;
+        rule->weights[i] = 4 / (4 * x * (1 - x) * slope * slope);
+    }
+}
+
+static double point(const gauss_rule *rule, int i)
+{
+    return i == 0 ? 0 : i > rule->stages ? 1 : rule->nodes[i - 1];
+}
+
+/* a_ij, the integral of the j-th polynomial of Lagrange from 0 to c_i, by its Legendre series. */
+static double integral(const gauss_rule *rule, int i, int j)
+{
+    double at[GAUSS_STAGES_MAX + 2], to[GAUSS_STAGES_MAX + 2], sum = rule->nodes[i];
+    legendre(rule->nodes[j], rule->stages, at);
+    legendre(rule->nodes[i], rule->stages, to);
+    for (int k = 1; k < rule->stages; k++) {
+        sum += at[k] * (to[k + 1] - to[k - 1]) / 2;
+    }
+    return rule->weights[j] * sum;
+}
+
+gauss_rule gauss_rule_of(int stages)
+{
+    gauss_rule rule = {.stages = stages};
+    find_nodes(&rule);
+    for (int i = 0; i < stages; i++) {
+        for (int j = 0; j < stages; j++) {
+            rule.matrix[i][j] = integral(&rule, i, j);
+        }
+    }
+    for (int i = 0; i < stages + 2; i++) {
+        double product = 1;
+        for (int j = 0; j < stages + 2; j++) {
+            product *= i == j ? 1 : 2 * (point(&rule, i) - point(&rule, j));
+        }
+        rule.barycentric[i] = 1 / product;
+    }
+    return rule;
+}
+
+void gauss_lagrange(const gauss_rule *rule, double x, double *values)
+{
+    double sum = 0;
+    int count = rule->stages + 2;
+    for (int i = 0; i < count; i++) {
+        double distance = x - point(rule, i);
+        if (distance == 0) {
+            for (int j = 0; j < count; j++) {
+                values[j] = i == j;
+            }
+            return;
+        }
+        values[i] = rule->barycentric[i] / distance;
+        sum += values[i];
+    }
+    for (int i = 0; i < count; i++) {
+        values[i] /= sum;
+    }
+}

@@ -1,0 +1,24 @@
+/* Collocation at Gauss-Legendre points on [0, 1], as an implicit Runge-Kutta method (Hairer,
+ * Lubich, Wanner, Geometric Numerical Integration, II.1.3, IV.2.1): order 2 stages at the ends of
+ * an element, and quadratic invariants, such as |q|^2, are kept exactly there. */
+#ifndef PHYSICS_SOLVE_GAUSS_H
+#define PHYSICS_SOLVE_GAUSS_H
+
+enum { GAUSS_STAGES_MAX = 12 };
+
+typedef struct gauss_rule {
+    int stages;
+    double nodes[GAUSS_STAGES_MAX];                    /* c, ascending */
+    double weights[GAUSS_STAGES_MAX];                  /* b */
+    double matrix[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* a */
+    double barycentric[GAUSS_STAGES_MAX + 2];          /* for interpolation at 0, c, 1 */
+} gauss_rule;
+
+/* 1 <= stages <= GAUSS_STAGES_MAX */
+gauss_rule gauss_rule_of(int stages);
+
+/* values[stages + 2]: Lagrange's polynomials of the points 0, c, 1 at x in [0, 1] (Berrut,
+ * Trefethen, SIAM Review 46, 2004). */
+void gauss_lagrange(const gauss_rule *rule, double x, double *values);
+
+#endif

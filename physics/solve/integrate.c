@@ -1,0 +1,342 @@
+#include "physics/solve/integrate.h"
+
+#include "physics/solve/events.h"
+#include "physics/solve/gauss.h"
+#include "physics/solve/motion_system.h"
+#include "physics/solve/vector.h"
+
+#include <arkode/arkode_arkstep.h>
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct integration {
+    motion *motion;
+    motion_system *system; /* implicit */
+    SUNContext context;
+    void *stepper;
+    N_Vector state, sample;
+    ad_error error;                /* of a formula, or SUNDIALS' words */
+    gauss_rule quadrature;         /* of power over a step */
+    double tolerance;              /* of a step */
+    double initial;                /* energy */
+    double work, dissipated, time; /* so far, up to `time` */
+    size_t events, event;          /* how many, and which comes next */
+    double *event_times;
+} integration;
+
+/* ---- what SUNDIALS calls ------------------------------------------------------------------- */
+
+static int rate(realtype t, N_Vector state, N_Vector to, void *data)
+{
+    integration *in = data;
+    const double *from = N_VGetArrayPointer(state);
+    double *result = N_VGetArrayPointer(to);
+    if (motion_at(in->motion, t, &in->error) != AD_OK) {
+        return -1;
+    }
+    motion_rate(in->motion, from, result);
+    if (in->system) {
+        motion_system_at(in->system, from, result);
+    }
+    return vector_is_finite(to) ? 0 : 1; /* a shorter step may do */
+}
+
+/* One over what a row may be off. */
+static int weigh(N_Vector state, N_Vector weight, void *data)
+{
+    const integration *in = data;
+    vector_weigh(in->tolerance, state, weight);
+    return 0;
+}
+
+/* The rate has just been evaluated at t and state. */
+static int form(realtype t, N_Vector state, N_Vector its_rate, SUNMatrix matrix, SUNMatrix mass,
+                booleantype reuse, booleantype *is_new, realtype gamma, void *data, N_Vector a,
+                N_Vector b, N_Vector c)
+{
+    (void)t, (void)state, (void)its_rate, (void)matrix, (void)mass, (void)reuse;
+    (void)a, (void)b, (void)c;
+    integration *in = data;
+    *is_new = SUNTRUE;
+    return motion_system_form(in->system, gamma) != 0;
+}
+
+static void keep_words(int code, const char *module, const char *function, char *words, void *data)
+{
+    (void)code, (void)module, (void)function;
+    integration *in = data;
+    if (in->error.status == AD_OK) {
+        snprintf(in->error.message, sizeof in->error.message, "%s", words);
+    }
+}
+
+/* ---- making and freeing -------------------------------------------------------------------- */
+
+static void close_integration(integration *in)
+{
+    free(in->event_times);
+    if (in->stepper) {
+        ARKStepFree(&in->stepper);
+    }
+    if (in->state) {
+        N_VDestroy(in->state);
+    }
+    if (in->sample) {
+        N_VDestroy(in->sample);
+    }
+    motion_system_free(in->system);
+    if (in->context) {
+        SUNContext_Free(&in->context);
+    }
+}
+
+/* How the implicit stages are solved. */
+static int set_up_stages(integration *in)
+{
+    /* Of the tolerance, what the iterations may leave: more of it would pass for errors of steps.
+     */
+    const double left_over = 0.01;
+    void *s = in->stepper;
+    int bad = ARKStepSetPredictorMethod(s, 1); /* by interpolation through past steps */
+    bad |= ARKStepSetDeduceImplicitRhs(s, SUNTRUE);
+    bad |= ARKStepSetNonlinConvCoef(s, left_over);
+    bad |= ARKStepSetLinearSolver(s, motion_system_solver(in->system),
+                                  motion_system_matrix(in->system));
+    bad |= ARKStepSetLinSysFn(s, form);
+    return bad;
+}
+
+static bool set_up(integration *in, const integrate_settings *settings)
+{
+    bool implicit = settings->method == INTEGRATE_IMPLICIT;
+    void *s = in->stepper;
+    int bad = ARKStepSetErrHandlerFn(s, keep_words, in);
+    bad |= ARKStepSetUserData(s, in);
+    bad |= ARKStepWFtolerances(s, weigh);
+    bad |= ARKStepSetTableNum(s, implicit ? ARKODE_ARK548L2SAb_DIRK_8_4_5 : ARKODE_DIRK_NONE,
+                              implicit ? ARKODE_ERK_NONE : ARKODE_ARK436L2SA_ERK_6_3_4);
+    bad |= ARKStepSetInterpolantType(s, ARK_INTERP_LAGRANGE);
+    bad |= implicit ? set_up_stages(in) : 0;
+    return bad == 0;
+}
+
+static ad_status open_integration(integration *in, const integrate_settings *settings,
+                                  ad_error *error)
+{
+    bool implicit = settings->method == INTEGRATE_IMPLICIT;
+    ad_status status = AD_OK;
+    size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
+    if (SUNContext_Create(NULL, &in->context) != 0) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
+    }
+    if (implicit) {
+        status = motion_system_create(in->motion, in->context, &in->system, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    status = events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    in->state = vector_create(rows, in->context);
+    in->sample = vector_create(rows, in->context);
+    if (!in->state || !in->sample) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
+    }
+    status = motion_initial(in->motion, N_VGetArrayPointer(in->state), error);
+    if (status != AD_OK) {
+        return status;
+    }
+    in->stepper =
+        ARKStepCreate(implicit ? NULL : rate, implicit ? rate : NULL, 0, in->state, in->context);
+    if (!in->stepper || !set_up(in, settings)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
+    }
+    if (settings->step > 0) {
+        ARKStepSetFixedStep(in->stepper, settings->step);
+        ARKStepSetMaxNonlinIters(in->stepper, 50); /* there is no shorter step to turn to */
+    } else if (!implicit) { /* error control sees what grows only when it has grown */
+        double steps;
+        status = integrate_explicit_steps(in->motion, &steps, error);
+        ARKStepSetMaxStep(in->stepper, 1 / steps);
+    }
+    in->quadrature = gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
+    return status;
+}
+
+/* ---- stepping ------------------------------------------------------------------------------ */
+
+/* The state at t within the last step, or at 0 before the first; NULL: see the error. */
+static double *state_at(integration *in, double t, bool has_stepped)
+{
+    double *state = N_VGetArrayPointer(has_stepped ? in->sample : in->state);
+    if ((has_stepped && ARKStepGetDky(in->stepper, t, 0, in->sample) != 0) ||
+        motion_at(in->motion, t, &in->error) != AD_OK) {
+        return NULL;
+    }
+    motion_prescribe(in->motion, state);
+    return state;
+}
+
+/* Work and dissipation from in->time to t, within the last step. */
+static bool integrate_power(integration *in, double t)
+{
+    const gauss_rule *rule = &in->quadrature;
+    double length = t - in->time;
+    for (int i = 0; length > 0 && i < rule->stages; i++) {
+        const double *state = state_at(in, in->time + length * rule->nodes[i], true);
+        if (!state) {
+            return false;
+        }
+        motion_power power = motion_power_of(in->motion, state);
+        in->work += length * rule->weights[i] * power.load;
+        in->dissipated += length * rule->weights[i] * power.dissipation;
+    }
+    in->time = t;
+    return true;
+}
+
+static bool record(integration *in, double t, bool has_stepped, double *to, solve_energy *energy)
+{
+    if (has_stepped && !integrate_power(in, t)) {
+        return false;
+    }
+    const double *state = state_at(in, t, has_stepped);
+    if (!state) {
+        return false;
+    }
+    memcpy(to, state, motion_nodes(in->motion) * MOTION_ROWS * sizeof *to);
+    motion_energy now = motion_energy_of(in->motion, state);
+    double expected = in->initial + in->work - in->dissipated;
+    *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
+                             now.kinetic + now.strain - expected};
+    return true;
+}
+
+/* One step, which ends at the next event or at the end. */
+static bool step(integration *in, double end, double *t)
+{
+    while (in->event < in->events && in->event_times[in->event] <= *t) {
+        in->event++;
+    }
+    double stop = in->event < in->events ? fmin(end, in->event_times[in->event]) : end;
+    return ARKStepSetStopTime(in->stepper, stop) >= 0 &&
+           ARKStepEvolve(in->stepper, stop, in->state, t, ARK_ONE_STEP) >= 0;
+}
+
+static bool run(integration *in, long steps_max, size_t count, const double *times, double *states,
+                solve_energy *energies, double *t)
+{
+    size_t rows = motion_nodes(in->motion) * MOTION_ROWS, done = 0;
+    const double *initial = state_at(in, 0, false);
+    if (!initial) {
+        return false;
+    }
+    motion_energy at_start = motion_energy_of(in->motion, initial);
+    in->initial = at_start.kinetic + at_start.strain;
+    for (long steps = 0; true; steps++) {
+        bool has_stepped = steps > 0;
+        for (; done < count && times[done] <= *t; done++) {
+            if (!record(in, times[done], has_stepped, states + done * rows, energies + done)) {
+                return false;
+            }
+        }
+        if (done == count) {
+            return true;
+        }
+        if (steps_max > 0 && steps == steps_max) {
+            snprintf(in->error.message, sizeof in->error.message, "%ld steps", steps);
+            return false;
+        }
+        if (has_stepped && !integrate_power(in, *t)) {
+            return false;
+        }
+        /* Within explicit steps the fastest vibrations are not resolved: stop at each time. */
+        if (!step(in, times[in->system ? count - 1 : done], t)) {
+            return false;
+        }
+    }
+}
+
+static void count_work(const integration *in, integrate_counts *counts)
+{
+    ARKStepGetNumSteps(in->stepper, &counts->steps);
+    ARKStepGetNumErrTestFails(in->stepper, &counts->failures);
+    if (in->system) {
+        ARKStepGetNumNonlinSolvIters(in->stepper, &counts->newton_steps);
+        ARKStepGetNumLinSolvSetups(in->stepper, &counts->matrices);
+    }
+}
+
+ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
+                    const double *times, double *states, solve_energy *energies,
+                    integrate_counts *counts, ad_error *error)
+{
+    integration in = {.motion = m, .tolerance = settings->tolerance};
+    *counts = (integrate_counts){0};
+    ad_status status = open_integration(&in, settings, error);
+    if (status == AD_OK &&
+        !run(&in, settings->steps_max, count, times, states, energies, &counts->time)) {
+        status = in.error.status != AD_OK ? in.error.status : AD_NOT_FINITE;
+        ad_fail(error, status, "time integration stopped at t = %g of %g: %s", counts->time,
+                times[count - 1], in.error.message);
+    }
+    if (in.stepper) {
+        count_work(&in, counts);
+    }
+    close_integration(&in);
+    return status;
+}
+
+/* ---- the fastest vibration ----------------------------------------------------------------- */
+
+/* d = J d, with J = d rate/d state; returns how much longer it is, and gives it length 1 again. */
+static double apply_jacobian(motion *m, size_t rows, const double *state, const double *its_rate,
+                             double *d, double *moved)
+{
+    const double by = 1e-7;
+    double length = 0;
+    for (size_t i = 0; i < rows; i++) {
+        moved[i] = state[i] + by * d[i];
+    }
+    motion_rate(m, moved, d);
+    for (size_t i = 0; i < rows; i++) {
+        d[i] = (d[i] - its_rate[i]) / by;
+        length += d[i] * d[i];
+    }
+    length = sqrt(length);
+    for (size_t i = 0; i < rows && length > 0; i++) {
+        d[i] /= length;
+    }
+    return length;
+}
+
+ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error)
+{
+    const double stable = 3; /* eigenvalue times step, on the imaginary axis */
+    size_t rows = motion_nodes(m) * MOTION_ROWS;
+    double *state = malloc(4 * rows * sizeof *state);
+    if (!state) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+    }
+    double *its_rate = state + rows, *d = its_rate + rows, *moved = d + rows, growth = 0;
+    ad_status status = motion_initial(m, state, error);
+    status = status == AD_OK ? motion_at(m, 0, error) : status;
+    if (status == AD_OK) {
+        motion_rate(m, state, its_rate);
+        for (size_t i = 0; i < rows; i++) {
+            d[i] = 0.01 * sin((double)(i * i));
+        }
+        for (int i = 0; i < 20; i++) { /* twice each: eigenvalues come as +-i omega */
+            growth = apply_jacobian(m, rows, state, its_rate, d, moved);
+            growth *= apply_jacobian(m, rows, state, its_rate, d, moved);
+        }
+    }
+    *steps = sqrt(growth) / stable;
+    free(state);
+    return status;
+}

@@ -1,0 +1,74 @@
+/* The equations of motion of a rod at the nodes of spectral elements: space made discrete, time
+ * not.
+ *
+ * Equal elements of one degree, with Legendre-Gauss-Lobatto points for nodes and quadrature.
+ * Unknown at each node: position r (world), rotation q, velocity V = r_t (world), spin w = 2 vec(q*
+ * q_t) (body). Strains follow from nodal values by differentiation, in each element: v = R^T r_s, u
+ * = 2 vec(q* q_s). With potential energy W(r, q), the sum over the quadrature points of
+ * 1/2 (v - v*) Kse (v - v*) + 1/2 (u - u*) Kbt (u - u*), the equations of motion at node j are
+ * those of Lagrange, whose mass is diagonal: weight_j rhoA V_t = -dW/dr_j + loads weight_j (rhoJ
+ * w_t + w x rhoJ w) = -(derivative of W by a rotation of node j about its body axes) + loads so
+ * that without damping and loads the discrete rod conserves energy, momentum and angular momentum
+ * exactly, and ends that give force and moment are natural. Damping acts on v_t and u_t, which are
+ * linear in V and w, through the same derivatives, so that it can only dissipate. q and r are
+ * polynomials in an element, so that strains do not change when the rod moves rigidly.
+ *
+ * At an end that holds position or rotation, these and their rates are what the model prescribes,
+ * whatever stands in the state. Quaternions of the state need not be unit. Numbers are
+ * dimensionless as in rod_model.h. */
+#ifndef PHYSICS_SOLVE_MOTION_H
+#define PHYSICS_SOLVE_MOTION_H
+
+#include "physics/solve/rod_model.h"
+#include "physics/solve/solve.h"
+
+/* Rows of the state of a node: [nodes][MOTION_ROWS]. */
+enum { MOTION_R = 0, MOTION_Q = 3, MOTION_V = 7, MOTION_W = 10, MOTION_ROWS = 13 };
+
+typedef struct motion motion;
+
+/* Borrows `rod`. lock: the stiffness, by EI/L^2 or EI, of strains that the model locks; what they
+ * still give way is n/lock. AD_BAD_INPUT for what this form cannot do: no rotary inertia. */
+ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
+                        motion **result, ad_error *error);
+void motion_free(motion *m);
+
+const solve_rod *motion_rod(const motion *m);
+size_t motion_nodes(const motion *m);
+int motion_degree(const motion *m);
+const double *motion_points(const motion *m);  /* s [nodes] */
+const double *motion_weights(const motion *m); /* of the quadrature over s [nodes] */
+
+/* state [nodes][MOTION_ROWS] at t = 0. */
+ad_status motion_initial(const motion *m, double *state, ad_error *error);
+
+/* Go to time t: loads and prescribed ends, for all that follows. Cheap when already there. */
+ad_status motion_at(motion *m, double t, ad_error *error);
+
+/* rate = d state/dt, both [nodes][MOTION_ROWS]; 0 where an end prescribes. */
+void motion_rate(motion *m, const double *state, double *rate);
+
+/* Put what the ends prescribe into the state, and make quaternions unit. */
+void motion_prescribe(const motion *m, double *state);
+
+/* Whether row `row` of `node` is prescribed. */
+bool motion_is_held(const motion *m, size_t node, int row);
+
+typedef struct motion_energy {
+    double kinetic, strain;
+} motion_energy;
+
+motion_energy motion_energy_of(motion *m, const double *state);
+
+/* load - dissipation is exactly the rate of kinetic + strain. */
+typedef struct motion_power {
+    double load;        /* of loads, and of what moves the ends */
+    double dissipation; /* of damping and drag, >= 0 */
+} motion_power;
+
+motion_power motion_power_of(motion *m, const double *state);
+
+/* At n points s [n], by the elements' polynomials through nodal values. */
+void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out);
+
+#endif

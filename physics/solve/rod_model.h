@@ -1,0 +1,115 @@
+/* A scene in numbers, for classical solvers: one rod, its ends, its loads.
+ *
+ * Dimensionless by the scales of rod_scales_of: s in [0, 1], t in units of scales.time (a static
+ * scene has t = 0), forces by EI/L^2, moments by EI/L; distributed ones by EI/L^3, EI/L^2. Frames
+ * and signs are those of physics/rod.h: r, N, f, l in the world, m, v, u, w in the body frame,
+ * quaternions (w, x, y, z) body to world.
+ *
+ * Formulas of the scene, and the loads that make a manufactured solution exact, are evaluated by
+ * the tape. The equations of the rod are not: solvers write them in plain C, so that they check
+ * those that networks are trained on. */
+#ifndef PHYSICS_SOLVE_ROD_MODEL_H
+#define PHYSICS_SOLVE_ROD_MODEL_H
+
+#include "physics/model.h"
+
+/* What one end gives: position or force, rotation or moment. */
+typedef struct solve_end {
+    bool holds_position, holds_rotation;
+    bool force_is_body;  /* N(end) = R(q) force, else force */
+    bool moment_is_body; /* m(end) = moment, else R(q)^T moment */
+} solve_end;
+
+/* The rod at one (s, t): the columns of its model, see physics/model.h. */
+typedef struct solve_state {
+    double position[3];  /* r, world */
+    double rotation[4];  /* q, unit */
+    double strain[3];    /* v, body */
+    double curvature[3]; /* u, body */
+    double force[3];     /* n, body */
+    double moment[3];    /* m, body */
+    double velocity[3];  /* r_t, world; 0 if static */
+    double spin[3];      /* w, body; 0 if static */
+} solve_state;
+
+typedef struct solve_rod {
+    scene scene; /* its texts belong to whoever filled the scene */
+    rod_scales scales;
+    bool dynamic;
+    double duration;                 /* in scales.time */
+    double strain_compliance[3];     /* Kse^-1, 0: locked */
+    double curvature_compliance[3];  /* Kbt^-1, 0: locked */
+    double strain_stiffness[3];      /* Kse, infinite: locked */
+    double curvature_stiffness[3];   /* Kbt */
+    double strain_damping[3];        /* Bse; damping, mass, inertia and drag are 0 if static */
+    double curvature_damping[3];     /* Bbt */
+    double mass;                     /* rhoA: 1 by the choice of the time */
+    double rotary_inertia[3];        /* rhoJ */
+    double drag;                     /* c: f = -c r_t, not part of solve_load */
+    bool has_body_load;              /* false: solve_load.body_* are 0 everywhere */
+    solve_end ends[2];               /* at s = 0 and 1 */
+    struct solve_functions *formula; /* opaque */
+} solve_rod;
+
+/* Unstressed strain v* and curvature u*; the imperfection is added to u* on the way to the loads.
+ */
+typedef struct solve_rest {
+    double strain[3], curvature[3], imperfection[3];
+} solve_rest;
+
+/* Distributed loads: f = force + R(q) body_force, l = moment + R(q) body_moment; gravity is in
+ * `force`. */
+typedef struct solve_load {
+    double force[3], moment[3];           /* world */
+    double body_force[3], body_moment[3]; /* follower */
+} solve_load;
+
+/* What is prescribed at an end: the pose counts where it is held, force and moment where not. Their
+ * signs are those of the internal N and m, so those of the outside at s = 1 and against it at s =
+ * 0. Rates are by t: r_t, w = 2 vec(q* q_t), r_tt, w_t. */
+typedef struct solve_end_state {
+    double position[3], rotation[4];
+    double velocity[3], spin[3];
+    double acceleration[3], spin_rate[3];
+    double force[3], moment[3]; /* frames: solve_end */
+} solve_end_state;
+
+typedef struct solve_initial {
+    double position[3], rotation[4]; /* the rotation is unit */
+    double velocity[3], spin[3];     /* r_t world, w body */
+} solve_initial;
+
+/* The scene must pass scene_check and rod_check. AD_NO_MEMORY, or what the tape says of a formula.
+ */
+ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error);
+void solve_rod_free(solve_rod *rod);
+
+/* At n points s [n], in any order; out [n]. They allocate only when n grows. One thread at a time
+ * for one rod. */
+ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, solve_rest *out,
+                         ad_error *error);
+ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
+                         ad_error *error);
+
+/* The same at points (s, t) of any times. */
+ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
+                          solve_load *out, ad_error *error);
+
+/* end: 0 or 1. */
+ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
+                        ad_error *error);
+
+/* The same at times t [n]; s [n]: where the end is, 0 or 1; out [n]. */
+ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
+                         solve_end_state *out, ad_error *error);
+
+/* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */
+ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
+                                 solve_end_state *out, ad_error *error);
+
+/* The state at t = 0; in a static scene, and where the scene does not give it, the unstressed shape
+ * that the held end implies, at rest. */
+ad_status solve_rod_initial(const solve_rod *rod, size_t n, const double *s, solve_initial *out,
+                            ad_error *error);
+
+#endif

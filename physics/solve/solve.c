@@ -1,0 +1,274 @@
+#include "physics/solve/solve.h"
+
+#include "physics/solve/beam.h"
+#include "physics/solve/dynamic.h"
+#include "physics/solve/static.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct solution {
+    rod_scales scales;
+    double duration; /* in units of time, as times; 0 if static */
+    solve_rod *rod;  /* of rods in space, and one of the two */
+    static_solution *at_rest;
+    dynamic_solution *moving;
+    solve_beam *beam; /* of beams of small deflection */
+    beam_solution *bent;
+    size_t count;
+    double *times; /* [count] ascending, each once; in units of the rod's time */
+};
+
+solve_settings solve_settings_default(const scene *rod_scene)
+{
+    bool hard = scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene);
+    bool stiff = hard && scene_locks_strains(rod_scene);
+    return (solve_settings){.tolerance = stiff ? 1e-4 : hard ? 1e-6 : 1e-10};
+}
+
+static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
+                                 const solve_settings *settings, solve_report *report,
+                                 ad_error *error)
+{
+    ad_status status = solve_rod_create(rod_scene, &x->rod, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!x->rod->dynamic) {
+        return static_solve(x->rod, settings, &x->at_rest, report, error);
+    }
+    status = dynamic_solve(x->rod, settings, x->count, x->times, &x->moving, report, error);
+    if (status != AD_BAD_INPUT) {
+        return status;
+    }
+    if (error) {
+        error->status = AD_BAD_ARGUMENT; /* no place in a file is known here */
+    }
+    return AD_BAD_ARGUMENT;
+}
+
+static ad_status solve_beam_scene(solution *x, const scene *beam_scene,
+                                  const solve_settings *settings, solve_report *report,
+                                  ad_error *error)
+{
+    ad_status status = solve_beam_create(beam_scene, &x->beam, error);
+    return status == AD_OK
+               ? beam_solve(x->beam, settings, x->count, x->times, &x->bent, report, error)
+               : status;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* All times, each once, and the end. */
+static ad_status gather_times(solution *x, size_t count, const double *times, ad_error *error)
+{
+    double end = x->duration;
+    x->times = malloc((count + 1) * sizeof *x->times);
+    if (!x->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
+    }
+    for (size_t i = 0; i < count; i++) {
+        x->times[i] = fmin(end, fmax(0, times[i] / x->scales.time));
+    }
+    x->times[count] = end;
+    qsort(x->times, count + 1, sizeof *x->times, ascending);
+    for (size_t i = 0; i <= count; i++) {
+        if (i == 0 || x->times[i] > x->times[x->count - 1]) {
+            x->times[x->count++] = x->times[i];
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
+                       size_t count, const double *times, solve_report *report, ad_error *error)
+{
+    ad_status status = AD_OK;
+    x->scales = rod_scales_of(rod_scene);
+    if (scene_is_dynamic(rod_scene)) {
+        x->duration = rod_scene->duration / x->scales.time;
+        status = gather_times(x, count, times, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    return scene_is_beam(rod_scene) ? solve_beam_scene(x, rod_scene, settings, report, error)
+                                    : solve_rod_scene(x, rod_scene, settings, report, error);
+}
+
+ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
+                          const double *times, solution **result, solve_report *report,
+                          ad_error *error)
+{
+    *result = NULL;
+    solution *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
+    }
+    ad_status status = solve(x, rod_scene, settings, count, times, report, error);
+    if (status != AD_OK) {
+        solution_free(x);
+        return status;
+    }
+    report->size = x->beam ? x->beam->deflection * beam_largest(x->bent) : x->scales.length;
+    *result = x;
+    return AD_OK;
+}
+
+void solution_free(solution *x)
+{
+    if (x) {
+        static_free(x->at_rest);
+        dynamic_free(x->moving);
+        solve_rod_free(x->rod);
+        beam_free(x->bent);
+        solve_beam_free(x->beam);
+        free(x->times);
+        free(x);
+    }
+}
+
+/* ---- values -------------------------------------------------------------------------------- */
+
+int solution_columns(const scene *rod_scene)
+{
+    const physics_model *model = model_of(rod_scene);
+    int count = 0;
+    while (count < model->column_count &&
+           (scene_is_dynamic(rod_scene) || !model->columns[count].of_motion)) {
+        count++;
+    }
+    return count;
+}
+
+/* What one unit of each column of a rod is in SI. */
+static void rod_units(const rod_scales *scale, double *units)
+{
+    const double of[8] = {scale->length,
+                          1,
+                          1,
+                          1 / scale->length,
+                          scale->force,
+                          scale->moment,
+                          scale->length / scale->time,
+                          1 / scale->time};
+    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < rows[i]; k++) {
+            *units++ = of[i];
+        }
+    }
+}
+
+static void beam_units(const solve_beam *beam, double *units)
+{
+    const rod_scales *scale = &beam->scales;
+    double slope = beam->deflection / scale->length;
+    const double of[] = {beam->deflection,
+                         slope,
+                         slope * scale->force,
+                         slope * scale->moment,
+                         beam->deflection / scale->time,
+                         slope / scale->time};
+    memcpy(units, of, sizeof of);
+}
+
+/* Doubles in the state of a model: its columns. */
+static size_t width_of(const solution *x)
+{
+    return (x->beam ? sizeof(beam_state) : sizeof(solve_state)) / sizeof(double);
+}
+
+/* Which of the times is t, in units of the scene's. */
+static size_t nearest_time(const solution *x, double t)
+{
+    size_t nearest = 0;
+    for (size_t i = 1; i < x->count; i++) {
+        nearest = fabs(x->times[i] - t) < fabs(x->times[nearest] - t) ? i : nearest;
+    }
+    return nearest;
+}
+
+/* At n points of one time; s [n] within [0, 1]; out [n][width]. */
+static ad_status states_at(const solution *x, size_t n, const double *s, double t, double *out,
+                           ad_error *error)
+{
+    if (x->bent) {
+        beam_at(x->bent, nearest_time(x, t), n, s, (beam_state *)out);
+        return AD_OK;
+    }
+    solve_state *states = (solve_state *)out;
+    return x->at_rest ? static_at(x->at_rest, n, s, states, error)
+                      : dynamic_at(x->moving, nearest_time(x, t), n, s, states, error);
+}
+
+/* out [points][width]; scaled [points]: room for s. */
+static ad_status all_states(const solution *x, size_t points, const double *s, const double *t,
+                            double *scaled, double *out, ad_error *error)
+{
+    bool still = x->duration == 0;
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < points; i++) {
+        scaled[i] = fmin(1, fmax(0, s[i] / x->scales.length));
+    }
+    for (size_t first = 0, end; status == AD_OK && first < points; first = end) {
+        for (end = first; end < points && (still || t[end] == t[first]); end++) {
+        }
+        status = states_at(x, end - first, scaled + first, still ? 0 : t[first] / x->scales.time,
+                           out + first * width_of(x), error);
+    }
+    return status;
+}
+
+_Static_assert(sizeof(solve_state) == MODEL_COLUMNS_MAX * sizeof(double), "a state is its columns");
+
+ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
+                            const double *t, double *values, ad_error *error)
+{
+    size_t width = width_of(x);
+    double *scaled = malloc(points * sizeof *scaled), units[MODEL_COLUMNS_MAX];
+    double *states = malloc(points * width * sizeof *states);
+    ad_status status = scaled && states
+                           ? all_states(x, points, s, t, scaled, states, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+    if (x->beam) {
+        beam_units(x->beam, units);
+    } else {
+        rod_units(&x->scales, units);
+    }
+    for (size_t i = 0; status == AD_OK && i < points; i++) {
+        for (int c = 0; c < columns; c++) { /* no -0 in a table */
+            values[(size_t)c * points + i] = states[i * width + (size_t)c] * units[c] + 0.0;
+        }
+    }
+    free(scaled);
+    free(states);
+    return status;
+}
+
+/* ---- energy -------------------------------------------------------------------------------- */
+
+ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error)
+{
+    const rod_scales *scale = &x->rod->scales;
+    double unit = scale->force * scale->length;
+    if (x->moving) {
+        *energy = dynamic_energies(x->moving)[nearest_time(x, t / scale->time)];
+    } else {
+        ad_status status = static_energy(x->at_rest, energy, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    double *parts[5] = {&energy->kinetic, &energy->strain, &energy->work, &energy->dissipated,
+                        &energy->mismatch};
+    for (int i = 0; i < 5; i++) {
+        *parts[i] *= unit;
+    }
+    return AD_OK;
+}

@@ -1,0 +1,209 @@
+#include "physics/solve/stability.h"
+
+#include "autodiff/dense.h"
+#include "physics/rod.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Columns of the model. */
+enum {
+    ELEMENTS = STABILITY_POINTS,
+    ROTATION = 3,
+    STRAIN = 7,
+    CURVATURE = 10,
+    FORCE = 13,
+    MOMENT = 16
+};
+
+/* The second variation as a matrix: axes unknowns at every node, then those of nu. */
+typedef struct variation {
+    int axes, axis[3]; /* the rod turns about these directors */
+    int pulls;         /* components of nu: 0, 2 or 3 */
+    int size;
+    double *matrix;                   /* [size][size], symmetric */
+    double stiffness[3], softness[3]; /* K, C */
+    double step;                      /* length of an element */
+} variation;
+
+static void cross(const double a[3], const double b[3], double result[3])
+{
+    for (int i = 0; i < 3; i++) {
+        result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Whether the question makes sense for this scene. */
+static bool is_asked(const scene *rod_scene, bool planar)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    bool moments = loads->moment[0] || loads->tip.moment[0] || loads->base.moment[0];
+    bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
+                     loads->base.frame == SCENE_FOLLOWER;
+    bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
+                 !scene_end_holds_rotation(rod_scene->end.type);
+    return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
+           (planar || (!moments && !turns));
+}
+
+/* R(q)^T R(p) e_k */
+static void turned(const double p[4], const double q[4], int k, double result[3])
+{
+    double w = q[0] * p[0] + q[1] * p[1] + q[2] * p[2] + q[3] * p[3], e[3] = {0, 0, 0}, first[3];
+    const double vector[3] = {q[0] * p[1] - p[0] * q[1] - (q[2] * p[3] - q[3] * p[2]),
+                              q[0] * p[2] - p[0] * q[2] - (q[3] * p[1] - q[1] * p[3]),
+                              q[0] * p[3] - p[0] * q[3] - (q[1] * p[2] - q[2] * p[1])};
+    e[k] = 1;
+    cross(vector, e, first);
+    cross(vector, first, result);
+    for (int i = 0; i < 3; i++) {
+        result[i] = e[i] + 2 * (w * first[i] + result[i]);
+    }
+}
+
+/* What one unknown is in the middle of an element: eta, a = eta_s + u x eta, R^T nu. */
+typedef struct direction {
+    int place;
+    double eta[3], bend[3], pull[3];
+} direction;
+
+/* The bilinear form of two directions at a state: v, u, n, m. */
+static double energy_of(const variation *x, const double (*state)[3], const direction *p,
+                        const direction *q)
+{
+    const double *v = state[0], *n = state[2], *m = state[3];
+    double pn[3], qn[3], pv[3], qv[3], ab[3], ba[3], sum = 0;
+    cross(p->eta, n, pn);
+    cross(q->eta, n, qn);
+    cross(p->eta, v, pv);
+    cross(q->eta, v, qv);
+    cross(p->bend, q->eta, ab);
+    cross(q->bend, p->eta, ba);
+    for (int i = 0; i < 3; i++) {
+        sum += x->stiffness[i] * p->bend[i] * q->bend[i];
+        sum -= x->softness[i] * (pn[i] - p->pull[i]) * (qn[i] - q->pull[i]);
+        sum += (pn[i] * qv[i] + qn[i] * pv[i]) / 2; /* -n.(eta x (eta x v)) */
+    }
+    return sum + (dot(m, ab) + dot(m, ba)) / 2 - dot(p->pull, qv) - dot(q->pull, pv);
+}
+
+/* Element k; state: v, u, n, m in its middle. */
+static void add_element(variation *x, int k, const double (*state)[3], const double base[4],
+                        const double rotation[4])
+{
+    direction all[9];
+    int count = 0;
+    for (int side = 0; side < 2; side++) {
+        for (int j = 0; j < x->axes; j++) {
+            direction *d = &all[count++];
+            *d = (direction){.place = (k + side) * x->axes + j};
+            d->eta[x->axis[j]] = 0.5;
+            cross(state[1], d->eta, d->bend);
+            d->bend[x->axis[j]] += (side ? 1 : -1) / x->step;
+        }
+    }
+    for (int j = 0, axis = 0; j < x->pulls; j++, axis++) {
+        direction *d = &all[count++];
+        axis += x->axes == 1 && axis == x->axis[0]; /* within the plane */
+        *d = (direction){.place = (ELEMENTS + 1) * x->axes + j};
+        turned(base, rotation, axis, d->pull);
+    }
+    for (int i = 0; i < count; i++) {
+        for (int j = 0; j < count; j++) {
+            x->matrix[all[i].place * x->size + all[j].place] +=
+                x->step * energy_of(x, state, &all[i], &all[j]);
+        }
+    }
+}
+
+static void hold_rotation(variation *x, int node)
+{
+    for (int j = 0; j < x->axes; j++) {
+        int place = node * x->axes + j;
+        for (int i = 0; i < x->size; i++) {
+            x->matrix[place * x->size + i] = x->matrix[i * x->size + place] = 0;
+        }
+        x->matrix[place * x->size + place] = 1;
+    }
+}
+
+static variation variation_of(const scene *rod_scene, const rod_plane *plane)
+{
+    scene_properties p = scene_properties_of(rod_scene);
+    bool held = scene_end_holds_position(rod_scene->start.type) &&
+                scene_end_holds_position(rod_scene->end.type);
+    variation x = {.axes = plane->is_planar ? 1 : 3,
+                   .axis = {plane->is_planar ? plane->director : 0, 1, 2},
+                   .step = rod_scene->rod.length / ELEMENTS};
+    double soft = fmin(p.curvature_stiffness[0], p.curvature_stiffness[1]);
+    x.pulls = !held ? 0 : plane->is_planar ? 2 : 3;
+    x.size = (ELEMENTS + 1) * x.axes + x.pulls;
+    for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
+        x.stiffness[i] = fmin(p.curvature_stiffness[i], 1e6 * soft);
+        x.softness[i] = 1 / p.strain_stiffness[i];
+    }
+    return x;
+}
+
+/* values [columns][ELEMENTS] in the middles of the elements. */
+static void assemble(variation *x, const scene *rod_scene, const double *values)
+{
+    double base[4] = {1, 0, 0, 0};
+    for (int k = 0; k < ELEMENTS; k++) {
+        double state[4][3], rotation[4];
+        for (int i = 0; i < 3; i++) {
+            state[0][i] = values[(STRAIN + i) * ELEMENTS + k];
+            state[1][i] = values[(CURVATURE + i) * ELEMENTS + k];
+            state[2][i] = values[(FORCE + i) * ELEMENTS + k];
+            state[3][i] = values[(MOMENT + i) * ELEMENTS + k];
+        }
+        for (int i = 0; i < 4; i++) {
+            rotation[i] = values[(ROTATION + i) * ELEMENTS + k];
+            base[i] = k ? base[i] : rotation[i];
+        }
+        add_element(x, k, (const double(*)[3])state, base, rotation);
+    }
+    if (scene_end_holds_rotation(rod_scene->start.type)) {
+        hold_rotation(x, 0);
+    }
+    if (scene_end_holds_rotation(rod_scene->end.type)) {
+        hold_rotation(x, ELEMENTS);
+    }
+}
+
+void stability_points(const scene *rod_scene, double *s)
+{
+    for (int k = 0; k < ELEMENTS; k++) {
+        s[k] = rod_scene->rod.length * (k + 0.5) / ELEMENTS;
+    }
+}
+
+ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
+{
+    *count = -1;
+    if (scene_is_beam(rod_scene)) {
+        return AD_OK;
+    }
+    rod_plane plane = rod_plane_of(rod_scene);
+    if (!is_asked(rod_scene, plane.is_planar)) {
+        return AD_OK;
+    }
+    variation x = variation_of(rod_scene, &plane);
+    x.matrix = calloc((size_t)x.size * (size_t)x.size, sizeof *x.matrix);
+    int *pivots = malloc((size_t)x.size * sizeof *pivots);
+    ad_status status = x.matrix && pivots ? AD_OK
+                                          : ad_fail(error, AD_NO_MEMORY,
+                                                    "out of memory for %d directions", x.size);
+    if (status == AD_OK) {
+        assemble(&x, rod_scene, values);
+        *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - x.pulls;
+    }
+    free(pivots);
+    free(x.matrix);
+    return status;
+}

@@ -1,0 +1,32 @@
+/* Is a static equilibrium a minimum of the energy, or only a place where the forces balance? */
+#ifndef PHYSICS_SOLVE_STABILITY_H
+#define PHYSICS_SOLVE_STABILITY_H
+
+#include "physics/scene.h"
+
+enum { STABILITY_POINTS = 128 };
+
+/* Where the shape has to be known: s [STABILITY_POINTS], m. */
+void stability_points(const scene *rod_scene, double *s);
+
+/* The number of independent ways in which the shape of a static scene gives way, of which values
+ * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/model.h), in SI; 0: it
+ * is stable, -1: not asked, as the scene moves or its loads have no energy: followers and, in
+ * space, moments. Counted among motions in the plane where the scene is planar.
+ *
+ * The second variation of the energy over rotations R exp(eta^), the strains at their best
+ * (Antman, Nonlinear Problems of Elasticity, ch. 9; with a = eta_s + u x eta, C = Kse^-1),
+ *
+ *   2 E = int a.K a + m.(a x eta) - n.(eta x (eta x v)) - (eta x n).C (eta x n) ds,
+ *
+ * on piecewise linear eta, 0 where an end holds the rotation. Where both ends hold the position, a
+ * constant nu changes N, for int R v to stay as it is:
+ *
+ *   2 E -> 2 E - int 2 R^T nu.(eta x v - C (eta x n)) + R^T nu.C R^T nu ds,
+ *
+ * and the count is that beyond one negative direction for each nu. By signs of pivots (Sylvester).
+ * AD_NO_MEMORY. */
+ad_status stability_count(const scene *rod_scene, const double *values, int *count,
+                          ad_error *error);
+
+#endif

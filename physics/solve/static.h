@@ -1,0 +1,26 @@
+/* Static equilibria of a rod: collocation (static_system.h), Newton's method (static_newton.h), and
+ * continuation from the unstressed rod to the loaded one. */
+#ifndef PHYSICS_SOLVE_STATIC_H
+#define PHYSICS_SOLVE_STATIC_H
+
+#include "physics/solve/rod_model.h"
+#include "physics/solve/solve.h"
+
+typedef struct static_solution static_solution;
+
+/* Follows the equilibria of the load, scaled from 0 to 1, from the unstressed rod on; where several
+ * exist it finds the one that this path leads to. A manufactured scene starts from its own solution
+ * instead. Then refines the mesh. AD_OK also when the path
+ * ends early: report->load_fraction is then below 1, and the solution that of this load; or when
+ * the tolerance is not met: report->estimate is above it. The rod must outlive the solution. */
+ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
+                       static_solution **result, solve_report *report, ad_error *error);
+void static_free(static_solution *x);
+
+/* At n points s [n] within [0, 1]; out [n]. */
+ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
+                    ad_error *error);
+
+ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error);
+
+#endif

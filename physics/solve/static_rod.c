@@ -1,0 +1,246 @@
+#include "physics/solve/static_rod.h"
+
+#include "physics/solve/quaternion.h"
+
+#include <string.h>
+
+typedef double matrix3[3][3];
+
+static void multiply(matrix3 a, const double *x, double *result)
+{
+    for (int i = 0; i < 3; i++) {
+        result[i] = a[i][0] * x[0] + a[i][1] * x[1] + a[i][2] * x[2];
+    }
+}
+
+static void multiply_transposed(matrix3 a, const double *x, double *result)
+{
+    for (int i = 0; i < 3; i++) {
+        result[i] = a[0][i] * x[0] + a[1][i] * x[1] + a[2][i] * x[2];
+    }
+}
+
+/* R(q) = (w^2 - |x|^2) I + 2 x x^T + 2 w x^ is quadratic: its derivatives by w and x are linear in
+ * q, and R = sum_k q_k R_k/2 (Euler). */
+static void rotation_of(const double *q, matrix3 rotation, matrix3 by_q[4])
+{
+    memset(by_q, 0, 4 * sizeof(matrix3));
+    memset(rotation, 0, sizeof(matrix3));
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        by_q[0][i][i] = 2 * q[0];
+        by_q[0][k][j] = 2 * q[1 + i]; /* 2 x^ */
+        by_q[0][j][k] = -2 * q[1 + i];
+        for (int row = 0; row < 3;
+             row++) { /* by x_i: -2 x_i I + 2 (e_i x^T + x e_i^T) + 2 w e_i^ */
+            by_q[1 + i][row][row] -= 2 * q[1 + i];
+            by_q[1 + i][i][row] += 2 * q[1 + row];
+            by_q[1 + i][row][i] += 2 * q[1 + row];
+        }
+        by_q[1 + i][k][j] += 2 * q[0];
+        by_q[1 + i][j][k] -= 2 * q[0];
+    }
+    for (int k = 0; k < 4; k++) {
+        for (int i = 0; i < 9; i++) {
+            rotation[i / 3][i % 3] += q[k] * by_q[k][i / 3][i % 3] / 2;
+        }
+    }
+}
+
+/* left [4][3]: q (0, x) = left x. */
+static void left_product(const double *q, double left[4][3])
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        left[0][i] = -q[1 + i];
+        left[1 + i][i] = q[0];
+        left[1 + k][j] = q[1 + i];
+        left[1 + j][k] = -q[1 + i];
+    }
+}
+
+static void strains(const static_point *at, const double *force, const double *moment,
+                    double *strain, double *curvature)
+{
+    for (int i = 0; i < 3; i++) {
+        strain[i] = at->rest.strain[i] + at->strain_compliance[i] * force[i];
+        curvature[i] = at->rest.curvature[i] + at->curvature_compliance[i] * moment[i];
+    }
+}
+
+void static_body_force(const double *y, double *force)
+{
+    matrix3 rotation, by_q[4];
+    rotation_of(y + STATIC_Q, rotation, by_q);
+    multiply_transposed(rotation, y + STATIC_N, force);
+}
+
+void static_strains(const static_point *at, const double *y, double *strain, double *curvature)
+{
+    double force[3];
+    static_body_force(y, force);
+    strains(at, force, y + STATIC_M, strain, curvature);
+}
+
+/* What a change of n by dn, of R by dR, does to r_s and m_s: a column of the jacobian. NULL: R
+ * stays.
+ */
+static void column(const static_point *at, matrix3 rotation, matrix3 turned, const double *force,
+                   const double *strain, const double *change, int index,
+                   double (*jacobian)[STATIC_ROWS])
+{
+    double stretched[3], moved[3], first[3], second[3], turning[3] = {0}, load[3] = {0};
+    for (int i = 0; i < 3; i++) {
+        stretched[i] = at->strain_compliance[i] * change[i];
+    }
+    multiply(rotation, stretched, moved);
+    vector_cross(stretched, force, first);
+    vector_cross(strain, change, second);
+    if (turned) {
+        double body[3];
+        multiply(turned, strain, turning);
+        multiply(turned, at->load.body_force, body);
+        multiply_transposed(turned, at->load.moment, load);
+        for (int i = 0; i < 3; i++) {
+            jacobian[STATIC_N + i][index] = -body[i];
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        jacobian[STATIC_R + i][index] = moved[i] + turning[i];
+        jacobian[STATIC_M + i][index] = -first[i] - second[i] - load[i];
+    }
+}
+
+static void differentiate(const static_point *at, const double *y, matrix3 rotation, matrix3 *by_q,
+                          const double *force, const double *strain, const double *curvature,
+                          double (*jacobian)[STATIC_ROWS])
+{
+    const double *q = y + STATIC_Q, *m = y + STATIC_M, *u = curvature;
+    double left[4][3] = {{0}}, change[3];
+    memset(jacobian, 0, STATIC_ROWS * sizeof *jacobian);
+    left_product(q, left);
+    for (int k = 0; k < 4; k++) {
+        multiply_transposed(by_q[k], y + STATIC_N, change);
+        column(at, rotation, by_q[k], force, strain, change, STATIC_Q + k, jacobian);
+    }
+    for (int k = 0; k < 3; k++) {
+        double compliance = at->curvature_compliance[k], first[3], second[3];
+        double bent[3] = {0}, unit[3] = {0};
+        column(at, rotation, NULL, force, strain, rotation[k], STATIC_N + k, jacobian);
+        bent[k] = compliance;
+        unit[k] = 1;
+        vector_cross(bent, m, first);
+        vector_cross(u, unit, second);
+        for (int i = 0; i < 3; i++) {
+            jacobian[STATIC_M + i][STATIC_M + k] = -first[i] - second[i];
+        }
+        for (int i = 0; i < 4; i++) {
+            jacobian[STATIC_Q + i][STATIC_M + k] = left[i][k] * compliance / 2;
+        }
+        /* q (0, u)/2 by q: the product with (0, u) from the right */
+        int j = (k + 1) % 3, l = (k + 2) % 3;
+        jacobian[STATIC_Q][STATIC_Q + 1 + k] = -u[k] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q] = u[k] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + j] = u[l] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + l] = -u[j] / 2;
+    }
+}
+
+void static_rate(const static_point *at, const double *y, double *rate,
+                 double (*jacobian)[STATIC_ROWS])
+{
+    const double *q = y + STATIC_Q, *m = y + STATIC_M;
+    matrix3 rotation, by_q[4];
+    double left[4][3] = {{0}}, n[3], v[3], u[3], load[3], body[3], bending[3], shearing[3];
+    rotation_of(q, rotation, by_q);
+    left_product(q, left);
+    multiply_transposed(rotation, y + STATIC_N, n);
+    strains(at, n, m, v, u);
+    multiply(rotation, v, rate + STATIC_R);
+    multiply(rotation, at->load.body_force, body);
+    multiply_transposed(rotation, at->load.moment, load);
+    vector_cross(u, m, bending);
+    vector_cross(v, n, shearing);
+    for (int i = 0; i < 4; i++) {
+        rate[STATIC_Q + i] = (left[i][0] * u[0] + left[i][1] * u[1] + left[i][2] * u[2]) / 2;
+    }
+    for (int i = 0; i < 3; i++) {
+        rate[STATIC_N + i] = -at->load.force[i] - body[i];
+        rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
+    }
+    if (jacobian) {
+        differentiate(at, y, rotation, by_q, n, v, u, jacobian);
+    }
+}
+
+/* ---- ends ---------------------------------------------------------------------------------- */
+
+/* 2 vec(p* q) times factor [3] added to three rows. */
+static void add_turn(const double *p, const double *q, const double *factor, double *rows,
+                     double (*jacobian)[STATIC_ROWS])
+{
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        double by[4];
+        by[0] = -p[1 + i];
+        by[1 + i] = p[0];
+        by[1 + j] = p[1 + k];
+        by[1 + k] = -p[1 + j];
+        for (int c = 0; c < 4; c++) {
+            rows[i] += 2 * factor[i] * by[c] * q[c];
+            jacobian[i][STATIC_Q + c] += 2 * factor[i] * by[c];
+        }
+    }
+}
+
+/* y[first ..] - given, or with the given turned by R or R^T. */
+static void add_difference(const double *given, int turn, int first, const double *y, double *rows,
+                           double (*jacobian)[STATIC_ROWS])
+{
+    matrix3 rotation, by_q[4];
+    double value[3];
+    rotation_of(y + STATIC_Q, rotation, by_q);
+    memcpy(value, given, sizeof value);
+    if (turn != 0) {
+        (turn > 0 ? multiply : multiply_transposed)(rotation, given, value);
+    }
+    for (int i = 0; i < 3; i++) {
+        rows[i] += y[first + i] - value[i];
+        jacobian[i][first + i] = 1;
+    }
+    for (int k = 0; k < 4 && turn != 0; k++) {
+        (turn > 0 ? multiply : multiply_transposed)(by_q[k], given, value);
+        for (int i = 0; i < 3; i++) {
+            jacobian[i][STATIC_Q + k] -= value[i];
+        }
+    }
+}
+
+void static_end_residual(const static_end *at, int end, const double *y, double *rows,
+                         double (*jacobian)[STATIC_ROWS])
+{
+    const double *q = y + STATIC_Q, ones[3] = {1, 1, 1};
+    int count = end ? STATIC_END_ROWS : STATIC_START_ROWS;
+    memset(rows, 0, (size_t)count * sizeof *rows);
+    memset(jacobian, 0, (size_t)count * sizeof *jacobian);
+    if (at->kind.holds_position) {
+        add_difference(at->position, 0, STATIC_R, y, rows, jacobian);
+    } else {
+        add_difference(at->force, at->kind.force_is_body, STATIC_N, y, rows, jacobian);
+    }
+    if (at->kind.holds_rotation) {
+        add_turn(at->rotation, q, ones, rows + 3, jacobian + 3);
+    } else {
+        int turn = at->kind.moment_is_body ? 0 : -1;
+        add_difference(at->moment, turn, STATIC_M, y, rows + 3, jacobian + 3);
+        double sign = end ? 1 : -1;
+        const double spring[3] = {sign * at->spring[0], sign * at->spring[1], sign * at->spring[2]};
+        add_turn(at->upright, q, spring, rows + 3, jacobian + 3);
+    }
+    if (!end) { /* |q| is the same everywhere */
+        rows[6] = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1;
+        for (int k = 0; k < 4; k++) {
+            jacobian[6][STATIC_Q + k] = 2 * q[k];
+        }
+    }
+}

@@ -1,0 +1,47 @@
+/* The static rod as a first-order system in s, written out in plain C, and its conditions at the
+ * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m,
+ *
+ *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
+ *
+ * (Antman, Nonlinear Problems of Elasticity, ch. 8; physics/rod.h). A locked strain is a compliance
+ * of 0. |q| is constant along any solution, so one end of the rod sets it to 1. */
+#ifndef PHYSICS_SOLVE_STATIC_ROD_H
+#define PHYSICS_SOLVE_STATIC_ROD_H
+
+#include "physics/solve/rod_model.h"
+
+/* y: r, q, N, m. */
+enum { STATIC_R = 0, STATIC_Q = 3, STATIC_N = 7, STATIC_M = 10, STATIC_ROWS = 13 };
+enum { STATIC_START_ROWS = 7, STATIC_END_ROWS = 6 }; /* conditions at s = 0, 1 */
+
+/* What the equations need at one s. */
+typedef struct static_point {
+    solve_rest rest;
+    solve_load load;
+    const double *strain_compliance, *curvature_compliance; /* [3] */
+} static_point;
+
+/* y_s, and d y_s/d y where jacobian is not NULL. */
+void static_rate(const static_point *at, const double *y, double *rate,
+                 double (*jacobian)[STATIC_ROWS]);
+
+/* What an end is held to. Springs about the directors turn a rod, whose rotation no end holds, to
+ * `upright`. */
+typedef struct static_end {
+    solve_end kind;
+    double position[3], rotation[4], force[3], moment[3];
+    double spring[3], upright[4];
+} static_end;
+
+/* rows [STATIC_START_ROWS or STATIC_END_ROWS], 0 where the end (0, 1) is met, and their derivatives
+ * by y. */
+void static_end_residual(const static_end *at, int end, const double *y, double *rows,
+                         double (*jacobian)[STATIC_ROWS]);
+
+/* v and u of a state y. */
+void static_strains(const static_point *at, const double *y, double *strain, double *curvature);
+
+/* n = R^T N */
+void static_body_force(const double *y, double *force);
+
+#endif

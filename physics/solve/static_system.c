@@ -1,0 +1,447 @@
+#include "physics/solve/static_system.h"
+
+#include "autodiff/dense.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sundials/sundials_band.h>
+
+enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
+
+typedef double jacobian[ROWS][ROWS];
+
+struct static_system {
+    const solve_rod *rod;
+    gauss_rule rule;
+    int elements, stages;
+    double *edges;      /* [elements + 1] */
+    double *points;     /* [elements][stages], s */
+    solve_rest *rest;   /* the same points */
+    solve_load *load;   /* the same, at full load */
+    static_end full[2]; /* at full load */
+    static_end bare[2]; /* unstressed */
+    static_end ends[2]; /* where the path is */
+    static_path path;
+    double strain_compliance[3];
+    double *rate;     /* [elements][stages][ROWS] */
+    jacobian *by_y;   /* [elements][stages] */
+    double *factor;   /* [elements][inner][inner], column-major */
+    int *pivots;      /* [elements][inner] */
+    double *by_start; /* [elements][ROWS][inner]: how the inner y follow the start */
+    double *inner;    /* [elements][inner] */
+    double start[STATIC_START_ROWS][ROWS], end[STATIC_END_ROWS][ROWS];
+    realtype **band; /* of y at the edges */
+    sunindextype *band_pivots;
+    double *right; /* [elements + 1][ROWS] */
+};
+
+static size_t inner_rows(const static_system *x)
+{
+    return (size_t)x->stages * ROWS;
+}
+
+size_t static_system_unknowns(const static_system *x)
+{
+    return ROWS + (size_t)x->elements * (inner_rows(x) + ROWS);
+}
+
+int static_system_elements(const static_system *x)
+{
+    return x->elements;
+}
+
+const double *static_system_edges(const static_system *x)
+{
+    return x->edges;
+}
+
+const gauss_rule *static_system_rule(const static_system *x)
+{
+    return &x->rule;
+}
+
+static double width(const static_system *x, int element)
+{
+    return x->edges[element + 1] - x->edges[element];
+}
+
+/* Index of the y at edge `element`; the inner ones of the element follow. */
+static size_t edge(const static_system *x, int element)
+{
+    return (size_t)element * (inner_rows(x) + ROWS);
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+void static_system_free(static_system *x)
+{
+    if (x) {
+        free(x->edges);
+        free(x->points);
+        free(x->rest);
+        free(x->load);
+        free(x->rate);
+        free(x->by_y);
+        free(x->factor);
+        free(x->pivots);
+        free(x->by_start);
+        free(x->inner);
+        if (x->band) {
+            SUNDlsMat_destroyMat(x->band);
+        }
+        free(x->band_pivots);
+        free(x->right);
+        free(x);
+    }
+}
+
+static bool allocate(static_system *x)
+{
+    size_t elements = (size_t)x->elements, points = elements * (size_t)x->stages;
+    size_t inner = inner_rows(x), edges = (elements + 1) * ROWS;
+    x->edges = malloc((elements + 1) * sizeof *x->edges);
+    x->points = malloc(points * sizeof *x->points);
+    x->rest = malloc(points * sizeof *x->rest);
+    x->load = malloc(points * sizeof *x->load);
+    x->rate = malloc(points * ROWS * sizeof *x->rate);
+    x->by_y = malloc(points * sizeof *x->by_y);
+    x->factor = malloc(elements * inner * inner * sizeof *x->factor);
+    x->pivots = malloc(elements * inner * sizeof *x->pivots);
+    x->by_start = malloc(elements * inner * ROWS * sizeof *x->by_start);
+    x->inner = malloc(elements * inner * sizeof *x->inner);
+    x->band = SUNDlsMat_newBandMat((sunindextype)edges, ABOVE, LOWER);
+    x->band_pivots = malloc(edges * sizeof *x->band_pivots);
+    x->right = malloc(edges * sizeof *x->right);
+    return x->edges && x->points && x->rest && x->load && x->rate && x->by_y && x->factor &&
+           x->pivots && x->by_start && x->inner && x->band && x->band_pivots && x->right;
+}
+
+/* The unstressed rod is where held ends set out from, and where a spring pulls to. */
+static ad_status set_ends(static_system *x, ad_error *error)
+{
+    solve_initial unstressed[2];
+    ad_status status = solve_rod_initial(x->rod, 2, (double[]){0, 1}, unstressed, error);
+    for (int i = 0; i < 2 && status == AD_OK; i++) {
+        solve_end_state given;
+        status = solve_rod_end(x->rod, i, 0, &given, error);
+        static_end *bare = &x->bare[i], *full = &x->full[i];
+        *bare = (static_end){.kind = x->rod->ends[i]};
+        memcpy(bare->position, unstressed[i].position, sizeof bare->position);
+        memcpy(bare->rotation, unstressed[i].rotation, sizeof bare->rotation);
+        memcpy(bare->upright, unstressed[i].rotation, sizeof bare->upright);
+        *full = *bare;
+        memcpy(full->position, given.position, sizeof full->position);
+        memcpy(full->rotation, given.rotation, sizeof full->rotation);
+        memcpy(full->force, given.force, sizeof full->force);
+        memcpy(full->moment, given.moment, sizeof full->moment);
+    }
+    return status;
+}
+
+static ad_status set_points(static_system *x, ad_error *error)
+{
+    size_t count = 0;
+    for (int e = 0; e < x->elements; e++) {
+        for (int i = 0; i < x->stages; i++) {
+            x->points[count++] = x->edges[e] + width(x, e) * x->rule.nodes[i];
+        }
+    }
+    ad_status status = solve_rod_rest(x->rod, count, x->points, x->rest, error);
+    return status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
+}
+
+ad_status static_system_create(const solve_rod *rod, int stages, int elements, const double *edges,
+                               static_system **result, ad_error *error)
+{
+    *result = NULL;
+    ad_status status = ad_dense_load(error);
+    if (status != AD_OK) {
+        return status;
+    }
+    static_system *x = calloc(1, sizeof *x);
+    if (x) {
+        *x = (static_system){
+            .rod = rod, .rule = gauss_rule_of(stages), .elements = elements, .stages = stages};
+    }
+    if (!x || !allocate(x)) {
+        static_system_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", stages * elements);
+    }
+    memcpy(x->edges, edges, ((size_t)elements + 1) * sizeof *edges);
+    status = set_points(x, error);
+    if (status == AD_OK) {
+        status = set_ends(x, error);
+    }
+    if (status != AD_OK) {
+        static_system_free(x);
+        return status;
+    }
+    static_system_set(x, &(static_path){.load = 1});
+    *result = x;
+    return AD_OK;
+}
+
+void static_system_points(const static_system *x, double *s)
+{
+    const double *from = x->points;
+    *s++ = 0;
+    for (int e = 0; e < x->elements; e++) {
+        for (int i = 0; i < x->stages; i++) {
+            *s++ = *from++;
+        }
+        *s++ = x->edges[e + 1];
+    }
+}
+
+ad_status static_system_guess(const static_system *x, double *y, ad_error *error)
+{
+    size_t count = static_system_unknowns(x) / ROWS;
+    double *s = malloc(count * sizeof *s);
+    solve_initial *shape = malloc(count * sizeof *shape);
+    solve_end_state *exact = calloc(count, sizeof *exact);
+    ad_status status = s && shape && exact ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    if (status == AD_OK) {
+        static_system_points(x, s);
+        status = solve_rod_initial(x->rod, count, s, shape, error);
+    }
+    if (status == AD_OK && scene_is_manufactured(&x->rod->scene)) {
+        status = solve_rod_manufactured(x->rod, count, s, 0, exact, error);
+    }
+    for (size_t i = 0; status == AD_OK && i < count; i++) {
+        double *to = y + i * ROWS;
+        memcpy(to + STATIC_R, shape[i].position, sizeof shape[i].position);
+        memcpy(to + STATIC_Q, shape[i].rotation, sizeof shape[i].rotation);
+        memcpy(to + STATIC_N, exact[i].force, sizeof exact[i].force);
+        memcpy(to + STATIC_M, exact[i].moment, sizeof exact[i].moment);
+    }
+    free(s);
+    free(shape);
+    free(exact);
+    return status;
+}
+
+/* ---- the path ------------------------------------------------------------------------------ */
+
+/* The rotation a share of the way from p to q, on the shorter arc (Shoemake 1985). */
+static void part_way(const double *p, const double *q, double share, double *result)
+{
+    double dot = 0, square = 0;
+    for (int i = 0; i < 4; i++) {
+        dot += p[i] * q[i];
+    }
+    double sign = dot < 0 ? -1 : 1, angle = acos(fmin(1, fabs(dot)));
+    double from = 1 - share, to = share;
+    if (angle > 1e-6) {
+        from = sin(from * angle) / sin(angle);
+        to = sin(to * angle) / sin(angle);
+    }
+    for (int i = 0; i < 4; i++) {
+        result[i] = from * p[i] + sign * to * q[i];
+        square += result[i] * result[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        result[i] /= sqrt(square);
+    }
+}
+
+void static_system_set(static_system *x, const static_path *path)
+{
+    double load = path->load;
+    x->path = *path;
+    for (int end = 0; end < 2; end++) {
+        const static_end *bare = &x->bare[end], *full = &x->full[end];
+        static_end *at = &x->ends[end];
+        *at = *full;
+        at->spring[0] = at->spring[1] = path->spring;
+        at->spring[2] = path->spring + path->twist_spring;
+        part_way(bare->rotation, full->rotation, load, at->rotation);
+        for (int i = 0; i < 3; i++) {
+            at->position[i] = (1 - load) * bare->position[i] + load * full->position[i];
+            at->force[i] = load * full->force[i];
+            at->moment[i] = load * full->moment[i];
+        }
+    }
+    memcpy(x->strain_compliance, x->rod->strain_compliance, sizeof x->strain_compliance);
+    x->strain_compliance[2] += path->stretch;
+}
+
+static static_point point_of(const static_system *x, size_t i)
+{
+    const solve_load *full = &x->load[i];
+    static_point at = {.rest = x->rest[i],
+                       .strain_compliance = x->strain_compliance,
+                       .curvature_compliance = x->rod->curvature_compliance};
+    for (int k = 0; k < 3; k++) {
+        at.load.force[k] = x->path.load * full->force[k];
+        at.load.moment[k] = x->path.load * full->moment[k];
+        at.load.body_force[k] = x->path.load * full->body_force[k];
+        at.load.body_moment[k] = x->path.load * full->body_moment[k];
+    }
+    for (int k = 0; k < 3; k++) {
+        at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
+    }
+    at.load.body_force[x->path.director] += x->path.perturbation;
+    return at;
+}
+
+/* ---- residual and derivatives -------------------------------------------------------------- */
+
+void static_system_residual(static_system *x, const double *y, double *residual)
+{
+    double unused[STATIC_START_ROWS][ROWS], *to = residual + STATIC_START_ROWS;
+    static_end_residual(&x->ends[0], 0, y, residual, unused);
+    for (int e = 0; e < x->elements; e++) {
+        const double *start = y + edge(x, e), *inner = start + ROWS;
+        double h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
+        for (int i = 0; i < x->stages; i++) {
+            static_point at = point_of(x, (size_t)(e * x->stages + i));
+            static_rate(&at, inner + i * ROWS, rate + i * ROWS, NULL);
+        }
+        for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
+            const double *a = i < x->stages ? x->rule.matrix[i] : x->rule.weights;
+            for (int k = 0; k < ROWS; k++) {
+                double sum = 0;
+                for (int j = 0; j < x->stages; j++) {
+                    sum += a[j] * rate[j * ROWS + k];
+                }
+                *to++ = inner[i * ROWS + k] - start[k] - h * sum;
+            }
+        }
+    }
+    static_end_residual(&x->ends[1], 1, y + edge(x, x->elements), to, unused);
+}
+
+void static_system_linearise(static_system *x, const double *y)
+{
+    double rows[STATIC_START_ROWS], rate[ROWS];
+    static_end_residual(&x->ends[0], 0, y, rows, x->start);
+    static_end_residual(&x->ends[1], 1, y + edge(x, x->elements), rows, x->end);
+    for (int e = 0; e < x->elements; e++) {
+        const double *inner = y + edge(x, e) + ROWS;
+        for (int i = 0; i < x->stages; i++) {
+            size_t p = (size_t)(e * x->stages + i);
+            static_point at = point_of(x, p);
+            static_rate(&at, inner + i * ROWS, rate, x->by_y[p]);
+        }
+    }
+}
+
+/* I - h a_ij J_j, column-major. */
+static void fill_inner(const static_system *x, int e, double *matrix)
+{
+    size_t n = inner_rows(x);
+    double h = width(x, e);
+    jacobian *by_y = x->by_y + e * x->stages;
+    for (int j = 0; j < x->stages; j++) {
+        for (int c = 0; c < ROWS; c++) {
+            double *to = matrix + (size_t)(j * ROWS + c) * n;
+            for (int i = 0; i < x->stages; i++) {
+                double factor = -h * x->rule.matrix[i][j];
+                for (int r = 0; r < ROWS; r++) {
+                    *to++ = factor * by_y[j][r][c] + (i == j && r == c);
+                }
+            }
+        }
+    }
+}
+
+/* to[ROWS] += h sum_j b_j J_j inner_j */
+static void add_end(const static_system *x, int e, const double *inner, double *to)
+{
+    double h = width(x, e);
+    for (int j = 0; j < x->stages; j++) {
+        const double *from = inner + j * ROWS, factor = h * x->rule.weights[j];
+        for (int r = 0; r < ROWS; r++) {
+            const double *row = x->by_y[e * x->stages + j][r];
+            double sum = 0;
+            for (int c = 0; c < ROWS; c++) {
+                sum += row[c] * from[c];
+            }
+            to[r] += factor * sum;
+        }
+    }
+}
+
+static void put(static_system *x, int row, int column, double value)
+{
+    x->band[column][row - column + ABOVE] = value;
+}
+
+static int factor_element(static_system *x, int e)
+{
+    size_t n = inner_rows(x);
+    double *matrix = x->factor + (size_t)e * n * n, *by_start = x->by_start + (size_t)e * n * ROWS;
+    int *pivots = x->pivots + (size_t)e * n, row = STATIC_START_ROWS + e * ROWS, column = e * ROWS;
+    fill_inner(x, e, matrix);
+    if (ad_dense_lu(n, matrix, pivots) != 0) {
+        return 1;
+    }
+    for (int c = 0; c < ROWS; c++) {
+        for (size_t i = 0; i < n; i++) {
+            by_start[(size_t)c * n + i] = i % ROWS == (size_t)c;
+        }
+    }
+    ad_dense_lu_solve(n, ROWS, matrix, pivots, by_start);
+    for (int c = 0; c < ROWS; c++) {
+        double end[ROWS] = {0};
+        end[c] = 1;
+        add_end(x, e, by_start + (size_t)c * n, end);
+        for (int r = 0; r < ROWS; r++) {
+            put(x, row + r, column + c, -end[r]);
+            put(x, row + r, column + ROWS + c, r == c);
+        }
+    }
+    return 0;
+}
+
+int static_system_factor(static_system *x)
+{
+    int size = (x->elements + 1) * ROWS, last = size - ROWS;
+    for (int c = 0; c < size; c++) {
+        memset(x->band[c], 0, (ABOVE + LOWER + 1) * sizeof **x->band);
+    }
+    for (int c = 0; c < ROWS; c++) {
+        for (int r = 0; r < STATIC_START_ROWS; r++) {
+            put(x, r, c, x->start[r][c]);
+        }
+        for (int r = 0; r < STATIC_END_ROWS; r++) {
+            put(x, last + STATIC_START_ROWS + r, last + c, x->end[r][c]);
+        }
+    }
+    for (int e = 0; e < x->elements; e++) {
+        if (factor_element(x, e) != 0) {
+            return 1;
+        }
+    }
+    return SUNDlsMat_bandGBTRF(x->band, size, UPPER, LOWER, ABOVE, x->band_pivots) != 0;
+}
+
+void static_system_solve(static_system *x, const double *right, double *step)
+{
+    size_t n = inner_rows(x);
+    int size = (x->elements + 1) * ROWS;
+    const double *from = right + STATIC_START_ROWS;
+    double *to = x->right + STATIC_START_ROWS;
+    memcpy(x->right, right, STATIC_START_ROWS * sizeof *right);
+    for (int e = 0; e < x->elements; e++, from += n + ROWS, to += ROWS) {
+        double *inner = x->inner + (size_t)e * n;
+        memcpy(inner, from, n * sizeof *from);
+        ad_dense_lu_solve(n, 1, x->factor + (size_t)e * n * n, x->pivots + (size_t)e * n, inner);
+        memcpy(to, from + n, ROWS * sizeof *from);
+        add_end(x, e, inner, to);
+    }
+    memcpy(to, from, STATIC_END_ROWS * sizeof *from);
+    SUNDlsMat_bandGBTRS(x->band, size, ABOVE, LOWER, x->band_pivots, x->right);
+    for (int e = 0; e <= x->elements; e++) {
+        const double *start = x->right + (size_t)e * ROWS;
+        memcpy(step + edge(x, e), start, ROWS * sizeof *start);
+        for (size_t i = 0; e < x->elements && i < n; i++) {
+            double sum = x->inner[(size_t)e * n + i];
+            for (int c = 0; c < ROWS; c++) {
+                sum += x->by_start[((size_t)e * ROWS + (size_t)c) * n + i] * start[c];
+            }
+            step[edge(x, e) + ROWS + i] = sum;
+        }
+    }
+}

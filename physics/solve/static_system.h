@@ -1,0 +1,53 @@
+/* The static rod on a mesh: collocation at Gauss points of elements, and one Newton step of it. The
+ * points within an element are eliminated element by element, what remains is a band matrix. */
+#ifndef PHYSICS_SOLVE_STATIC_SYSTEM_H
+#define PHYSICS_SOLVE_STATIC_SYSTEM_H
+
+#include "physics/solve/gauss.h"
+#include "physics/solve/static_rod.h"
+
+/* Where the path from the unstressed rod to the loaded one has arrived. */
+typedef struct static_path {
+    double load;         /* of the loads, and of the way of held ends from the unstressed shape */
+    double imperfection; /* factor of the one that the scene names */
+    double perturbation; /* body force per length */
+    int director;        /* along d1 (0) or d2 (1) */
+    double spring;       /* at the ends of a rod whose rotation none of them holds; EI/L */
+    double twist_spring; /* the same about the tangent alone */
+    double stretch;      /* axial compliance added; L^2/EI */
+} static_path;
+
+typedef struct static_system static_system;
+
+/* Elements between edges [elements + 1] from 0 to 1; the rod must outlive the system. */
+ad_status static_system_create(const solve_rod *rod, int stages, int elements, const double *edges,
+                               static_system **result, ad_error *error);
+void static_system_free(static_system *x);
+
+int static_system_elements(const static_system *x);
+const double *static_system_edges(const static_system *x);
+const gauss_rule *static_system_rule(const static_system *x);
+
+/* Unknowns: y at s = 0; then for each element y at its points and at its end. */
+size_t static_system_unknowns(const static_system *x);
+
+/* s of all of them, [unknowns/STATIC_ROWS]. */
+void static_system_points(const static_system *x, double *s);
+
+/* y of the unstressed rod; of a manufactured scene its solution. */
+ad_status static_system_guess(const static_system *x, double *y, ad_error *error);
+
+void static_system_set(static_system *x, const static_path *path);
+
+/* Left minus right sides [unknowns]: conditions at s = 0, equations of each element, conditions at
+ * s = 1. */
+void static_system_residual(static_system *x, const double *y, double *residual);
+
+/* Derivatives at y; factored: 0, or not when they are singular. */
+void static_system_linearise(static_system *x, const double *y);
+int static_system_factor(static_system *x);
+
+/* The step [unknowns] with J step = right. */
+void static_system_solve(static_system *x, const double *right, double *step);
+
+#endif

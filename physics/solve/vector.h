@@ -1,0 +1,19 @@
+/* Vectors for SUNDIALS whose loops this project compiles: those of its library are many times
+ * slower where a distribution builds it without optimisation, as Debian does. */
+#ifndef PHYSICS_SOLVE_VECTOR_H
+#define PHYSICS_SOLVE_VECTOR_H
+
+#include <nvector/nvector_serial.h>
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Serial, of `rows` numbers; NULL when memory runs out. Clones have the same loops. */
+N_Vector vector_create(size_t rows, SUNContext context);
+
+/* weight = 1 / (tolerance (1 + |x|)) */
+void vector_weigh(double tolerance, N_Vector x, N_Vector weight);
+
+bool vector_is_finite(N_Vector x);
+
+#endif

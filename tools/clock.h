@@ -1,8 +1,0 @@
-/* How long things take; for reports and time limits only, never in numerics. */
-#ifndef TOOLS_CLOCK_H
-#define TOOLS_CLOCK_H
-
-/* Seconds since a moment fixed while the machine runs; never goes back. */
-double wall_seconds(void);
-
-#endif

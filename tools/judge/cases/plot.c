@@ -1,0 +1,118 @@
+/* All cases in one picture, drawn by gnuplot from a script that holds its numbers. */
+#include "tools/files/file_bytes.h"
+#include "tools/judge/cases/cases.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Errors are drawn over logarithms; smaller ones are rounding. */
+static const double SMALLEST = 1e-16;
+
+static bool is_drawn(const cases_row *row)
+{
+    return !isnan(row->position) && row->seconds > 0;
+}
+
+/* Cases are numbered in the order of their first rows. */
+static int number_of(const cases_row *rows, size_t row)
+{
+    int number = 1;
+    for (size_t i = 1; i <= row; i++) {
+        number += rows[i].method <= rows[i - 1].method;
+    }
+    return number;
+}
+
+/* The larger of both, so that a rod that only twists has an error. */
+static double error_of(const cases_row *row)
+{
+    return fmax(SMALLEST, fmax(row->position, row->rotation)); /* fmax leaves NaN out */
+}
+
+static void print_points(FILE *file, const cases_row *rows, size_t count, cases_method method)
+{
+    fprintf(file, "$%s << END\n", cases_method_name(method));
+    for (size_t i = 0; i < count; i++) {
+        if (rows[i].method == method && is_drawn(&rows[i])) {
+            fprintf(file, "%.6g %.6g %d %s\n", rows[i].seconds, error_of(&rows[i]),
+                    number_of(rows, i), rows[i].name);
+        }
+    }
+    fprintf(file, "END\n");
+}
+
+/* From the network's point to the solver's. */
+static void print_links(FILE *file, const cases_row *rows, size_t count)
+{
+    fprintf(file, "$links << END\n");
+    for (size_t i = 1; i < count; i++) {
+        const cases_row *from = &rows[i - 1], *to = &rows[i];
+        if (number_of(rows, i) == number_of(rows, i - 1) && is_drawn(from) && is_drawn(to)) {
+            fprintf(file, "%.6g %.6g\n%.6g %.6g\n\n", from->seconds, error_of(from), to->seconds,
+                    error_of(to));
+        }
+    }
+    fprintf(file, "END\n");
+}
+
+/* Numbers and names beside the picture, in columns of LINES. */
+static void print_names(FILE *file, const cases_row *rows, size_t count)
+{
+    enum { LINES = 30 };
+    for (size_t i = 0; i < count; i++) {
+        int number = number_of(rows, i);
+        if (i == 0 || number != number_of(rows, i - 1)) {
+            fprintf(file,
+                    "set label '%d' at screen %.3f,%.3f right font ',10'\n"
+                    "set label '%s' at screen %.3f,%.3f left noenhanced font ',10'\n",
+                    number, 0.665 + 0.18 * ((number - 1) / LINES),
+                    0.90 - 0.027 * ((number - 1) % LINES), rows[i].name,
+                    0.67 + 0.18 * ((number - 1) / LINES), 0.90 - 0.027 * ((number - 1) % LINES));
+        }
+    }
+}
+
+static void print_script(FILE *file, const cases_row *rows, size_t count)
+{
+    fprintf(file, "# Error against run time of all cases, by cpinn-cases. In this folder: gnuplot "
+                  "cases.gp\n# Columns: seconds, error, number, name of the case.\n\n");
+    print_points(file, rows, count, CASES_PINN);
+    print_points(file, rows, count, CASES_SOLVER);
+    print_links(file, rows, count);
+    fprintf(file, "\nset terminal svg size 1100,640 dynamic font 'Helvetica,13' background rgb "
+                  "'white'\nset output 'cases.svg'\n"
+                  "set encoding utf8\nset logscale xy\nset format x '%%h'\nset format y "
+                  "'10^{%%T}'\nset xlabel 'run time (s)'\n"
+                  "set ylabel 'error: position, relative L2, or rotation, rad'\n"
+                  "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
+                  "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n"
+                  "set rmargin at screen 0.63\nset key at screen 0.66,0.97 left top "
+                  "horizontal Left reverse samplen 1\n");
+    print_names(file, rows, count);
+    fprintf(file, "\nplot $links using 1:2 with lines lw 0.7 lc rgb '#BBBBBB' notitle, \\\n");
+    fprintf(file, "     $solver using 1:2 with points pt 5 ps 0.7 lc rgb '#D55E00' title 'solver', "
+                  "\\\n     $pinn using 1:2 with points pt 7 ps 0.8 lc rgb '#0072B2' title 'pinn', "
+                  "\\\n");
+    fprintf(file, "     $solver using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle, \\\n"
+                  "     $pinn using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
+    fprintf(file, "\nset terminal pngcairo size 2200,1280 fontscale 1.9 linewidth 1.9 pointscale "
+                  "1.8\nset output 'cases.png'\nreplot\nunset output\n");
+}
+
+ad_status cases_plot_write(const cases_row *rows, size_t count, const char *folder, ad_error *error)
+{
+    char *text = NULL, path[4096];
+    size_t size = 0;
+    snprintf(path, sizeof path, "%s/cases.gp", folder);
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    print_script(file, rows, count);
+    ad_status status = fclose(file) == 0
+                           ? file_bytes_write(path, text, size, 1, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    free(text);
+    return status;
+}

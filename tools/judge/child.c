@@ -1,0 +1,101 @@
+#include "tools/judge/child.h"
+
+#include "tools/judge/signals.h"
+#include "tools/train/clock.h"
+
+#include <errno.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* All of the child's result, or less: it was late, or went another way. */
+static size_t receive(int from, double seconds, char *result, size_t size)
+{
+    size_t got = 0;
+    double until = wall_seconds() + seconds;
+    while (got < size) {
+        struct pollfd waiting = {.fd = from, .events = POLLIN};
+        double left = until - wall_seconds();
+        int ready = left > 0 ? poll(&waiting, 1, (int)(1000 * left) + 1) : 0;
+        if (ready < 0 && errno == EINTR && !signals_caught()) {
+            continue;
+        }
+        ssize_t more = ready > 0 ? read(from, result + got, size - got) : 0;
+        if (more <= 0) {
+            break;
+        }
+        got += (size_t)more;
+    }
+    return got;
+}
+
+static void send(int to, const char *result, size_t size)
+{
+    for (size_t sent = 0; sent < size;) {
+        ssize_t more = write(to, result + sent, size - sent);
+        if (more <= 0) {
+            return;
+        }
+        sent += (size_t)more;
+    }
+}
+
+static int wait_for(pid_t child)
+{
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return status;
+}
+
+/* The child has not told how it ended; where it has ended already, killing it does nothing. */
+static void report_end(pid_t child, char why[CHILD_WHY])
+{
+    kill(child, SIGKILL);
+    int status = wait_for(child);
+    snprintf(why, CHILD_WHY, WIFSIGNALED(status) ? "signal %d" : "exit status %d",
+             WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
+}
+
+ad_status child_run(void (*work)(const void *task, void *result), const void *task, void *result,
+                    size_t size, double seconds, child_end *end, char why[CHILD_WHY],
+                    ad_error *error)
+{
+    int ends[2];
+    char *received = malloc(size);
+    if (!received) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a result");
+    }
+    if (pipe(ends) != 0) {
+        free(received);
+        return ad_fail(error, AD_IO, "a pipe: %s", strerror(errno));
+    }
+    double began = wall_seconds();
+    fflush(NULL); /* or the child would have what is buffered as well */
+    pid_t child = fork();
+    if (child == 0) {
+        signal(SIGINT, SIG_DFL);
+        signal(SIGTERM, SIG_DFL);
+        close(ends[0]);
+        work(task, result);
+        send(ends[1], result, size);
+        _exit(0);
+    }
+    close(ends[1]);
+    bool told = child > 0 && receive(ends[0], seconds, received, size) == size;
+    close(ends[0]);
+    *end = told ? CHILD_TOLD : wall_seconds() - began >= seconds ? CHILD_LATE : CHILD_DIED;
+    if (told) {
+        wait_for(child);
+        memcpy(result, received, size);
+    } else if (child > 0) {
+        report_end(child, why);
+    }
+    free(received);
+    return child > 0 ? AD_OK : ad_fail(error, AD_IO, "a process: %s", strerror(errno));
+}

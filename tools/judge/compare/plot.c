@@ -1,0 +1,334 @@
+/* Pictures, drawn by gnuplot from a script that holds its numbers, so that it can be restyled. */
+#include "tools/judge/compare/compare.h"
+
+#include "tools/files/file_bytes.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Okabe & Ito's palette, which colour-blind readers can tell apart, without its yellow, which is
+ * too pale for a line: https://jfly.uni-koeln.de/color/. */
+static const char *const colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7",
+                                      "#E69F00", "#56B4E9", "#000000"};
+/* Curves of others are grey; their points tell them apart. */
+static const char *const greys[] = {"#333333", "#777777", "#999999"};
+static const int points[] = {5, 7, 9, 11, 13, 4, 6, 8, 10, 12};
+
+static const char *const dashes[] = {"solid", "(8,4)", "(2,3)", "(8,3,2,3)", "(16,4)"};
+
+enum { COLOURS = sizeof colours / sizeof *colours, DASHES = sizeof dashes / sizeof *dashes };
+
+/* ---- the script ---------------------------------------------------------------------------- */
+
+/* In gnuplot's single quotes a quote is doubled. */
+static void print_quoted(FILE *file, const char *text)
+{
+    fputc('\'', file);
+    for (; *text; text++) {
+        if (*text == '\'') {
+            fputc('\'', file);
+        }
+        fputc((unsigned char)*text < ' ' ? ' ' : *text, file);
+    }
+    fputc('\'', file);
+}
+
+/* What is drawn of a scene. */
+typedef struct drawing {
+    const compare_results *results;
+    int first, end; /* its cells */
+    bool many_methods, many_networks;
+    const compare_curves *curves;
+    double top; /* spreads without an upper end are drawn up to here */
+} drawing;
+
+static drawing drawing_of(const compare_results *results, int scene, const compare_curves *curves,
+                          compare_band *band)
+{
+    drawing d = {.results = results, .curves = curves};
+    while (d.first < results->cell_count && results->cells[d.first].scene != scene) {
+        d.first++;
+    }
+    for (d.end = d.first; d.end < results->cell_count && results->cells[d.end].scene == scene;
+         d.end++) {
+        const compare_cell *cell = &results->cells[d.end];
+        d.many_methods = d.many_methods || strcmp(cell->method, results->cells[d.first].method);
+        d.many_networks = d.many_networks || strcmp(cell->network, results->cells[d.first].network);
+        compare_band_of(results, d.end, band);
+        for (size_t i = 0; i < band->count; i++) {
+            const compare_spread *spread = &band->errors[i];
+            d.top = fmax(d.top, isfinite(spread->high) ? spread->high : spread->median);
+        }
+    }
+    return d;
+}
+
+static bool print_band(FILE *file, const drawing *d, int cell, compare_band *band)
+{
+    compare_band_of(d->results, cell, band);
+    if (band->count == 0) {
+        return false;
+    }
+    fprintf(file, "$band%d << END\n", cell - d->first);
+    for (size_t i = 0; i < band->count; i++) {
+        const compare_spread *spread = &band->errors[i];
+        fprintf(file, "%.6g %.6g %.6g %.6g\n", band->seconds[i], spread->median, spread->low,
+                isfinite(spread->high) ? spread->high : d->top);
+    }
+    fprintf(file, "END\n");
+    return true;
+}
+
+static void print_curve(FILE *file, const compare_curve *curve, int index)
+{
+    fprintf(file, "$curve%d << END\n", index);
+    for (size_t i = 0; i < curve->count; i++) {
+        fprintf(file, "%.9g %.9g\n", curve->seconds[i], curve->errors[i]);
+    }
+    fprintf(file, "END\n");
+}
+
+static void print_axes(FILE *file, const drawing *d, const char *note)
+{
+    const compare_cell *cell = &d->results->cells[d->first];
+    fprintf(file, "set encoding utf8\nset logscale xy\n"
+                  "set format x '%%h'\nset format y '10^{%%T}'\n");
+    fprintf(file, "set xlabel 'run time (s)'\n");
+    fprintf(file, "set ylabel '%s'\n",
+            d->results->measure == COMPARE_ROTATION ? "rotation error (rad)"
+                                                    : compare_measure_text(d->results->measure));
+    fprintf(file, "set title ");
+    print_quoted(file, cell->scene_name);
+    fprintf(file, " noenhanced font ',15' offset 0,%s\n", *note ? "1" : "0");
+    if (*note) {
+        fprintf(file, "set label 1 ");
+        print_quoted(file, note);
+        fprintf(file, " at graph 0.5,1 center offset 0,0.8 noenhanced font ',10' tc rgb "
+                      "'#555555'\n");
+    }
+    fprintf(file,
+            "set tmargin 4.5\nset border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
+            "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n"
+            "set key outside right top Left reverse noenhanced samplen 2.6 spacing 1.35\n"
+            "set style fill transparent solid 0.16 noborder\n\n");
+}
+
+static void print_title(FILE *file, const drawing *d, const compare_cell *cell)
+{
+    char title[2 * COMPARE_NAME + 2];
+    bool has_network = cell->parameters > 0; /* the solver has none */
+    bool both = d->many_methods && d->many_networks && has_network;
+    snprintf(title, sizeof title, "%s%s%s",
+             d->many_methods || !d->many_networks ? cell->method : "", both ? ", " : "",
+             d->many_networks && has_network ? cell->network : "");
+    print_quoted(file, title);
+}
+
+static bool same(const drawing *d, bool methods, int a, int b)
+{
+    const compare_cell *x = &d->results->cells[a], *y = &d->results->cells[b];
+    return strcmp(methods ? x->method : x->network, methods ? y->method : y->network) == 0;
+}
+
+/* How many other methods, or networks, come before that of the cell. */
+static int index_of(const drawing *d, bool methods, int cell)
+{
+    int index = 0;
+    for (int i = d->first; !same(d, methods, i, cell); i++) {
+        bool fresh = true;
+        for (int k = d->first; k < i; k++) {
+            fresh = fresh && !same(d, methods, k, i);
+        }
+        index += fresh;
+    }
+    return index;
+}
+
+/* Colours tell methods apart and dashes networks; with one method, colours tell networks apart. */
+static const char *colour_of(const drawing *d, int cell)
+{
+    return colours[index_of(d, d->many_methods, cell) % COLOURS];
+}
+
+static const char *dash_of(const drawing *d, int cell)
+{
+    return dashes[d->many_methods ? index_of(d, false, cell) % DASHES : 0];
+}
+
+/* Spreads first, lines above them, so that no line is veiled. */
+static void print_plot(FILE *file, const drawing *d, const bool *drawn)
+{
+    const char *separator = "plot ";
+    for (int i = d->first; i < d->end; i++) {
+        if (drawn[i - d->first]) {
+            fprintf(file, "%s$band%d using 1:3:4 with filledcurves fc rgb '%s' notitle", separator,
+                    i - d->first, colour_of(d, i));
+            separator = ", \\\n     ";
+        }
+    }
+    for (int i = d->first; i < d->end; i++) {
+        if (drawn[i - d->first]) {
+            fprintf(file, "%s$band%d using 1:2 with lines lw 2.2 dt %s lc rgb '%s' title ",
+                    separator, i - d->first, dash_of(d, i), colour_of(d, i));
+            print_title(file, d, &d->results->cells[i]);
+            separator = ", \\\n     ";
+        }
+    }
+    for (int i = 0; i < d->curves->count; i++) {
+        fprintf(file,
+                "%s$curve%d using 1:2 with linespoints lw 1.4 dt (6,4) pt %d ps 0.9 lc rgb '%s' "
+                "title ",
+                separator, i, points[i % (int)(sizeof points / sizeof *points)],
+                greys[i % (int)(sizeof greys / sizeof *greys)]);
+        print_quoted(file, d->curves->curves[i].name);
+        separator = ", \\\n     ";
+    }
+    fputc('\n', file);
+}
+
+static ad_status print_script(FILE *file, const compare_results *results, int scene,
+                              const compare_curves *curves, const char *note, ad_error *error)
+{
+    compare_band *band = malloc(sizeof *band);
+    bool *drawn = calloc((size_t)results->cell_count + 1, sizeof *drawn);
+    if (!band || !drawn) {
+        free(band);
+        free(drawn);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    }
+    drawing d = drawing_of(results, scene, curves, band);
+    const char *name = results->cells[d.first].scene_name;
+    fprintf(
+        file,
+        "# Error against training time, by cpinn-bench. In this folder: gnuplot %s.gp\n"
+        "# $band: seconds, median, smallest and largest over seeds; $curve: seconds, error.\n\n",
+        name);
+    for (int i = d.first; i < d.end; i++) {
+        drawn[i - d.first] = print_band(file, &d, i, band);
+    }
+    for (int i = 0; i < curves->count; i++) {
+        print_curve(file, &curves->curves[i], i);
+    }
+    fprintf(file, "\nset terminal svg size 860,520 dynamic font 'Helvetica,13' background rgb "
+                  "'white'\nset output ");
+    char output[COMPARE_NAME + 8];
+    snprintf(output, sizeof output, "%s.svg", name);
+    print_quoted(file, output);
+    fputc('\n', file);
+    print_axes(file, &d, note);
+    print_plot(file, &d, drawn);
+    fprintf(file, "\nset terminal pngcairo size 1720,1040 fontscale 1.9 linewidth 1.9 pointscale "
+                  "1.8\nset output ");
+    snprintf(output, sizeof output, "%s.png", name);
+    print_quoted(file, output);
+    fprintf(file, "\nreplot\nunset output\n");
+    free(band);
+    free(drawn);
+    return AD_OK;
+}
+
+ad_status compare_plot_write(const compare_results *results, int scene,
+                             const compare_curves *curves, const char *note, const char *folder,
+                             ad_error *error)
+{
+    char *text = NULL, path[4096];
+    size_t size = 0;
+    const char *name = "";
+    for (int i = results->cell_count - 1; i >= 0; i--) {
+        name = results->cells[i].scene == scene ? results->cells[i].scene_name : name;
+    }
+    snprintf(path, sizeof path, "%s/%s.gp", folder, name);
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    ad_status status = print_script(file, results, scene, curves, note, error);
+    if (fclose(file) != 0 && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    if (status == AD_OK) {
+        status = file_bytes_write(path, text, size, 1, error);
+    }
+    free(text);
+    return status;
+}
+
+/* ---- gnuplot ------------------------------------------------------------------------------- */
+
+enum { NOT_FOUND = 127 };
+
+/* In the child: never returns. */
+static void become_gnuplot(const char *folder, const char *script, int complaints)
+{
+    if (dup2(complaints, STDERR_FILENO) < 0 || chdir(folder) != 0) {
+        _exit(1);
+    }
+    char *arguments[] = {"gnuplot", (char *)script, NULL};
+    execvp(arguments[0], arguments);
+    _exit(errno == ENOENT ? NOT_FOUND : 1);
+}
+
+/* Reads to the end; keeps the line of gnuplot that says what is wrong, "...: line 3: ...". */
+static void read_complaint(int from, char complaint[160])
+{
+    char text[4096];
+    size_t length = 0;
+    ssize_t got;
+    while ((got = read(from, text + length, sizeof text - 1 - length)) > 0) {
+        length += (size_t)got;
+        length = length < sizeof text - 1 ? length : sizeof text / 2;
+    }
+    text[length] = '\0';
+    char *line = strstr(text, " line ");
+    line = line ? line + 1 : text;
+    while (*line == '\n') {
+        line++;
+    }
+    line[strcspn(line, "\n")] = '\0';
+    snprintf(complaint, 160, "%.159s", line);
+}
+
+static int run_gnuplot(const char *folder, const char *script, char complaint[160])
+{
+    int pipes[2], status = 0;
+    complaint[0] = '\0';
+    if (pipe(pipes) != 0) {
+        return -1;
+    }
+    fflush(NULL); /* or the child would have what is buffered as well */
+    pid_t child = fork();
+    if (child == 0) {
+        close(pipes[0]);
+        become_gnuplot(folder, script, pipes[1]);
+    }
+    close(pipes[1]);
+    if (child > 0) {
+        read_complaint(pipes[0], complaint);
+        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+        }
+    }
+    close(pipes[0]);
+    return child > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+ad_status compare_plot_draw(const char *scene_name, const char *folder, ad_error *error)
+{
+    char script[COMPARE_NAME + 8], complaint[160];
+    snprintf(script, sizeof script, "./%s.gp", scene_name); /* a name may begin with - */
+    int status = run_gnuplot(folder, script, complaint);
+    if (status == NOT_FOUND) {
+        return ad_fail(
+            error, AD_IO,
+            "no picture, gnuplot is not installed; once it is: (cd %.300s && gnuplot %s)", folder,
+            script + 2);
+    }
+    return status == 0
+               ? AD_OK
+               : ad_fail(error, AD_IO,
+                         "no picture, gnuplot failed: %s; to see: (cd %.200s && gnuplot %s)",
+                         *complaint ? complaint : "it says nothing", folder, script);
+}

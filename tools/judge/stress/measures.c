@@ -1,0 +1,120 @@
+/* What is measured of an answer beside its error of position against a reference. */
+#include "tools/judge/stress/methods.h"
+
+#include "physics/expression.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* Points along the rod; columns of rods. */
+enum { ALONG = 65, FORCE = 13, MOMENT = 16, VELOCITY = 19, SPIN = 22 };
+
+static void points_along(const scene *rod_scene, double s[ALONG])
+{
+    for (int k = 0; k < ALONG; k++) {
+        s[k] = rod_scene->rod.length * k / (ALONG - 1);
+    }
+}
+
+void stress_instants(const scene *rod_scene, double t[STRESS_INSTANTS])
+{
+    for (int j = 0; j < STRESS_INSTANTS; j++) {
+        t[j] = rod_scene->duration * j / (STRESS_INSTANTS - 1);
+    }
+}
+
+ad_status stress_rotation(const stress_answer *a, double *error, ad_error *reason)
+{
+    (void)reason;
+    *error = stress_errors(a).rotation;
+    return AD_OK;
+}
+
+/* ---- energy -------------------------------------------------------------------------------- */
+
+static void tip_force(const scene *rod_scene, double t, double force[3])
+{
+    for (int i = 0; i < 3; i++) {
+        const char *text = rod_scene->loads.tip.force[i];
+        force[i] = text ? expression_evaluate(text, 0, t) : 0;
+    }
+}
+
+/* The first instant from which on the force at the tip stays what it is. */
+static int last_change(const scene *rod_scene)
+{
+    double last[3], now[3];
+    tip_force(rod_scene, rod_scene->duration, last);
+    for (int i = STRESS_INSTANTS - 1; i >= 0; i--) {
+        tip_force(rod_scene, rod_scene->duration * i / (STRESS_INSTANTS - 1), now);
+        if (now[0] != last[0] || now[1] != last[1] || now[2] != last[2]) {
+            return i + 1;
+        }
+    }
+    return 0;
+}
+
+typedef struct energy {
+    double kinetic, potential;
+} energy;
+
+/* values [columns][ALONG]; Simpson's rule. */
+static energy energy_of(const scene *rod_scene, const double *values)
+{
+    scene_properties p = scene_properties_of(rod_scene);
+    energy sum = {0, 0};
+    double force[3];
+    tip_force(rod_scene, rod_scene->duration, force);
+    for (int k = 0; k < ALONG; k++) {
+        double weight = rod_scene->rod.length / (ALONG - 1) / 3 *
+                        (k == 0 || k == ALONG - 1 ? 1
+                         : k % 2                  ? 4
+                                                  : 2);
+        for (int i = 0; i < 3; i++) {
+            double velocity = values[(VELOCITY + i) * ALONG + k];
+            double spin = values[(SPIN + i) * ALONG + k];
+            double n = values[(FORCE + i) * ALONG + k], m = values[(MOMENT + i) * ALONG + k];
+            double stretch = isfinite(p.strain_stiffness[i]) ? n * n / p.strain_stiffness[i] : 0;
+            double bend = isfinite(p.curvature_stiffness[i]) ? m * m / p.curvature_stiffness[i] : 0;
+            sum.kinetic +=
+                weight / 2 *
+                (p.mass_per_length * velocity * velocity + p.rotary_inertia[i] * spin * spin);
+            sum.potential +=
+                weight * ((stretch + bend) / 2 -
+                          p.mass_per_length * rod_scene->loads.gravity[i] * values[i * ALONG + k]);
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        sum.potential -= force[i] * values[i * ALONG + ALONG - 1];
+    }
+    return sum;
+}
+
+ad_status stress_energy_drift(const stress_answer *a, double *error, ad_error *reason)
+{
+    const scene *rod_scene = stress_scene(a);
+    double s[ALONG], t[ALONG], times[STRESS_INSTANTS], values[MODEL_COLUMNS_MAX * ALONG];
+    double first = 0, drift = 0, kinetic = 0;
+    int from = last_change(rod_scene);
+    points_along(rod_scene, s);
+    stress_instants(rod_scene, times);
+    for (int j = from; j < STRESS_INSTANTS; j++) {
+        for (int k = 0; k < ALONG; k++) {
+            t[k] = times[j];
+        }
+        ad_status status = stress_values(a, ALONG, s, t, values, reason);
+        if (status != AD_OK) {
+            return status;
+        }
+        energy now = energy_of(rod_scene, values);
+        double sum = now.kinetic + now.potential;
+        first = j == from ? sum : first;
+        drift = isnan(sum) ? NAN : fmax(drift, fabs(sum - first));
+        kinetic = fmax(kinetic, now.kinetic);
+        if (isnan(drift)) {
+            break;
+        }
+    }
+    *error = drift / kinetic;
+    return AD_OK;
+}

@@ -1,0 +1,245 @@
+#include "tools/programs/cli.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *cli_version(void)
+{
+    return CPINN_VERSION;
+}
+
+static void print_line(const char *program, const char *middle, const char *format,
+                       va_list arguments)
+{
+    fflush(stdout);
+    fprintf(stderr, "%s: %s", program, middle);
+    vfprintf(stderr, format, arguments);
+    fputc('\n', stderr);
+}
+
+int cli_fail(const char *program, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    print_line(program, "", format, arguments);
+    va_end(arguments);
+    return CLI_BAD;
+}
+
+int cli_fail_error(const char *program, const ad_error *error)
+{
+    if (error->status == AD_BAD_INPUT) {
+        fflush(stdout);
+        fprintf(stderr, "%s\n", error->message);
+        return CLI_BAD;
+    }
+    return cli_fail(program, "%s", error->message);
+}
+
+int cli_refuse(const char *program, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    return error->status == AD_NO_MEMORY ? 1 : CLI_BAD;
+}
+
+int cli_fail_training(const char *program, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    return 1;
+}
+
+void cli_warn(const char *program, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    print_line(program, "warning: ", format, arguments);
+    va_end(arguments);
+}
+
+/* ---- help ---------------------------------------------------------------------------------- */
+
+enum { HELP_COLUMN = 24 };
+
+/* Indented by HELP_COLUMN, the first line after what stands there already. */
+static void print_help_text(const char *text, int column)
+{
+    printf("%*s", column < HELP_COLUMN - 1 ? HELP_COLUMN - column : 2, "");
+    for (; *text; text++) {
+        putchar(*text);
+        if (*text == '\n') {
+            printf("%*s", HELP_COLUMN, "");
+        }
+    }
+    putchar('\n');
+}
+
+static void print_option(const cli_option *option)
+{
+    int column = printf("  %s%s%s", option->name, option->value ? " " : "",
+                        option->value ? option->value : "");
+    print_help_text(option->help, column);
+}
+
+static void print_help(const cli_program *program, const cli_option *options, int count)
+{
+    printf("usage: %s %s%s[options]\n\n%s\n\noptions:\n", program->name,
+           program->operand ? program->operand : "",
+           program->operands  ? "... "
+           : program->operand ? " "
+                              : "",
+           program->summary);
+    for (int i = 0; i < count; i++) {
+        print_option(&options[i]);
+    }
+    print_option(&(cli_option){.name = "--help", .help = "this text"});
+    print_option(&(cli_option){.name = "--version", .help = "the version"});
+    if (program->epilogue) {
+        printf("\n%s\n", program->epilogue);
+    }
+    if (program->more) {
+        putchar('\n');
+        program->more(stdout);
+    }
+}
+
+/* ---- parsing ------------------------------------------------------------------------------- */
+
+static bool parse_number(const char *text, double *value)
+{
+    char *end;
+    errno = 0;
+    *value = strtod(text, &end);
+    return end != text && *end == '\0' && errno == 0 && isfinite(*value);
+}
+
+static int store(const char *program, const cli_option *option, const char *text)
+{
+    double value;
+    bool whole = option->kind == CLI_INTEGER;
+    cli_list *list = option->target;
+    switch (option->kind) {
+    case CLI_FLAG:
+        *(bool *)option->target = true;
+        return CLI_RUN;
+    case CLI_TEXT:
+        *(const char **)option->target = text;
+        return CLI_RUN;
+    case CLI_LIST:
+        if (list->count == CLI_LIST_MAX) {
+            return cli_fail(program, "%s: given more than %d times", option->name, CLI_LIST_MAX);
+        }
+        list->texts[list->count++] = text;
+        return CLI_RUN;
+    default:
+        break;
+    }
+    if (!parse_number(text, &value) || value < option->low || value > option->high ||
+        (whole && value != floor(value))) {
+        return cli_fail(program, "%s %s: allowed: %s, %g to %g", option->name, text,
+                        whole ? "an integer" : "a number", option->low, option->high);
+    }
+    if (whole) {
+        *(int *)option->target = (int)value;
+    } else {
+        *(double *)option->target = value;
+    }
+    return CLI_RUN;
+}
+
+static const cli_option *find(const cli_option *options, int count, const char *name, size_t length)
+{
+    for (int i = 0; i < count; i++) {
+        if (strlen(options[i].name) == length && strncmp(options[i].name, name, length) == 0) {
+            return &options[i];
+        }
+    }
+    return NULL;
+}
+
+/* The option at argv[*at], and its value, which may be the next argument. */
+static int take_option(const char *program, const cli_option *options, int count, int argc,
+                       char **argv, int *at)
+{
+    const char *name = argv[*at];
+    const char *equals = strchr(name, '=');
+    size_t length = equals ? (size_t)(equals - name) : strlen(name);
+    const cli_option *option = find(options, count, name, length);
+    if (!option) {
+        return cli_fail(program, "unknown option %s; --help lists the options", name);
+    }
+    if (!option->value) {
+        return equals ? cli_fail(program, "%s takes no value", option->name)
+                      : store(program, option, NULL);
+    }
+    if (!equals && *at + 1 >= argc) {
+        return cli_fail(program, "%s: a value is missing: %s %s", name, name, option->value);
+    }
+    return store(program, option, equals ? equals + 1 : argv[++*at]);
+}
+
+static bool asked_for(int argc, char **argv, const char *name)
+{
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        if (strcmp(argv[i], name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+int cli_parse(const cli_program *program, const cli_option *options, int count, int argc,
+              char **argv, const char **operand)
+{
+    bool only_operands = false;
+    *operand = NULL;
+    if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {
+        print_help(program, options, count);
+        return 0;
+    }
+    if (asked_for(argc, argv, "--version")) {
+        printf("%s %s\n", program->name, cli_version());
+        return 0;
+    }
+    for (int i = 1; i < argc; i++) {
+        int status = CLI_RUN;
+        if (!only_operands && strcmp(argv[i], "--") == 0) {
+            only_operands = true;
+        } else if (!only_operands && argv[i][0] == '-' && argv[i][1]) {
+            status = take_option(program->name, options, count, argc, argv, &i);
+        } else if (!program->operand) {
+            status = cli_fail(program->name, "%s: only options are expected", argv[i]);
+        } else if (program->operands && program->operands->count == CLI_LIST_MAX) {
+            status = cli_fail(program->name, "%s: more than %d are given", program->operand,
+                              CLI_LIST_MAX);
+        } else if (program->operands) {
+            *operand = program->operands->texts[program->operands->count++] = argv[i];
+        } else if (*operand) {
+            status = cli_fail(program->name, "%s: one %s is expected, %s is the second", argv[i],
+                              program->operand, argv[i]);
+        } else {
+            *operand = argv[i];
+        }
+        if (status != CLI_RUN) {
+            return status;
+        }
+    }
+    if (program->operand && !*operand) {
+        return cli_fail(program->name, "%s is missing; --help explains", program->operand);
+    }
+    return CLI_RUN;
+}
+
+bool cli_grid(const char *text, bool dynamic, long *ns, long *nt)
+{
+    char *end;
+    *nt = dynamic ? 0 : 1;
+    *ns = strtol(text, &end, 10);
+    if (*end == 'x' && end[1] >= '0' && end[1] <= '9') {
+        *nt = strtol(end + 1, &end, 10);
+    }
+    return *text >= '0' && *text <= '9' && *end == '\0' && *ns > 0 && *nt > 0 &&
+           *ns <= CLI_GRID_MAX && *nt <= CLI_GRID_MAX / *ns && (dynamic || *nt == 1);
+}

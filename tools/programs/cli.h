@@ -1,0 +1,77 @@
+/* The command line of the programs: a table of options, --help and --version, and errors on one
+ * line of stderr. */
+#ifndef TOOLS_PROGRAMS_CLI_H
+#define TOOLS_PROGRAMS_CLI_H
+
+#include "autodiff/error.h"
+
+#include <stdbool.h>
+#include <stdio.h>
+
+enum {
+    CLI_RUN = -1, /* the arguments are fine: go on */
+    CLI_BAD = 2,  /* exit status of bad arguments, bad input, and whatever else fails */
+    CLI_LIST_MAX = 128
+};
+
+typedef enum cli_kind {
+    CLI_FLAG,    /* bool */
+    CLI_TEXT,    /* const char * */
+    CLI_LIST,    /* cli_list: may be given again and again */
+    CLI_INTEGER, /* int within low .. high */
+    CLI_NUMBER   /* double within low .. high */
+} cli_kind;
+
+typedef struct cli_list {
+    int count;
+    const char *texts[CLI_LIST_MAX];
+} cli_list;
+
+typedef struct cli_option {
+    const char *name;  /* "--out" */
+    const char *value; /* "FILE"; NULL for a flag */
+    cli_kind kind;
+    void *target; /* where the value goes; its default is there already */
+    double low, high;
+    const char *help; /* lines separated by \n */
+} cli_option;
+
+typedef struct cli_program {
+    const char *name;         /* "cpinn-eval" */
+    const char *operand;      /* "CONFIG.yaml"; exactly one is expected. NULL: none */
+    const char *summary;      /* what it does; lines */
+    const char *epilogue;     /* after the options, may be NULL */
+    void (*more)(FILE *file); /* prints more help, may be NULL */
+    cli_list *operands;       /* where one or more operands go; NULL: there is only one */
+} cli_program;
+
+/* `options` [count], without --help and --version, which every program has. Values are given as
+ * "--out FILE" or "--out=FILE"; "--" ends the options. The texts are those of argv. Returns CLI_RUN
+ * with *operand set (the last of several), or the exit status after having printed help, version or
+ * one line of error. */
+int cli_parse(const cli_program *program, const cli_option *options, int count, int argc,
+              char **argv, const char **operand);
+
+/* One line on stderr; returns CLI_BAD. An ad_error of bad input begins with its place in a file and
+ * is printed as it is, any other after the name of the program. */
+int cli_fail(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
+int cli_fail_error(const char *program, const ad_error *error);
+
+/* The same for programs that train: before anything has been trained, bad input and files that
+ * cannot be had are CLI_BAD, out of memory is 1; later everything is 1. */
+int cli_refuse(const char *program, const ad_error *error);
+int cli_fail_training(const char *program, const ad_error *error);
+
+/* A remark on stderr that does not end the program. */
+void cli_warn(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+enum { CLI_GRID_MAX = 100000000 }; /* points */
+
+/* Points along s and t from "NSxNT", or "NS" in a static scene, where *nt is 1; false: anything
+ * else, or too many. */
+bool cli_grid(const char *text, bool dynamic, long *ns, long *nt);
+
+/* The project's version, "0.1.0". */
+const char *cli_version(void);
+
+#endif

@@ -1,0 +1,531 @@
+/* cpinn-bench: error against run time, by method and network; see --help. */
+#include "tools/files/file_bytes.h"
+#include "tools/judge/compare/compare.h"
+#include "tools/judge/signals.h"
+#include "tools/programs/cli.h"
+#include "tools/train/run.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char program[] = "cpinn-bench";
+
+static const char summary[] =
+    "Train each CONFIG.yaml by several methods from several seeds, and show the error against the\n"
+    "reference over training time: as a table, as CSV and HDF5, and as a picture drawn by gnuplot.";
+
+static const char epilogue[] =
+    "Examples\n"
+    "  cpinn-bench configs/elastica.yaml\n"
+    "  cpinn-bench configs/elastica.yaml --methods lbfgs,gauss_newton --networks 2x8,2x16,2x32\n"
+    "  cpinn-bench configs/elastica.yaml --methods gauss_newton:50 --networks f8,f16,f32\n"
+    "  cpinn-bench configs/elastica.yaml --methods config,slow=adam:1000+lbfgs:9000 --seconds 5\n"
+    "  cpinn-bench configs/elastica.yaml --methods config,solver        networks and cpinn-solve\n"
+    "  cpinn-bench configs/cantilever_dynamic.yaml --error tip \\\n"
+    "      --curve configs/reference/cantilever_ramp_solvers.csv\n"
+    "\n"
+    "Training time includes recording and compiling the equations and leaves out evaluating the\n"
+    "error, which is done at least 5% of time apart. Runs go one after another, all methods with\n"
+    "one seed before the next seed, after an untimed step of each. Ctrl-C ends the run at hand "
+    "and\n"
+    "writes what there is.\n"
+    "\n"
+    "DIR receives\n"
+    "  runs.csv, .h5          every row of every run: scene, method, network, seed, seconds, ...\n"
+    "  summary.csv, .h5       a row for each line of the table; inf: not reached\n"
+    "  curves.csv, .h5        best error so far over seconds: median, smallest, largest over "
+    "seeds\n"
+    "  SCENE.gp, .svg, .png   the picture, and the gnuplot script to restyle it\n"
+    "  about.txt              what was run\n"
+    "\n"
+    "A curve to lay beside is a table with columns seconds and error, and name if it holds "
+    "several\n"
+    "curves; lines that begin with # are comments.\n"
+    "\n"
+    "Exit status: 0 done, 1 out of memory or a file cannot be written, 2 bad input, 130 or 143\n"
+    "stopped by a signal. A run with a number that is not finite is counted as failed.\n"
+    "\n"
+    "Methods";
+
+static void print_methods(FILE *file)
+{
+    compare_method_help(file);
+}
+
+typedef struct options {
+    cli_list configs, overrides, curves;
+    const char *methods, *networks, *out, *error;
+    int seeds, threads;
+    double seconds;
+    bool quiet;
+} options;
+
+/* What a cell is made of. */
+typedef struct planned {
+    int scene, method, network;
+} planned;
+
+/* Everything there is. */
+typedef struct bench {
+    const options *o;
+    compare_measure measure;
+    compare_method methods[COMPARE_METHODS_MAX];
+    compare_network networks[COMPARE_NETWORKS_MAX];
+    int method_count, network_count;
+    compare_curves curves;
+    planned *plan;       /* [cells], scene by scene; the solver has no network, and one cell */
+    compare_cell *cells; /* [cells] */
+    uint64_t *seeds;     /* [cells], the first of each */
+    compare_results results;
+    char folder[3800];
+} bench;
+
+static void say(const bench *b, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void say(const bench *b, const char *format, ...)
+{
+    va_list arguments;
+    if (!b->o->quiet) {
+        va_start(arguments, format);
+        vprintf(format, arguments);
+        va_end(arguments);
+        fflush(stdout);
+    }
+}
+
+/* ---- what to train ------------------------------------------------------------------------- */
+
+/* The overrides of one run: the method's stages, those of the user, the network, the seed. */
+typedef struct assembled {
+    const char *texts[CLI_LIST_MAX + 5];
+    char seed[48];
+} assembled;
+
+static compare_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
+{
+    const compare_method *method = &b->methods[b->plan[cell].method];
+    const compare_network *network = &b->networks[b->plan[cell].network];
+    int n = 0;
+    if (*method->override) {
+        texts->texts[n++] = method->override;
+    }
+    for (int i = 0; i < b->o->overrides.count; i++) {
+        texts->texts[n++] = b->o->overrides.texts[i];
+    }
+    if (*network->hidden) {
+        texts->texts[n++] = network->hidden;
+    }
+    if (*network->features) {
+        texts->texts[n++] = network->features;
+    }
+    if (seed) {
+        snprintf(texts->seed, sizeof texts->seed, "training.seed=%llu", (unsigned long long)*seed);
+        texts->texts[n++] = texts->seed;
+    }
+    texts->texts[n++] = "output.every=1000000000"; /* rows come by time instead */
+    return (compare_task){.path = b->o->configs.texts[b->plan[cell].scene],
+                          .overrides = texts->texts,
+                          .override_count = n,
+                          .threads = b->o->threads,
+                          .seconds = b->o->seconds,
+                          .quiet = b->o->quiet,
+                          .is_solver = method->is_solver};
+}
+
+/* --set must not undo what tells the runs apart. */
+static ad_status check_overrides(const bench *b, ad_error *error)
+{
+    for (int i = 0; i < b->o->overrides.count; i++) {
+        const char *text = b->o->overrides.texts[i];
+        for (int k = 0; k < b->method_count; k++) {
+            if (strncmp(text, "training.stages=", 16) == 0 && *b->methods[k].override) {
+                return ad_fail(error, AD_BAD_INPUT,
+                               "--set training.stages: the stages are those of --methods; allowed: "
+                               "--methods config, or a method such as fast=adam:300+lbfgs:2000");
+            }
+        }
+        for (int k = 0; k < b->network_count; k++) {
+            if (strncmp(text, "network.fourier.features", 24) == 0 && *b->networks[k].features) {
+                return ad_fail(error, AD_BAD_INPUT,
+                               "--set network.fourier.features: the features are those of "
+                               "--networks; allowed: one of the two");
+            }
+        }
+        if (strncmp(text, "network.hidden", 14) == 0 && b->o->networks) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "--set network.hidden: the layers are those of "
+                           "--networks; allowed: one of the two");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status parse_measure(bench *b, ad_error *error)
+{
+    for (int i = 0; i < COMPARE_MEASURES; i++) {
+        if (strcmp(b->o->error, compare_measure_name((compare_measure)i)) == 0) {
+            b->measure = (compare_measure)i;
+            return AD_OK;
+        }
+    }
+    return ad_fail(error, AD_BAD_INPUT, "--error %.100s: allowed: position, tip, rotation",
+                   b->o->error);
+}
+
+static ad_status read_plan(bench *b, ad_error *error)
+{
+    char names[256];
+    compare_method_names(names, sizeof names);
+    ad_status status = parse_measure(b, error);
+    if (status == AD_OK) {
+        status = compare_methods_parse(b->o->methods ? b->o->methods : names, b->methods,
+                                       &b->method_count, error);
+    }
+    if (status == AD_OK) {
+        status = compare_networks_parse(b->o->networks, b->networks, &b->network_count, error);
+    }
+    if (status == AD_OK) {
+        status = check_overrides(b, error);
+    }
+    if (status == AD_OK && b->o->curves.count > 0 && b->o->configs.count > 1) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "--curve: a curve belongs to one scene; allowed: one "
+                         "CONFIG.yaml at a time");
+    }
+    for (int i = 0; status == AD_OK && i < b->o->curves.count; i++) {
+        status = compare_curves_read(&b->curves, b->o->curves.texts[i], error);
+    }
+    return status;
+}
+
+static ad_status check_names(const bench *b, int cell, ad_error *error)
+{
+    for (int i = 0; i < cell; i++) {
+        if (b->cells[i].scene != b->cells[cell].scene &&
+            strcmp(b->cells[i].scene_name, b->cells[cell].scene_name) == 0) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: a scene called %s is there already; give it another name: in the "
+                           "file",
+                           b->o->configs.texts[b->cells[cell].scene], b->cells[cell].scene_name);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status make_plan(bench *b, ad_error *error)
+{
+    int most = b->o->configs.count * b->method_count * b->network_count, count = 0;
+    b->plan = malloc((size_t)most * sizeof *b->plan);
+    for (int i = 0; b->plan && i < most; i++) {
+        planned cell = {i / (b->method_count * b->network_count),
+                        i / b->network_count % b->method_count, i % b->network_count};
+        if (cell.network == 0 || !b->methods[cell.method].is_solver) {
+            b->plan[count++] = cell;
+        }
+    }
+    b->results.cell_count = count;
+    return b->plan ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d runs", most);
+}
+
+/* Every combination once, so that what is wrong shows before anything is trained. */
+static ad_status rehearse(bench *b, ad_error *error)
+{
+    size_t cells = (size_t)b->results.cell_count, seeds = (size_t)b->o->seeds;
+    b->cells = calloc(cells, sizeof *b->cells);
+    b->seeds = calloc(cells, sizeof *b->seeds);
+    b->results.runs = calloc(cells * seeds, sizeof *b->results.runs);
+    if (!b->cells || !b->seeds || !b->results.runs) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu runs", cells * seeds);
+    }
+    b->results.measure = b->measure;
+    b->results.cells = b->cells;
+    for (int i = 0; i < (int)cells && !signals_caught(); i++) {
+        assembled texts;
+        compare_task task = task_of(b, i, NULL, &texts);
+        compare_cell *cell = &b->cells[i];
+        cell->scene = b->plan[i].scene;
+        strcpy(cell->method, b->methods[b->plan[i].method].name);
+        ad_status status = compare_rehearse(&task, b->measure, cell, &b->seeds[i], error);
+        if (status == AD_OK) {
+            status = check_names(b, i, error);
+        }
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- where it goes ------------------------------------------------------------------------- */
+
+static const char *name_of(const bench *b, int scene)
+{
+    int cell = 0;
+    while (b->plan[cell].scene != scene) {
+        cell++;
+    }
+    return b->cells[cell].scene_name;
+}
+
+static bool is_taken(const char *folder)
+{
+    static const char *const files[] = {"about.txt", "runs.csv", "summary.csv"};
+    char path[4000];
+    bool taken = false;
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        snprintf(path, sizeof path, "%s/%s", folder, files[i]);
+        taken = taken || access(path, F_OK) == 0;
+    }
+    return taken;
+}
+
+/* Results are never overwritten: a folder of the user's choice must be new to them, ours gets a
+ * number. */
+static ad_status choose_folder(bench *b, ad_error *error)
+{
+    char name[1024] = "";
+    if (b->o->out) {
+        size_t length = strlen(b->o->out);
+        if (length == 0 || length >= sizeof b->folder) {
+            return ad_fail(error, AD_BAD_INPUT, "--out: a path of %zu bytes; 1 to %zu are allowed",
+                           length, sizeof b->folder - 1);
+        }
+        strcpy(b->folder, b->o->out);
+        if (is_taken(b->folder)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: there are results already; choose another folder with --out",
+                           file_bytes_shown(b->folder));
+        }
+        return run_make_folder(b->folder, error);
+    }
+    for (int i = 0; i < b->o->configs.count; i++) {
+        size_t length = strlen(name);
+        snprintf(name + length, sizeof name - length, "%s%s", i ? "+" : "", name_of(b, i));
+    }
+    snprintf(b->folder, sizeof b->folder, "bench/%.200s", name);
+    for (int i = 2; is_taken(b->folder); i++) {
+        snprintf(b->folder, sizeof b->folder, "bench/%.200s-%d", name, i);
+    }
+    return run_make_folder(b->folder, error);
+}
+
+/* ---- training ------------------------------------------------------------------------------ */
+
+static void report(const bench *b, const compare_run *run, int number, int total)
+{
+    static const char *const ends[] = {"every stage ended", "time is up", "stopped", "failed"};
+    const compare_cell *cell = &b->cells[run->cell];
+    say(b, "[%d/%d] %s %s %s seed %llu: ", number, total, cell->scene_name, cell->method,
+        cell->network, (unsigned long long)run->seed);
+    if (run->count > 0) {
+        say(b, "error %.2e, ", run->rows[run->count - 1].errors[b->measure]);
+    }
+    say(b, "%.2f s, %lld steps, %s%s%s\n", run->seconds, (long long)run->steps, ends[run->end],
+        run->end == COMPARE_FAILED ? ": " : "", run->end == COMPARE_FAILED ? run->why : "");
+}
+
+/* Seeds outermost, so that what else the machine does is spread over the methods, and what there
+ * is after Ctrl-C compares. */
+static ad_status train_all(bench *b, ad_error *error)
+{
+    int total = b->results.cell_count * b->o->seeds;
+    for (int i = 0; i < total && !signals_caught(); i++) {
+        assembled texts;
+        compare_run *run = &b->results.runs[b->results.run_count];
+        run->cell = i % b->results.cell_count;
+        run->seed = b->seeds[run->cell] + (uint64_t)(i / b->results.cell_count);
+        compare_task task = task_of(b, run->cell, &run->seed, &texts);
+        b->results.run_count++;
+        ad_status status = task.is_solver ? compare_solve(&task, b->measure, run, error)
+                                          : compare_train(&task, run, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        report(b, run, i + 1, total);
+    }
+    return AD_OK;
+}
+
+/* ---- results ------------------------------------------------------------------------------- */
+
+static void print_about(FILE *file, const bench *b)
+{
+    const options *o = b->o;
+    fprintf(file, "%s %s\n\nscenes:\n", program, cli_version());
+    for (int i = 0; i < o->configs.count; i++) {
+        fprintf(file, "  %s\n", o->configs.texts[i]);
+    }
+    fprintf(file, "methods:\n");
+    for (int i = 0; i < b->method_count; i++) {
+        fprintf(file, "  %s = %s\n", b->methods[i].name,
+                *b->methods[i].stages     ? b->methods[i].stages
+                : b->methods[i].is_solver ? "classical, with more and more nodes"
+                                          : "the stages of the config");
+    }
+    fprintf(file, "networks: %s\n", o->networks ? o->networks : "of the configs");
+    for (int i = 0; i < o->overrides.count; i++) {
+        fprintf(file, "%s  %s\n", i ? "" : "set:\n", o->overrides.texts[i]);
+    }
+    for (int i = 0; i < o->curves.count; i++) {
+        fprintf(file, "%s  %s\n", i ? "" : "curves:\n", o->curves.texts[i]);
+    }
+    fprintf(file,
+            "seeds: %d\nthreads: %d%s\nlimit: %g s of training for each run\nerror: %s\n"
+            "runs: %d of %d\n",
+            o->seeds, o->threads, o->threads ? "" : " (one for each processor)", o->seconds,
+            compare_measure_text(b->measure), b->results.run_count,
+            b->results.cell_count * o->seeds);
+}
+
+static ad_status write_about(const bench *b, ad_error *error)
+{
+    char *text = NULL, path[4096];
+    size_t size = 0;
+    snprintf(path, sizeof path, "%s/about.txt", b->folder);
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    print_about(file, b);
+    ad_status status = fclose(file) == 0
+                           ? file_bytes_write(path, text, size, 1, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    free(text);
+    return status;
+}
+
+/* The line under the title; after a signal there are fewer seeds than asked for. */
+static void write_note(const bench *b, char note[160])
+{
+    long threads = b->o->threads ? b->o->threads : sysconf(_SC_NPROCESSORS_ONLN);
+    int cells = b->results.cell_count, runs = b->results.run_count;
+    int seeds = (runs + cells - 1) / cells;
+    const char *plural = threads == 1 ? "" : "s";
+    if (seeds > 1) {
+        snprintf(note, 160, "median of %s%d seeds, shaded from the best to the worst; %ld thread%s",
+                 runs % cells ? "up to " : "", seeds, threads, plural);
+    } else {
+        snprintf(note, 160, "one seed; %ld thread%s", threads, plural);
+    }
+}
+
+/* A picture for each scene. Without gnuplot there is none, which is a remark and no failure. */
+static ad_status draw(const bench *b, ad_error *error)
+{
+    char note[160];
+    bool drawn = true;
+    write_note(b, note);
+    for (int i = 0; i < b->o->configs.count; i++) {
+        ad_status status = compare_plot_write(&b->results, i, &b->curves, note, b->folder, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        ad_error why;
+        if (drawn && compare_plot_draw(name_of(b, i), b->folder, &why) != AD_OK) {
+            cli_warn(program, "%s", why.message);
+            drawn = false; /* said once */
+        }
+    }
+    say(b, "\n  %s/\n  %s/summary.csv, runs.csv, curves.csv, and each as .h5\n", b->folder,
+        b->folder);
+    for (int i = 0; drawn && i < b->o->configs.count; i++) {
+        const char *name = name_of(b, i);
+        say(b, "  %s/%s.png, %s.svg, %s.gp\n", b->folder, name, name, name);
+    }
+    return AD_OK;
+}
+
+/* What there is, also after a signal or a run that went wrong. */
+static ad_status finish(const bench *b, ad_error *error)
+{
+    if (!b->o->quiet) {
+        compare_print(stdout, &b->results);
+    }
+    ad_status status = compare_write(&b->results, b->folder, error);
+    if (status == AD_OK) {
+        status = write_about(b, error);
+    }
+    return status == AD_OK ? draw(b, error) : status;
+}
+
+static int run(bench *b)
+{
+    ad_error error = {AD_OK, ""};
+    if (read_plan(b, &error) != AD_OK || make_plan(b, &error) != AD_OK ||
+        rehearse(b, &error) != AD_OK || (!signals_caught() && choose_folder(b, &error) != AD_OK)) {
+        return cli_refuse(program, &error);
+    }
+    if (signals_caught()) {
+        return 128 + signals_caught();
+    }
+    say(b, "%d runs of at most %.3g s of training each -> %s\n",
+        b->results.cell_count * b->o->seeds, b->o->seconds, b->folder);
+    int result = train_all(b, &error) == AD_OK ? 0 : cli_fail_training(program, &error);
+    if (finish(b, &error) != AD_OK) {
+        return cli_fail_training(program, &error);
+    }
+    return signals_caught() ? 128 + signals_caught() : result;
+}
+
+static int parse(int count, char **arguments, options *o)
+{
+    const char *last;
+    const cli_program about = {program,  "CONFIG.yaml", summary,
+                               epilogue, print_methods, &o->configs};
+    const cli_option known[] = {
+        {"--methods", "LIST", CLI_TEXT, &o->methods, 0, 0,
+         "names from the table below and definitions, separated by\n"
+         "commas, as in lbfgs,fast=adam:300+gauss_newton:60 (all of the\n"
+         "table but config)"},
+        {"--networks", "LIST", CLI_TEXT, &o->networks, 0, 0,
+         "hidden layers x width, as in 2x16,3x32; random Fourier features\n"
+         "without hidden layers, as in f16,f64; or both, as in 2x16+f8\n"
+         "(that of the config)"},
+        {"--seeds", "N", CLI_INTEGER, &o->seeds, 1, COMPARE_SEEDS_MAX,
+         "runs of each, from the config's seed upwards (3)"},
+        {"--seconds", "S", CLI_NUMBER, &o->seconds, 1e-3, 1e6,
+         "limit of the training time of a run (10)"},
+        {"--error", "KIND", CLI_TEXT, &o->error, 0, 0,
+         "position: relative L2 over the reference (default); tip:\n"
+         "largest at s = L, over L; rotation: root mean square angle, rad"},
+        {"--curve", "[NAME=]FILE", CLI_LIST, &o->curves, 0, 0,
+         "a curve of another program to lay beside; may be repeated"},
+        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
+         "change one key of every scene, as in\n"
+         "--set training.stages[0].learning_rate=1e-3; may be repeated"},
+        {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"},
+        {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
+         "where the files go; results that are there are never\n"
+         "overwritten (bench/NAME, bench/NAME-2, ...)"},
+        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
+    return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
+}
+
+int main(int count, char **arguments)
+{
+    options o = {.seeds = 3, .seconds = 10, .error = "position"};
+    int result = parse(count, arguments, &o);
+    if (result != CLI_RUN) {
+        return result;
+    }
+    bench *b = calloc(1, sizeof *b);
+    if (!b) {
+        cli_fail(program, "out of memory");
+        return 1;
+    }
+    b->o = &o;
+    signals_catch();
+    result = run(b);
+    for (int i = 0; i < b->results.run_count; i++) {
+        compare_run_free(&b->results.runs[i]);
+    }
+    compare_curves_free(&b->curves);
+    free(b->results.runs);
+    free(b->plan);
+    free(b->cells);
+    free(b->seeds);
+    free(b);
+    return result;
+}

@@ -1,0 +1,237 @@
+/* cpinn-cases: every case by a network and classically, in one table; see --help. */
+#include "tools/files/file_bytes.h"
+#include "tools/judge/cases/cases.h"
+#include "tools/judge/compare/compare.h"
+#include "tools/judge/signals.h"
+#include "tools/programs/cli.h"
+#include "tools/train/run.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const char program[] = "cpinn-cases";
+
+static const char summary[] =
+    "Solve each CONFIG.yaml, and every one in each FOLDER, twice: by the network that it "
+    "describes,\n"
+    "as cpinn-train does, and classically, as cpinn-solve does with its default tolerance. One "
+    "row\n"
+    "for each: the error against the reference of the scene, the run time, and what was left out\n"
+    "because the scene does not need it.";
+
+static const char epilogue[] =
+    "Examples\n"
+    "  cpinn-cases configs/cases/buckled_1.yaml configs/elastica.yaml\n"
+    "  cpinn-cases configs/cases --out cases\n"
+    "\n"
+    "position is the relative L2 error of r over the points of the reference, of a beam that of\n"
+    "its deflection; rotation is the root mean square of the angle, in rad. Where the reference\n"
+    "is the solver's own (reference: solve), the solver shows the error that it estimates. Run\n"
+    "time is everything from reading the file to the solution, with recording, compiling and\n"
+    "loading OpenBLAS, but without comparing. size is what is solved: of a network its unknowns\n"
+    "and equations at a point, of the solver nodes along the rod and steps of Newton's method, in\n"
+    "motion those of time.\n"
+    "\n"
+    "Rows go one after another, each in a process of its own: one that is refused, stops, crashes "
+    "or\n"
+    "takes too long says so, and the next begins. Ctrl-C ends the table and writes what there is.\n"
+    "\n"
+    "DIR receives\n"
+    "  cases.csv, .h5         the rows, with more columns: unknowns, equations, instructions per "
+    "step\n"
+    "                         of the network, collocation points or nodes, steps\n"
+    "  cases.gp, .svg, .png   error over run time, a point for each row, and the gnuplot script\n"
+    "\n"
+    "Exit status: 0 every row has an error against its reference, 1 some do not, or a file cannot "
+    "be\n"
+    "written, 2 bad arguments, 130 or 143 stopped by a signal.\n";
+
+enum { PATHS_MAX = 512, PATH_BYTES = 4096 };
+
+typedef struct options {
+    cli_list operands;
+    const char *out;
+    double seconds;
+    int threads;
+} options;
+
+typedef struct table {
+    int path_count;
+    char *paths[PATHS_MAX]; /* owned */
+    size_t count;
+    cases_row *rows; /* [CASES_METHODS * path_count] */
+    int width;       /* of the longest name */
+} table;
+
+/* ---- which cases --------------------------------------------------------------------------- */
+
+static ad_status add_path(table *t, const char *path, ad_error *error)
+{
+    if (t->path_count == PATHS_MAX) {
+        return ad_fail(error, AD_BAD_INPUT, "more than %d cases", PATHS_MAX);
+    }
+    t->paths[t->path_count] = strdup(path);
+    return t->paths[t->path_count++] ? AD_OK
+                                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a path");
+}
+
+static int is_case(const struct dirent *entry)
+{
+    const char *dot = strrchr(entry->d_name, '.');
+    return dot && dot != entry->d_name && strcmp(dot, ".yaml") == 0;
+}
+
+/* In the order of their names. */
+static ad_status add_folder(table *t, const char *folder, ad_error *error)
+{
+    struct dirent **entries;
+    char path[PATH_BYTES];
+    int count = scandir(folder, &entries, is_case, alphasort);
+    if (count < 0) {
+        return ad_fail(error, AD_IO, "%s: %s", file_bytes_shown(folder), strerror(errno));
+    }
+    ad_status status = count > 0 ? AD_OK
+                                 : ad_fail(error, AD_BAD_INPUT, "%s: holds no case, NAME.yaml",
+                                           file_bytes_shown(folder));
+    for (int i = 0; i < count; i++) {
+        int length = snprintf(path, sizeof path, "%s/%s", folder, entries[i]->d_name);
+        if (status == AD_OK) {
+            status = length < PATH_BYTES ? add_path(t, path, error)
+                                         : ad_fail(error, AD_BAD_INPUT, "%s: is too long a path",
+                                                   file_bytes_shown(path));
+        }
+        free(entries[i]);
+    }
+    free(entries);
+    return status;
+}
+
+static ad_status find_cases(table *t, const options *o, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < o->operands.count; i++) {
+        const char *path = o->operands.texts[i];
+        struct stat about;
+        if (stat(path, &about) != 0) {
+            return ad_fail(error, AD_IO, "%s: %s", file_bytes_shown(path), strerror(errno));
+        }
+        status = S_ISDIR(about.st_mode) ? add_folder(t, path, error) : add_path(t, path, error);
+    }
+    t->width = (int)strlen("case");
+    for (int i = 0; status == AD_OK && i < t->path_count; i++) {
+        char name[CASES_NAME];
+        cases_name(t->paths[i], name);
+        t->width = (int)strlen(name) > t->width ? (int)strlen(name) : t->width;
+    }
+    t->rows = calloc((size_t)(CASES_METHODS * t->path_count) + 1, sizeof *t->rows);
+    return status != AD_OK || t->rows ? status
+                                      : ad_fail(error, AD_NO_MEMORY, "out of memory for a table");
+}
+
+/* ---- running ------------------------------------------------------------------------------- */
+
+static ad_status prepare_folder(const char *folder, ad_error *error)
+{
+    char path[PATH_BYTES];
+    if (strlen(folder) == 0 || strlen(folder) > 3800) {
+        return ad_fail(error, AD_BAD_INPUT, "--out: allowed: a path of 1 to 3800 bytes");
+    }
+    snprintf(path, sizeof path, "%s/cases.csv", folder);
+    if (access(path, F_OK) == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: there is a table already; choose another folder with --out",
+                       file_bytes_shown(folder));
+    }
+    return run_make_folder(folder, error);
+}
+
+/* What a signal has cut short is no row. */
+static ad_status run_rows(table *t, const options *o, ad_error *error)
+{
+    cases_print_heading(stdout, t->width);
+    for (int i = 0; i < CASES_METHODS * t->path_count; i++) {
+        cases_row *row = &t->rows[t->count];
+        const cases_task task = {.path = t->paths[i / CASES_METHODS],
+                                 .method = (cases_method)(i % CASES_METHODS),
+                                 .threads = o->threads,
+                                 .seconds = o->seconds};
+        ad_status status = cases_run(&task, row, error);
+        if (status != AD_OK || signals_caught()) {
+            return status;
+        }
+        cases_print_row(stdout, row, t->width);
+        fflush(stdout);
+        t->count++;
+    }
+    return AD_OK;
+}
+
+/* Without gnuplot there is no picture, which is a remark and no failure. */
+static ad_status write_files(const table *t, const char *folder, ad_error *error)
+{
+    ad_error why;
+    ad_status status = cases_write(t->rows, t->count, folder, error);
+    if (status == AD_OK) {
+        status = cases_plot_write(t->rows, t->count, folder, error);
+    }
+    if (status == AD_OK && compare_plot_draw("cases", folder, &why) != AD_OK) {
+        cli_warn(program, "%s", why.message);
+    }
+    return status;
+}
+
+static bool all_have_errors(const table *t)
+{
+    for (size_t i = 0; i < t->count; i++) {
+        if (!(t->rows[i].position >= 0)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static int run(table *t, const options *o)
+{
+    ad_error error = {AD_OK, ""};
+    if (find_cases(t, o, &error) != AD_OK || (o->out && prepare_folder(o->out, &error) != AD_OK)) {
+        return cli_refuse(program, &error);
+    }
+    ad_status status = run_rows(t, o, &error);
+    if (status == AD_OK && o->out && t->count > 0) {
+        status = write_files(t, o->out, &error);
+    }
+    if (status != AD_OK) {
+        return cli_fail_training(program, &error);
+    }
+    return signals_caught() ? 128 + signals_caught() : !all_have_errors(t);
+}
+
+int main(int count, char **arguments)
+{
+    table t = {.path_count = 0};
+    options o = {.seconds = 600};
+    const char *last;
+    const cli_program about = {program, "FOLDER|CONFIG.yaml", summary, epilogue, NULL, &o.operands};
+    const cli_option known[] = {
+        {"--out", "DIR", CLI_TEXT, &o.out, 0, 0,
+         "write the table as .csv and .h5, and a picture; what is there is\nnever overwritten"},
+        {"--seconds", "S", CLI_NUMBER, &o.seconds, 1e-3, 1e6,
+         "limit of a row; the error is then that of what there is (600)"},
+        {"--threads", "N", CLI_INTEGER, &o.threads, 0, 1024,
+         "of a network; default 0: one for each processor. The solver has one"}};
+    int result = cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &last);
+    if (result != CLI_RUN) {
+        return result;
+    }
+    signals_catch();
+    result = run(&t, &o);
+    for (int i = 0; i < t.path_count; i++) {
+        free(t.paths[i]);
+    }
+    free(t.rows);
+    return result;
+}

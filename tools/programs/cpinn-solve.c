@@ -1,0 +1,530 @@
+/* cpinn-solve: solve a scene classically; see --help. */
+#include "physics/beam.h"
+#include "physics/model.h"
+#include "tools/files/table_file.h"
+#include "tools/judge/sweep.h"
+#include "tools/programs/cli.h"
+#include "tools/train/clock.h"
+#include "tools/train/reference.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char program[] = "cpinn-solve";
+
+static const char summary[] =
+    "Solve the scene of a YAML file without a network, with an estimate of the error. At rest:\n"
+    "collocation at Gauss points along the rod, Newton's method, continuation of the load from 0. "
+    "In\n"
+    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. Beams of small\n"
+    "deflection: collocation, in time too, without iterations. The equations are\n"
+    "written separately from those that networks are trained on, so each checks the other; --out\n"
+    "gives a scene a reference to train against (reference.file); reference: solve in a scene has\n"
+    "it solved without asking.";
+
+static const char epilogue[] =
+    "A rod may have several equilibria. This finds the one that continues the unstressed rod "
+    "while\n"
+    "the load grows: a straight column stays straight. --perturb 10 pushes it sideways on the way\n"
+    "and takes the push away at the end, which leads to the buckled shape; so does the scene's "
+    "own\n"
+    "rod.rest.imperfection.\n"
+    "\n"
+    "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced.\n"
+    "\n"
+    "  cpinn-solve configs/heavy_cantilever.yaml --out reference.csv\n"
+    "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
+    "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
+    "\n"
+    "Exit status: 0; 1 with one line if the whole load or the tolerance was not reached; 2 with "
+    "one\n"
+    "line that says what is wrong with the input.";
+
+typedef struct options {
+    const char *config, *grid, *out, *work_precision;
+    cli_list overrides;
+    double tolerance, perturbation;
+    int nodes;
+    bool quiet;
+} options;
+
+/* Where the rod is asked for, and what it is there, in SI units. */
+typedef struct samples {
+    size_t count;
+    int columns;
+    double *s, *t;  /* [count]; one allocation, `s` owns it */
+    double *values; /* [columns][count] */
+} samples;
+
+typedef struct session {
+    options asked;
+    char name[128];   /* of the scene */
+    config *settings; /* NULL once the experiment has them */
+    const scene *scene;
+    experiment *e;    /* with a reference only */
+    reference *known; /* the same */
+    samples grid;
+    size_t time_count;
+    double *times; /* [time_count] at which a motion is wanted, s */
+    solution *solved;
+    solve_report report;
+    double seconds;
+} session;
+
+static void samples_free(samples *p)
+{
+    free(p->s);
+    free(p->values);
+}
+
+static void session_free(session *x)
+{
+    solution_free(x->solved);
+    free(x->times);
+    samples_free(&x->grid);
+    reference_free(x->known);
+    experiment_free(x->e);
+    config_free(x->settings);
+}
+
+/* ---- samples ------------------------------------------------------------------------------- */
+
+static ad_status evaluate(const solution *solved, const samples *p, ad_error *error)
+{
+    return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
+}
+
+/* The points that --grid asks for, or their default. */
+static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
+{
+    bool dynamic = scene_is_dynamic(x->scene);
+    const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
+    return cli_grid(text, dynamic, ns, nt)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
+                         dynamic ? "" : "; this scene is static, so NT is 1");
+}
+
+static ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
+{
+    p->count = count;
+    p->columns = columns;
+    p->s = malloc(2 * count * sizeof *p->s);
+    p->values = malloc((size_t)columns * count * sizeof *p->values);
+    if (!p->s || !p->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
+    }
+    p->t = p->s + count;
+    return AD_OK;
+}
+
+static ad_status samples_of_grid(session *x, ad_error *error)
+{
+    samples *p = &x->grid;
+    long ns, nt;
+    ad_status status = grid_of(x, &ns, &nt, error);
+    if (status == AD_OK) {
+        status = samples_make(p, (size_t)(ns * nt), solution_columns(x->scene), error);
+    }
+    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
+        long at_s = i % ns, at_t = i / ns;
+        p->s[i] = ns > 1 ? x->scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
+        p->t[i] = nt > 1 ? x->scene->duration * (double)at_t / (double)(nt - 1) : 0;
+    }
+    return status;
+}
+
+/* Those of the grid and of the reference. */
+static ad_status gather_times(session *x, ad_error *error)
+{
+    size_t points = x->known ? reference_points(x->known) : 0;
+    x->time_count = x->grid.count + points;
+    x->times = malloc(x->time_count * sizeof *x->times);
+    if (!x->times) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    }
+    memcpy(x->times, x->grid.t, x->grid.count * sizeof *x->times);
+    if (x->known) {
+        memcpy(x->times + x->grid.count, reference_t(x->known), points * sizeof *x->times);
+    }
+    return AD_OK;
+}
+
+static ad_status write_out(session *x, ad_error *error)
+{
+    const samples *p = &x->grid;
+    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
+    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
+    for (int i = 0; i < p->columns; i++) {
+        names[2 + i] = model_of(x->scene)->columns[i].name;
+        columns[2 + i] = p->values + (size_t)i * p->count;
+    }
+    ad_status status = evaluate(x->solved, p, error);
+    return status == AD_OK
+               ? table_write(x->asked.out, names, columns, (size_t)p->columns + 2, p->count, error)
+               : status;
+}
+
+/* ---- report -------------------------------------------------------------------------------- */
+
+static bool reached(const session *x)
+{
+    return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
+}
+
+/* Whether the load or the tolerance was not reached. */
+static bool falls_short(const session *x)
+{
+    return !reached(x) || (x->asked.nodes == 0 && !x->asked.work_precision &&
+                           !(x->report.estimate <= x->asked.tolerance));
+}
+
+static bool doubts(const session *x, char text[SOLUTION_DOUBT])
+{
+    const solve_settings settings = {x->asked.tolerance, x->asked.nodes, x->asked.perturbation};
+    return solution_doubts(x->solved, x->scene, &settings, &x->report, text);
+}
+
+static void print_number(const char *name, double value)
+{
+    if (isinf(value)) {
+        printf(", %s locked", name);
+    } else if (value > 0) {
+        printf(", %s %.4g", name, value);
+    }
+}
+
+static void print_scene(const session *x)
+{
+    rod_numbers n = rod_numbers_of(x->scene);
+    printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
+    if (scene_is_beam(x->scene)) {
+        beam_numbers b = beam_numbers_of(x->scene);
+        print_number("shear kGA L^2/EI", b.shear_ratio);
+        print_number("foundation k L^4/EI", b.foundation);
+        print_number("rotary inertia rhoI/(rhoA L^2)", b.rotary_inertia);
+        print_number("duration", n.duration);
+        putchar('\n');
+        return;
+    }
+    print_number("shear kGA L^2/EI", n.shear_ratio);
+    print_number("stretch EA L^2/EI", n.axial_ratio);
+    print_number("tip force F L^2/EI", n.tip_force);
+    print_number("tip moment T L/EI", n.tip_moment);
+    print_number("line load f L^3/EI", n.distributed_force);
+    print_number("line moment l L^2/EI", n.distributed_moment);
+    print_number("weight rhoA g L^3/EI", n.weight);
+    print_number("duration", n.duration);
+    putchar('\n');
+}
+
+/* What the solver's estimate is relative to. */
+static const char *estimate_unit(const session *x)
+{
+    return scene_is_beam(x->scene) ? "of the deflection" : "of the length";
+}
+
+static void print_error(const char *name, double value, const char *unit)
+{
+    if (!isnan(value)) {
+        printf("  %-24s %.3e%s\n", name, value, unit);
+    }
+}
+
+static ad_status print_reference(session *x, ad_error *error)
+{
+    reference_errors errors;
+    ad_status status = reference_compare_solution(x->known, x->solved, &errors, error);
+    if (status == AD_OK) {
+        printf("difference from %s (%zu points)\n", reference_name(x->known),
+               reference_points(x->known));
+        print_error("position, relative L2", errors.position, "");
+        print_error("position, largest", errors.position_max, " of the length");
+        print_error("tip", errors.tip, " of the length");
+        print_error("rotation, largest", errors.rotation_max, " rad");
+    }
+    return status;
+}
+
+/* At the end. */
+static ad_status print_energy(const session *x, ad_error *error)
+{
+    solve_energy e;
+    ad_status status = solution_energy(x->solved, x->scene->duration, &e, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (scene_is_dynamic(x->scene)) {
+        printf("  %-24s kinetic %.9g, strain %.9g, work of loads %.9g, dissipated %.9g J\n",
+               "energy", e.kinetic, e.strain, e.work, e.dissipated);
+        print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
+        return AD_OK;
+    }
+    printf("  %-24s strain %.9g", "energy", e.strain);
+    if (!isnan(e.work)) {
+        printf(", potential of dead loads %.9g", -e.work + 0.0);
+    }
+    puts(" J");
+    return AD_OK;
+}
+
+static ad_status print_report(session *x, ad_error *error)
+{
+    const solve_report *r = &x->report;
+    double tip[MODEL_COLUMNS_MAX];
+    const double *s = &x->scene->rod.length, *t = &x->scene->duration;
+    int columns = model_of(x->scene)->position_columns;
+    ad_status status = solution_evaluate(x->solved, columns, 1, s, t, tip, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    printf("solved: %d nodes, ", r->nodes);
+    if (scene_is_dynamic(x->scene)) {
+        printf("%ld steps of time, ", r->time_steps);
+    } else if (!scene_is_beam(x->scene)) {
+        printf("load in %ld step%s, %ld Newton steps, ", r->load_steps,
+               r->load_steps == 1 ? "" : "s", r->newton_steps);
+    }
+    printf("%.1f ms\n", 1e3 * x->seconds);
+    if (!isnan(r->estimate)) {
+        printf("  %-24s %.3e %s\n", "estimated error", r->estimate, estimate_unit(x));
+    }
+    printf("  %-24s", "tip");
+    for (int i = 0; i < columns; i++) {
+        printf(" %.15g", tip[i]);
+    }
+    puts(" m");
+    status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
+    char doubt[SOLUTION_DOUBT];
+    if (status == AD_OK && !falls_short(x) && doubts(x, doubt)) {
+        puts(doubt);
+    } else if (status == AD_OK && r->may_buckle) {
+        printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
+               x->asked.perturbation == 0 && !scene_is_imperfect(x->scene)
+                   ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
+                   : "the rod\nas it was perturbed");
+    }
+    return status == AD_OK && x->known ? print_reference(x, error) : status;
+}
+
+/* What was not reached, in one line; 1, or 0 when there is nothing to say. */
+static int complain(const session *x)
+{
+    char text[SOLUTION_DOUBT];
+    if (falls_short(x) && doubts(x, text)) {
+        cli_warn(program, "%s", text);
+        return 1;
+    }
+    return 0;
+}
+
+/* ---- work and precision -------------------------------------------------------------------- */
+
+enum { SWEEP_MAX = 32 };
+static const double SMALLEST = 1e-16; /* error told, since curves are drawn over logarithms */
+
+typedef struct sweep {
+    session *x;
+    double *exact; /* [numbers] positions on the grid, by the finest solution */
+    size_t numbers;
+    int count;
+    double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
+} sweep;
+
+/* Relative L2 of positions, as cpinn-bench measures it. */
+static double distance(const double *values, size_t numbers, const double *exact)
+{
+    double off = 0, size = 0;
+    for (size_t i = 0; i < numbers; i++) {
+        off += (values[i] - exact[i]) * (values[i] - exact[i]);
+        size += exact[i] * exact[i];
+    }
+    return sqrt(off / size);
+}
+
+static double sweep_row(void *context, int nodes, double seconds, const solution *solved)
+{
+    sweep *rows = context;
+    samples *grid = &rows->x->grid;
+    ad_error ignored; /* no memory: the table ends there */
+    if (rows->count == SWEEP_MAX || evaluate(solved, grid, &ignored) != AD_OK) {
+        return NAN;
+    }
+    double error = distance(grid->values, rows->numbers, rows->exact);
+    rows->nodes[rows->count] = nodes;
+    rows->seconds[rows->count] = seconds;
+    rows->errors[rows->count++] = fmax(SMALLEST, error);
+    return error;
+}
+
+static ad_status sweep_write(const session *x, const sweep *rows, ad_error *error)
+{
+    static const char *const names[3] = {"seconds", "error", "nodes"};
+    const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
+    if (!x->asked.quiet) {
+        printf("%6s %10s %12s\n", "nodes", "ms", "error");
+        for (int i = 0; i < rows->count; i++) {
+            printf("%6.0f %10.3f %12.2e\n", rows->nodes[i], 1e3 * rows->seconds[i],
+                   rows->errors[i]);
+        }
+    }
+    return table_write(x->asked.work_precision, names, columns, 3, (size_t)rows->count, error);
+}
+
+static ad_status work_precision(session *x, ad_error *error)
+{
+    sweep rows = {.x = x};
+    rows.numbers = (size_t)model_of(x->scene)->position_columns * x->grid.count; /* come first */
+    rows.exact = malloc(rows.numbers * sizeof *rows.exact);
+    if (!rows.exact) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
+    }
+    ad_status status = evaluate(x->solved, &x->grid, error);
+    if (status == AD_OK) {
+        memcpy(rows.exact, x->grid.values, rows.numbers * sizeof *rows.exact);
+        status = solve_sweep(x->scene, x->asked.perturbation, x->grid.count, x->grid.t, sweep_row,
+                             &rows, error);
+    }
+    if (status == AD_OK) {
+        status = sweep_write(x, &rows, error);
+    }
+    free(rows.exact);
+    return status;
+}
+
+/* ---- the program --------------------------------------------------------------------------- */
+
+/* A reference needs the experiment around the scene. */
+static ad_status open_reference(session *x, ad_error *error)
+{
+    if (x->settings->reference == CONFIG_REFERENCE_NONE && !x->settings->reference_file &&
+        !x->settings->reference_deflection) {
+        return AD_OK;
+    }
+    config *settings = x->settings;
+    x->settings = NULL;
+    ad_status status = experiment_create(settings, 1, &x->e, error);
+    if (status == AD_OK) {
+        x->scene = &x->e->settings->scene;
+        status = reference_create(x->e, &x->known, error);
+    }
+    return status;
+}
+
+/* Without --tol; of the solution that others are compared with. */
+static void choose_tolerance(session *x)
+{
+    double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
+    if (*tolerance == 0) {
+        *tolerance = usual;
+    }
+    if (x->asked.work_precision) {
+        *tolerance = fmin(*tolerance, usual / 100);
+    }
+}
+
+static ad_status solve(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
+    double start = wall_seconds();
+    ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
+                                       &x->report, error);
+    x->seconds = wall_seconds() - start;
+    return status;
+}
+
+/* Everything but the solution. */
+static ad_status prepare(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK && o->work_precision) {
+        status = table_check_path(o->work_precision, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    status =
+        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->scene = &x->settings->scene;
+    snprintf(x->name, sizeof x->name, "%s", x->settings->name);
+    choose_tolerance(x);
+    status = samples_of_grid(x, error);
+    if (status == AD_OK) {
+        status = open_reference(x, error);
+    }
+    return status == AD_OK ? gather_times(x, error) : status;
+}
+
+static ad_status run(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = prepare(x, error);
+    if (status == AD_OK) {
+        status = solve(x, error);
+    }
+    if (status != AD_OK || !reached(x)) {
+        return status;
+    }
+    if (o->out) {
+        status = write_out(x, error);
+    }
+    if (status == AD_OK && !o->quiet) {
+        print_scene(x);
+        status = print_report(x, error);
+        if (o->out) {
+            printf("wrote %s: %zu points\n", o->out, x->grid.count);
+        }
+    }
+    if (status == AD_OK && o->work_precision) {
+        status = work_precision(x, error);
+    }
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    session x = {.asked = {.tolerance = 0}};
+    options *o = &x.asked;
+    const cli_option list[] = {
+        {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
+         "refine until the position is estimated to be within so many\nlengths, a beam's "
+         "deflection "
+         "relative to its largest (default\n1e-10; rods in motion 1e-6, or 1e-4 where shear or "
+         "stretch is locked)"},
+        {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
+         "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "
+         "is then "
+         "that of steps of time"},
+        {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
+         "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
+         "shapes"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the values, as .csv, .h5 or .hdf5"},
+        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0,
+         "where: that many points along s and t, ends included\n(default 101x1 static, 51x21 "
+         "dynamic)"},
+        {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
+         "solve with more and more nodes; print and write run time and\nerror against the finest; "
+         "cpinn-bench --methods config,solver draws it beside networks"},
+        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
+         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
+        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
+    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, NULL, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    if (o->nodes > 0 && o->work_precision) {
+        return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");
+    }
+    ad_error error = {.message = ""};
+    status = run(&x, &error) == AD_OK ? complain(&x) : cli_fail_error(program, &error);
+    session_free(&x);
+    return status;
+}

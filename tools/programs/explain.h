@@ -1,0 +1,13 @@
+/* The scene in one page, before any training. */
+#ifndef TOOLS_PROGRAMS_EXPLAIN_H
+#define TOOLS_PROGRAMS_EXPLAIN_H
+
+#include "tools/train/experiment.h"
+#include "tools/train/reference.h"
+
+#include <stdio.h>
+
+/* At most 100 columns. r may be NULL: the scene names no reference. */
+void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
+
+#endif

@@ -1,0 +1,34 @@
+/* What a run says while it trains: one live line on a terminal, plain lines at growing intervals in
+ * a pipe, and at the end error against run time. */
+#ifndef TOOLS_PROGRAMS_PROGRESS_H
+#define TOOLS_PROGRAMS_PROGRESS_H
+
+#include "tools/train/trainer.h"
+
+typedef struct progress {
+    FILE *file;
+    bool quiet;
+    bool live;          /* a terminal */
+    double started;     /* of this process */
+    double next, gap;   /* when to speak again */
+    int64_t first_step; /* of this process */
+    int width;          /* of the live line last shown */
+    double limit;       /* s after `started`, when it ends at the latest; 0: none */
+} progress;
+
+progress progress_start(FILE *file, bool quiet, const trainer *t);
+
+/* After every step; speaks only when it is time. */
+void progress_step(progress *p, const trainer *t, const experiment *e);
+
+/* Take away what is live. */
+void progress_clear(progress *p);
+
+/* A line that stays, below whatever is live. */
+void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several
+ * windows of time it begins with the last, when all of the time is covered. */
+void progress_error_table(FILE *file, const history *h, int windows);
+
+#endif

@@ -1,0 +1,338 @@
+#include "tools/train/linear_model.h"
+
+#include "autodiff/dense.h"
+#include "nn/rng.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double BYTES_MAX = 2e9;
+enum { RANK = 80, ITERATIONS_MAX = 200 }; /* of the preconditioner; of conjugate gradients */
+
+struct linear_model {
+    problem *problem;
+    ad_pool *pool;
+    linear_model_info info;
+    size_t count, rows;
+    double *jtr;    /* [count] */
+    double *matrix; /* J^T J [count][count]; or J D^-1 J^T [rows][rows] */
+    double *factor; /* the same shape */
+    double *jt;     /* kernel: [count][rows], in time divided by sqrt(scale) */
+    double *r, *z;  /* [rows] */
+    bool scaled;    /* kernel: jt is divided, matrix is made of it */
+    optim_nystrom *preconditioner;
+    optim_cg *cg;
+    double *x; /* matrix_free: where J is, [count] */
+    ad_status status;
+    ad_error *error;
+};
+
+/* ---- choosing ------------------------------------------------------------------------------ */
+
+const char *linear_model_form_name(config_linear_algebra form)
+{
+    static const char *const names[] = {
+#define TEXT(code, name) name,
+        CONFIG_LINEAR_ALGEBRA_LIST(TEXT)
+#undef TEXT
+    };
+    return names[form];
+}
+
+static size_t rank_of(size_t parameters)
+{
+    return parameters < RANK ? parameters : RANK;
+}
+
+static double bytes_of(const linear_model_info *plan, const problem_least_squares *sizes)
+{
+    enum { VECTORS = 7 }; /* the random numbers of the preconditioner are needed once */
+    double n = (double)plan->parameters, rows = (double)plan->rows;
+    switch (plan->form) {
+    case CONFIG_MATRIX_FREE:
+        return 8 * n * (3 * (double)rank_of(plan->parameters) + VECTORS) + (double)sizes->bytes;
+    case CONFIG_KERNEL:
+        return 8 * (n * rows + 2 * rows * rows);
+    default:
+        return 16 * n * n + (double)sizes->slab_bytes;
+    }
+}
+
+/* Sizes of one form; its programs are compiled. */
+static ad_status size_up(problem *p, config_linear_algebra form, linear_model_info *plan,
+                         ad_error *error)
+{
+    problem_least_squares sizes;
+    ad_status status = form == CONFIG_MATRIX_FREE ? problem_prepare_product(p, &sizes, error)
+                                                  : problem_prepare_least_squares(p, &sizes, error);
+    *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
+    if (status == AD_OK) {
+        plan->rows = sizes.rows;
+        if (form == CONFIG_LINEAR_AUTOMATIC) {
+            plan->form = plan->rows < plan->parameters ? CONFIG_KERNEL : CONFIG_NORMAL_EQUATIONS;
+        }
+        plan->bytes = bytes_of(plan, &sizes);
+    }
+    return status;
+}
+
+ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
+                            linear_model_info *plan, ad_error *error)
+{
+    const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
+    ad_status status = AD_OK;
+    if (stage->linear_algebra == CONFIG_MATRIX_FREE && !identity) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "training.stages[%d].linear_algebra: matrix_free has no diagonal of J^T J; "
+                       "allowed with it: scaling identity",
+                       number);
+    }
+    status = size_up(p, stage->linear_algebra, plan, error);
+    if (status == AD_OK && plan->bytes > BYTES_MAX && identity &&
+        stage->linear_algebra == CONFIG_LINEAR_AUTOMATIC) {
+        status = size_up(p, CONFIG_MATRIX_FREE, plan, error);
+    }
+    if (status == AD_OK && plan->bytes > BYTES_MAX) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB%s "
+                       "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
+                       "network.hidden smaller, or take %s",
+                       number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
+                       plan->form == CONFIG_MATRIX_FREE ? "" : " of matrices", plan->parameters,
+                       plan->rows, 1e-9 * BYTES_MAX,
+                       plan->form == CONFIG_MATRIX_FREE ? "lbfgs"
+                       : identity                       ? "linear_algebra matrix_free"
+                                  : "scaling identity with linear_algebra matrix_free");
+    }
+    return status;
+}
+
+void linear_model_describe(const linear_model_info *info, char text[160])
+{
+    snprintf(text, 160, "%s for %zu parameters and %zu residuals, %.1f MiB",
+             linear_model_form_name(info->form), info->parameters, info->rows,
+             info->bytes / (1024 * 1024));
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+void linear_model_free(linear_model *m)
+{
+    if (m) {
+        free(m->jtr);
+        free(m->matrix);
+        free(m->factor);
+        free(m->jt);
+        free(m->r);
+        free(m->z);
+        optim_nystrom_free(m->preconditioner);
+        optim_cg_free(m->cg);
+        free(m->x);
+        free(m);
+    }
+}
+
+/* The same random numbers for every J: a step is what its point makes it, also after --resume. */
+static bool allocate_vectors(linear_model *m)
+{
+    const size_t rank = rank_of(m->count);
+    nn_rng rng = nn_rng_split(0, "nystrom");
+    double *random = calloc(m->count, rank * sizeof *random);
+    for (size_t i = 0; random && i < rank * m->count; i++) {
+        random[i] = nn_rng_normal(&rng);
+    }
+    m->preconditioner = random ? optim_nystrom_create(m->count, rank, random) : NULL;
+    free(random);
+    m->cg = optim_cg_create(m->count);
+    m->jtr = calloc(m->count, sizeof *m->jtr);
+    m->x = calloc(m->count, sizeof *m->x);
+    return m->preconditioner && m->cg && m->jtr && m->x;
+}
+
+static bool allocate(linear_model *m)
+{
+    if (m->info.form == CONFIG_MATRIX_FREE) {
+        return allocate_vectors(m);
+    }
+    bool kernel = m->info.form == CONFIG_KERNEL;
+    size_t order = kernel ? m->rows : m->count;
+    m->jtr = calloc(m->count, sizeof *m->jtr);
+    m->matrix = calloc(order, order * sizeof *m->matrix);
+    m->factor = calloc(order, order * sizeof *m->factor);
+    m->r = calloc(m->rows, sizeof *m->r);
+    m->z = calloc(m->rows, sizeof *m->z);
+    m->jt = kernel ? calloc(m->count, m->rows * sizeof *m->jt) : NULL;
+    return m->jtr && m->matrix && m->factor && m->r && m->z && (!kernel || m->jt);
+}
+
+ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool *pool,
+                              linear_model **result, ad_error *error)
+{
+    *result = NULL;
+    ad_status status = ad_dense_load(error);
+    if (status != AD_OK) {
+        return status;
+    }
+    linear_model *m = calloc(1, sizeof *m);
+    if (m) {
+        m->problem = p;
+        m->pool = pool;
+        m->info = *plan;
+        m->count = plan->parameters;
+        m->rows = plan->rows;
+    }
+    if (!m || !allocate(m)) {
+        linear_model_free(m);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the matrices of gauss_newton");
+    }
+    *result = m;
+    return AD_OK;
+}
+
+linear_model_info linear_model_inspect(const linear_model *m)
+{
+    return m->info;
+}
+
+/* ---- at a point ---------------------------------------------------------------------------- */
+
+static int product(void *context, const double *v, double *result)
+{
+    linear_model *m = context;
+    m->status = problem_normal_product(m->problem, m->x, v, result, m->error);
+    return m->status != AD_OK;
+}
+
+/* The gradient by its own program, and where J^T J is large; of its diagonal what shows there. */
+static ad_status linearize_products(linear_model *m, const double *x, double *value, double *jtr,
+                                    double *diagonal, ad_error *error)
+{
+    ad_status status = problem_evaluate(m->problem, x, value, m->jtr, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < m->count; i++) {
+        m->jtr[i] /= 2;
+    }
+    memcpy(jtr, m->jtr, m->count * sizeof *jtr);
+    memcpy(m->x, x, m->count * sizeof *x);
+    m->error = error;
+    const int code = optim_nystrom_update(m->preconditioner, product, m);
+    m->error = NULL;
+    if (code != 0) {
+        return m->status;
+    }
+    optim_nystrom_diagonal(m->preconditioner, diagonal);
+    return AD_OK;
+}
+
+ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
+                                 double *diagonal, ad_error *error)
+{
+    ad_status status;
+    m->scaled = false;
+    if (m->info.form == CONFIG_MATRIX_FREE) {
+        return linearize_products(m, x, value, jtr, diagonal, error);
+    }
+    if (m->info.form == CONFIG_KERNEL) {
+        status = problem_jacobian(m->problem, x, value, m->jt, m->r, m->jtr, diagonal, error);
+    } else {
+        status = problem_normal_equations(m->problem, x, value, m->matrix, m->jtr, error);
+        for (size_t i = 0; i < m->count; i++) {
+            diagonal[i] = m->matrix[i * m->count + i];
+        }
+    }
+    memcpy(jtr, m->jtr, m->count * sizeof *jtr);
+    return status;
+}
+
+/* matrix + damping D, factored; D the unit matrix when scale is NULL. Where rounding leaves no
+ * factor the step is refused, and the damping, which rises then, restores the conditioning; there
+ * is no form by QR of J over sqrt(damping D). */
+static bool factor(linear_model *m, size_t n, double damping, const double *scale)
+{
+    memcpy(m->factor, m->matrix, n * n * sizeof *m->factor);
+    for (size_t i = 0; i < n; i++) {
+        m->factor[i * n + i] += damping * (scale ? scale[i] : 1);
+    }
+    const bool found = ad_dense_cholesky(m->pool, n, m->factor) == 0;
+    m->info.factors++;
+    m->info.failed += !found;
+    return found;
+}
+
+static int solve_normal_equations(linear_model *m, double damping, const double *scale,
+                                  double *step)
+{
+    if (!factor(m, m->count, damping, scale)) {
+        return 1;
+    }
+    for (size_t i = 0; i < m->count; i++) {
+        step[i] = -m->jtr[i];
+    }
+    ad_dense_cholesky_solve(m->count, m->factor, step);
+    return 0;
+}
+
+static void make_kernel(linear_model *m, const double *scale)
+{
+    for (size_t i = 0; i < m->count; i++) {
+        const double by = 1 / sqrt(scale[i]);
+        for (size_t k = 0; by != 1 && k < m->rows; k++) {
+            m->jt[i * m->rows + k] *= by;
+        }
+    }
+    ad_dense_gram(m->pool, m->count, m->rows, m->jt, m->matrix);
+    m->scaled = true;
+}
+
+static int solve_kernel(linear_model *m, double damping, const double *scale, double *step)
+{
+    if (!m->scaled) {
+        make_kernel(m, scale);
+    }
+    if (!factor(m, m->rows, damping, NULL)) {
+        return 1;
+    }
+    memcpy(m->z, m->r, m->rows * sizeof *m->z);
+    ad_dense_cholesky_solve(m->rows, m->factor, m->z);
+    for (size_t i = 0; i < m->count; i++) {
+        double sum = 0;
+        for (size_t k = 0; k < m->rows; k++) {
+            sum += m->jt[i * m->rows + k] * m->z[k];
+        }
+        step[i] = -sum / sqrt(scale[i]);
+    }
+    return 0;
+}
+
+static int solve_products(linear_model *m, double damping, double *step)
+{
+    ad_error error;
+    m->error = &error;
+    const optim_cg_result found =
+        optim_cg_solve(m->cg, product, m, damping, m->preconditioner, m->jtr,
+                       LINEAR_MODEL_TOLERANCE, ITERATIONS_MAX, step);
+    m->error = NULL;
+    m->info.solves++;
+    m->info.iterations += found.iterations;
+    for (size_t i = 0; i < m->count; i++) {
+        step[i] = -step[i];
+    }
+    return found.code;
+}
+
+int linear_model_solve(void *context, double damping, const double *scale, double *step)
+{
+    linear_model *m = context;
+    switch (m->info.form) {
+    case CONFIG_MATRIX_FREE:
+        return solve_products(m, damping, step);
+    case CONFIG_KERNEL:
+        return solve_kernel(m, damping, scale, step);
+    default:
+        return solve_normal_equations(m, damping, scale, step);
+    }
+}

@@ -1,0 +1,52 @@
+/* The residuals of a problem around a point, for Gauss-Newton, in the form that suits their number:
+ *
+ *   normal_equations   (J^T J + damping D) step = -J^T r, J^T J summed without J
+ *   kernel             step = -D^-1 J^T z, (J D^-1 J^T + damping) z = r, with J in memory:
+ *                      for fewer residuals than parameters
+ *   matrix_free        the first by conjugate gradients, from products with J^T J alone: for any
+ *                      number of parameters; D the unit matrix only
+ *
+ * The optimiser sees none of this: optim_linear_model. */
+#ifndef TOOLS_TRAIN_LINEAR_MODEL_H
+#define TOOLS_TRAIN_LINEAR_MODEL_H
+
+#include "tools/config/config.h"
+
+typedef struct linear_model linear_model;
+
+typedef struct linear_model_info {
+    config_linear_algebra form; /* never automatic */
+    size_t parameters, rows;    /* rows of J: residuals times points */
+    double bytes;               /* of its matrices, or of vectors and workspaces */
+    int64_t factors;            /* matrices factored */
+    int64_t failed;             /* of them not positive definite */
+    int64_t solves;             /* matrix_free: systems solved */
+    int64_t iterations;         /* of conjugate gradients, in all */
+} linear_model_info;
+
+/* Choose a form for the problem and count its bytes; AD_BAD_INPUT when it needs too many, with what
+ * to do, the key being named by the stage. Compiles what the problem needs for least squares. */
+ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
+                            linear_model_info *plan, ad_error *error);
+
+/* matrix_free: a system is solved once its residual, by the norm of the preconditioner's inverse,
+ * has fallen to this part, or after 200 products. Looser ones were measured to need more steps,
+ * tighter ones more time. */
+#define LINEAR_MODEL_TOLERANCE 1e-3
+
+ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool *pool,
+                              linear_model **result, ad_error *error);
+void linear_model_free(linear_model *m); /* NULL is fine */
+
+/* What optim_linear_model asks for; context of solve is the linear_model. */
+ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
+                                 double *diagonal, ad_error *error);
+int linear_model_solve(void *context, double damping, const double *scale, double *step);
+
+linear_model_info linear_model_inspect(const linear_model *m);
+
+/* "normal_equations", ...; one line for people, with sizes. */
+const char *linear_model_form_name(config_linear_algebra form);
+void linear_model_describe(const linear_model_info *info, char text[160]);
+
+#endif

@@ -1,0 +1,588 @@
+#include "tools/train/reference.h"
+
+#include "physics/analytic.h"
+#include "physics/expression.h"
+#include "tools/files/table_file.h"
+#include "tools/train/reference_solve.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41, POSE_MAX = 7 };
+
+struct reference {
+    char name[256];
+    double length, duration;
+    size_t points, left_out;
+    reference_solution about; /* of a classical solution */
+    const physics_model *model;
+    size_t pose;                         /* columns: of position, then of rotation */
+    bool rotations;                      /* known */
+    double *s, *t;                       /* [points] m, s; `s` owns everything up to `part` */
+    double *poses;                       /* [pose][points] */
+    double *values;                      /* the same, of the field compared last */
+    double *part;                        /* the same, of some of the points */
+    field *candidate;                    /* of the experiment's networks */
+    int window;                          /* entered */
+    size_t first[SCENE_WINDOWS_MAX + 1]; /* points in the order of the windows; of each the first */
+};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status allocate(reference *r, size_t points, ad_error *error)
+{
+    r->points = points;
+    r->s = calloc((2 + 3 * r->pose) * points, sizeof *r->s);
+    if (!r->s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu reference points", points);
+    }
+    r->t = r->s + points;
+    r->poses = r->t + points;
+    r->values = r->poses + r->pose * points;
+    r->part = r->values + r->pose * points;
+    return AD_OK;
+}
+
+/* Points at equal distances, ends included. */
+static ad_status make_grid(reference *r, bool dynamic, ad_error *error)
+{
+    size_t ns = dynamic ? DYNAMIC_POINTS : STATIC_POINTS, nt = dynamic ? DYNAMIC_POINTS : 1;
+    ad_status status = allocate(r, ns * nt, error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        r->s[i] = r->length * (double)(i % ns) / (double)(ns - 1);
+        r->t[i] = nt > 1 ? r->duration * (double)(i / ns) / (double)(nt - 1) : 0;
+    }
+    return status;
+}
+
+static void numbers_of(const char *const *texts, int count, double *numbers)
+{
+    for (int i = 0; i < count; i++) {
+        numbers[i] = texts[i] ? expression_evaluate(texts[i], 0, 0) : 0;
+    }
+}
+
+static analytic_clamp clamp_of(const scene *scene)
+{
+    analytic_clamp clamp;
+    double square = 0;
+    numbers_of(scene->start.position, 3, clamp.position);
+    numbers_of(scene->start.rotation, 4, clamp.quaternion);
+    for (int i = 0; i < 4; i++) {
+        square += clamp.quaternion[i] * clamp.quaternion[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        clamp.quaternion[i] /= sqrt(square);
+    }
+    return clamp;
+}
+
+static void put_pose(reference *r, size_t i, const double *position, const double *rotation)
+{
+    size_t positions = (size_t)r->model->position_columns;
+    for (size_t k = 0; k < r->pose; k++) {
+        r->poses[k * r->points + i] = k < positions ? position[k] : rotation[k - positions];
+    }
+}
+
+static ad_status make_elastica(reference *r, const scene *scene, ad_error *error)
+{
+    analytic_clamp clamp = clamp_of(scene);
+    analytic_elastica elastica;
+    double force[3];
+    numbers_of(scene->loads.tip.force, 3, force);
+    ad_status status = analytic_elastica_create(&clamp, r->length,
+                                                scene_properties_of(scene).curvature_stiffness[0],
+                                                force, &elastica, error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        analytic_state state;
+        analytic_elastica_at(&elastica, r->s[i], &state);
+        put_pose(r, i, state.position, state.quaternion);
+    }
+    return status;
+}
+
+static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_error *error)
+{
+    analytic_clamp clamp = clamp_of(scene);
+    scene_properties properties = scene_properties_of(scene);
+    const double *stiffness = properties.curvature_stiffness;
+    double couple[3];
+    ad_status status = AD_OK;
+    numbers_of(scene->loads.tip.moment, 3, couple);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        analytic_state state;
+        status = planar ? analytic_rollup_at(&clamp, stiffness[0], couple, r->s[i], &state, error)
+                        : analytic_helix_at(&clamp, stiffness[0], stiffness[2], couple, r->s[i],
+                                            &state, error);
+        if (status == AD_OK) {
+            put_pose(r, i, state.position, state.quaternion);
+        }
+    }
+    return status;
+}
+
+static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
+{
+    field *exact = NULL;
+    ad_status status = field_create(&e->settings->scene, NULL, true, e->pool, &exact, error);
+    if (status == AD_OK) {
+        status = field_evaluate(exact, NULL, r->points, r->s, r->t, r->poses, error);
+    }
+    field_free(exact);
+    return status;
+}
+
+/* A formula, evaluated point by point. */
+static ad_status make_deflection(reference *r, const experiment *e, ad_error *error)
+{
+    snprintf(r->name, sizeof r->name, "reference.deflection");
+    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        double unknown = 0;
+        double w = expression_evaluate(e->settings->reference_deflection, r->s[i], r->t[i]);
+        put_pose(r, i, &w, &unknown);
+        if (!isfinite(w)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "reference.deflection: is not finite at s = %g m, t = %g s; allowed: a "
+                           "formula that is",
+                           r->s[i], r->t[i]);
+        }
+    }
+    return status;
+}
+
+static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
+{
+    snprintf(r->name, sizeof r->name, "classical solution");
+    r->rotations = true;
+    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    return status == AD_OK ? reference_solve(e->settings, r->points, r->s, r->t, (int)r->pose,
+                                             r->poses, &r->about, error)
+                           : status;
+}
+
+static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
+{
+    static const char *const names[] = {"", "elastica", "rollup", "helix", "manufactured"};
+    const scene *scene = &e->settings->scene;
+    config_reference kind = e->settings->reference;
+    snprintf(r->name, sizeof r->name, "%s", names[kind]);
+    r->rotations = true;
+    ad_status status = make_grid(r, scene_is_dynamic(scene), error);
+    if (status != AD_OK) {
+        return status;
+    }
+    switch (kind) {
+    case CONFIG_REFERENCE_ELASTICA:
+        return make_elastica(r, scene, error);
+    case CONFIG_REFERENCE_MANUFACTURED:
+        return make_manufactured(r, e, error);
+    default:
+        return make_couple(r, scene, kind == CONFIG_REFERENCE_ROLLUP, error);
+    }
+}
+
+/* ---- a file -------------------------------------------------------------------------------- */
+
+/* Columns of the file by their place in a pose; t is NULL in a static scene. */
+typedef struct file_columns {
+    const double *s, *t, *pose[POSE_MAX];
+} file_columns;
+
+/* "x, y, z" */
+static void list_columns(const physics_model *model, int first, int count, char text[64])
+{
+    int length = 0;
+    for (int k = first; k < first + count; k++) {
+        length += snprintf(text + length, 64 - (size_t)length, "%s%s", k > first ? ", " : "",
+                           model->columns[k].name);
+    }
+}
+
+static ad_status blame_missing(const char *path, const char *missing, const physics_model *model,
+                               bool dynamic, ad_error *error)
+{
+    char positions[64], rotations[64];
+    list_columns(model, 0, model->position_columns, positions);
+    list_columns(model, model->position_columns, model->rotation_columns, rotations);
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%s: column '%s' is missing; a reference has columns s, %s%s and, where it "
+                   "knows rotations, %s",
+                   path, missing, dynamic ? "t, " : "", positions, rotations);
+}
+
+static ad_status find_columns(reference *r, const char *path, const table_file *table, bool dynamic,
+                              file_columns *columns, ad_error *error)
+{
+    const char *missing = NULL;
+    size_t positions = (size_t)r->model->position_columns;
+    int turns = 0;
+    columns->s = table_column(table, "s");
+    columns->t = dynamic ? table_column(table, "t") : NULL;
+    missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
+    for (size_t k = 0; k < r->pose; k++) {
+        columns->pose[k] = table_column(table, r->model->columns[k].name);
+        turns += k >= positions && columns->pose[k];
+    }
+    r->rotations = turns > 0;
+    for (size_t k = 0; !missing && k < (turns ? r->pose : positions); k++) {
+        missing = columns->pose[k] ? NULL : r->model->columns[k].name;
+    }
+    if (missing) {
+        return blame_missing(path, missing, r->model, dynamic, error);
+    }
+    const double *t = dynamic ? NULL : table_column(table, "t");
+    for (size_t i = 1; t && i < table_rows(table); i++) {
+        if (t[i] != t[0]) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: column 't' holds several times, but the scene is static; allowed: "
+                           "one time, or no column t",
+                           path);
+        }
+    }
+    return AD_OK;
+}
+
+static bool within(double value, double limit)
+{
+    return value >= -REFERENCE_END_TOLERANCE * limit &&
+           value <= (1 + REFERENCE_END_TOLERANCE) * limit;
+}
+
+static bool normalized(double rotation[4])
+{
+    double size = hypot(hypot(rotation[0], rotation[1]), hypot(rotation[2], rotation[3]));
+    for (int i = 0; i < 4; i++) {
+        rotation[i] /= size;
+    }
+    return size > 0;
+}
+
+/* Points outside the scene are passed over; the arrays have room for every row. */
+static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
+                           ad_error *error)
+{
+    size_t kept = 0, positions = (size_t)r->model->position_columns;
+    bool is_quaternion = r->model->rotation_columns == 4;
+    for (size_t i = 0; i < rows; i++) {
+        double pose[POSE_MAX] = {0};
+        if (!within(columns->s[i], r->length) ||
+            (columns->t && !within(columns->t[i], r->duration))) {
+            continue;
+        }
+        for (size_t k = 0; k < r->pose; k++) {
+            pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
+        }
+        if (r->rotations && is_quaternion && !normalized(pose + positions)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: row %zu: the quaternion qw, qx, qy, qz is 0; allowed: not 0", path,
+                           i + 1);
+        }
+        r->s[kept] = columns->s[i];
+        r->t[kept] = columns->t ? columns->t[i] : 0;
+        put_pose(r, kept++, pose, pose + positions);
+    }
+    r->left_out = rows - kept;
+    if (kept == 0) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: none of its %zu points lies in the scene: s from 0 to %g m%s", path,
+                       rows, r->length, columns->t ? ", t within the duration" : "");
+    }
+    for (size_t k = 1; k < r->pose; k++) { /* rows of poses follow one another */
+        memmove(r->poses + k * kept, r->poses + k * r->points, kept * sizeof *r->poses);
+    }
+    r->points = kept;
+    return AD_OK;
+}
+
+static ad_status make_file(reference *r, const experiment *e, ad_error *error)
+{
+    const char *path = e->settings->reference_file;
+    const char *slash = strrchr(path, '/');
+    table_file *table = NULL;
+    file_columns columns;
+    snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
+    ad_status status = table_read(path, TABLE_FINITE, &table, error);
+    if (status == AD_OK) {
+        status =
+            find_columns(r, path, table, scene_is_dynamic(&e->settings->scene), &columns, error);
+    }
+    if (status == AD_OK && table_rows(table) == 0) {
+        status =
+            ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
+    }
+    if (status == AD_OK) {
+        status = allocate(r, table_rows(table), error);
+    }
+    if (status == AD_OK) {
+        status = take_rows(r, path, &columns, table_rows(table), error);
+    }
+    table_free(table);
+    return status;
+}
+
+/* ---- windows of time ----------------------------------------------------------------------- */
+
+/* Bring the points into the order of their windows; within one they keep theirs. */
+static void sort_points(reference *r, const scene *scene)
+{
+    double time = rod_scales_of(scene).time;
+    size_t taken = 0;
+    double *s = r->values, *t = r->values + r->points; /* not in use yet */
+    for (int window = 0; window < scene->windows; window++) {
+        r->first[window] = taken;
+        for (size_t i = 0; i < r->points; i++) {
+            if (scene->windows > 1 && rod_window_at(scene, r->t[i] / time) != window) {
+                continue;
+            }
+            s[taken] = r->s[i];
+            t[taken] = r->t[i];
+            for (size_t k = 0; k < r->pose; k++) {
+                r->part[k * r->points + taken] = r->poses[k * r->points + i];
+            }
+            taken++;
+        }
+    }
+    r->first[scene->windows] = taken;
+    memcpy(r->s, s, r->points * sizeof *s);
+    memcpy(r->t, t, r->points * sizeof *t);
+    memcpy(r->poses, r->part, r->pose * r->points * sizeof *r->part);
+}
+
+/* Values of the points from `first` up to `end`. */
+static ad_status evaluate(reference *r, const double *x, size_t first, size_t end, ad_error *error)
+{
+    size_t count = end - first;
+    ad_status status =
+        count ? field_evaluate(r->candidate, x, count, r->s + first, r->t + first, r->part, error)
+              : AD_OK;
+    for (size_t k = 0; status == AD_OK && count && k < r->pose; k++) {
+        memcpy(r->values + k * r->points + first, r->part + k * count, count * sizeof *r->values);
+    }
+    return status;
+}
+
+ad_status reference_enter(reference *r, const experiment *e, int from, ad_error *error)
+{
+    field_enter(r->candidate, e->window, e->parameters, e->starts);
+    r->window = e->window;
+    return evaluate(r, experiment_parameters(e), r->first[from < e->window ? from : e->window],
+                    r->first[e->window], error);
+}
+
+/* ---- the reference ------------------------------------------------------------------------- */
+
+static double position_square(const reference *r)
+{
+    double square = 0;
+    for (size_t i = 0; i < (size_t)r->model->position_columns * r->points; i++) { /* come first */
+        square += r->poses[i] * r->poses[i];
+    }
+    return square;
+}
+
+/* Errors are relative to the norm of all positions. */
+static ad_status check_size(const reference *r, ad_error *error)
+{
+    double square = position_square(r);
+    return square > 0 && isfinite(square)
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%s: the positions are all 0, or too large to be squared; an error "
+                         "relative to them needs others",
+                         r->name);
+}
+
+ad_status reference_create(const experiment *e, reference **result, ad_error *error)
+{
+    const config *settings = e->settings;
+    *result = NULL;
+    if (!config_names_reference(settings)) {
+        return AD_OK;
+    }
+    reference *r = calloc(1, sizeof *r);
+    if (!r) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+    }
+    r->model = model_of(&settings->scene);
+    r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
+    r->length = settings->scene.rod.length;
+    r->duration = settings->scene.duration;
+    r->about.estimate = NAN;
+    ad_status status = settings->reference_file                ? make_file(r, e, error)
+                       : settings->reference_deflection        ? make_deflection(r, e, error)
+                       : !isnan(settings->reference_tolerance) ? make_solved(r, e, error)
+                                                               : make_analytic(r, e, error);
+    if (status == AD_OK) {
+        status = check_size(r, error);
+    }
+    if (status == AD_OK) {
+        sort_points(r, &settings->scene);
+        status = field_create(&settings->scene, e->mlp, true, e->pool, &r->candidate, error);
+    }
+    if (status == AD_OK) {
+        status = reference_enter(r, e, 0, error);
+    }
+    if (status != AD_OK) {
+        reference_free(r);
+        return status;
+    }
+    *result = r;
+    return AD_OK;
+}
+
+void reference_free(reference *r)
+{
+    if (r) {
+        field_free(r->candidate);
+        free(r->s);
+        free(r);
+    }
+}
+
+size_t reference_points(const reference *r)
+{
+    return r->points;
+}
+
+const double *reference_s(const reference *r)
+{
+    return r->s;
+}
+
+const double *reference_t(const reference *r)
+{
+    return r->t;
+}
+
+size_t reference_left_out(const reference *r)
+{
+    return r->left_out;
+}
+
+const char *reference_name(const reference *r)
+{
+    return r->name;
+}
+
+const char *reference_account(const reference *r)
+{
+    return r->about.account;
+}
+
+const char *reference_remark(const reference *r)
+{
+    return r->about.remark;
+}
+
+/* Over the length. */
+static double largest_estimate(const reference *r)
+{
+    return r->about.estimate * r->about.size / r->length;
+}
+
+reference_errors reference_estimates(const reference *r)
+{
+    double estimate = largest_estimate(r);
+    return (reference_errors){.position = estimate * r->length *
+                                          sqrt((double)r->points / position_square(r)),
+                              .position_max = estimate,
+                              .tip = estimate,
+                              .rotation = NAN,
+                              .rotation_max = NAN};
+}
+
+bool reference_doubts(const reference *r, const reference_errors *errors,
+                      char text[REFERENCE_DOUBT])
+{
+    if (!(errors->position_max <= largest_estimate(r))) {
+        return false;
+    }
+    snprintf(
+        text, REFERENCE_DOUBT,
+        "the reference itself is off by an estimated %.1e of the length; the true error may be "
+        "as large",
+        largest_estimate(r));
+    return true;
+}
+
+double rotation_angle(const double p[4], const double q[4])
+{
+    double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    double x = p[0] * q[1] - q[0] * p[1] - (p[2] * q[3] - p[3] * q[2]);
+    double y = p[0] * q[2] - q[0] * p[2] - (p[3] * q[1] - p[1] * q[3]);
+    double z = p[0] * q[3] - q[0] * p[3] - (p[1] * q[2] - p[2] * q[1]);
+    return 2 * atan2(sqrt(x * x + y * y + z * z), fabs(scalar));
+}
+
+/* A beam of small deflection has one angle, its slope. */
+static double angle_between(const reference *r, const double *p, const double *q)
+{
+    return r->model->rotation_columns == 4 ? rotation_angle(p, q) : fabs(p[0] - q[0]);
+}
+
+/* The larger; not a number wins, so that it cannot hide. */
+static double worse(double a, double b)
+{
+    return b <= a || isnan(a) ? a : b;
+}
+
+static void pose_at(const reference *r, const double *poses, size_t i, double pose[POSE_MAX])
+{
+    for (size_t k = 0; k < r->pose; k++) {
+        pose[k] = poses[k * r->points + i];
+    }
+}
+
+/* Of r->values at the first `points`. */
+static reference_errors measure(const reference *r, size_t points)
+{
+    double off = 0, size = 0, angles = 0, most = 0, turned = 0, tip = -1;
+    int positions = r->model->position_columns;
+    for (size_t i = 0; i < points; i++) {
+        double exact[POSE_MAX], found[POSE_MAX], square = 0;
+        pose_at(r, r->poses, i, exact);
+        pose_at(r, r->values, i, found);
+        for (int k = 0; k < positions; k++) {
+            square += (found[k] - exact[k]) * (found[k] - exact[k]);
+            size += exact[k] * exact[k];
+        }
+        double angle = angle_between(r, exact + positions, found + positions);
+        off += square;
+        angles += angle * angle;
+        most = worse(most, sqrt(square));
+        turned = worse(turned, angle);
+        if (r->s[i] >= (1 - REFERENCE_END_TOLERANCE) * r->length) {
+            tip = worse(tip, sqrt(square));
+        }
+    }
+    return (reference_errors){.position = sqrt(off / size),
+                              .position_max = points ? most / r->length : NAN,
+                              .tip = tip < 0 ? NAN : tip / r->length,
+                              .rotation = r->rotations ? sqrt(angles / (double)points) : NAN,
+                              .rotation_max = r->rotations && points ? turned : NAN};
+}
+
+ad_status reference_compare(reference *r, const double *x, reference_errors *errors,
+                            ad_error *error)
+{
+    size_t points = r->first[r->window + 1];
+    ad_status status = evaluate(r, x, r->first[r->window], points, error);
+    if (status == AD_OK) {
+        *errors = measure(r, points);
+    }
+    return status;
+}
+
+ad_status reference_compare_solution(reference *r, const solution *solved, reference_errors *errors,
+                                     ad_error *error)
+{
+    ad_status status =
+        solution_evaluate(solved, (int)r->pose, r->points, r->s, r->t, r->values, error);
+    if (status == AD_OK) {
+        *errors = measure(r, r->points);
+    }
+    return status;
+}

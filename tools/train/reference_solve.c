@@ -1,0 +1,228 @@
+#include "tools/train/reference_solve.h"
+
+#include "physics/solve/solve.h"
+#include "tools/files/checkpoint.h"
+#include "tools/files/file_bytes.h"
+#include "tools/programs/cli.h"
+#include "tools/train/clock.h"
+#include "tools/train/run.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const double worthless = 1e-3; /* estimate above which there is no reference */
+
+/* What is wanted, and where it is kept. */
+typedef struct request {
+    const config *settings;
+    size_t points;
+    const double *s, *t; /* [points] */
+    int columns;
+    double *poses;     /* [columns][points] */
+    char *text;        /* all that it depends on */
+    char folder[3800]; /* "": there is no cache */
+    char path[4096];
+} request;
+
+/* ---- names --------------------------------------------------------------------------------- */
+
+static char *text_of(const request *r)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return NULL;
+    }
+    fprintf(file, "# cpinn %s, solution %d, %d columns at %zu points\n", cli_version(),
+            SOLUTION_VERSION, r->columns, r->points);
+    ad_status status = config_write_physics(r->settings, file);
+    if (fclose(file) != 0 || status != AD_OK) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+/* A path that is not absolute does not count, says the specification. */
+static void name_files(request *r)
+{
+    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    bool given = cache && *cache == '/';
+    uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, r->text, strlen(r->text));
+    if (!given && (!home || *home != '/')) {
+        return;
+    }
+    int length = snprintf(r->folder, sizeof r->folder, "%s%s/cpinn", given ? cache : home,
+                          given ? "" : "/.cache");
+    if (length < 0 || (size_t)length >= sizeof r->folder) {
+        r->folder[0] = '\0';
+        return;
+    }
+    snprintf(r->path, sizeof r->path, "%s/%016" PRIx64 ".h5", r->folder, hash);
+}
+
+/* ---- the cache ----------------------------------------------------------------------------- */
+
+static void say_solved(const request *r, const char *source, reference_solution *about)
+{
+    double asked = r->settings->reference_tolerance;
+    char missed[64] = "";
+    if (about->estimate > asked) {
+        snprintf(missed, sizeof missed, ", not the %.1g asked for", asked);
+    }
+    snprintf(about->account, sizeof about->account,
+             "solved classically, estimated error %.1e of the %s%s%s, %s", about->estimate,
+             scene_is_beam(&r->settings->scene) ? "deflection" : "length", missed,
+             about->may_buckle ? ", of several equilibria the one that continues the unstressed rod"
+                               : "",
+             source);
+}
+
+static ad_status read_kept(const request *r, const checkpoint *file, reference_solution *about,
+                           ad_error *error)
+{
+    const char *text = NULL;
+    int64_t may_buckle = 0;
+    size_t count = (size_t)r->columns * r->points;
+    ad_status status = checkpoint_get_text(file, "scene", &text, error);
+    if (status == AD_OK && strcmp(text, r->text) != 0) {
+        status = ad_fail(error, AD_BAD_INPUT, "the text of another scene");
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_doubles(file, "estimate", &about->estimate, 1, error);
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_doubles(file, "size", &about->size, 1, error);
+    }
+    if (status == AD_OK) {
+        status = checkpoint_get_int64(file, "may_buckle", &may_buckle, 1, error);
+        about->may_buckle = may_buckle != 0;
+    }
+    return status == AD_OK ? checkpoint_get_doubles(file, "poses", r->poses, count, error) : status;
+}
+
+/* Whether it is there; if it is and cannot be used, the remark says why. */
+static bool take_kept(const request *r, reference_solution *about)
+{
+    checkpoint *file = NULL;
+    ad_error why;
+    char source[256];
+    if (!*r->folder || access(r->path, F_OK) != 0) {
+        return false;
+    }
+    ad_status status = checkpoint_open(r->path, &file, &why);
+    if (status == AD_OK) {
+        status = read_kept(r, file, about, &why);
+    }
+    checkpoint_free(file);
+    if (status == AD_OK) {
+        snprintf(source, sizeof source, "from %s", file_bytes_shown(r->path));
+        say_solved(r, source, about);
+        return true;
+    }
+    snprintf(about->remark, sizeof about->remark,
+             status == AD_BAD_INPUT ? "%s: is damaged or of another scene; solved anew"
+                                    : "%s; solved anew",
+             status == AD_BAD_INPUT ? file_bytes_shown(r->path) : why.message);
+    return false;
+}
+
+/* Replaces what could not be used. */
+static void keep(const request *r, reference_solution *about)
+{
+    const size_t shape[2] = {(size_t)r->columns, r->points};
+    checkpoint *file = *r->folder ? checkpoint_create(cli_version()) : NULL;
+    ad_error why;
+    if (!file) {
+        return;
+    }
+    checkpoint_put_text(file, "scene", r->text);
+    checkpoint_put_doubles(file, "poses", r->poses, 2, shape);
+    checkpoint_put_double(file, "estimate", about->estimate);
+    checkpoint_put_double(file, "size", about->size);
+    checkpoint_put_integer(file, "may_buckle", about->may_buckle);
+    run_make_folder(r->folder, NULL); /* or writing says so */
+    if (checkpoint_write(file, r->path, 1, &why) != AD_OK) {
+        snprintf(about->remark, sizeof about->remark, "%s; not kept for the next run", why.message);
+    }
+    checkpoint_free(file);
+}
+
+/* ---- solving ------------------------------------------------------------------------------- */
+
+/* What the solver has to say against the result; AD_OK when it can be used. */
+static ad_status judge(const request *r, const solve_report *report, ad_error *error)
+{
+    char problem[300];
+    if (!scene_is_dynamic(&r->settings->scene) && report->load_fraction != 1) {
+        snprintf(problem, sizeof problem,
+                 "solving stops at %.6g of the load, beyond which the equilibria that continue the "
+                 "unstressed rod end or turn back; give reference.file, or leave it out",
+                 report->load_fraction);
+    } else if (!(report->estimate <= worthless)) {
+        snprintf(problem, sizeof problem,
+                 "the solution is estimated to be off by %.2g of the %s; give reference.file, "
+                 "or leave it out",
+                 report->estimate, scene_is_beam(&r->settings->scene) ? "deflection" : "length");
+    } else {
+        return AD_OK;
+    }
+    return config_refuse(r->settings, "reference.solve", problem, error);
+}
+
+static ad_status solve(const request *r, solve_report *report, ad_error *error)
+{
+    const scene *rod_scene = &r->settings->scene;
+    bool dynamic = scene_is_dynamic(rod_scene);
+    const solve_settings asked = {.tolerance = r->settings->reference_tolerance};
+    solution *solved = NULL;
+    ad_error why;
+    ad_status status = solution_create(rod_scene, &asked, dynamic ? r->points : 0,
+                                       dynamic ? r->t : NULL, &solved, report, &why);
+    if (status == AD_OK) {
+        status = judge(r, report, &why);
+    } else if (status != AD_NO_MEMORY) {
+        char problem[sizeof why.message];
+        snprintf(problem, sizeof problem, "%s", why.message);
+        status = config_refuse(r->settings, "reference.solve", problem, &why);
+    }
+    if (status == AD_OK) {
+        status = solution_evaluate(solved, r->columns, r->points, r->s, dynamic ? r->t : NULL,
+                                   r->poses, &why);
+    }
+    solution_free(solved);
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", why.message);
+}
+
+ad_status reference_solve(const config *settings, size_t points, const double *s, const double *t,
+                          int columns, double *poses, reference_solution *about, ad_error *error)
+{
+    request r = {settings, points, s, t, columns, poses, .folder = ""};
+    solve_report report;
+    ad_status status = AD_OK;
+    about->remark[0] = '\0';
+    r.text = text_of(&r);
+    if (!r.text) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+    }
+    name_files(&r);
+    if (!take_kept(&r, about)) {
+        char source[32];
+        double start = wall_seconds();
+        status = solve(&r, &report, error);
+        if (status == AD_OK) {
+            about->estimate = report.estimate;
+            about->size = report.size;
+            about->may_buckle = report.may_buckle;
+            snprintf(source, sizeof source, "%.3g s", wall_seconds() - start);
+            say_solved(&r, source, about);
+            keep(&r, about);
+        }
+    }
+    free(r.text);
+    return status;
+}

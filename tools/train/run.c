@@ -1,0 +1,152 @@
+#include "tools/train/run.h"
+
+#include "tools/files/file_bytes.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+ad_status run_name(run_folder *run, const char *path, ad_error *error)
+{
+    *run = (run_folder){.rows = NULL};
+    size_t length = strlen(path);
+    while (length > 1 && path[length - 1] == '/') {
+        length--;
+    }
+    if (length == 0 || length >= sizeof run->path) {
+        return ad_fail(error, AD_BAD_INPUT, "--out: a path of %zu bytes; 1 to %zu are allowed",
+                       length, sizeof run->path - 1);
+    }
+    memcpy(run->path, path, length);
+    snprintf(run->checkpoint, sizeof run->checkpoint, "%s/checkpoint.h5", run->path);
+    snprintf(run->history, sizeof run->history, "%s/history.csv", run->path);
+    snprintf(run->config, sizeof run->config, "%s/config.yaml", run->path);
+    return AD_OK;
+}
+
+ad_status run_check_new(const run_folder *run, ad_error *error)
+{
+    const char *const files[] = {run->checkpoint, run->history, run->config};
+    for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+        if (access(files[i], F_OK) == 0) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: there is a run already (%s); continue it with --resume, or choose "
+                           "another folder with --out",
+                           file_bytes_shown(run->path), strrchr(files[i], '/') + 1);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status run_make_folder(const char *path, ad_error *error)
+{
+    char part[4000];
+    size_t length = strlen(path);
+    for (size_t i = 1; i <= length; i++) {
+        if (path[i] != '/' && path[i] != '\0') {
+            continue;
+        }
+        memcpy(part, path, i);
+        part[i] = '\0';
+        if (mkdir(part, 0777) != 0 && errno != EEXIST) {
+            return ad_fail(error, AD_IO, "%s: the folder cannot be made: %s",
+                           file_bytes_shown(part), strerror(errno));
+        }
+    }
+    struct stat info;
+    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
+        return ad_fail(error, AD_IO, "%s: is not a folder; choose another with --out",
+                       file_bytes_shown(path));
+    }
+    return AD_OK;
+}
+
+/* Header and rows so far as one file; what an interrupted process wrote beyond the checkpoint goes.
+ */
+static ad_status write_history(const run_folder *run, const history *h, ad_error *error)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->history);
+    }
+    history_print(h, -1, file);
+    for (size_t row = 0; row < h->count; row++) {
+        history_print(h, (long)row, file);
+    }
+    if (fclose(file) != 0) {
+        free(text);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->history);
+    }
+    ad_status status = file_bytes_write(run->history, text, size, 1, error);
+    free(text);
+    return status;
+}
+
+ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error)
+{
+    char *yaml = experiment_yaml(e);
+    if (!yaml) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->config);
+    }
+    ad_status status = file_bytes_write(run->config, yaml, strlen(yaml), 1, error);
+    free(yaml);
+    if (status == AD_OK) {
+        status = write_history(run, h, error);
+    }
+    if (status == AD_OK) {
+        run->rows = fopen(run->history, "a");
+        run->rows_written = h->count;
+        if (!run->rows) {
+            return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
+        }
+    }
+    return status;
+}
+
+ad_status run_append(run_folder *run, const history *h, ad_error *error)
+{
+    if (run->rows_written == h->count) {
+        return AD_OK;
+    }
+    while (run->rows_written < h->count) {
+        history_print(h, (long)run->rows_written++, run->rows);
+    }
+    if (fflush(run->rows) != 0 || ferror(run->rows)) {
+        return ad_fail(error, AD_IO, "%s: %s", run->history, strerror(errno));
+    }
+    return AD_OK;
+}
+
+void run_end(run_folder *run)
+{
+    if (run->rows) {
+        fclose(run->rows);
+        run->rows = NULL;
+    }
+}
+
+ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
+                         ad_error *error)
+{
+    const char *text, *const anywhere[] = {"reference.file=null"}; /* it may have moved */
+    int64_t stage;
+    config *before;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status != AD_OK ||
+        (status = checkpoint_get_int64(file, "training/stage", &stage, 1, error)) != AD_OK ||
+        (status = config_read(run->checkpoint, text, 1, anywhere, &before, error)) != AD_OK) {
+        return status;
+    }
+    stage = stage < 0 || stage > before->stage_count ? before->stage_count : stage;
+    ad_error why;
+    status = config_continues(before, e->settings, (int)stage, &why);
+    if (status != AD_OK) {
+        ad_fail(error, status, "%s: %s", file_bytes_shown(run->checkpoint), why.message);
+    }
+    config_free(before);
+    return status;
+}

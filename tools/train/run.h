@@ -1,0 +1,38 @@
+/* The folder of a run: checkpoint.h5, history.csv, config.yaml. */
+#ifndef TOOLS_TRAIN_RUN_H
+#define TOOLS_TRAIN_RUN_H
+
+#include "tools/train/trainer.h"
+
+typedef struct run_folder {
+    char path[3800];
+    char checkpoint[4096];
+    char history[4096];
+    char config[4096];
+    FILE *rows;          /* history.csv, open for appending */
+    size_t rows_written; /* rows of the history already there */
+} run_folder;
+
+/* Names only; nothing is touched. AD_BAD_INPUT: the path is too long. */
+ad_status run_name(run_folder *run, const char *path, ad_error *error);
+
+/* AD_BAD_INPUT when the folder already holds a run. */
+ad_status run_check_new(const run_folder *run, ad_error *error);
+
+/* Make the folder `path`, of less than 4000 bytes, and what leads to it. */
+ad_status run_make_folder(const char *path, ad_error *error);
+
+/* Write config.yaml, start history.csv from the rows so far. A new run saves its first checkpoint
+ * before, so that whatever a killed process leaves can be resumed. */
+ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error);
+
+/* Append the rows that history.csv does not have yet. */
+ad_status run_append(run_folder *run, const history *h, ad_error *error);
+
+void run_end(run_folder *run);
+
+/* AD_BAD_INPUT when the experiment may not continue that of the checkpoint: config_continues. */
+ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
+                         ad_error *error);
+
+#endif

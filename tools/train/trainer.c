@@ -1,0 +1,483 @@
+#include "tools/train/clock.h"
+#include "tools/train/trainer_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static void name_columns(trainer *t)
+{
+    static const char *const before[] = {"step", "window", "stage", "seconds", "loss"};
+    static const char *const after[] = {"held_out",       "error",         "tip_error",
+                                        "rotation_error", "learning_rate", "gradient_norm"};
+    history *h = &t->history;
+    for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
+        if (i != 1 || t->e->settings->scene.windows > 1) {
+            h->names[h->columns++] = before[i];
+        }
+    }
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        h->names[h->columns++] = problem_term_name(t->problem, i);
+    }
+    if (t->loads.solved) {
+        h->names[h->columns++] = "part_of_loads";
+    }
+    for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
+        h->names[h->columns++] = after[i];
+    }
+    if (t->e->settings->losses.causal_slices) {
+        h->names[h->columns++] = "causal_epsilon";
+        h->names[h->columns++] = "causal_least_weight";
+    }
+    for (int i = 0; t->e->settings->losses.balance && i < problem_terms(t->problem); i++) {
+        snprintf(t->balance_names[i], sizeof t->balance_names[i], "balance_%s",
+                 problem_term_name(t->problem, i));
+        h->names[h->columns++] = t->balance_names[i];
+    }
+    if (t->e->settings->losses.self_adaptive_rate > 0) {
+        h->names[h->columns++] = "self_adaptive_least_weight";
+        h->names[h->columns++] = "self_adaptive_greatest_weight";
+    }
+}
+
+static bool fixed_loss(const problem_settings *losses)
+{
+    return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
+           losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
+           !losses->balance && !(losses->self_adaptive_rate > 0);
+}
+
+static const config_stage *stage_of(const trainer *t)
+{
+    return &t->e->settings->stages[t->info.stage];
+}
+
+void trainer_forget_optimizer(trainer *t)
+{
+    optimizer_free(t->optimizer);
+    t->optimizer = NULL;
+}
+
+ad_status trainer_start_stage(trainer *t, ad_error *error)
+{
+    ad_status status = optimizer_create(t->e->settings, t->info.stage, t->problem, t->e->pool,
+                                        experiment_parameters(t->e), &t->optimizer, error);
+    if (status == AD_OK) {
+        t->stage_started = wall_seconds();
+    }
+    return status;
+}
+
+/* ---- parts of the loads -------------------------------------------------------------------- */
+
+ad_status trainer_apply_loads(trainer *t, ad_error *error)
+{
+    bool changed = t->loads.solved && t->info.part != t->loads.part;
+    if (changed) {
+        t->info.part = t->loads.part;
+    }
+    return changed ? problem_load(t->problem, t->info.part, error) : AD_OK;
+}
+
+static ad_status start_loads(trainer *t, ad_error *error)
+{
+    t->info.part = 1;
+    if (!config_takes_loads_in_parts(t->e->settings)) {
+        return AD_OK;
+    }
+    bool gradual = scene_is_imperfect(&t->e->settings->scene);
+    if (!optim_continuation_create(&t->loads, t->e->count, gradual)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
+    }
+    return trainer_apply_loads(t, error);
+}
+
+/* Another part of the loads, for which the stage begins again? Not where the user's limit ended it
+ * with all loads at work. */
+static bool goes_on_with_loads(trainer *t, optim_status status)
+{
+    bool limited = t->info.part == 1 && status == OPTIM_RUNNING;
+    return t->loads.solved && t->info.stage == 0 && !limited &&
+           optim_continuation_next(&t->loads, t->info.solved, experiment_parameters(t->e));
+}
+
+ad_status trainer_create(experiment *e, problem *problem_, reference *known, double seconds,
+                         trainer **result, ad_error *error)
+{
+    *result = NULL;
+    trainer *t = calloc(1, sizeof *t);
+    if (!t) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
+    }
+    t->e = e;
+    t->problem = problem_;
+    t->known = known;
+    t->started = wall_seconds() - seconds;
+    t->losses_compare = fixed_loss(&e->settings->losses);
+    t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
+    t->info.held_out_ratio = NAN;
+    t->best_held_out = INFINITY;
+    t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
+    for (int i = 0; i < problem_sets(problem_); i++) {
+        t->info.points += (double)problem_set_inspect(problem_, i).points;
+    }
+    ad_status status = optimizer_check(e->settings, problem_, error); /* said before training */
+    status = status == AD_OK ? trainer_measure_size(t, error) : status;
+    status = status == AD_OK ? start_loads(t, error) : status;
+    status = status == AD_OK ? trainer_start_stage(t, error) : status;
+    name_columns(t);
+    if (status != AD_OK) {
+        trainer_free(t);
+        return status;
+    }
+    *result = t;
+    return AD_OK;
+}
+
+void trainer_free(trainer *t)
+{
+    if (t) {
+        trainer_forget_optimizer(t);
+        optim_continuation_free(&t->loads);
+        history_free(&t->history);
+        free(t);
+    }
+}
+
+/* ---- looking ------------------------------------------------------------------------------- */
+
+static const double *current_x(const trainer *t)
+{
+    return t->optimizer ? optimizer_x(t->optimizer) : experiment_parameters(t->e);
+}
+
+const double *trainer_parameters(const trainer *t)
+{
+    return t->losses_compare && t->optimizer ? optimizer_best_x(t->optimizer) : current_x(t);
+}
+
+trainer_info trainer_inspect(const trainer *t)
+{
+    trainer_info info = t->info;
+    info.seconds = wall_seconds() - t->started;
+    return info;
+}
+
+const history *trainer_history(const trainer *t)
+{
+    return &t->history;
+}
+
+void trainer_describe(const trainer *t, char text[160])
+{
+    text[0] = '\0';
+    if (t->optimizer) {
+        optimizer_describe(t->optimizer, text);
+    }
+}
+
+ad_status trainer_add_row(trainer *t, ad_error *error)
+{
+    trainer_info *info = &t->info;
+    double began = wall_seconds();
+    const double *x = trainer_parameters(t);
+    ad_status status = problem_held_out(t->problem, x, &info->held_out, NULL, error);
+    if (status == AD_OK && t->known) {
+        status = reference_compare(t->known, x, &info->errors, error);
+    }
+    double row[HISTORY_COLUMNS_MAX];
+    int n = 0;
+    row[n++] = (double)info->step;
+    if (t->e->settings->scene.windows > 1) {
+        row[n++] = info->window + 1;
+    }
+    row[n++] = info->stage + 1; /* counted from 1, as on the screen */
+    row[n++] = wall_seconds() - t->started;
+    row[n++] = info->loss;
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        row[n++] = problem_losses(t->problem)[i];
+    }
+    if (t->loads.solved) {
+        row[n++] = info->part;
+    }
+    row[n++] = info->held_out;
+    row[n++] = info->errors.position;
+    row[n++] = info->errors.tip;
+    row[n++] = info->errors.rotation;
+    row[n++] = info->learning_rate;
+    row[n++] = info->gradient_norm;
+    if (t->e->settings->losses.causal_slices) {
+        row[n++] = problem_causal_epsilon(t->problem);
+        row[n++] = problem_causal_least_weight(t->problem);
+    }
+    for (int i = 0; t->e->settings->losses.balance && i < problem_terms(t->problem); i++) {
+        row[n++] = problem_balance_weight(t->problem, i);
+    }
+    if (t->e->settings->losses.self_adaptive_rate > 0) {
+        problem_self_adaptive_range(t->problem, &row[n], &row[n + 1]);
+    }
+    status = status == AD_OK ? history_add(&t->history, row, error) : status;
+    info->row_seconds += wall_seconds() - began;
+    return status;
+}
+
+/* ---- interpolation --------------------------------------------------------------------------- */
+
+enum { ROWS_APART = 5 };
+static const double usual_ratio = 100; /* where the stage does not stop for it */
+
+int trainer_row_window(const trainer *t, size_t row)
+{
+    bool one = t->e->settings->scene.windows == 1;
+    double window = one ? 1 : history_value(&t->history, row, "window");
+    return window >= 1 && window <= SCENE_WINDOWS_MAX ? (int)window - 1 : 0;
+}
+
+void trainer_watch(trainer *t, size_t row)
+{
+    const history *h = &t->history;
+    trainer_info *info = &t->info;
+    double stage = history_value(h, row, "stage"); /* from 1 */
+    double held_out = history_value(h, row, "held_out"), trained = 0;
+    double part = history_value(h, row, "part_of_loads");
+    bool known = stage >= 1 && stage <= CONFIG_STAGES_MAX; /* of a file, it may be anything */
+    double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        trained += problem_term_weight(t->problem, i) *
+                   history_value(h, row, problem_term_name(t->problem, i));
+    }
+    bool other_loads = row > 0 && part != history_value(h, row - 1, "part_of_loads") && part > 0;
+    if (row > 0 && (other_loads || trainer_row_window(t, row) != trainer_row_window(t, row - 1))) {
+        t->best_held_out = INFINITY;
+        t->rows_apart = 0;
+    } else if (row > 0 && stage != history_value(h, row - 1, "stage")) {
+        t->rows_apart = 0;
+    }
+    info->held_out_ratio = held_out / trained;
+    info->interpolates =
+        held_out > (limit > 0 ? limit : usual_ratio) * trained && held_out > TRAINER_ROUNDING_LOSS;
+    t->rows_apart = info->interpolates && held_out >= t->best_held_out ? t->rows_apart + 1 : 0;
+    t->best_held_out = fmin(t->best_held_out, held_out);
+}
+
+/* ---- stepping ------------------------------------------------------------------------------ */
+
+static int objective(void *context, const double *x, double *value, double *gradient)
+{
+    trainer *t = context;
+    ad_status status = problem_evaluate(t->problem, x, value, gradient, &t->failure);
+    t->info.evaluations++;
+    t->evaluated = *value;
+    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
+           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
+                                     : OPTIM_OBJECTIVE_STOP;
+}
+
+static int linearize(void *context, linear_model *model, const double *x, double *value,
+                     double *jtr, double *diagonal)
+{
+    trainer *t = context;
+    ad_status status = linear_model_linearize(model, x, value, jtr, diagonal, &t->failure);
+    t->info.evaluations++;
+    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
+           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
+                                     : OPTIM_OBJECTIVE_STOP;
+}
+
+static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
+{
+    problem_place place = {.term = -1};
+    ad_error inner = {AD_OK, ""};
+    char advice[160];
+    long long step = (long long)t->info.step + 1;
+    problem_locate(t->problem, current_x(t), &place, &inner);
+    if (t->info.step > 0) {
+        optimizer_advise(t->optimizer, advice);
+    } else { /* before the first step only the scene can be to blame */
+        snprintf(advice, sizeof advice,
+                 "look for a formula or number of the scene that is not finite there");
+    }
+    t->info.state = TRAINER_NOT_FINITE;
+    if (place.term < 0) {
+        return ad_fail(error, AD_NOT_FINITE,
+                       "step %lld: %s; every loss term is finite at the current parameters, so the "
+                       "step itself or the gradient is not; try: %s",
+                       step, optim_status_name(why), advice);
+    }
+    return ad_fail(error, AD_NOT_FINITE,
+                   "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try: %s",
+                   step, problem_term_name(t->problem, place.term), place.s, place.t, advice);
+}
+
+/* An optimiser may keep another point than the one it evaluated last: a line search that gives up
+ * returns to an earlier trial, and a rejected Gauss-Newton step to where it began. The loss terms
+ * and causal weights that the problem holds are those of its last evaluation, so it is evaluated
+ * once more at the point kept; the history and the causal schedule then speak of that point. Passes
+ * the status of the step through, unless this evaluation fails. */
+static optim_status settle(trainer *t, optim_status status)
+{
+    double value;
+    if (problem_evaluate(t->problem, current_x(t), &value, NULL, &t->failure) != AD_OK) {
+        return OPTIM_STOPPED_BY_OBJECTIVE;
+    }
+    t->evaluated = value;
+    t->info.evaluations++;
+    return status;
+}
+
+static bool failed(optim_status status)
+{
+    return status == OPTIM_NOT_FINITE || status == OPTIM_NO_FINITE_STEP ||
+           status == OPTIM_STOPPED_BY_OBJECTIVE || status == OPTIM_BAD_STATE;
+}
+
+static optim_status take_step(trainer *t)
+{
+    const optimizer_objective f = {objective, linearize, t};
+    optim_status status = optimizer_step(t->optimizer, &f);
+    optimizer_info done = optimizer_inspect(t->optimizer);
+    t->info.loss = done.loss;
+    t->info.gradient_norm = done.gradient_norm;
+    t->info.learning_rate = done.rate;
+    return failed(status) || t->evaluated == done.loss ? status : settle(t, status);
+}
+
+/* Of what is small with a part of the loads: where the next part starts. */
+static const double near_enough = 1e-2;
+
+static const char *reason_to_end(trainer *t, optim_status status)
+{
+    const config_stage *stage = stage_of(t);
+    if (status != OPTIM_RUNNING) {
+        return optim_status_name(status);
+    }
+    if (t->info.part < 1 && trainer_is_small(t, t->info.loss / near_enough)) {
+        return "near enough";
+    }
+    if (t->info.loss < stage->stop_loss) {
+        return "stop.loss reached";
+    }
+    if (t->info.errors.position < stage->stop_error) {
+        return "stop.error reached";
+    }
+    if (stage->stop_held_out_ratio > 0 && t->rows_apart >= ROWS_APART) {
+        snprintf(t->apart, sizeof t->apart,
+                 "held-out loss %.1e times the training loss: the network interpolates its points",
+                 t->info.held_out_ratio);
+        return t->apart;
+    }
+    if (stage->stop_seconds > 0 && wall_seconds() - t->stage_started > stage->stop_seconds) {
+        return "stop.seconds reached";
+    }
+    return t->info.stage_step >= stage->steps ? "steps done" : NULL;
+}
+
+ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
+{
+    const rod_window window = experiment_window(t->e);
+    ad_status status = problem_enter(t->problem, &window, error);
+    return status == AD_OK && t->known ? reference_enter(t->known, t->e, from, error) : status;
+}
+
+/* All stages again, from the parameters that the window before has come to; a linear network from
+ * 0, where the state goes on as it moves. */
+static ad_status next_window(trainer *t, ad_error *error)
+{
+    const double *before = experiment_parameters(t->e);
+    ad_status status = experiment_next_window(t->e, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    double *now = experiment_parameters(t->e);
+    bool linear = t->e->settings->network.hidden_count == 0;
+    for (size_t i = 0; i < t->e->count; i++) {
+        now[i] = linear ? 0 : before[i];
+    }
+    t->info.window++;
+    t->info.window_step = 0;
+    t->info.stage = 0;
+    status = trainer_enter_window(t, t->info.window - 1, error);
+    return status == AD_OK ? trainer_start_stage(t, error) : status;
+}
+
+static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_error *error)
+{
+    memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
+    optimizer_account(t->optimizer, t->account);
+    trainer_forget_optimizer(t);
+    t->info.ended = why;
+    t->info.account = t->account;
+    t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
+    if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_ways_to_give(t) > 0) {
+        t->info.solved = false; /* another path of loads may lead to a stable shape */
+        t->info.ended = "unstable";
+    }
+    if (goes_on_with_loads(t, result)) {
+        t->best_held_out = INFINITY;
+        t->info.stage_step = t->rows_apart = 0;
+        ad_status status = trainer_apply_loads(t, error);
+        return status == AD_OK ? trainer_start_stage(t, error) : status;
+    }
+    t->info.stage++;
+    t->info.stage_step = 0;
+    t->rows_apart = 0;
+    if (t->info.stage < t->e->settings->stage_count) {
+        return trainer_start_stage(t, error);
+    }
+    if (t->info.window + 1 < t->e->settings->scene.windows) {
+        t->best_held_out = INFINITY; /* another network, another loss */
+        return next_window(t, error);
+    }
+    t->info.state = TRAINER_DONE;
+    return AD_OK;
+}
+
+static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
+{
+    if (why == OPTIM_STOPPED_BY_OBJECTIVE) {
+        return ad_fail(error, t->failure.status, "step %lld: %s", (long long)t->info.step + 1,
+                       t->failure.message);
+    }
+    return why == OPTIM_BAD_STATE ? ad_fail(error, AD_BAD_INPUT, "step %lld: %s",
+                                            (long long)t->info.step + 1, optim_status_text(why))
+                                  : not_finite(t, why, error);
+}
+
+ad_status trainer_step(trainer *t, ad_error *error)
+{
+    bool changed;
+    ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    bool weights = false;
+    if (stage_of(t)->optimizer == CONFIG_ADAM) {
+        const double *x = current_x(t);
+        status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    if (changed || weights) {
+        optimizer_objective_changed(t->optimizer);
+    }
+    optim_status result = take_step(t);
+    if (failed(result)) {
+        return cannot_go_on(t, result, error);
+    }
+    t->info.step++;
+    t->info.window_step++;
+    t->info.stage_step++;
+    int every = t->e->settings->output_every;
+    const char *end = reason_to_end(t, result);
+    if (end || t->info.step == 1 || t->info.step % every == 0) {
+        status = trainer_add_row(t, error);
+        if (status == AD_OK) { /* rows on demand end no stage */
+            trainer_watch(t, t->history.count - 1);
+        }
+        end = end ? end : reason_to_end(t, result); /* the error is known only now */
+    }
+    return status == AD_OK && end ? end_stage(t, end, result, error) : status;
+}

@@ -1,0 +1,92 @@
+/* Training as a state machine: one optimiser step at a time, through the stages of an experiment,
+ * in every window of its time anew, with all of its state in a checkpoint, so that a resumed run
+ * computes the same bits.
+ *
+ * Items in a checkpoint beside those of tools/train/experiment.h (integers unless said):
+ *   training/step        steps over all windows and stages
+ *   training/stage       number of the stage at work, from 0; number of stages when done
+ *   training/window_step  steps within the window at work; where time has several windows
+ *   training/stage_step  steps within it
+ *   training/seconds     wall time so far, double
+ *   training/stage_seconds  the same of the stage at work
+ *   training/optimizer   1 while an optimiser's state is stored under optimizer/
+ *   training/loads/...   doubles part, reached, before, increment, solved [2, parameters] of
+ *                        optim/continuation.h; where the loads may come in parts */
+#ifndef TOOLS_TRAIN_TRAINER_H
+#define TOOLS_TRAIN_TRAINER_H
+
+#include "tools/train/history.h"
+#include "tools/train/reference.h"
+
+typedef struct trainer trainer;
+
+/* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
+ * percent lie below. */
+#define TRAINER_LARGE_LOSS 1e-2
+
+typedef enum trainer_state {
+    TRAINER_RUNNING,
+    TRAINER_DONE,
+    TRAINER_NOT_FINITE /* a number stopped being finite; the last checkpoint is good */
+} trainer_state;
+
+typedef struct trainer_info {
+    trainer_state state;
+    int64_t step;        /* over all windows and stages */
+    int window, stage;   /* from 0 */
+    int64_t window_step; /* within the window */
+    int64_t stage_step;  /* within the stage, for a part of the loads within that */
+    double part;         /* of the loads, that is at work; 1: all */
+    double seconds;      /* wall time of all runs so far */
+    double row_seconds;  /* of it, in this process: spent on rows of the history */
+    double loss;         /* weighted; at the last evaluation */
+    double gradient_norm;
+    double learning_rate; /* or what the optimiser has for one, see tools/train/optimizer.h */
+    double held_out;      /* at the last row of the history */
+    reference_errors errors;
+    int64_t evaluations; /* of the loss in this process */
+    double points;       /* per evaluation */
+    const char *ended;   /* why the last stage ended, or NULL */
+    bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
+    const char *account;   /* what its optimiser has to say of its steps; may be empty */
+    double held_out_ratio; /* held-out over training loss at the last row, both by the weights of
+                            * the settings alone */
+    bool interpolates;     /* the ratio is so large that the points are fitted, not the equations:
+                            * above stop.held_out_ratio of the stage, or 100 where that is 0 */
+} trainer_info;
+
+/* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the
+ * trainer takes them on from window to window, and they must outlive it. seconds: wall time already
+ * spent on preparing, counted as training. */
+ad_status trainer_create(experiment *e, problem *problem_, reference *known, double seconds,
+                         trainer **result, ad_error *error);
+void trainer_free(trainer *t);
+
+/* One step of the optimiser of the stage at hand, then a row of history when one is due or a stage
+ * ends. After TRAINER_NOT_FINITE, error says which term, where, and what to try. */
+ad_status trainer_step(trainer *t, ad_error *error);
+
+/* A row of history now, beside those of every output_every steps. */
+ad_status trainer_add_row(trainer *t, ad_error *error);
+
+trainer_info trainer_inspect(const trainer *t);
+const history *trainer_history(const trainer *t);
+
+/* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
+void trainer_describe(const trainer *t, char text[160]);
+
+/* What a user has to be told of training that is over: that the network interpolates its points,
+ * that residuals are still large, in whichever window they are largest, or that a shape at rest is
+ * not stable. Returns whether there is
+ * anything to tell; `text` is one sentence. */
+enum { TRAINER_DOUBT = 320 };
+bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT]);
+
+/* The parameters to evaluate: the best of the stage so far, or the current ones where points or
+ * weights change so that losses do not compare. */
+const double *trainer_parameters(const trainer *t);
+
+ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error);
+ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error);
+
+#endif

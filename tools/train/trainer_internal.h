@@ -1,0 +1,67 @@
+/* What trainer.c (steps and stages), trainer_state.c (checkpoints) and doubts.c share; not for
+ * callers. */
+#ifndef TOOLS_TRAIN_TRAINER_INTERNAL_H
+#define TOOLS_TRAIN_TRAINER_INTERNAL_H
+
+#include "optim/continuation.h"
+#include "tools/train/optimizer.h"
+#include "tools/train/trainer.h"
+
+struct trainer {
+    experiment *e;
+    problem *problem;
+    reference *known;
+    optimizer *optimizer;     /* of the stage at hand, or NULL */
+    optim_continuation loads; /* no memory: all loads at once */
+    history history;
+    trainer_info info;
+    double started; /* wall clock of this process, less the seconds before */
+    double stage_started;
+    bool losses_compare; /* points and weights stay, so the best point is the best */
+    char balance_names[ROD_RESIDUAL_COUNT][32]; /* of columns, per term */
+    double best_held_out;                       /* of all rows of the window */
+    int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
+    char apart[128]; /* that this has been so for too long */
+    char account[160];
+    double size;      /* what a large loss is relative to: trainer_measure_size */
+    double evaluated; /* loss of the last evaluation */
+    ad_error failure; /* why an evaluation failed for another reason than its numbers */
+};
+
+/* The problem and the reference go where the experiment is. Points of the reference in windows
+ * before `from` have been compared already. */
+ad_status trainer_enter_window(trainer *t, int from, ad_error *error);
+
+/* The window that row `row` of the history comes from, counted from 0. */
+int trainer_row_window(const trainer *t, size_t row);
+
+/* Take note of row `row` of the history: does the network interpolate? */
+void trainer_watch(trainer *t, size_t row);
+
+/* Apply the part of the loads that is at work, if it is not all of them. */
+ad_status trainer_apply_loads(trainer *t, ad_error *error);
+
+/* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
+ * with second derivatives. Below, a ratio of losses is one of rounding errors. */
+#define TRAINER_ROUNDING_LOSS 1e-20
+
+/* The loss is a square, so where loads are small it is as well without any training: t->size is 1,
+ * or the loss of the network 0, in a motion at least the square of its loads, if that is less. And
+ * what is missing turns a rod that is soft in twist so much the further, and a beam on a stiff
+ * foundation moves that much less. */
+ad_status trainer_measure_size(trainer *t, ad_error *error);
+
+/* Whether a loss is that of a scene as good as solved. */
+bool trainer_is_small(const trainer *t, double loss);
+
+/* stability_count of the shape at hand, under the part of the loads at work; -1 also where memory
+ * lacks. */
+int trainer_ways_to_give(const trainer *t);
+
+void trainer_forget_optimizer(trainer *t);
+
+/* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The
+ * one before has to be forgotten. */
+ad_status trainer_start_stage(trainer *t, ad_error *error);
+
+#endif

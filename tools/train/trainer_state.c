@@ -1,0 +1,238 @@
+/* The state of training in a checkpoint; the items are listed in tools/train/trainer.h. */
+#include "tools/train/clock.h"
+#include "tools/train/trainer_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* ---- saving -------------------------------------------------------------------------------- */
+
+enum { NAME_MAX_ = 96 };
+
+static void item_name(char name[NAME_MAX_], const char *group, const char *rest)
+{
+    snprintf(name, NAME_MAX_, "%s/%s", group, rest);
+}
+
+static void put_loads(const optim_continuation *loads, checkpoint *file)
+{
+    size_t shape[2] = {2, loads->count};
+    if (loads->solved) {
+        checkpoint_put_double(file, "training/loads/part", loads->part);
+        checkpoint_put_double(file, "training/loads/reached", loads->reached);
+        checkpoint_put_double(file, "training/loads/before", loads->before);
+        checkpoint_put_double(file, "training/loads/increment", loads->increment);
+        checkpoint_put_doubles(file, "training/loads/solved", loads->solved, 2, shape);
+    }
+}
+
+ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
+{
+    checkpoint *file = checkpoint_create(CPINN_VERSION);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a checkpoint");
+    }
+    experiment_put(t->e, trainer_parameters(t), file);
+    checkpoint_put_integer(file, "training/step", t->info.step);
+    if (t->e->settings->scene.windows > 1) {
+        checkpoint_put_integer(file, "training/window_step", t->info.window_step);
+    }
+    checkpoint_put_integer(file, "training/stage", t->info.stage);
+    checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
+    checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
+    checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
+    checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
+    put_loads(&t->loads, file);
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
+    int count = t->optimizer ? optimizer_state(t->optimizer, arrays) : 0;
+    for (int i = 0; i < count; i++) {
+        item_name(names[i], "optimizer", arrays[i].name);
+        checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
+    }
+    problem_array points[PROBLEM_STATE_MAX];
+    problem_generator generators[PROBLEM_STATE_MAX];
+    int generator_count,
+        point_count = problem_state(t->problem, points, generators, &generator_count);
+    for (int i = 0; i < point_count; i++) {
+        size_t shape[2] = {points[i].rows, points[i].columns};
+        checkpoint_put_doubles(file, points[i].name, points[i].data, 2, shape);
+    }
+    size_t words = 4;
+    for (int i = 0; i < generator_count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "generators", generators[i].name);
+        checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
+    }
+    history_put(&t->history, file);
+    ad_status status = checkpoint_write(file, path, keep, error);
+    checkpoint_free(file);
+    return status;
+}
+
+/* ---- restoring ----------------------------------------------------------------------------- */
+
+static ad_status get_integer(const checkpoint *file, const char *name, int64_t low, int64_t high,
+                             int64_t *value, ad_error *error)
+{
+    ad_status status = checkpoint_get_int64(file, name, value, 1, error);
+    if (status == AD_OK && (*value < low || *value > high)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %lld; %lld to %lld are possible",
+                       name, (long long)*value, (long long)low, (long long)high);
+    }
+    return status;
+}
+
+static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error *error)
+{
+    optim_array arrays[OPTIM_STATE_CAPACITY];
+    int count = optimizer_state(t->optimizer, arrays);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "optimizer", arrays[i].name);
+        status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
+    }
+    const char *why = optimizer_state_check(t->optimizer);
+    return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
+}
+
+static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *error)
+{
+    problem_array points[PROBLEM_STATE_MAX];
+    problem_generator generators[PROBLEM_STATE_MAX];
+    int generator_count, count = problem_state(t->problem, points, generators, &generator_count);
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        status = checkpoint_get_doubles(file, points[i].name, points[i].data,
+                                        points[i].rows * points[i].columns, error);
+    }
+    for (int i = 0; status == AD_OK && i < generator_count; i++) {
+        char name[NAME_MAX_];
+        item_name(name, "generators", generators[i].name);
+        status = checkpoint_get_uint64(file, name, generators[i].rng->state, 4, error);
+    }
+    return status == AD_OK ? problem_restored(t->problem, error) : status;
+}
+
+static ad_status get_seconds(const checkpoint *file, const char *name, double *value,
+                             ad_error *error)
+{
+    ad_status status = checkpoint_get_doubles(file, name, value, 1, error);
+    if (status == AD_OK && !(*value >= 0 && isfinite(*value))) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is %g; 0 or more is possible", name,
+                       *value);
+    }
+    return status;
+}
+
+static ad_status get_parameters(experiment *e, const checkpoint *file, ad_error *error)
+{
+    ad_status status = experiment_get(e, file, error);
+    size_t numbers = e->count * ((size_t)e->window + 1);
+    for (size_t i = 0; status == AD_OK && i < numbers; i++) {
+        if (!isfinite(e->parameters[i])) {
+            return ad_fail(error, AD_BAD_INPUT, "checkpoint: a parameter is not finite");
+        }
+    }
+    return status;
+}
+
+/* The window at work, with the networks of those before. */
+static ad_status restore_window(trainer *t, const checkpoint *file, ad_error *error)
+{
+    trainer_info *info = &t->info;
+    int before = t->e->window;
+    ad_status status = get_parameters(t->e, file, error);
+    info->window_step = info->step;
+    info->window = t->e->window;
+    if (status == AD_OK && t->e->settings->scene.windows > 1) {
+        status =
+            get_integer(file, "training/window_step", 0, info->step, &info->window_step, error);
+    }
+    return status == AD_OK && (before > 0 || info->window > 0) ? trainer_enter_window(t, 0, error)
+                                                               : status;
+}
+
+static ad_status restore_loads(trainer *t, const checkpoint *file, ad_error *error)
+{
+    optim_continuation *loads = &t->loads;
+    const struct {
+        const char *name;
+        double *to;
+        size_t count;
+    } items[] = {{"training/loads/part", &loads->part, 1},
+                 {"training/loads/reached", &loads->reached, 1},
+                 {"training/loads/before", &loads->before, 1},
+                 {"training/loads/increment", &loads->increment, 1},
+                 {"training/loads/solved", loads->solved, 2 * loads->count}};
+    ad_status status = AD_OK;
+    for (size_t i = 0; loads->solved && status == AD_OK && i < sizeof items / sizeof *items; i++) {
+        status = checkpoint_get_doubles(file, items[i].name, items[i].to, items[i].count, error);
+    }
+    if (status == AD_OK && loads->solved && !optim_continuation_is_sound(loads)) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: training/loads holds impossible numbers");
+    }
+    return status == AD_OK ? trainer_apply_loads(t, error) : status;
+}
+
+/* Where the run stands, and the stage at work with the state of its optimiser. */
+static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
+{
+    int64_t stage, at_work;
+    double seconds, stage_seconds;
+    trainer_info *info = &t->info;
+    int stages = t->e->settings->stage_count;
+    ad_status status = get_integer(file, "training/step", 0, INT64_MAX - 1, &info->step, error);
+    if (status != AD_OK ||
+        (status = get_integer(file, "training/stage", 0, stages, &stage, error)) != AD_OK ||
+        (status = get_integer(file, "training/stage_step", 0, info->step, &info->stage_step,
+                              error)) != AD_OK ||
+        (status = get_integer(file, "training/optimizer", stage < stages && info->stage_step > 0,
+                              stage < stages, &at_work, error)) != AD_OK ||
+        (status = get_seconds(file, "training/seconds", &seconds, error)) != AD_OK ||
+        (status = get_seconds(file, "training/stage_seconds", &stage_seconds, error)) != AD_OK ||
+        (status = restore_window(t, file, error)) != AD_OK ||
+        (status = restore_loads(t, file, error)) != AD_OK) {
+        return status;
+    }
+    trainer_forget_optimizer(t);
+    info->stage = (int)stage;
+    info->state = stage == stages ? TRAINER_DONE : TRAINER_RUNNING;
+    t->started -= seconds;
+    if (stage < stages) {
+        status = trainer_start_stage(t, error);
+        t->stage_started -= stage_seconds;
+    }
+    if (status == AD_OK && at_work) { /* not if the run was over and has got more stages */
+        status = restore_optimizer(t, file, error);
+    }
+    return status;
+}
+
+ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
+{
+    ad_status status = restore_stage(t, file, error);
+    if (status == AD_OK) {
+        status = restore_problem(t, file, error);
+    }
+    if (status == AD_OK) {
+        status = history_get(&t->history, file, error);
+    }
+    for (size_t row = 0; status == AD_OK && row < t->history.count; row++) {
+        trainer_watch(t, row);
+    }
+    if (status == AD_OK && t->history.count > 0) { /* what stopping criteria look at */
+        size_t last = t->history.count - 1;
+        if (history_value(&t->history, last, "stage") != t->info.stage + 1 ||
+            trainer_row_window(t, last) != t->info.window) {
+            t->rows_apart = 0; /* the stage at work has no rows yet */
+        }
+        t->info.loss = history_value(&t->history, last, "loss");
+        t->info.held_out = history_value(&t->history, last, "held_out");
+        t->info.errors.position = history_value(&t->history, last, "error");
+        t->info.errors.tip = history_value(&t->history, last, "tip_error");
+        t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
+    }
+    return status;
+}
