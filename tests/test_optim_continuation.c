@@ -95,7 +95,7 @@ static double least_part(const run *r)
     const history *h = trainer_history(r->trainer);
     double least = 1;
     for (size_t row = 0; row < h->count; row++) {
-        least = fmin(least, history_value(h, row, "part_of_loads"));
+        least = fmin(least, history_value(h, row, "load_factor"));
     }
     return least;
 }

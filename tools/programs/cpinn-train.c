@@ -224,7 +224,7 @@ static void say_ended(session *s, const trainer_info *before, const trainer_info
         return;
     }
     if (before->part < 1 || now->part < 1) {
-        progress_say(&s->progress, "%.4g of the loads %s at step %lld: %s", before->part,
+        progress_say(&s->progress, "load factor %.4g %s at step %lld: %s", before->part,
                      now->solved ? "solved" : "not solved", (long long)now->step, now->ended);
     }
     if (now->stage == before->stage && now->window == before->window) {

@@ -22,7 +22,7 @@ static void name_columns(trainer *t)
         h->names[h->columns++] = problem_term_name(t->problem, i);
     }
     if (t->loads.solved) {
-        h->names[h->columns++] = "part_of_loads";
+        h->names[h->columns++] = "load_factor";
     }
     for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
         h->names[h->columns++] = after[i];
@@ -241,14 +241,14 @@ void trainer_watch(trainer *t, size_t row)
     trainer_info *info = &t->info;
     double stage = history_value(h, row, "stage"); /* from 1 */
     double held_out = history_value(h, row, "held_out"), trained = 0;
-    double part = history_value(h, row, "part_of_loads");
+    double part = history_value(h, row, "load_factor");
     bool known = stage >= 1 && stage <= CONFIG_STAGES_MAX; /* of a file, it may be anything */
     double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         trained += problem_term_weight(t->problem, i) *
                    history_value(h, row, problem_term_name(t->problem, i));
     }
-    bool other_loads = row > 0 && part != history_value(h, row - 1, "part_of_loads") && part > 0;
+    bool other_loads = row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
     if (row > 0 && (other_loads || trainer_row_window(t, row) != trainer_row_window(t, row - 1))) {
         t->best_held_out = INFINITY;
         t->rows_apart = 0;
