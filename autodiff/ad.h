@@ -29,6 +29,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct ad_tape ad_tape;
 
 /* Passed and copied by value; valid as long as its tape. */
@@ -310,5 +314,9 @@ typedef struct ad_check {
  * x is [count], restored on return. step: relative to max(1, |x_i|). */
 ad_status ad_check_gradient(ad_function function, void *context, double *x, size_t count,
                             size_t entries, double step, ad_check *check, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -77,7 +77,7 @@ static void load(void)
     state.loaded.core = corename ? corename() : "unknown";
 }
 
-const blas *blas_load(ad_error *error)
+const blas *ad_blas_load(ad_error *error)
 {
     pthread_once(&state.once, load);
     if (state.error.status != AD_OK) {

@@ -45,6 +45,6 @@ typedef struct blas {
 } blas;
 
 /* Loaded once per process, on first use; NULL with an error when it cannot be. */
-const blas *blas_load(ad_error *error);
+const blas *ad_blas_load(ad_error *error);
 
 #endif

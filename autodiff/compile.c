@@ -285,7 +285,7 @@ static bool compile_pass(compilation *c, int stage)
         plan.sum_of = c->sum_of;
         mark_pass(c, stage);
         fill_plan(c, &plan);
-        ok = plan_layout(&plan, p) && emit_pass(&plan, p) && list_outputs(c, &plan, p, stage);
+        ok = ad_plan_layout(&plan, p) && ad_emit_pass(&plan, p) && list_outputs(c, &plan, p, stage);
     }
     plan_free(&plan);
     return ok;
@@ -305,7 +305,7 @@ static void count_instructions(ad_program *program)
         }
         for (int i = 0; i < p->count; i++) {
             const instruction *now = &p->instructions[i];
-            size_t scratch = execute_scratch(now);
+            size_t scratch = ad_execute_scratch(now);
             program->scratch = scratch > program->scratch ? scratch : program->scratch;
             if (now->columns) {
                 size_t a = (size_t)now->in[0].rows, b = (size_t)now->in[1].rows;
@@ -417,7 +417,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     if (status != AD_OK) {
         return status;
     }
-    const blas *library = blas_load(error);
+    const blas *library = ad_blas_load(error);
     if (!library) {
         return AD_NO_BLAS;
     }
@@ -427,7 +427,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     }
     program->pool = pool;
     program->blas = library;
-    program->kernels = kernels_select();
+    program->kernels = ad_kernels_select();
     program->settings = settings ? *settings : ad_settings_default();
     program->outputs = count;
     program->output_ids = malloc((size_t)count * sizeof *program->output_ids);

@@ -29,7 +29,7 @@ static span tile_span(const tiled *t, size_t tile)
 
 static tiled tiles_of(size_t n, double *matrix)
 {
-    return (tiled){blas_load(NULL), n, (n + TILE - 1) / TILE, matrix, 0, NULL};
+    return (tiled){ad_blas_load(NULL), n, (n + TILE - 1) / TILE, matrix, 0, NULL};
 }
 
 /* Tile `item` of the triangle of tiles whose rows and columns begin at `first`. */
@@ -45,7 +45,7 @@ static void locate(const tiled *t, size_t first, size_t item, size_t *row, size_
 
 ad_status ad_dense_load(ad_error *error)
 {
-    return blas_load(error) ? AD_OK : AD_NO_BLAS;
+    return ad_blas_load(error) ? AD_OK : AD_NO_BLAS;
 }
 
 /* tile(i, j) = alpha a_i^T a_j + beta tile(i, j), for columns i and j of rows of stride n. */
@@ -78,7 +78,7 @@ void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double
     tiled t = tiles_of(n, c);
     t.k = rows;
     t.a = a;
-    pool_run(pool, (int)(t.count * (t.count + 1) / 2), gram_tile, &t);
+    ad_pool_run(pool, (int)(t.count * (t.count + 1) / 2), gram_tile, &t);
 }
 
 /* ---- Cholesky: a row-major upper triangle is LAPACK's lower one --------------------------------
@@ -128,8 +128,8 @@ int ad_dense_cholesky(ad_pool *pool, size_t n, double *matrix)
         }
         int left = (int)(t.count - t.k - 1);
         if (left > 0) {
-            pool_run(pool, left, solve_tile, &t);
-            pool_run(pool, left * (left + 1) / 2, update_tile, &t);
+            ad_pool_run(pool, left, solve_tile, &t);
+            ad_pool_run(pool, left * (left + 1) / 2, update_tile, &t);
         }
     }
     return 0;
@@ -138,7 +138,7 @@ int ad_dense_cholesky(ad_pool *pool, size_t n, double *matrix)
 void ad_dense_cholesky_solve(size_t n, const double *factor, double *x)
 {
     int size = (int)n, one = 1, info = 0;
-    blas_load(NULL)->potrs("L", &size, &one, factor, &size, x, &size, &info);
+    ad_blas_load(NULL)->potrs("L", &size, &one, factor, &size, x, &size, &info);
 }
 
 /* ---- LU ---------------------------------------------------------------------------------------
@@ -147,7 +147,7 @@ void ad_dense_cholesky_solve(size_t n, const double *factor, double *x)
 int ad_dense_lu(size_t n, double *matrix, int *pivots)
 {
     int size = (int)n, info = 0;
-    blas_load(NULL)->getrf(&size, &size, matrix, &size, pivots, &info);
+    ad_blas_load(NULL)->getrf(&size, &size, matrix, &size, pivots, &info);
     for (size_t i = 0; i < n && info == 0; i++) {
         info = isnan(matrix[i * (n + 1)]) != 0;
     }
@@ -157,7 +157,7 @@ int ad_dense_lu(size_t n, double *matrix, int *pivots)
 void ad_dense_lu_solve(size_t n, size_t count, const double *factor, const int *pivots, double *x)
 {
     int size = (int)n, columns = (int)count, info = 0;
-    blas_load(NULL)->getrs("N", &size, &columns, factor, &size, pivots, x, &size, &info);
+    ad_blas_load(NULL)->getrs("N", &size, &columns, factor, &size, pivots, x, &size, &info);
 }
 
 /* ---- QR ---------------------------------------------------------------------------------------
@@ -180,9 +180,9 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
     for (size_t i = 0; i < n; i++) {
         order[i] = i == 0;
     }
-    blas_load(NULL)->geqp3(&height, &width, a, &height, order, work, work + n, &space, &info);
+    ad_blas_load(NULL)->geqp3(&height, &width, a, &height, order, work, work + n, &space, &info);
     int rank = (int)rank_of(rows, n, a, least);
-    blas_load(NULL)->trtri("U", "N", &rank, a, &height, &info);
+    ad_blas_load(NULL)->trtri("U", "N", &rank, a, &height, &info);
     memset(coefficients, 0, n * n * sizeof *coefficients);
     for (size_t j = 0; j < (size_t)rank; j++) {
         for (size_t i = 0; i <= j; i++) {
@@ -200,7 +200,7 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
 int ad_dense_negative(size_t n, double *matrix, int *pivots)
 {
     int size = (int)n, info = 0, count = 0;
-    blas_load(NULL)->sytf2("L", &size, matrix, &size, pivots, &info);
+    ad_blas_load(NULL)->sytf2("L", &size, matrix, &size, pivots, &info);
     for (size_t i = 0; i < n; i++) {
         if (pivots[i] > 0) {
             count += matrix[i * (n + 1)] < 0;

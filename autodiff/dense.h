@@ -7,6 +7,10 @@
 
 #include "autodiff/ad.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Once before anything else here; AD_NO_BLAS stands in `error` when there is no library. */
 ad_status ad_dense_load(ad_error *error);
 
@@ -37,5 +41,9 @@ size_t ad_dense_basis(size_t rows, size_t n, double *a, double least, double *co
 
 /* How many eigenvalues of a symmetric matrix [n][n] are negative; it is overwritten, pivots [n]. */
 int ad_dense_negative(size_t n, double *matrix, int *pivots);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -30,8 +30,8 @@ static place part_of(place whole, int row, int rows)
 static instruction *append(emitter *e, instruction i)
 {
     pass *p = e->to;
-    if (!tape_grow((void **)&p->instructions, &p->capacity, p->count + 1,
-                   sizeof *p->instructions)) {
+    if (!ad_tape_grow((void **)&p->instructions, &p->capacity, p->count + 1,
+                      sizeof *p->instructions)) {
         e->ok = false;
         return NULL;
     }
@@ -65,7 +65,7 @@ static void emit_stack(emitter *e, int id)
     const pass_plan *plan = e->plan;
     int row = 0;
     for (int i = 0; i < plan->nodes[id].count; i++) {
-        int part = plan_argument(plan, id, i), rows = plan->tape->nodes[part].rows;
+        int part = ad_plan_argument(plan, id, i), rows = plan->tape->nodes[part].rows;
         if (!(plan->tape->nodes[part].extent == AD_BATCH && plan->parent[part] == id &&
               plan->row[part] == row)) {
             emit_copy(e, part_of(plan->places[id], row, rows), place_for(e, part, rows));
@@ -78,7 +78,7 @@ static void emit_pad(emitter *e, int id)
 {
     const pass_plan *plan = e->plan;
     place zero = {.kind = PLACE_UNIFORM, .offset = 0, .stride = 0, .rows = 1};
-    int inner = plan_argument(plan, id, 0), rows = plan->tape->nodes[inner].rows;
+    int inner = ad_plan_argument(plan, id, 0), rows = plan->tape->nodes[inner].rows;
     int before = plan->nodes[id].whole, after = plan->nodes[id].rows - before - rows;
     if (before) {
         emit_copy(e, part_of(plan->places[id], 0, before), zero);
@@ -92,7 +92,7 @@ static void emit_pad(emitter *e, int id)
 static void emit_sum_rows(emitter *e, int id)
 {
     place out = e->plan->places[id];
-    place all = place_for(e, plan_argument(e->plan, id, 0), 0);
+    place all = place_for(e, ad_plan_argument(e->plan, id, 0), 0);
     place pair[2] = {part_of(all, 0, 1), part_of(all, 1, 1)};
     for (int row = 1; row < all.rows; row++) {
         pair[1] = part_of(all, row, 1);
@@ -114,7 +114,7 @@ static void emit_products(emitter *e, int at, bool *done)
 {
     const pass_plan *plan = e->plan;
     int first = plan->order[at], op = plan->nodes[first].op;
-    bool sum = op == OP_OUTER_SUM, merge = sum || plan_is_product(plan, first);
+    bool sum = op == OP_OUTER_SUM, merge = sum || ad_plan_is_product(plan, first);
     for (;;) {
         int next = -1; /* the one of the lowest column that is left */
         for (int k = at; k < plan->ordered; k++) {
@@ -305,7 +305,7 @@ static void settle_locals(pass *p)
     }
 }
 
-bool emit_pass(const pass_plan *plan, pass *p)
+bool ad_emit_pass(const pass_plan *plan, pass *p)
 {
     bool *done = calloc((size_t)plan->count + 1, sizeof *done);
     emitter e = {.plan = plan, .to = p, .ok = done != NULL};

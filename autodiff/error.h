@@ -6,6 +6,10 @@
 
 #include <stdarg.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* One row per status: name, text. Code and text cannot drift apart. */
 #define AD_STATUS_LIST(X)                                                                          \
     X(AD_OK, "success")                                                                            \
@@ -38,5 +42,9 @@ ad_status ad_fail(ad_error *error, ad_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 ad_status ad_fail_list(ad_error *error, ad_status status, const char *format, va_list arguments)
     __attribute__((format(printf, 3, 0)));
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

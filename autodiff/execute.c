@@ -150,7 +150,7 @@ static int transposed_stride(int k)
     return (k + TILE_STEP - 1) / TILE_STEP * TILE_STEP + TILE_STEP;
 }
 
-size_t execute_scratch(const instruction *i)
+size_t ad_execute_scratch(const instruction *i)
 {
     if (i->op != OP_OUTER_SUM) {
         return 0;
@@ -352,11 +352,11 @@ static void run_pass(execution *e)
     if (e->pass->count == 0 && e->pass->output_count == 0) {
         return;
     }
-    pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
+    ad_pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
     if (e->slices > 0) {
-        pool_run(e->program->pool, (int)e->slices, sum_slice, e);
+        ad_pool_run(e->program->pool, (int)e->slices, sum_slice, e);
     }
 }
 
@@ -399,14 +399,14 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
     for (int s = 0; s < program->pass_count; s++) {
         e.pass = &program->passes[s];
         e.input_units = program->input_units + s * program->tape->inputs;
-        uniform_evaluate(program, e.pass, run);
+        ad_uniform_evaluate(program, e.pass, run);
         run_pass(&e);
     }
-    uniform_evaluate(program, &program->passes[program->pass_count], run);
+    ad_uniform_evaluate(program, &program->passes[program->pass_count], run);
     for (int i = 0; i < program->outputs; i++) {
         const node *n = &program->tape->nodes[program->output_ids[i]];
         if (n->extent == AD_UNIFORM && run->outputs[i]) {
-            memcpy(run->outputs[i], uniform_at(program, program->output_ids[i], run),
+            memcpy(run->outputs[i], ad_uniform_at(program, program->output_ids[i], run),
                    (size_t)n->rows * sizeof(double));
         }
     }
@@ -431,7 +431,7 @@ static void run_tile_job(void *context, int item, int thread)
     job->work(job->context, &t, (size_t)item);
 }
 
-void execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
+void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
 {
     execution e = {.program = program};
     cut(&e, points);
@@ -439,20 +439,20 @@ void execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
     *tiles = e.tiles;
 }
 
-void execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
-                   tile_work work, void *context)
+void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
+                      tile_work work, void *context)
 {
     tile_job job = {
         {.program = program, .run = run, .pass = &program->passes[0]}, first, work, context};
     cut(&job.e, run->points);
     job.e.input_units = program->input_units;
     if (first == 0) {
-        uniform_evaluate(program, job.e.pass, run);
+        ad_uniform_evaluate(program, job.e.pass, run);
     }
-    pool_run(program->pool, (int)count, run_tile_job, &job);
+    ad_pool_run(program->pool, (int)count, run_tile_job, &job);
 }
 
-kernel_operand execute_output(const tile_state *t, int output, bool *uniform)
+kernel_operand ad_execute_output(const tile_state *t, int output, bool *uniform)
 {
     const ad_program *program = t->e->program;
     int id = program->output_ids[output];
@@ -468,7 +468,7 @@ kernel_operand execute_output(const tile_state *t, int output, bool *uniform)
     return operand(t, p->outputs[i].from, 0);
 }
 
-int execute_valid(const tile_state *t)
+int ad_execute_valid(const tile_state *t)
 {
     return t->valid;
 }

@@ -45,7 +45,7 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
         h->varies[id] = h->varies[id] || n->op == OP_PARAMETER || n->op == OP_UNIFORM ||
                         n->op == OP_POINTS || op_is_reduction(n->op);
         h->work[id] = n->count == 0                            ? 0
-                      : op_table[n->op].kind == SMOOTH         ? HEAVY_OPERATION
+                      : ad_op_table[n->op].kind == SMOOTH      ? HEAVY_OPERATION
                       : n->op == OP_SLICE || n->op == OP_STACK ? 0
                                                                : 1;
         for (int i = 0; i < n->count; i++) {
@@ -87,7 +87,7 @@ static ad_value rename_arguments(hoist *h, int id, ad_value *arguments)
         arguments[i] = value_of(h->tape, h->renamed[x]);
         changed = changed || h->renamed[x] != x;
     }
-    return changed ? transform_apply(value_of(h->tape, id), arguments) : value_of(h->tape, id);
+    return changed ? ad_transform_apply(value_of(h->tape, id), arguments) : value_of(h->tape, id);
 }
 
 static void rewrite(hoist *h, int fixed_count, const ad_value *fixed, ad_value *arguments)
@@ -112,7 +112,7 @@ ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_val
     *fixed_count = 0;
     hoist h = {.tape = tape, .count = tape->count};
     for (int i = 0; i < count; i++) {
-        if (!transform_usable(outputs[i], "output", tape)) {
+        if (!ad_transform_usable(outputs[i], "output", tape)) {
             return tape->error.status;
         }
     }

@@ -134,7 +134,7 @@ INLINE vec v_stumpff(vec a, int whole)
 {
     for (int i = 0; i < LANES; i++) {
         double x = a[i];
-        a[i] = op_evaluate(OP_STUMPFF, whole, 0, &x);
+        a[i] = ad_op_evaluate(OP_STUMPFF, whole, 0, &x);
     }
     return a;
 }

@@ -32,13 +32,13 @@ typedef struct kernel_set {
                       kernel_operand x);
 } kernel_set;
 
-extern const kernel_set kernels_baseline;
+extern const kernel_set ad_kernels_baseline;
 #if defined(__x86_64__)
-extern const kernel_set kernels_avx2;
-extern const kernel_set kernels_avx512;
+extern const kernel_set ad_kernels_avx2;
+extern const kernel_set ad_kernels_avx512;
 #endif
 
 /* The widest set this processor runs. */
-const kernel_set *kernels_select(void);
+const kernel_set *ad_kernels_select(void);
 
 #endif

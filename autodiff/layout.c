@@ -20,17 +20,17 @@ static bool in_pass(const pass_plan *plan, int id)
     return plan->nodes[id].op != OP_COUNT;
 }
 
-int plan_argument(const pass_plan *plan, int id, int i)
+int ad_plan_argument(const pass_plan *plan, int id, int i)
 {
     const node *n = &plan->nodes[id];
     return n->count <= AD_ARITY_MAX ? plan->arguments[id][i] : plan->tape->arguments[n->first + i];
 }
 
-bool plan_is_product(const pass_plan *plan, int id)
+bool ad_plan_is_product(const pass_plan *plan, int id)
 {
     int op = plan->nodes[id].op;
     return (op == OP_MATVEC || op == OP_MATVEC_TRANSPOSED) &&
-           plan->tape->nodes[plan_argument(plan, id, 0)].extent == AD_UNIFORM;
+           plan->tape->nodes[ad_plan_argument(plan, id, 0)].extent == AD_UNIFORM;
 }
 
 /* ---- contraction --------------------------------------------------------------------------- */
@@ -64,7 +64,7 @@ static void contract(pass_plan *plan)
 
 static int phase_of(const pass_plan *plan, int id)
 {
-    return plan_is_product(plan, id) ? 0 : op_is_reduction(plan->nodes[id].op) ? 2 : 1;
+    return ad_plan_is_product(plan, id) ? 0 : op_is_reduction(plan->nodes[id].op) ? 2 : 1;
 }
 
 static void assign_levels(pass_plan *plan, int *latest)
@@ -73,7 +73,7 @@ static void assign_levels(pass_plan *plan, int *latest)
         latest[id] = 1 << 30;
         plan->level[id] = 0;
         for (int i = 0; in_pass(plan, id) && i < plan->nodes[id].count; i++) {
-            int argument = plan_argument(plan, id, i);
+            int argument = ad_plan_argument(plan, id, i);
             int level = in_pass(plan, argument) ? plan->level[argument] : 0;
             level += phase_of(plan, id) == 0;
             plan->level[id] = level > plan->level[id] ? level : plan->level[id];
@@ -88,7 +88,7 @@ static void assign_levels(pass_plan *plan, int *latest)
         }
         int limit = plan->level[id] - (phase_of(plan, id) == 0);
         for (int i = 0; i < plan->nodes[id].count; i++) {
-            int *l = &latest[plan_argument(plan, id, i)];
+            int *l = &latest[ad_plan_argument(plan, id, i)];
             *l = limit < *l ? limit : *l;
         }
     }
@@ -127,12 +127,12 @@ static void place_parts(pass_plan *plan)
     for (int id = 0; id < plan->count; id++) {
         const node *n = &plan->nodes[id];
         if (n->op == OP_SLICE) {
-            plan->parent[id] = plan_argument(plan, id, 0);
+            plan->parent[id] = ad_plan_argument(plan, id, 0);
             plan->row[id] = n->whole;
         }
         int row = 0;
         for (int i = 0; n->op == OP_STACK && i < n->count; i++) {
-            int part = plan_argument(plan, id, i);
+            int part = ad_plan_argument(plan, id, i);
             if (in_pass(plan, part) && plan->parent[part] < 0 &&
                 op_is_elementwise(plan->nodes[part].op)) {
                 plan->parent[part] = id;
@@ -177,8 +177,8 @@ static void sort_by_column(const pass_plan *plan, int count, int *ids, int argum
 {
     for (int i = 1; i < count; i++) {
         for (int k = i; k > 0; k--) {
-            int a = plan_argument(plan, ids[k - 1], argument);
-            int b = plan_argument(plan, ids[k], argument);
+            int a = ad_plan_argument(plan, ids[k - 1], argument);
+            int b = ad_plan_argument(plan, ids[k], argument);
             if (plan->panel[a] < 0 || plan->panel[a] != plan->panel[b] ||
                 plan->column[a] <= plan->column[b]) {
                 break;
@@ -215,7 +215,7 @@ static void panels_of(pass_plan *plan, int op, bool *seen)
     for (int at = 0; at < plan->ordered; at++) {
         int first = plan->order[at], ids[PANEL_COLUMNS_MAX], values[PANEL_COLUMNS_MAX];
         if (plan->nodes[first].op != op || seen[first] ||
-            (op != OP_OUTER_SUM && !plan_is_product(plan, first))) {
+            (op != OP_OUTER_SUM && !ad_plan_is_product(plan, first))) {
             continue;
         }
         int count = gather(plan, at, seen, ids);
@@ -224,7 +224,7 @@ static void panels_of(pass_plan *plan, int op, bool *seen)
         }
         sort_by_column(plan, count, ids, 1);
         for (int i = 0; i < count; i++) {
-            values[i] = plan_argument(plan, ids[i], op == OP_OUTER_SUM ? 0 : 1);
+            values[i] = ad_plan_argument(plan, ids[i], op == OP_OUTER_SUM ? 0 : 1);
         }
         make_panel(plan, count, values);
         sort_by_column(plan, count, ids, 1);
@@ -400,7 +400,7 @@ static void extend_lives(const pass_plan *plan, int id, buffer *buffers, const i
         until = end_of_run(plan, until);
     }
     for (int i = 0; i < plan->nodes[id].count; i++) {
-        int argument = plan_argument(plan, id, i);
+        int argument = ad_plan_argument(plan, id, i);
         if (in_pass(plan, argument) && !op_is_reduction(plan->nodes[argument].op)) {
             extend(&buffers[buffer_of[root_of(plan, argument, &row)]], until);
         }
@@ -475,7 +475,7 @@ static bool assign_places(pass_plan *plan, pass *p)
     return ok;
 }
 
-bool plan_layout(pass_plan *plan, pass *p)
+bool ad_plan_layout(pass_plan *plan, pass *p)
 {
     bool fuse = plan->program->settings.fuse;
     if (fuse) {

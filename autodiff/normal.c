@@ -52,7 +52,7 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                          const ad_value *wrt, ad_pool *pool, ad_error *error)
 {
     jacobian *j = &normal->jacobian;
-    ad_status status = jacobian_record(j, count, residuals, wrt_count, wrt);
+    ad_status status = ad_jacobian_record(j, count, residuals, wrt_count, wrt);
     if (status != AD_OK || j->row_count == 0) {
         ad_status sticky = count > 0 ? ad_tape_status(residuals[0].tape, error) : AD_OK;
         return sticky != AD_OK ? sticky
@@ -66,7 +66,7 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                          "normal equations: residuals have to vary over the points and may not "
                          "contain sums over them");
     }
-    if (status == AD_OK && strips_create(j, normal->parameters, &normal->strips) != AD_OK) {
+    if (status == AD_OK && ad_strips_create(j, normal->parameters, &normal->strips) != AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for normal equations");
     }
     return status;
@@ -77,7 +77,7 @@ static size_t rows_for(const ad_normal *normal, size_t points)
 {
     int tile;
     size_t tiles, most;
-    execute_cut(normal->program, points, &tile, &tiles);
+    ad_execute_cut(normal->program, points, &tile, &tiles);
     size_t tile_rows = (size_t)tile * (size_t)normal->jacobian.row_count;
     most = SLAB_NUMBERS / (normal->parameters * tile_rows + 1);
     most = most < 2 ? 2 : most;
@@ -126,8 +126,8 @@ void ad_normal_free(ad_normal *normal)
 {
     if (normal) {
         ad_program_free(normal->program);
-        jacobian_clear(&normal->jacobian);
-        strips_clear(&normal->strips);
+        ad_jacobian_clear(&normal->jacobian);
+        ad_strips_clear(&normal->strips);
         free(normal->slab);
         free(normal->residual);
         free(normal);
@@ -141,7 +141,7 @@ ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points)
     return (ad_normal_info){.rows = rows,
                             .bytes = threads * normal->program->info.workspace_bytes,
                             .slab_bytes = rows_for(normal, points) * (n + 1) * sizeof(double),
-                            .flops = strips_flops(&normal->strips, (int)rows)};
+                            .flops = ad_strips_flops(&normal->strips, (int)rows)};
 }
 
 /* ---- rows of J ------------------------------------------------------------------------------- */
@@ -163,11 +163,11 @@ static void add_term(const normal_run *n, const tile_state *t, const jacobian_bl
 {
     static const double one = 1;
     bool y_uniform, x_uniform = true;
-    int points = execute_valid(t);
+    int points = ad_execute_valid(t);
     ptrdiff_t stride = (ptrdiff_t)n->stride;
-    kernel_operand y = execute_output(t, term.y, &y_uniform), x = {&one, 0};
+    kernel_operand y = ad_execute_output(t, term.y, &y_uniform), x = {&one, 0};
     if (term.x >= 0) {
-        x = execute_output(t, term.x, &x_uniform);
+        x = ad_execute_output(t, term.x, &x_uniform);
     }
     /* A block with outer products may have terms that are not: they have all its rows. */
     int columns = term.x >= 0 ? block->columns : 1;
@@ -199,11 +199,11 @@ static void write_rows(void *context, const tile_state *t, size_t item)
 {
     const normal_run *n = context;
     const jacobian *j = &n->normal->jacobian;
-    int points = execute_valid(t);
+    int points = ad_execute_valid(t);
     for (int r = 0; r < j->row_count; r++) {
         bool uniform;
         size_t first = (size_t)r * n->points + item * (size_t)n->tile;
-        const double *from = execute_output(t, j->rows[r].residual, &uniform).at;
+        const double *from = ad_execute_output(t, j->rows[r].residual, &uniform).at;
         for (int i = 0; i < points; i++) {
             n->residual[first + (size_t)i] = from[uniform ? 0 : i];
         }
@@ -253,9 +253,9 @@ static void multiply_residuals(const normal_run *n, strip_group rows, strip_grou
     factor a = {.row = (size_t)first * n->points, .rows = (size_t)(end - first) * n->points};
     factor b = a;
     size_t before = rows.first, at = rows.first;
-    for (; strips_next(s, rows, first, &at, &a.first, &a.width); before = at) {
+    for (; ad_strips_next(s, rows, first, &at, &a.first, &a.width); before = at) {
         size_t other = rows.first == columns.first ? before : columns.first;
-        while (strips_next(s, columns, first, &other, &b.first, &b.width)) {
+        while (ad_strips_next(s, columns, first, &other, &b.first, &b.width)) {
             multiply(n, a, b);
         }
     }
@@ -275,7 +275,8 @@ static void multiply_groups(void *context, int item, int thread)
     int count = n->normal->jacobian.row_count;
     for (int first = 0, end; first < count; first = end) {
         end = first + 1;
-        while (end < count && strips_alike(s, a, first, end) && strips_alike(s, b, first, end)) {
+        while (end < count && ad_strips_alike(s, a, first, end) &&
+               ad_strips_alike(s, b, first, end)) {
             end++;
         }
         multiply_residuals(n, a, b, first, end);
@@ -293,18 +294,18 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
     n.residual = normal->residual;
     n.stride = normal->slab_rows;
     size_t tiles, row_count = (size_t)normal->jacobian.row_count;
-    execute_cut(normal->program, run->points, &n.tile, &tiles);
+    ad_execute_cut(normal->program, run->points, &n.tile, &tiles);
     size_t most = normal->slab_rows / ((size_t)n.tile * row_count),
            groups = normal->strips.group_count;
     for (size_t first = 0; first < tiles; first += most) {
         size_t count = tiles - first < most ? tiles - first : most;
         size_t points = (first + count) * (size_t)n.tile;
         n.points = (points < run->points ? points : run->points) - first * (size_t)n.tile;
-        execute_tiles(normal->program, run, first, count, write_rows, &n);
+        ad_execute_tiles(normal->program, run, first, count, write_rows, &n);
         for (size_t i = 0; i < n.points * row_count; i++) {
             *rtr += normal->residual[i] * normal->residual[i];
         }
-        pool_run(normal->program->pool, (int)(groups * (groups + 1) / 2), multiply_groups, &n);
+        ad_pool_run(normal->program->pool, (int)(groups * (groups + 1) / 2), multiply_groups, &n);
     }
     return AD_OK;
 }
@@ -317,6 +318,6 @@ void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size
     size_t tiles;
     n.columns = jt + first;
     n.residual = r + first;
-    execute_cut(normal->program, run->points, &n.tile, &tiles);
-    execute_tiles(normal->program, run, 0, tiles, write_rows, &n);
+    ad_execute_cut(normal->program, run->points, &n.tile, &tiles);
+    ad_execute_tiles(normal->program, run, 0, tiles, write_rows, &n);
 }

@@ -53,20 +53,20 @@ typedef struct strips {
 
 /* Record adjoints of every row of the residuals, per point. Rows that no parameter moves and that
  * are 0 are left out. */
-ad_status jacobian_record(jacobian *j, int count, const ad_value *residuals, int wrt_count,
-                          const ad_value *wrt);
-void jacobian_clear(jacobian *j);
+ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, int wrt_count,
+                             const ad_value *wrt);
+void ad_jacobian_clear(jacobian *j);
 
 /* Cut the columns of J [parameters] where other residuals begin to depend on them. AD_NO_MEMORY. */
-ad_status strips_create(const jacobian *j, size_t parameters, strips *result);
-void strips_clear(strips *s);
+ad_status ad_strips_create(const jacobian *j, size_t parameters, strips *result);
+void ad_strips_clear(strips *s);
 /* The next range of columns, from strip *at on, that are live in a residual; false: the group has
  * no more. *at becomes the strip after it. */
-bool strips_next(const strips *s, strip_group within, int residual, size_t *at, size_t *first,
-                 size_t *width);
+bool ad_strips_next(const strips *s, strip_group within, int residual, size_t *at, size_t *first,
+                    size_t *width);
 /* Are the same strips of a group live in two residuals? */
-bool strips_alike(const strips *s, strip_group within, int residual, int other);
+bool ad_strips_alike(const strips *s, strip_group within, int residual, int other);
 /* Operations, per point, of the sums of products of two strips' columns. */
-size_t strips_flops(const strips *s, int row_count);
+size_t ad_strips_flops(const strips *s, int row_count);
 
 #endif

@@ -131,8 +131,8 @@ static ad_status add_row(jacobian *j, ad_value residual, int wrt_count, const ad
     return ok ? AD_OK : AD_NO_MEMORY;
 }
 
-ad_status jacobian_record(jacobian *j, int count, const ad_value *residuals, int wrt_count,
-                          const ad_value *wrt)
+ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, int wrt_count,
+                             const ad_value *wrt)
 {
     ad_value *adjoints = malloc(((size_t)wrt_count + 1) * sizeof *adjoints);
     ad_status status = adjoints ? AD_OK : AD_NO_MEMORY;
@@ -145,7 +145,7 @@ ad_status jacobian_record(jacobian *j, int count, const ad_value *residuals, int
     return status;
 }
 
-void jacobian_clear(jacobian *j)
+void ad_jacobian_clear(jacobian *j)
 {
     free(j->rows);
     free(j->blocks);

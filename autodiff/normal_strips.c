@@ -59,7 +59,7 @@ static void make_groups(strips *s)
     }
 }
 
-ad_status strips_create(const jacobian *j, size_t parameters, strips *result)
+ad_status ad_strips_create(const jacobian *j, size_t parameters, strips *result)
 {
     size_t row_count = (size_t)j->row_count;
     bool *used = calloc(parameters, row_count * sizeof *used);
@@ -68,7 +68,7 @@ ad_status strips_create(const jacobian *j, size_t parameters, strips *result)
                        .live = calloc(parameters, row_count * sizeof *used)};
     if (!used || !result->items || !result->groups || !result->live) {
         free(used);
-        strips_clear(result);
+        ad_strips_clear(result);
         return AD_NO_MEMORY;
     }
     mark(j, used);
@@ -90,7 +90,7 @@ ad_status strips_create(const jacobian *j, size_t parameters, strips *result)
     return AD_OK;
 }
 
-void strips_clear(strips *s)
+void ad_strips_clear(strips *s)
 {
     free(s->items);
     free(s->groups);
@@ -98,8 +98,8 @@ void strips_clear(strips *s)
     *s = (strips){0};
 }
 
-bool strips_next(const strips *s, strip_group within, int residual, size_t *at, size_t *first,
-                 size_t *width)
+bool ad_strips_next(const strips *s, strip_group within, int residual, size_t *at, size_t *first,
+                    size_t *width)
 {
     *width = 0;
     while (*at < within.end && !s->items[*at].live[residual]) {
@@ -115,7 +115,7 @@ bool strips_next(const strips *s, strip_group within, int residual, size_t *at, 
     return true;
 }
 
-bool strips_alike(const strips *s, strip_group within, int residual, int other)
+bool ad_strips_alike(const strips *s, strip_group within, int residual, int other)
 {
     bool alike = true;
     for (size_t i = within.first; i < within.end; i++) {
@@ -124,7 +124,7 @@ bool strips_alike(const strips *s, strip_group within, int residual, int other)
     return alike;
 }
 
-size_t strips_flops(const strips *s, int row_count)
+size_t ad_strips_flops(const strips *s, int row_count)
 {
     size_t flops = 0;
     for (size_t a = 0; a < s->count; a++) {

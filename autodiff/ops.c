@@ -1,8 +1,8 @@
 /* The table of operations: one row each, and the functions that record them.
  *
  * To add one: a code in tape.h, a row here (with its partial derivatives written in terms of other
- * operations), its scalar meaning in op_evaluate, a loop in kernels.c. The table-driven test picks
- * it up. */
+ * operations), its scalar meaning in ad_op_evaluate, a loop in kernels.c. The table-driven test
+ * picks it up. */
 #include "autodiff/tape.h"
 
 #include <math.h>
@@ -170,7 +170,7 @@ ADJOINT(adjoint_outer) /* of outer and its sum */
 
 /* ---- the table ----------------------------------------------------------------------------- */
 
-const op_row op_table[OP_COUNT] = {
+const op_row ad_op_table[OP_COUNT] = {
     [OP_CONSTANT] = {"constant", 0, LEAF, NULL, NULL},
     [OP_INPUT] = {"input", 0, LEAF, NULL, NULL},
     [OP_UNIFORM] = {"uniform", 0, LEAF, NULL, NULL},
@@ -238,7 +238,7 @@ static double stumpff(int k, double a)
     return (term - stumpff(k - 2, a)) / a;
 }
 
-double op_evaluate(int op, int whole, double number, const double *x)
+double ad_op_evaluate(int op, int whole, double number, const double *x)
 {
     switch (op) {
     case OP_ADD:
@@ -365,7 +365,7 @@ ad_value ad_sign(ad_value a)
 
 ad_value ad_power(ad_value a, double exponent)
 {
-    return tape_record(a.tape, OP_POWER, 1, &a, 0, exponent, 0);
+    return ad_tape_record(a.tape, OP_POWER, 1, &a, 0, exponent, 0);
 }
 
 ad_value ad_atan2(ad_value y, ad_value x)
@@ -379,22 +379,22 @@ ad_value ad_stumpff(int k, ad_value a)
         ad_tape_fail(a.tape, AD_NO_RULE, "stumpff: order %d; 0 to %d are available", k,
                      AD_STUMPFF_MAX);
     }
-    return tape_record(a.tape, OP_STUMPFF, 1, &a, k, 0, 0);
+    return ad_tape_record(a.tape, OP_STUMPFF, 1, &a, k, 0, 0);
 }
 
 ad_value ad_select(ad_value condition, ad_value a, ad_value b)
 {
-    return tape_record(a.tape, OP_SELECT, 3, (ad_value[]){condition, a, b}, 0, 0, 0);
+    return ad_tape_record(a.tape, OP_SELECT, 3, (ad_value[]){condition, a, b}, 0, 0, 0);
 }
 
 ad_value ad_repeat(ad_value a, int rows)
 {
-    return tape_record(a.tape, OP_REPEAT, 1, &a, 0, 0, rows);
+    return ad_tape_record(a.tape, OP_REPEAT, 1, &a, 0, 0, rows);
 }
 
 ad_value ad_slice(ad_value a, int first, int rows)
 {
-    return tape_record(a.tape, OP_SLICE, 1, &a, first, 0, rows);
+    return ad_tape_record(a.tape, OP_SLICE, 1, &a, first, 0, rows);
 }
 
 ad_value ad_row(ad_value a, int row)
@@ -404,12 +404,12 @@ ad_value ad_row(ad_value a, int row)
 
 ad_value ad_stack(int count, const ad_value *parts)
 {
-    return tape_record(parts[0].tape, OP_STACK, count, parts, 0, 0, 0);
+    return ad_tape_record(parts[0].tape, OP_STACK, count, parts, 0, 0, 0);
 }
 
 ad_value ad_pad(ad_value a, int before, int rows)
 {
-    return tape_record(a.tape, OP_PAD, 1, &a, before, 0, rows);
+    return ad_tape_record(a.tape, OP_PAD, 1, &a, before, 0, rows);
 }
 
 ad_value ad_sum_rows(ad_value a)

@@ -80,7 +80,7 @@ static void start_round(ad_pool *pool)
     pthread_mutex_unlock(&pool->mutex);
 }
 
-void pool_run(ad_pool *pool, int count, pool_work work, void *context)
+void ad_pool_run(ad_pool *pool, int count, pool_work work, void *context)
 {
     pool->work = work;
     pool->context = context;

@@ -115,32 +115,32 @@ typedef struct pass_plan {
     place *places; /* final, by id */
 } pass_plan;
 
-bool plan_layout(pass_plan *plan, pass *p);
-bool emit_pass(const pass_plan *plan, pass *p); /* emit.c */
-int plan_argument(const pass_plan *plan, int id, int i);
-bool plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
+bool ad_plan_layout(pass_plan *plan, pass *p);
+bool ad_emit_pass(const pass_plan *plan, pass *p); /* emit.c */
+int ad_plan_argument(const pass_plan *plan, int id, int i);
+bool ad_plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
 
 /* Evaluate the uniform nodes of a pass, in order (uniform.c). */
-void uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
-const double *uniform_at(const ad_program *program, int id, const ad_run *run);
+void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
+const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run);
 
 /* Numbers of memory beside the workspace that an instruction needs while it runs (execute.c). */
-size_t execute_scratch(const instruction *i);
+size_t ad_execute_scratch(const instruction *i);
 
 /* For those who use the values of a tile in place: programs of one pass that sums nothing. Tiles
  * first .. first+count-1 are replayed on the pool's threads and handed to work, which sees outputs
- * by execute_output: rows of `valid` points, or single numbers of a uniform value. The cut depends
- * on the number of points alone. Runs start with the tile 0. */
+ * by ad_execute_output: rows of `valid` points, or single numbers of a uniform value. The cut
+ * depends on the number of points alone. Runs start with the tile 0. */
 typedef struct tile_state tile_state;
 typedef void (*tile_work)(void *context, const tile_state *t, size_t item);
-void execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles);
-void execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
-                   tile_work work, void *context);
-kernel_operand execute_output(const tile_state *t, int output, bool *uniform);
-int execute_valid(const tile_state *t);
+void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles);
+void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
+                      tile_work work, void *context);
+kernel_operand ad_execute_output(const tile_state *t, int output, bool *uniform);
+int ad_execute_valid(const tile_state *t);
 
 /* Run work(context, item, thread) for items 0 .. count-1 on the pool's threads (pool.c). */
 typedef void (*pool_work)(void *context, int item, int thread);
-void pool_run(ad_pool *pool, int count, pool_work work, void *context);
+void ad_pool_run(ad_pool *pool, int count, pool_work work, void *context);
 
 #endif

@@ -67,7 +67,7 @@ static ad_value settle(reverse *r, int id)
     ad_value *parts = malloc((size_t)height * sizeof *parts);
     if (!parts) {
         ad_tape_fail(r->tape, AD_NO_MEMORY, "out of memory in a reverse transform");
-        return tape_failed(r->tape);
+        return ad_tape_failed(r->tape);
     }
     for (int i = 0; i < height; i++) {
         parts[i] = g->rows[i] >= 0 ? value_of(r->tape, g->rows[i]) : ad_zeros(r->tape, 1);
@@ -82,7 +82,7 @@ static ad_value settle(reverse *r, int id)
 
 static ad_value contribution_to(ad_value y, ad_value adjoint, int i)
 {
-    const op_row *row = &op_table[node_of(y)->op];
+    const op_row *row = &ad_op_table[node_of(y)->op];
     ad_value zero = ad_zeros(y.tape, 1);
     switch (row->kind) {
     case SMOOTH:
@@ -121,7 +121,7 @@ static void reverse_node(reverse *r, ad_value y, ad_value adjoint)
     int op = node_of(y)->op, count = node_of(y)->count;
     if (op_is_reduction(op) && r->reduction == AD_PER_POINT) {
         ad_tape_fail(r->tape, AD_NO_RULE, "%s: a row of a Jacobian cannot pass a sum over points",
-                     op_table[op].name);
+                     ad_op_table[op].name);
         return;
     }
     if (node_of(y)->partials) {
@@ -147,12 +147,12 @@ static bool reverse_begin(reverse *r, ad_value root, int count, const ad_value *
     for (int id = 0; r->adjoints && id <= root.id; id++) {
         r->adjoints[id] = (growing){-1, NULL};
     }
-    if (!r->adjoints || !dependence_extend(&r->depends)) {
+    if (!r->adjoints || !ad_dependence_extend(&r->depends)) {
         ad_tape_fail(r->tape, AD_NO_MEMORY, "out of memory in a reverse transform");
         return false;
     }
     for (int i = 0; i < count; i++) {
-        if (!transform_variable(wrt[i], "variable of a reverse transform", r->tape)) {
+        if (!ad_transform_variable(wrt[i], "variable of a reverse transform", r->tape)) {
             return false;
         }
         r->depends.on[wrt[i].id] = true;
@@ -169,7 +169,7 @@ static bool reverse_begin(reverse *r, ad_value root, int count, const ad_value *
 static ad_status reverse_record(ad_tape *tape, ad_value root, int count, const ad_value *wrt,
                                 ad_reduction reduction, ad_value *adjoints)
 {
-    if (!transform_usable(root, "root of a reverse transform", tape)) {
+    if (!ad_transform_usable(root, "root of a reverse transform", tape)) {
         return tape->error.status;
     }
     if (ad_rows(root) != 1) {
@@ -188,7 +188,7 @@ static ad_status reverse_record(ad_tape *tape, ad_value root, int count, const a
         }
         for (int i = 0; i < count && tape->error.status == AD_OK; i++) {
             int id = wrt[i].id <= root.id ? r.adjoints[wrt[i].id].whole : -1;
-            adjoints[i] = id >= 0 ? value_of(tape, id) : transform_zeros(wrt[i]);
+            adjoints[i] = id >= 0 ? value_of(tape, id) : ad_transform_zeros(wrt[i]);
         }
     }
     for (int id = 0; r.adjoints && id <= root.id; id++) {
@@ -207,7 +207,7 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
     }
     ad_status status = reverse_record(root.tape, root, count, wrt, reduction, adjoints);
     if (status != AD_OK) {
-        transform_fail(root.tape, count, adjoints);
+        ad_transform_fail(root.tape, count, adjoints);
     }
     return status;
 }

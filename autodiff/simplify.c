@@ -51,20 +51,20 @@ static bool fold_constants(ad_tape *tape, const node *n, const ad_value *x, ad_v
             return false;
         }
     }
-    double small[SCALARIZE_ROWS_MAX];
+    double small[SCALARIZE_ROWS_MAX] = {0};
     double *values =
         n->rows <= SCALARIZE_ROWS_MAX ? small : malloc((size_t)n->rows * sizeof *values);
     if (!values) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory for a constant of %d rows", n->rows);
-        *result = tape_failed(tape);
+        *result = ad_tape_failed(tape);
         return true;
     }
     for (int row = 0; row < n->rows; row++) {
         double arguments[AD_ARITY_MAX];
         for (int i = 0; i < n->count; i++) {
-            arguments[i] = constant_row(x[i], ad_rows(x[i]) == 1 ? 0 : row);
+            arguments[i] = ad_constant_row(x[i], ad_rows(x[i]) == 1 ? 0 : row);
         }
-        values[row] = op_evaluate(n->op, n->whole, n->number, arguments);
+        values[row] = ad_op_evaluate(n->op, n->whole, n->number, arguments);
     }
     *result = ad_constant(tape, n->rows, values);
     if (values != small) {
@@ -92,7 +92,7 @@ static bool scalarize(ad_tape *tape, const node *n, const ad_value *x, ad_value 
         for (int i = 0; i < count; i++) {
             arguments[i] = ad_rows(x[i]) == 1 ? x[i] : ad_row(x[i], row);
         }
-        rows[row] = tape_record(tape, op, count, arguments, whole, number, 0);
+        rows[row] = ad_tape_record(tape, op, count, arguments, whole, number, 0);
     }
     *result = ad_stack(height, rows);
     return true;
@@ -208,8 +208,8 @@ static bool simplify_elementwise(ad_tape *tape, const node *n, const ad_value *x
         }
         if (is_constant(x[0])) {
             node splat = {.op = OP_CONSTANT, .rows = n->rows, .splat = true};
-            splat.number = constant_row(x[0], 0);
-            *result = tape_append(tape, splat, NULL);
+            splat.number = ad_constant_row(x[0], 0);
+            *result = ad_tape_append(tape, splat, NULL);
             return true;
         }
         return false;
@@ -235,10 +235,10 @@ static ad_value slice_constant(ad_value x, int first, int rows)
     }
     double values[SCALARIZE_ROWS_MAX];
     if (rows > SCALARIZE_ROWS_MAX) {
-        return tape_failed(x.tape);
+        return ad_tape_failed(x.tape);
     }
     for (int i = 0; i < rows; i++) {
-        values[i] = constant_row(x, first + i);
+        values[i] = ad_constant_row(x, first + i);
     }
     return ad_constant(x.tape, rows, values);
 }
@@ -312,7 +312,7 @@ static bool stack_constants(ad_tape *tape, const node *n, const ad_value *x, ad_
             return false;
         }
         for (int k = 0; k < ad_rows(x[i]); k++) {
-            values[row++] = constant_row(x[i], k);
+            values[row++] = ad_constant_row(x[i], k);
         }
     }
     *result = ad_constant(tape, n->rows, values);
@@ -369,7 +369,7 @@ static bool simplify_sum_rows(ad_value x, ad_value *result)
     } else if (is_constant(x)) {
         double sum = 0;
         for (int i = 0; i < rows; i++) {
-            sum += constant_row(x, i);
+            sum += ad_constant_row(x, i);
         }
         *result = ad_scalar(x.tape, sum);
     } else if (node_of(x)->op == OP_REPEAT) {
@@ -445,7 +445,7 @@ static bool simplify_matvec(const node *n, ad_value w, ad_value x, ad_value *res
     return false;
 }
 
-bool simplify(ad_tape *tape, const node *n, const ad_value *x, ad_value *result)
+bool ad_simplify(ad_tape *tape, const node *n, const ad_value *x, ad_value *result)
 {
     if (op_is_elementwise(n->op)) {
         return simplify_elementwise(tape, n, x, result);

@@ -6,9 +6,9 @@
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement)
 {
     ad_tape *tape = y.tape;
-    if (!tape || !transform_usable(y, "substitution", tape) ||
-        !transform_variable(x, "variable of a substitution", tape) ||
-        !transform_usable(replacement, "substitution", tape)) {
+    if (!tape || !ad_transform_usable(y, "substitution", tape) ||
+        !ad_transform_variable(x, "variable of a substitution", tape) ||
+        !ad_transform_usable(replacement, "substitution", tape)) {
         return (ad_value){tape, -1};
     }
     if (ad_rows(replacement) == 1 && ad_rows(x) > 1) {
@@ -17,20 +17,20 @@ ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement)
     if (ad_rows(replacement) != ad_rows(x)) {
         ad_tape_fail(tape, AD_BAD_SHAPE, "substitution of %d rows for a variable of %d",
                      ad_rows(replacement), ad_rows(x));
-        return tape_failed(tape);
+        return ad_tape_failed(tape);
     }
     dependence d = {.tape = tape};
     int *renamed = malloc(((size_t)y.id + 1) * sizeof *renamed);
-    ad_value result = tape_failed(tape);
+    ad_value result = ad_tape_failed(tape);
     int widest = 0;
     for (int id = 0; id <= y.id; id++) {
         widest = tape->nodes[id].count > widest ? tape->nodes[id].count : widest;
     }
     ad_value *arguments = malloc(((size_t)widest + 1) * sizeof *arguments);
-    if (!renamed || !arguments || !dependence_extend(&d)) {
+    if (!renamed || !arguments || !ad_dependence_extend(&d)) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a substitution");
     } else {
-        dependence_mark(&d, x.id);
+        ad_dependence_mark(&d, x.id);
         for (int id = 0; id <= y.id; id++) {
             renamed[id] = id == x.id ? replacement.id : id;
             if (!d.on[id] || id == x.id) {
@@ -39,7 +39,7 @@ ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement)
             for (int i = 0; i < tape->nodes[id].count; i++) {
                 arguments[i] = value_of(tape, renamed[tape->arguments[tape->nodes[id].first + i]]);
             }
-            renamed[id] = transform_apply(value_of(tape, id), arguments).id;
+            renamed[id] = ad_transform_apply(value_of(tape, id), arguments).id;
         }
         result = value_of(tape, renamed[y.id]);
     }

@@ -52,7 +52,7 @@ ad_tape_counts ad_tape_count(const ad_tape *tape)
     return counts;
 }
 
-ad_value tape_failed(ad_tape *tape)
+ad_value ad_tape_failed(ad_tape *tape)
 {
     return value_of(tape, -1);
 }
@@ -72,23 +72,18 @@ ad_extent ad_extent_of(ad_value x)
     return ad_is_valid(x) ? (ad_extent)node_of(x)->extent : AD_UNIFORM;
 }
 
-bool is_constant(ad_value x)
-{
-    return node_of(x)->op == OP_CONSTANT;
-}
-
 bool ad_is_constant(ad_value x, double value)
 {
     return ad_is_valid(x) && is_constant(x) && node_of(x)->splat && node_of(x)->number == value;
 }
 
-double constant_row(ad_value x, int row)
+double ad_constant_row(ad_value x, int row)
 {
     const node *n = node_of(x);
     return n->splat ? n->number : x.tape->numbers[n->offset + (size_t)row];
 }
 
-bool tape_grow(void **array, int *capacity, int needed, size_t item)
+bool ad_tape_grow(void **array, int *capacity, int needed, size_t item)
 {
     if (needed <= *capacity) {
         return true;
@@ -183,7 +178,7 @@ static bool table_enlarge(ad_tape *tape)
 static ad_value no_memory(ad_tape *tape)
 {
     ad_tape_fail(tape, AD_NO_MEMORY, "out of memory after %d operations", tape->count);
-    return tape_failed(tape);
+    return ad_tape_failed(tape);
 }
 
 static bool make_room(ad_tape *tape, int arguments)
@@ -191,13 +186,13 @@ static bool make_room(ad_tape *tape, int arguments)
     if (2 * (tape->count + 1) > tape->table_capacity && !table_enlarge(tape)) {
         return false;
     }
-    return tape_grow((void **)&tape->nodes, &tape->capacity, tape->count + 1,
-                     sizeof *tape->nodes) &&
-           tape_grow((void **)&tape->arguments, &tape->argument_capacity,
-                     tape->argument_count + arguments + 1, sizeof *tape->arguments);
+    return ad_tape_grow((void **)&tape->nodes, &tape->capacity, tape->count + 1,
+                        sizeof *tape->nodes) &&
+           ad_tape_grow((void **)&tape->arguments, &tape->argument_capacity,
+                        tape->argument_count + arguments + 1, sizeof *tape->arguments);
 }
 
-ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments)
+ad_value ad_tape_append(ad_tape *tape, node prototype, const ad_value *arguments)
 {
     if (!make_room(tape, prototype.count)) {
         return no_memory(tape);
@@ -235,7 +230,7 @@ static ad_value leaf_numbered(ad_tape *tape, int op, const char *name, int rows,
                               int *count)
 {
     if (!good_rows(tape, name, rows)) {
-        return tape_failed(tape);
+        return ad_tape_failed(tape);
     }
     int *larger = realloc(*all, (size_t)(*count + 1) * sizeof **all);
     if (!larger) {
@@ -245,7 +240,7 @@ static ad_value leaf_numbered(ad_tape *tape, int op, const char *name, int rows,
     larger[*count] = rows;
     node n = {.op = (uint16_t)op, .rows = rows, .whole = (*count)++};
     n.extent = op == OP_INPUT ? AD_BATCH : AD_UNIFORM;
-    return tape_append(tape, n, NULL);
+    return ad_tape_append(tape, n, NULL);
 }
 
 ad_value ad_input(ad_tape *tape, const char *name, int rows)
@@ -261,27 +256,28 @@ ad_value ad_uniform(ad_tape *tape, const char *name, int rows)
 ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset)
 {
     if (!good_rows(tape, name, rows)) {
-        return tape_failed(tape);
+        return ad_tape_failed(tape);
     }
-    return tape_append(tape, (node){.op = OP_PARAMETER, .rows = rows, .offset = offset}, NULL);
+    return ad_tape_append(tape, (node){.op = OP_PARAMETER, .rows = rows, .offset = offset}, NULL);
 }
 
 ad_value ad_points(ad_tape *tape)
 {
-    return tape->error.status == AD_OK ? tape_append(tape, (node){.op = OP_POINTS, .rows = 1}, NULL)
-                                       : tape_failed(tape);
+    return tape->error.status == AD_OK
+               ? ad_tape_append(tape, (node){.op = OP_POINTS, .rows = 1}, NULL)
+               : ad_tape_failed(tape);
 }
 
 static ad_value constant_splat(ad_tape *tape, int rows, double value)
 {
     node n = {.op = OP_CONSTANT, .rows = rows, .splat = true, .number = value};
-    return tape_append(tape, n, NULL);
+    return ad_tape_append(tape, n, NULL);
 }
 
 ad_value ad_constant(ad_tape *tape, int rows, const double *values)
 {
     if (!good_rows(tape, "constant", rows)) {
-        return tape_failed(tape);
+        return ad_tape_failed(tape);
     }
     bool splat = true;
     for (int i = 1; i < rows; i++) {
@@ -291,15 +287,15 @@ ad_value ad_constant(ad_tape *tape, int rows, const double *values)
         return constant_splat(tape, rows, values[0]);
     }
     int capacity = (int)tape->number_capacity;
-    if (!tape_grow((void **)&tape->numbers, &capacity, (int)tape->number_count + rows,
-                   sizeof(double))) {
+    if (!ad_tape_grow((void **)&tape->numbers, &capacity, (int)tape->number_count + rows,
+                      sizeof(double))) {
         return no_memory(tape);
     }
     tape->number_capacity = (size_t)capacity;
     memcpy(tape->numbers + tape->number_count, values, (size_t)rows * sizeof(double));
     node n = {.op = OP_CONSTANT, .rows = rows, .offset = tape->number_count};
     int before = tape->count;
-    ad_value result = tape_append(tape, n, NULL);
+    ad_value result = ad_tape_append(tape, n, NULL);
     if (tape->count > before) {
         tape->number_count += (size_t)rows;
     }
@@ -313,7 +309,7 @@ ad_value ad_scalar(ad_tape *tape, double value)
 
 ad_value ad_zeros(ad_tape *tape, int rows)
 {
-    return good_rows(tape, "zeros", rows) ? constant_splat(tape, rows, 0) : tape_failed(tape);
+    return good_rows(tape, "zeros", rows) ? constant_splat(tape, rows, 0) : ad_tape_failed(tape);
 }
 
 /* ---- operations ---------------------------------------------------------------------------- */
@@ -321,8 +317,9 @@ ad_value ad_zeros(ad_tape *tape, int rows)
 static ad_value bad_shape(ad_tape *tape, int op, int count, const ad_value *arguments)
 {
     ad_tape_fail(tape, AD_BAD_SHAPE, "%s: arguments of %d and %d rows do not fit",
-                 op_table[op].name, ad_rows(arguments[0]), count > 1 ? ad_rows(arguments[1]) : 0);
-    return tape_failed(tape);
+                 ad_op_table[op].name, ad_rows(arguments[0]),
+                 count > 1 ? ad_rows(arguments[1]) : 0);
+    return ad_tape_failed(tape);
 }
 
 /* Rows of the result, 0 when the arguments do not fit. */
@@ -368,8 +365,8 @@ static int result_rows(int op, int count, const ad_value *x, int whole, int rows
     return most;
 }
 
-ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
-                     double number, int rows)
+ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
+                        double number, int rows)
 {
     if (!tape || tape->error.status != AD_OK) {
         return (ad_value){tape, -1};
@@ -378,8 +375,8 @@ ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments
     for (int i = 0; i < count; i++) {
         if (!ad_is_valid(arguments[i]) || arguments[i].tape != tape) {
             ad_tape_fail(tape, AD_BAD_ARGUMENT, "%s: argument %d is not a value of this tape",
-                         op_table[op].name, i + 1);
-            return tape_failed(tape);
+                         ad_op_table[op].name, i + 1);
+            return ad_tape_failed(tape);
         }
         if (node_of(arguments[i])->extent == AD_BATCH && !op_is_reduction(op)) {
             extent = AD_BATCH;
@@ -394,9 +391,9 @@ ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments
     int before = tape->count;
     ad_value result;
     tape->depth++; /* what simplification records on its way is not asked for */
-    bool simplified = simplify(tape, &n, arguments, &result);
+    bool simplified = ad_simplify(tape, &n, arguments, &result);
     if (!simplified) {
-        result = tape_append(tape, n, arguments);
+        result = ad_tape_append(tape, n, arguments);
     }
     if (--tape->depth == 0) {
         bool old = result.id < before;

@@ -127,11 +127,11 @@ typedef struct op_row {
     ad_value (*adjoint)(ad_value y, ad_value adjoint, int i);
 } op_row;
 
-extern const op_row op_table[OP_COUNT];
+extern const op_row ad_op_table[OP_COUNT];
 
 /* The scalar meaning of an elementwise operation: folds constants, evaluates uniform values, and is
  * what the kernels are tested against. */
-double op_evaluate(int op, int whole, double number, const double *x);
+double ad_op_evaluate(int op, int whole, double number, const double *x);
 
 /* ---- recording (tape.c, simplify.c) -------------------------------------------------------- */
 
@@ -150,33 +150,37 @@ static inline ad_value argument_of(ad_value x, int i)
     return value_of(x.tape, x.tape->arguments[node_of(x)->first + i]);
 }
 
-ad_value tape_failed(ad_tape *tape); /* the value of a failed operation */
+static inline bool is_constant(ad_value x)
+{
+    return node_of(x)->op == OP_CONSTANT;
+}
+
+ad_value ad_tape_failed(ad_tape *tape); /* the value of a failed operation */
 
 /* Append (or find) a node as it is: the end of every recording. */
-ad_value tape_append(ad_tape *tape, node prototype, const ad_value *arguments);
+ad_value ad_tape_append(ad_tape *tape, node prototype, const ad_value *arguments);
 
 /* Record an operation on valid arguments: shapes checked, simplified, shared. `rows` only for
  * operations whose rows do not follow from the arguments (slice, pad, repeat). */
-ad_value tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
-                     double number, int rows);
+ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
+                        double number, int rows);
 
 static inline ad_value tape_record1(int op, ad_value a)
 {
-    return tape_record(a.tape, op, 1, &a, 0, 0, 0);
+    return ad_tape_record(a.tape, op, 1, &a, 0, 0, 0);
 }
 
 static inline ad_value tape_record2(int op, ad_value a, ad_value b)
 {
-    return tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
+    return ad_tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
 }
 
 /* Rules of algebra; false: none applies. `prototype` has rows and extent filled in. */
-bool simplify(ad_tape *tape, const node *prototype, const ad_value *arguments, ad_value *result);
+bool ad_simplify(ad_tape *tape, const node *prototype, const ad_value *arguments, ad_value *result);
 
-double constant_row(ad_value x, int row); /* of an OP_CONSTANT */
-bool is_constant(ad_value x);
+double ad_constant_row(ad_value x, int row); /* of an OP_CONSTANT */
 
 /* Grow *array to hold `needed` items; false when memory runs out (array unchanged). */
-bool tape_grow(void **array, int *capacity, int needed, size_t item);
+bool ad_tape_grow(void **array, int *capacity, int needed, size_t item);
 
 #endif

@@ -19,8 +19,8 @@ static ad_value coefficient(taylor *t, ad_value y, int k);
 static bool taylor_extend(taylor *t)
 {
     int width = t->order + 1, needed = t->tape->count * width;
-    if (!dependence_extend(&t->depends) ||
-        !tape_grow((void **)&t->known, &t->known_capacity, needed, sizeof *t->known)) {
+    if (!ad_dependence_extend(&t->depends) ||
+        !ad_tape_grow((void **)&t->known, &t->known_capacity, needed, sizeof *t->known)) {
         ad_tape_fail(t->tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
         return false;
     }
@@ -37,13 +37,13 @@ static ad_value coefficient_linear(taylor *t, ad_value y, int k)
     ad_value *arguments = count <= AD_ARITY_MAX ? fixed : malloc((size_t)count * sizeof *arguments);
     if (!arguments) {
         ad_tape_fail(t->tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
-        return tape_failed(t->tape);
+        return ad_tape_failed(t->tape);
     }
     for (int i = 0; i < count; i++) {
         bool frozen = node_of(y)->op == OP_SELECT && i == 0;
         arguments[i] = frozen ? argument_of(y, 0) : coefficient(t, argument_of(y, i), k);
     }
-    ad_value result = transform_apply(y, arguments);
+    ad_value result = ad_transform_apply(y, arguments);
     if (arguments != fixed) {
         free(arguments);
     }
@@ -55,10 +55,10 @@ static ad_value coefficient_bilinear(taylor *t, ad_value y, int k)
 {
     ad_value a = argument_of(y, 0), b = argument_of(y, 1);
     bool square = a.id == b.id && node_of(y)->op == OP_MUL;
-    ad_value sum = transform_zeros(y);
+    ad_value sum = ad_transform_zeros(y);
     for (int i = 0; i <= k && (!square || 2 * i <= k); i++) {
         ad_value pair[2] = {coefficient(t, a, i), coefficient(t, b, k - i)};
-        ad_value product = transform_apply(y, pair);
+        ad_value product = ad_transform_apply(y, pair);
         sum = ad_add(sum, square && 2 * i < k ? ad_scale(product, 2) : product);
     }
     return sum;
@@ -68,9 +68,9 @@ static ad_value coefficient_bilinear(taylor *t, ad_value y, int k)
 static ad_value coefficient_smooth(taylor *t, ad_value y, int k)
 {
     int count = node_of(y)->count;
-    ad_value sum = transform_zeros(y);
+    ad_value sum = ad_transform_zeros(y);
     for (int i = 0; i < count; i++) {
-        ad_value partial = op_table[node_of(y)->op].partial(y, i);
+        ad_value partial = ad_op_table[node_of(y)->op].partial(y, i);
         for (int j = 1; j <= k; j++) {
             ad_value x = coefficient(t, argument_of(y, i), j);
             if (!ad_is_constant(x, 0)) {
@@ -94,8 +94,8 @@ static bool note_partial(taylor *t, ad_value result, ad_value argument, ad_value
         }
     }
     if (!ad_is_valid(argument) || !ad_is_valid(partial) ||
-        !tape_grow((void **)&tape->partials, &tape->partial_capacity, tape->partial_count + 1,
-                   sizeof *tape->partials)) {
+        !ad_tape_grow((void **)&tape->partials, &tape->partial_capacity, tape->partial_count + 1,
+                      sizeof *tape->partials)) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a Taylor transform");
         return false;
     }
@@ -141,7 +141,7 @@ static void note_partials(taylor *t, ad_value y, int k, ad_value result)
     if (op_is_regular(node_of(y)->op)) {
         ad_value x = argument_of(y, 0);
         if (is_older(t, x, k, result)) {
-            note_series(t, result, x, op_table[node_of(y)->op].partial(y, 0), k);
+            note_series(t, result, x, ad_op_table[node_of(y)->op].partial(y, 0), k);
         }
         return;
     }
@@ -160,7 +160,7 @@ static void note_partials(taylor *t, ad_value y, int k, ad_value result)
 /* The sum that note_partials wrote down, where only the first order is wanted. */
 static ad_value coefficient_known(taylor *t, ad_value y)
 {
-    ad_value sum = transform_zeros(y);
+    ad_value sum = ad_transform_zeros(y);
     for (int i = node_of(y)->partials; i > 0; i = t->tape->partials[i - 1].next) {
         const known_partial known = t->tape->partials[i - 1];
         ad_value x = coefficient(t, value_of(t->tape, known.argument), 1);
@@ -174,7 +174,7 @@ static ad_value coefficient_compute(taylor *t, ad_value y, int k)
     if (t->first_order && node_of(y)->partials) {
         return coefficient_known(t, y);
     }
-    switch (op_table[node_of(y)->op].kind) {
+    switch (ad_op_table[node_of(y)->op].kind) {
     case LINEAR:
     case SELECT:
         return coefficient_linear(t, y, k);
@@ -183,7 +183,7 @@ static ad_value coefficient_compute(taylor *t, ad_value y, int k)
     case SMOOTH:
         return coefficient_smooth(t, y, k);
     default:
-        return transform_zeros(y);
+        return ad_transform_zeros(y);
     }
 }
 
@@ -194,17 +194,17 @@ static ad_value coefficient(taylor *t, ad_value y, int k)
     }
     for (int i = 0; i < t->moving; i++) {
         if (y.id == t->x[i].id) {
-            return k == 1 ? t->direction[i] : transform_zeros(y);
+            return k == 1 ? t->direction[i] : ad_transform_zeros(y);
         }
     }
     if (!t->depends.on[y.id]) {
-        return transform_zeros(y);
+        return ad_transform_zeros(y);
     }
     int *slot = &t->known[y.id * (t->order + 1) + k];
     if (*slot == -2) {
         ad_value result = coefficient_compute(t, y, k);
         if (!ad_is_valid(result) || !taylor_extend(t)) {
-            return tape_failed(t->tape);
+            return ad_tape_failed(t->tape);
         }
         t->known[y.id * (t->order + 1) + k] = result.id; /* the array may have moved */
         note_partials(t, y, k, result);
@@ -240,9 +240,9 @@ static void coefficients_in_order(taylor *t, ad_value y)
 /* The direction, with the rows of its variable; failed where it has others. */
 static ad_value direction_of(ad_tape *tape, ad_value x, ad_value direction)
 {
-    if (!transform_variable(x, "Taylor variable", tape) ||
-        !transform_usable(direction, "Taylor direction", tape)) {
-        return tape_failed(tape);
+    if (!ad_transform_variable(x, "Taylor variable", tape) ||
+        !ad_transform_usable(direction, "Taylor direction", tape)) {
+        return ad_tape_failed(tape);
     }
     if (ad_rows(direction) == 1 && ad_rows(x) > 1) {
         direction = ad_repeat(direction, ad_rows(x));
@@ -250,7 +250,7 @@ static ad_value direction_of(ad_tape *tape, ad_value x, ad_value direction)
     if (ad_rows(direction) != ad_rows(x)) {
         ad_tape_fail(tape, AD_BAD_SHAPE, "Taylor direction of %d rows for a variable of %d",
                      ad_rows(direction), ad_rows(x));
-        return tape_failed(tape);
+        return ad_tape_failed(tape);
     }
     return direction;
 }
@@ -262,9 +262,9 @@ static ad_status taylor_record(taylor *t, int count, const ad_value *y, int firs
     ad_tape *tape = t->tape;
     if (taylor_extend(t)) {
         for (int i = 0; i < t->moving; i++) {
-            dependence_mark(&t->depends, t->x[i].id);
+            ad_dependence_mark(&t->depends, t->x[i].id);
         }
-        for (int i = 0; i < count && transform_usable(y[i], "Taylor function", tape); i++) {
+        for (int i = 0; i < count && ad_transform_usable(y[i], "Taylor function", tape); i++) {
             coefficients_in_order(t, y[i]);
             for (int k = first; k <= t->order; k++) {
                 *coefficients++ = coefficient(t, y[i], k);
@@ -293,7 +293,7 @@ ad_status ad_taylor(int count, const ad_value *y, ad_value x, ad_value direction
         status = taylor_record(&t, count, y, 0, coefficients);
     }
     if (status != AD_OK) {
-        transform_fail(tape, count * (order + 1), coefficients);
+        ad_transform_fail(tape, count * (order + 1), coefficients);
     }
     return status;
 }
@@ -322,7 +322,7 @@ ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_v
     }
     free(along);
     if (status != AD_OK) {
-        transform_fail(tape, count, derivatives);
+        ad_transform_fail(tape, count, derivatives);
     }
     return status;
 }
@@ -335,16 +335,16 @@ ad_value ad_derivative(ad_value y, ad_value x, int order)
         return x;
     }
     if (x.tape->error.status != AD_OK) {
-        return tape_failed(x.tape);
+        return ad_tape_failed(x.tape);
     }
     if (order < 0 || order > ORDER_MAX || ad_rows(x) != 1) {
         ad_tape_fail(x.tape, AD_BAD_ARGUMENT,
                      "derivative of order %d in %d variables; order 0 to %d in one is available",
                      order, ad_rows(x), ORDER_MAX);
-        return tape_failed(x.tape);
+        return ad_tape_failed(x.tape);
     }
     if (ad_taylor(1, &y, x, ad_scalar(x.tape, 1), order, coefficients) != AD_OK) {
-        return tape_failed(x.tape);
+        return ad_tape_failed(x.tape);
     }
     double factorial = 1;
     for (int i = 2; i <= order; i++) {

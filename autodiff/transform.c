@@ -3,10 +3,10 @@
 
 /* ---- dependence ---------------------------------------------------------------------------- */
 
-bool dependence_extend(dependence *d)
+bool ad_dependence_extend(dependence *d)
 {
     int known = d->count;
-    if (!tape_grow((void **)&d->on, &d->capacity, d->tape->count, sizeof *d->on)) {
+    if (!ad_tape_grow((void **)&d->on, &d->capacity, d->tape->count, sizeof *d->on)) {
         ad_tape_fail(d->tape, AD_NO_MEMORY, "out of memory in a transform");
         return false;
     }
@@ -22,7 +22,7 @@ bool dependence_extend(dependence *d)
     return true;
 }
 
-void dependence_mark(dependence *d, int id)
+void ad_dependence_mark(dependence *d, int id)
 {
     d->on[id] = true;
     for (int later = id + 1; later < d->count; later++) {
@@ -36,18 +36,18 @@ void dependence_mark(dependence *d, int id)
 /* ---- values ------------------------------------------------------------------------------------
  */
 
-ad_value transform_zeros(ad_value y)
+ad_value ad_transform_zeros(ad_value y)
 {
     return ad_zeros(y.tape, ad_rows(y));
 }
 
-ad_value transform_apply(ad_value y, const ad_value *arguments)
+ad_value ad_transform_apply(ad_value y, const ad_value *arguments)
 {
     node n = *node_of(y);
-    return tape_record(y.tape, n.op, n.count, arguments, n.whole, n.number, n.rows);
+    return ad_tape_record(y.tape, n.op, n.count, arguments, n.whole, n.number, n.rows);
 }
 
-bool transform_usable(ad_value x, const char *what, ad_tape *tape)
+bool ad_transform_usable(ad_value x, const char *what, ad_tape *tape)
 {
     if (tape->error.status != AD_OK) {
         return false;
@@ -59,24 +59,24 @@ bool transform_usable(ad_value x, const char *what, ad_tape *tape)
     return true;
 }
 
-bool transform_variable(ad_value x, const char *what, ad_tape *tape)
+bool ad_transform_variable(ad_value x, const char *what, ad_tape *tape)
 {
-    if (!transform_usable(x, what, tape)) {
+    if (!ad_transform_usable(x, what, tape)) {
         return false;
     }
     int op = node_of(x)->op;
     if (op != OP_INPUT && op != OP_UNIFORM && op != OP_PARAMETER) {
         ad_tape_fail(tape, AD_BAD_ARGUMENT,
                      "%s is the result of %s; an input, uniform or parameter is needed", what,
-                     op_table[op].name);
+                     ad_op_table[op].name);
         return false;
     }
     return true;
 }
 
-void transform_fail(ad_tape *tape, int count, ad_value *values)
+void ad_transform_fail(ad_tape *tape, int count, ad_value *values)
 {
     for (int i = 0; i < count; i++) {
-        values[i] = tape_failed(tape);
+        values[i] = ad_tape_failed(tape);
     }
 }

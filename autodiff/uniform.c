@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-const double *uniform_at(const ad_program *program, int id, const ad_run *run)
+const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run)
 {
     place p = program->places[id];
     return (p.kind == PLACE_PARAMETER ? run->parameters : program->uniform) + p.offset;
@@ -11,7 +11,7 @@ const double *uniform_at(const ad_program *program, int id, const ad_run *run)
 
 static const double *argument_at(const ad_program *program, const node *n, int i, const ad_run *run)
 {
-    return uniform_at(program, program->tape->arguments[n->first + i], run);
+    return ad_uniform_at(program, program->tape->arguments[n->first + i], run);
 }
 
 static int argument_rows(const ad_program *program, const node *n, int i)
@@ -32,7 +32,7 @@ static void elementwise(const ad_program *program, const node *n, const ad_run *
         for (int i = 0; i < n->count; i++) {
             x[i] = from[i][row * step[i]];
         }
-        out[row] = op_evaluate(n->op, n->whole, n->number, x);
+        out[row] = ad_op_evaluate(n->op, n->whole, n->number, x);
     }
 }
 
@@ -100,7 +100,7 @@ static void evaluate(const ad_program *program, const node *n, const ad_run *run
     }
 }
 
-void uniform_evaluate(ad_program *program, const pass *p, const ad_run *run)
+void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run)
 {
     for (int i = 0; i < p->uniform_count; i++) {
         int id = p->uniforms[i];

@@ -111,7 +111,7 @@ static bool has_rows(ad_value a, int rows, const char *what)
 ad_value ad_cross(ad_value a, ad_value b)
 {
     if (!has_rows(a, 3, "cross product") || !has_rows(b, 3, "cross product")) {
-        return tape_failed(a.tape);
+        return ad_tape_failed(a.tape);
     }
     return ad_vector(minor(a, b, 1, 2), minor(a, b, 2, 0), minor(a, b, 0, 1));
 }
@@ -131,7 +131,7 @@ ad_value ad_quaternion(ad_value scalar, ad_value vector)
 ad_value ad_quaternion_multiply(ad_value p, ad_value q)
 {
     if (!has_rows(p, 4, "quaternion product") || !has_rows(q, 4, "quaternion product")) {
-        return tape_failed(p.tape);
+        return ad_tape_failed(p.tape);
     }
     ad_value pw = ad_row(p, 0), qw = ad_row(q, 0);
     ad_value pv = vector_part(p), qv = vector_part(q);
@@ -144,7 +144,7 @@ ad_value ad_quaternion_conjugate(ad_value q)
 {
     return has_rows(q, 4, "quaternion conjugate")
                ? ad_quaternion(ad_row(q, 0), ad_neg(vector_part(q)))
-               : tape_failed(q.tape);
+               : ad_tape_failed(q.tape);
 }
 
 ad_value ad_quaternion_exp(ad_value rotation_vector)
@@ -165,11 +165,11 @@ static ad_value rotate(ad_value w, ad_value v, ad_value x)
 ad_value ad_rotate(ad_value q, ad_value x)
 {
     return has_rows(q, 4, "rotation") ? rotate(ad_row(q, 0), vector_part(q), x)
-                                      : tape_failed(q.tape);
+                                      : ad_tape_failed(q.tape);
 }
 
 ad_value ad_rotate_inverse(ad_value q, ad_value x)
 {
     return has_rows(q, 4, "rotation") ? rotate(ad_row(q, 0), ad_neg(vector_part(q)), x)
-                                      : tape_failed(q.tape);
+                                      : ad_tape_failed(q.tape);
 }

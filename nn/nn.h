@@ -12,6 +12,10 @@
 #include "autodiff/ad.h"
 #include "nn/rng.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { NN_HIDDEN_MAX = 16, NN_INPUTS_MAX = 64, NN_NAME_MAX = 48 };
 
 #define NN_ACTIVATION_LIST(X)                                                                      \
@@ -84,5 +88,9 @@ ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
 
 /* A unit quaternion from 4 outputs; defined (0) for the zero vector. */
 ad_value nn_rotation_quaternion(ad_value outputs);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

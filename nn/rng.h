@@ -9,6 +9,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct nn_rng {
     uint64_t state[4]; /* never all zero */
 } nn_rng;
@@ -38,5 +42,9 @@ double nn_rng_normal(nn_rng *rng);
 
 /* Uniform on 0 .. count-1 without bias; 0 when count is 0. */
 uint64_t nn_rng_below(nn_rng *rng, uint64_t count);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

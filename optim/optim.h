@@ -20,6 +20,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* ---- results ---- */
 
 /* One row per result of a step: code, short name, sentence. */
@@ -419,5 +423,9 @@ typedef struct optim_cg_result {
 optim_cg_result optim_cg_solve(optim_cg *cg, optim_product product, void *context, double damping,
                                const optim_nystrom *preconditioner, const double *b,
                                double tolerance, int most, double *x);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -7,6 +7,10 @@
 #include "nn/nn.h"
 #include "physics/model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { DERIVATIVE_NAME_MAX = 16 };
 
 /* Dimensionless, but for the place. */
@@ -28,5 +32,9 @@ typedef struct derivative_check {
 ad_status derivative_check_run(const scene *scene, const rod_window *window, const nn_mlp *mlp,
                                const double *x, const char *name, size_t points, nn_rng *rng,
                                ad_pool *pool, derivative_check *check, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -13,6 +13,10 @@
 
 #include "autodiff/ad.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct expression_use {
     bool s;
     bool t;
@@ -32,5 +36,9 @@ bool expression_is_number(const char *text, double *value);
 /* Record on the tape of s and t (scalars, SI). A text that does not parse leaves its error on the
  * tape. */
 ad_value expression_record(const char *text, ad_value s, ad_value t);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -6,6 +6,10 @@
 #include "nn/nn.h"
 #include "physics/model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct field field;
 
 /* Of the scene's first window until field_enter says more. `pose_only`: position and rotation
@@ -30,5 +34,9 @@ const char *field_column_name(const field *f, int column);
  * the largest number of points asked for. */
 ad_status field_evaluate(field *f, const double *x, size_t points, const double *s, const double *t,
                          double *values, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

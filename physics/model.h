@@ -8,6 +8,10 @@
 
 #include "physics/rod.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { MODEL_FIELDS = 4, MODEL_COLUMNS_MAX = 25 };
 
 /* One observable of a model: the name of its column, and whether only motion has it. */
@@ -49,5 +53,9 @@ typedef struct physics_model {
 } physics_model;
 
 const physics_model *model_of(const scene *scene);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

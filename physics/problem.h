@@ -30,6 +30,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { PROBLEM_EPSILONS_MAX = 16 };
 
 /* Where the points of one set come from. */
@@ -216,5 +220,9 @@ const char *problem_derivatives(const problem *p);
 
 /* Bytes that the problem holds: points, workspaces, sums. */
 size_t problem_bytes(const problem *p);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -29,6 +29,10 @@
 #include "nn/nn.h"
 #include "physics/scene.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* ---- scales and numbers -------------------------------------------------------------------- */
 
 typedef struct rod_scales {
@@ -232,5 +236,9 @@ typedef struct rod_observables {
 } rod_observables;
 
 rod_observables rod_observe(const scene *scene, rod_state state, ad_value s, ad_value t);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -26,6 +26,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* One row per kind: name, text in a scene file, needs a generator, is a tensor grid. */
 #define SAMPLING_KIND_LIST(X)                                                                      \
     X(SAMPLING_UNIFORM, "uniform", true, false)                                                    \
@@ -78,5 +82,9 @@ ad_status sampling_fill(sampling_kind kind, nn_rng *rng, int dimension, size_t c
 /* The same with the aspect of sampling_grid_shape. */
 ad_status sampling_fill_aspect(sampling_kind kind, nn_rng *rng, int dimension, size_t count,
                                const double *aspect, double *points, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

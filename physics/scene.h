@@ -13,6 +13,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Every enumeration is one list of rows (name in C, name in YAML); scene_*_names give the texts. */
 #define SCENE_MODEL_LIST(X)                                                                        \
     X(SCENE_COSSERAT, "cosserat")               /* bends, twists, shears, stretches */             \
@@ -263,5 +267,9 @@ scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
 /* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; NaN
  * when either is missing. */
 double scene_shear_correction(const scene_rod *rod);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -1,5 +1,5 @@
 /* For tests of the engine: random numbers, a naive interpreter of tapes (one node at a time over
- * op_evaluate, nothing shared with the compiler), and compiled runs with chosen settings. */
+ * ad_op_evaluate, nothing shared with the compiler), and compiled runs with chosen settings. */
 #ifndef TESTS_AD_TESTING_H
 #define TESTS_AD_TESTING_H
 
@@ -179,7 +179,7 @@ static inline double naive_number(const naive *n, const node *now, int row, size
         assert_true(op_is_elementwise(now->op));
         for (int i = 0; i < now->count; i++)
             arguments[i] = naive_at(n, x[i], n->tape->nodes[x[i]].rows == 1 ? 0 : row, point);
-        return op_evaluate(now->op, now->whole, now->number, arguments);
+        return ad_op_evaluate(now->op, now->whole, now->number, arguments);
     }
 }
 

@@ -1,12 +1,16 @@
 #!/bin/sh
 # Dependencies between folders point one way, tools -> physics -> nn -> autodiff, with optim by
-# itself, and a header that is not installed stays within its folder.
+# itself, and a header that is not installed stays within its folder; one that is has extern "C".
 #   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
 # Prints the offending lines; exit status 1 when there are any.
 set -eu
 cd "$1"
 shift
 
+if grep -L 'extern "C"' "$@" | grep .; then
+    echo 'public headers without extern "C"'
+    exit 1
+fi
 find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
     grep -nHE '^[[:space:]]*#[[:space:]]*include' {} + | LC_ALL=C sort |
     awk -v public_headers="$*" '

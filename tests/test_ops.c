@@ -1,35 +1,35 @@
 /* The table of operations, one test for all: every operation enters by itself. Values of all kernel
- * sets against op_evaluate, derivatives by both transforms against differences and each other, all
- * combinations of uniform, batch and repeated operands. Linked with --wrap=kernels_select, so that
- * programs can be compiled for every instruction set the processor has. */
+ * sets against ad_op_evaluate, derivatives by both transforms against differences and each other,
+ * all combinations of uniform, batch and repeated operands. Linked with --wrap=ad_kernels_select,
+ * so that programs can be compiled for every instruction set the processor has. */
 #include "ad_testing.h"
 
 #include "autodiff/kernels.h"
 
-/* libmvec: at most 4 units in the last place; op_evaluate's libm: 1. */
+/* libmvec: at most 4 units in the last place; ad_op_evaluate's libm: 1. */
 #define LIBRARY_ULPS 5.0
 
 enum { POINTS = 11, ORDER = 4, ARGUMENTS = 3 };
 
 static const kernel_set *chosen; /* NULL: as the library would */
 
-const kernel_set *__real_kernels_select(void);
-const kernel_set *__wrap_kernels_select(void);
+const kernel_set *__real_ad_kernels_select(void);
+const kernel_set *__wrap_ad_kernels_select(void);
 
-const kernel_set *__wrap_kernels_select(void)
+const kernel_set *__wrap_ad_kernels_select(void)
 {
-    return chosen ? chosen : __real_kernels_select();
+    return chosen ? chosen : __real_ad_kernels_select();
 }
 
 static int kernel_sets(const kernel_set **sets)
 {
     int count = 0;
-    sets[count++] = &kernels_baseline;
+    sets[count++] = &ad_kernels_baseline;
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-        sets[count++] = &kernels_avx2;
+        sets[count++] = &ad_kernels_avx2;
     if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
-        sets[count++] = &kernels_avx512;
+        sets[count++] = &ad_kernels_avx512;
 #endif
     return count;
 }
@@ -99,7 +99,7 @@ static bool is_leaf(int op)
 
 static int arity_of(int op)
 {
-    return op_table[op].arity == AD_ARITY_ANY ? 3 : op_table[op].arity;
+    return ad_op_table[op].arity == AD_ARITY_ANY ? 3 : ad_op_table[op].arity;
 }
 
 /* Rows of argument i; elementwise: 3, or 1 where `single` has the bit. Fails for operations of
@@ -126,7 +126,7 @@ static int rows_of(int op, int i, unsigned single)
     case OP_OUTER_SUM:
         return 2 + i;
     default:
-        fail_msg("%s: an operation the test knows no shapes for", op_table[op].name);
+        fail_msg("%s: an operation the test knows no shapes for", ad_op_table[op].name);
         return 0;
     }
 }
@@ -135,7 +135,7 @@ static ad_value record_op(ad_tape *tape, int op, const hint *h, int count, const
 {
     int rows = op == OP_SLICE ? 2 : op == OP_PAD ? 7 : op == OP_REPEAT ? 4 : 0;
     int whole = op == OP_SLICE || op == OP_PAD ? 1 : h->whole;
-    return tape_record(tape, op, count, x, whole, h->number, rows);
+    return ad_tape_record(tape, op, count, x, whole, h->number, rows);
 }
 
 /* ---- the table itself ---------------------------------------------------------------------------
@@ -147,7 +147,7 @@ static void test_every_operation_has_its_rules(void **state)
     const kernel_set *sets[3];
     int count = kernel_sets(sets);
     for (int op = 0; op < OP_COUNT; op++) {
-        const op_row *row = &op_table[op];
+        const op_row *row = &ad_op_table[op];
         assert_non_null(row->name);
         if (row->kind == LEAF)
             assert_true(is_leaf(op) || only_in_programs(op));
@@ -272,18 +272,18 @@ static void check_kernel(const kernel_set *set, int op, const hint *h, unsigned 
             double at[ARGUMENTS];
             for (int i = 0; i < ARGUMENTS; i++)
                 at[i] = mask >> i & 1 ? in[i][row] : in[i][row * WIDTH + j];
-            double expected = op_evaluate(op, h->whole, h->number, at);
+            double expected = ad_op_evaluate(op, h->whole, h->number, at);
             double value = out[row * WIDTH + j];
             if (!agrees(op, at, value, expected))
                 fail_msg("%s, %s, mask %u: (%.17g, %.17g, %.17g) gives %.17g, not %.17g", set->name,
-                         op_table[op].name, mask, at[0], at[1], at[2], value, expected);
+                         ad_op_table[op].name, mask, at[0], at[1], at[2], value, expected);
         }
     }
 }
 
 static void check_kernels_of(const kernel_set *set, int op, const hint *h, uint64_t *random)
 {
-    int arity = op_table[op].arity;
+    int arity = ad_op_table[op].arity;
     hint wide = *h;
     wide.low = -50;
     wide.high = 50;
@@ -539,8 +539,8 @@ static void check_op(int op, const hint *h, unsigned mask, unsigned single)
     bench b;
     bench_begin(&b, op, h, mask, single);
     if (node_of(b.y)->op != op && op != OP_OUTER_SUM && op != OP_SUM_POINTS)
-        fail_msg("%s simplified to %s: not tested", op_table[op].name,
-                 op_table[node_of(b.y)->op].name);
+        fail_msg("%s simplified to %s: not tested", ad_op_table[op].name,
+                 ad_op_table[node_of(b.y)->op].name);
     naive n = naive_run(b.tape, &b.data);
     check_adjoint(&b, &n, b.push, b.pull);
     check_adjoint(&b, &n, b.high_push, b.high_pull);

@@ -79,7 +79,7 @@ static void test_constants_fold(void **state)
     ad_value folded = ad_exp(ad_mul(ad_add(a, b), a));
     assert_int_equal(op_of(folded), OP_CONSTANT);
     for (int i = 0; i < 3; i++)
-        assert_near(constant_row(folded, i), exp((i + 1.5) * (i + 1)), 0);
+        assert_near(ad_constant_row(folded, i), exp((i + 1.5) * (i + 1)), 0);
     assert_all(ad_sum_rows(a), 1, 6);
     assert_all(ad_row(a, 1), 1, 2);
     assert_all(ad_norm(ad_constant(tape, 2, (double[]){3, 4})), 1, 5);

@@ -11,7 +11,7 @@ typedef struct expansion {
     double c[ORDER + 1];
 } expansion;
 
-/* x is a parameter (`batch` false) or an input: op_evaluate or kernels. */
+/* x is a parameter (`batch` false) or an input: ad_op_evaluate or kernels. */
 static expansion expand(unary f, double at, bool batch)
 {
     ad_tape *tape = ad_tape_create();
@@ -264,7 +264,7 @@ static double stumpff_tolerance(int k, double a, double value)
 
 static void check_stumpff(int k, double a)
 {
-    double value = op_evaluate(OP_STUMPFF, k, 0, &a), expected = stumpff_series(k, a);
+    double value = ad_op_evaluate(OP_STUMPFF, k, 0, &a), expected = stumpff_series(k, a);
     if (!(fabs(value - expected) <= stumpff_tolerance(k, a, expected)))
         fail_msg("stumpff %d at %.17g: %.17g, not %.17g", k, a, value, expected);
 }

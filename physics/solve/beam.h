@@ -6,6 +6,10 @@
 #include "physics/solve/beam_system.h"
 #include "physics/solve/solve.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct beam_solution beam_solution;
 
 /* The columns of a beam, see physics/model.h; dimensionless. */
@@ -29,5 +33,9 @@ double beam_largest(const beam_solution *x);
 
 /* At time `which` of those given (a static beam: 0) and n points s [n] within [0, 1]; out [n]. */
 void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, beam_state *out);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

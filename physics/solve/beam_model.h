@@ -9,6 +9,10 @@
 
 #include "physics/model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct solve_beam {
     rod_scales scales;
     double deflection; /* W, m */
@@ -46,5 +50,9 @@ ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
 
 /* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; internal V, M. */
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

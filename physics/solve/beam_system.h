@@ -11,6 +11,10 @@
 
 #include "physics/solve/beam_model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { BEAM_W = 0, BEAM_PSI = 1, BEAM_V = 2, BEAM_M = 3, BEAM_ROWS = 4 };
 
 typedef struct beam_system beam_system;
@@ -33,5 +37,9 @@ void beam_system_solve(beam_system *x, const beam_load *loads, const double ends
 
 /* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element. */
 void beam_system_at(const beam_system *x, const double *y, double s, double *at);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -5,6 +5,10 @@
 
 #include "physics/model.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Raised when solutions change by more than their estimated error: kept ones are solved anew. */
 #define SOLUTION_VERSION 4
 
@@ -75,5 +79,9 @@ bool solution_doubts(const solution *x, const scene *rod_scene, const solve_sett
 
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

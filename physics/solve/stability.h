@@ -4,6 +4,10 @@
 
 #include "physics/scene.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { STABILITY_POINTS = 128 };
 
 /* Where the shape has to be known: s [STABILITY_POINTS], m. */
@@ -28,5 +32,9 @@ void stability_points(const scene *rod_scene, double *s);
  * AD_NO_MEMORY. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

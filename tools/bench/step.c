@@ -569,7 +569,7 @@ int main(int count, char **arguments)
         return result;
     }
     ad_error error = {AD_OK, ""};
-    const blas *library = blas_load(&error);
+    const blas *library = ad_blas_load(&error);
     if (!library) {
         return cli_fail_error(program, &error);
     }
