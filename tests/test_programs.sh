@@ -149,7 +149,7 @@ if command -v script >/dev/null; then
         >stdout.txt </dev/null
     check a live line on a terminal -- test "$(tr -dc '\r' <stdout.txt | wc -c)" -gt \
         "$(wc -l <stdout.txt)"
-    widest=$(tr '\r' '\n' <stdout.txt | grep '^adam' | awk '{ print length($0) }' | sort -n | tail -1)
+    widest=$(tr '\r' '\n' <stdout.txt | grep '  loss [0-9.e+-]*  error .* left' | awk '{ print length($0) }' | sort -n | tail -1)
     check it fits the terminal -- test "${widest:-99}" -lt 60
     rm -r tty
 fi

@@ -1,10 +1,10 @@
 #include "tools/programs/progress.h"
 
+#include "tools/programs/status_line.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
 #include <stdarg.h>
-#include <string.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -13,19 +13,23 @@ static const double live_interval = 0.2; /* s */
 progress progress_start(FILE *file, bool quiet, const trainer *t)
 {
     progress p = {.file = file, .quiet = quiet, .live = isatty(fileno(file)), .gap = 1};
-    p.started = wall_seconds();
-    p.next = p.started;
-    p.first_step = trainer_inspect(t).step;
+    const trainer_info info = trainer_inspect(t);
+    p.started = p.next = p.window_began = p.stage_began = wall_seconds();
+    p.first_step = info.step;
+    p.window = info.window;
+    p.stage = info.stage;
+    p.stage_step = p.stage_first = info.stage_step;
+    p.window_whole = info.window_step == 0;
     return p;
 }
 
 /* Columns of the terminal, less the one where the cursor wraps; a longer line could not be
- * overwritten. */
-static int room(const progress *p, int most)
+ * overwritten. A log has room for all. */
+static int room(const progress *p)
 {
     struct winsize size;
-    bool known = ioctl(fileno(p->file), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
-    return known && size.ws_col - 1 < most ? size.ws_col - 1 : most;
+    bool known = p->live && ioctl(fileno(p->file), TIOCGWINSZ, &size) == 0 && size.ws_col > 1;
+    return known ? size.ws_col - 1 : STATUS_LINE_WIDE;
 }
 
 void progress_clear(progress *p)
@@ -36,66 +40,85 @@ void progress_clear(progress *p)
     }
 }
 
-/* 75 -> "1m15s" */
-static const char *duration_text(double seconds, char text[32])
+/* Notices when another window or stage begins, from which the time left is estimated. */
+static void follow(progress *p, const trainer_info *info, double now)
 {
-    if (!isfinite(seconds)) {
-        return "?";
+    if (info->window != p->window) {
+        if (p->window_whole) {
+            p->windows_timed++;
+            p->windows_seconds += now - p->window_began;
+        }
+        p->window_began = now;
+        p->window_whole = true;
     }
-    long whole = (long)(seconds + 0.5);
-    if (whole < 60) {
-        snprintf(text, 32, "%lds", whole);
-    } else if (whole < 3600) {
-        snprintf(text, 32, "%ldm%02lds", whole / 60, whole % 60);
-    } else {
-        snprintf(text, 32, "%ldh%02ldm", whole / 3600, whole / 60 % 60);
+    if (info->window != p->window || info->stage != p->stage || info->stage_step < p->stage_step) {
+        p->stage_began = now;
+        p->stage_first = info->stage_step;
     }
-    return text;
+    p->window = info->window;
+    p->stage = info->stage;
+    p->stage_step = info->stage_step;
 }
 
-static const char *number_text(double value, char text[32])
+static double time_left(const progress *p, const trainer_info *info, const config *settings,
+                        double now, bool *at_most)
 {
-    snprintf(text, 32, isnan(value) ? "-" : "%.2e", value);
-    return text;
+    int64_t steps = info->stage_step - p->stage_first, all = info->step - p->first_step;
+    const status_pace pace = {.stages = settings->stages,
+                              .stage = info->stage,
+                              .stage_count = settings->stage_count,
+                              .stage_step = info->stage_step,
+                              .stage_seconds = info->stage_seconds,
+                              .step_seconds = steps > 0 ? (now - p->stage_began) / (double)steps
+                                              : all > 0 ? (now - p->started) / (double)all
+                                                        : NAN,
+                              .windows_left = settings->scene.windows - info->window - 1,
+                              .windows_timed = p->windows_timed,
+                              .windows_seconds = p->windows_seconds,
+                              .window_seconds = now - p->window_began,
+                              .repeats = info->part<1, .limit_left = p->limit> 0
+                                             ? p->limit - (now - p->started)
+                                             : INFINITY};
+    return status_time_left(&pace, at_most);
 }
 
-static int write_line(const progress *p, const trainer *t, const experiment *e, char *line,
-                      size_t size)
+static int write_line(const progress *p, const trainer_info *info, const experiment *e, double now,
+                      int width, char text[STATUS_LINE_SIZE])
 {
-    trainer_info info = trainer_inspect(t);
-    const config_stage *stage = &e->settings->stages[info.stage];
-    double spent = wall_seconds() - p->started;
-    double rate = (double)(info.step - p->first_step) / spent;
-    double remaining = (double)(stage->steps - info.stage_step) / rate;
-    remaining = p->limit > 0 ? fmin(remaining, fmax(p->limit - spent, 0)) : remaining;
-    char left[32], error[32], held[32], steps[16] = "", window[32] = "";
-    if (p->limit <= 0) { /* or time decides */
-        snprintf(steps, sizeof steps, "/%d", stage->steps);
-    }
-    if (e->settings->scene.windows > 1) {
-        snprintf(window, sizeof window, "window %d/%d ", info.window + 1,
-                 e->settings->scene.windows);
-    }
-    return snprintf(
-        line, size,
-        "%s%-5s %d/%d step %lld%s  loss %.2e  held-out %s  error %s  %s left  %.2fM points/s",
-        window, config_optimizer_name(stage->optimizer), info.stage + 1, e->settings->stage_count,
-        (long long)info.stage_step, steps, info.loss, number_text(info.held_out, held),
-        number_text(info.errors.position, error), duration_text(remaining, left),
-        (double)info.evaluations * info.points / spent / 1e6);
+    const config *settings = e->settings;
+    const config_stage *stage = &settings->stages[info->stage];
+    status_line line = {.optimizer = config_optimizer_name(stage->optimizer),
+                        .window = info->window + 1,
+                        .windows = settings->scene.windows,
+                        .stage = info->stage + 1,
+                        .stages = settings->stage_count,
+                        .step = info->stage_step,
+                        .steps = p->limit > 0 ? 0 : stage->steps,
+                        .load_factor = info->part,
+                        .loss = info->loss,
+                        .held_out = info->held_out,
+                        .error = info->errors.position};
+    line.left = time_left(p, info, settings, now, &line.at_most);
+    line.points_per_s = (double)info->evaluations * info->points / (now - p->started);
+    return status_line_text(&line, width, text);
 }
 
 void progress_step(progress *p, const trainer *t, const experiment *e)
 {
-    double now = wall_seconds();
-    if (p->quiet || now < p->next || trainer_inspect(t).state != TRAINER_RUNNING) {
+    if (p->quiet) {
         return;
     }
-    char line[256];
-    int width = write_line(p, t, e, line, sizeof line);
-    if (p->live) {
-        width = room(p, width < (int)sizeof line ? width : (int)sizeof line - 1);
-        fprintf(p->file, "\r%-*.*s", p->width, width, line);
+    double now = wall_seconds();
+    const trainer_info info = trainer_inspect(t);
+    follow(p, &info, now);
+    if (now < p->next || info.state != TRAINER_RUNNING) {
+        return;
+    }
+    char line[STATUS_LINE_SIZE];
+    int columns = room(p), width = write_line(p, &info, e, now, columns, line);
+    if (p->live) { /* blanks cover the rest of a longer line before */
+        int before = p->width < columns ? p->width : columns;
+        fprintf(p->file, "\r%-*s", before > width ? before : width, line);
         p->width = width;
         p->next = now + live_interval;
     } else {

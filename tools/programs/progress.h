@@ -14,6 +14,13 @@ typedef struct progress {
     int64_t first_step; /* of this process */
     int width;          /* of the live line last shown */
     double limit;       /* s after `started`, when it ends at the latest; 0: none */
+    int window, stage;  /* at work after the last step, from 0 */
+    int64_t stage_step;
+    double window_began, stage_began; /* when they began, for this process */
+    int64_t stage_first;              /* step of the stage at which this process took it up */
+    bool window_whole;                /* this process has trained the window from its beginning */
+    int windows_timed;                /* windows trained by this process from beginning to end */
+    double windows_seconds;           /* that they took together */
 } progress;
 
 progress progress_start(FILE *file, bool quiet, const trainer *t);

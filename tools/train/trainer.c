@@ -161,7 +161,9 @@ const double *trainer_parameters(const trainer *t)
 trainer_info trainer_inspect(const trainer *t)
 {
     trainer_info info = t->info;
-    info.seconds = wall_seconds() - t->started;
+    double now = wall_seconds();
+    info.seconds = now - t->started;
+    info.stage_seconds = t->optimizer ? now - t->stage_started : 0;
     return info;
 }
 

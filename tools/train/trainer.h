@@ -42,6 +42,7 @@ typedef struct trainer_info {
     double loss;         /* weighted; at the last evaluation */
     double gradient_norm;
     double learning_rate; /* or what the optimiser has for one, see tools/train/optimizer.h */
+    double stage_seconds; /* wall time of the stage at work so far */
     double held_out;      /* at the last row of the history */
     reference_errors errors;
     int64_t evaluations; /* of the loss in this process */
