@@ -387,7 +387,7 @@ static ad_status check_time(const scene_checker *check)
         return scene_refuse(check, "time.duration", "must be finite and >= 0; 0 is a static scene");
     }
     if (rod_scene->windows < 1 || rod_scene->windows > SCENE_WINDOWS_MAX) {
-        return scene_refuse(check, "time.windows", "must be 1 to 256");
+        return scene_refuse(check, "time.windows", "must be 1 to 1024");
     }
     if (rod_scene->windows > 1 && !is_dynamic(check)) {
         return scene_refuse(check, "time.windows",

@@ -3,7 +3,7 @@
  * CONFIGS_FOLDER set to where the shipped scenes are. */
 #include "config_refusals.h"
 #include "config_refusals_beam.h"
-#include "tools/config/config_keys.h"
+#include "tools/config/config_parts.h"
 
 #include <locale.h>
 #include <math.h>
@@ -510,8 +510,74 @@ static void test_help(void **state)
     assert_non_null(strstr(
         text,
         "training.stages[].optimizer: one of adam, lbfgs, gauss_newton, ssbroyden; required"));
-    assert_non_null(strstr(text, "Without training.stages: gauss_newton"));
+    assert_non_null(strstr(text, "gauss_newton for up to 200 steps"));
     free(text);
+}
+
+/* The default that --help states for a key, to text [200]; false: it states none, or one in words
+ * that depends on other keys. */
+static bool stated_default(const char *help, const config_key *key, char text[200])
+{
+    char row[CONFIG_PATH_MAX + 4];
+    snprintf(row, sizeof row, "  %s: ", key->path);
+    const char *line = strstr(help, row);
+    assert_non_null(line);
+    const char *end = strchr(line, '\n'), *stated = strstr(line, "; default: ");
+    if (key->fallback || !stated || stated > end) {
+        return false;
+    }
+    stated += strlen("; default: ");
+    snprintf(text, 200, "%.*s", (int)strcspn(stated, ";\n"), stated);
+    return true;
+}
+
+/* The value that --print-config shows. */
+static void resolved_value(const config *experiment, const config_key *key, char text[200])
+{
+    const char *whole = (const char *)experiment, *stage = (const char *)&experiment->stages[0];
+    FILE *file = fmemopen(text, 200, "w");
+    assert_non_null(file);
+    config_write_value(file, key, config_key_in_stage(key) ? stage : whole, whole);
+    fclose(file);
+}
+
+/* What --help states as the default of a key is what a scene without the key gets: at rest and in
+ * motion, for every optimiser, with hidden layers and without. */
+static void test_stated_defaults(void **state)
+{
+    (void)state;
+    static const char *const scenes[] = {BASE, DYNAMIC};
+    char *help = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&help, &size);
+    config_help(file);
+    fclose(file);
+    int compared = 0;
+    for (int round = 0; round < 4 * CONFIG_OPTIMIZER_COUNT; round++) {
+        config_optimizer optimizer = (config_optimizer)(round / 4);
+        const char *text = scenes[round % 2];
+        char stage[80];
+        snprintf(stage, sizeof stage, "training.stages=[{optimizer: %s}]",
+                 config_optimizer_name(optimizer));
+        const char *overrides[] = {stage, "network.hidden=[8]"};
+        config *experiment = read_text(text, 1 + round / 2 % 2, overrides);
+        for (int i = 0; i < config_key_count; i++) {
+            const config_key *key = &config_keys[i];
+            char stated[200], resolved[200];
+            if (config_given(experiment->source, key->path) ||
+                !config_key_applies(key, optimizer) || !stated_default(help, key, stated)) {
+                continue;
+            }
+            resolved_value(experiment, key, resolved);
+            if (strcmp(stated, resolved) != 0) {
+                fail_msg("%s: --help states %s, %s has %s", key->path, stated, stage, resolved);
+            }
+            compared++;
+        }
+        config_free(experiment);
+    }
+    assert_true(compared > 16 * 50);
+    free(help);
 }
 
 /* ---- mutation ------------------------------------------------------------------------------ */
@@ -589,6 +655,7 @@ int main(void)
         cmocka_unit_test(test_null_sections),
         cmocka_unit_test(test_round_trip_of_texts),
         cmocka_unit_test(test_help),
+        cmocka_unit_test(test_stated_defaults),
         cmocka_unit_test(test_mutations),
         cmocka_unit_test(test_deep_nesting),
     };

@@ -201,9 +201,14 @@ const config_key config_keys[] = {
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
              "column that may buckle sideways."},
     {"enforcement.boundary", CONFIG_CHOICE, AT(scene.boundary_enforcement),
-     .names = scene_enforcement_names, .help = "hard: exact by construction; soft: a loss term."},
+     .names = scene_enforcement_names,
+     .help = "How the conditions at the ends are met. hard: the network's outputs are put into a "
+             "form that meets them exactly, whatever its parameters; soft: they are a loss term "
+             "of weight losses.boundary.weight and hold as well as it is trained."},
     {"enforcement.initial", CONFIG_CHOICE, AT(scene.initial_enforcement),
-     .names = scene_enforcement_names, .help = "The same for the state at t = 0."},
+     .names = scene_enforcement_names,
+     .help = "The same for the state at t = 0, with losses.initial.weight. Several windows of "
+             "time need hard."},
 
     {"network.hidden", CONFIG_INTEGER, ENTRIES(0, NN_HIDDEN_MAX), AT(network.hidden),
      .count_offset = offsetof(config, network.hidden_count), BETWEEN(1, 4096),
@@ -293,8 +298,8 @@ const config_key config_keys[] = {
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = optimizer_names,
      .fallback = "required",
      .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden. "
-             "Without training.stages: gauss_newton for up to 200 steps with function_tolerance "
-             "0.2."},
+             "Without training.stages there is one: gauss_newton for up to 200 steps, with "
+             "function_tolerance 0.2. Defaults below are those of a stage that is given."},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9),
      .help = "Length of the stage."},
     {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate),
@@ -354,10 +359,11 @@ const config_key config_keys[] = {
              "matrix_free, with scaling identity, where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
-     .fallback = "identity; diagonal in motion without hidden layers",
+     .fallback = "identity; without hidden layers diagonal in motion and for beams",
      .help = "What is damped: every parameter alike, or by the diagonal of J^T J."},
     {"training.stages[].initial_damping", CONFIG_NUMBER, STAGE(gauss_newton.initial_damping),
      .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,
+     .fallback = "0.001; 1e-10 without hidden layers",
      .help = "In units of the largest diagonal entry of J^T J (identity) or of 1 (diagonal)."},
     {"training.stages[].maximum_damping", CONFIG_NUMBER, STAGE(gauss_newton.maximum_damping),
      .low = 0, .high = INFINITY, .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN,

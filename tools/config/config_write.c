@@ -317,11 +317,13 @@ static void write_wrapped(FILE *file, const char *text, int margin)
     fputc('\n', file);
 }
 
+/* Of a stage, the defaults of one that the file gives; without any other values hold, which the
+ * help of its optimizer names. */
 static void help_row(FILE *file, const config *defaults, const config_key *key)
 {
     char allowed[300];
-    const config_stage *stage = &defaults->stages[0];
-    const char *base = config_key_in_stage(key) ? (const char *)stage : (const char *)defaults;
+    const config_stage stage = config_stage_defaults();
+    const char *base = config_key_in_stage(key) ? (const char *)&stage : (const char *)defaults;
     bool none = !has_value(key, base + key->offset);
     config_key_allowed(key, allowed, sizeof allowed);
     fprintf(file, "  %s: %s", key->path, allowed);
