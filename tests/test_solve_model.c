@@ -53,21 +53,24 @@ static void test_numbers(void **state)
     config *settings = settings_of("numbers.yaml", numbers);
     solve_rod *rod = rod_of(settings);
     double time = 4 * sqrt(3 / 0.8);
-    assert_near(rod->strain_compliance[0], 0.2 / 40, rounding);
-    assert_near(rod->strain_compliance[1], 0, 0);
-    assert_near(rod->curvature_compliance[0], 0.8 / 1.2, rounding);
-    assert_near(rod->curvature_stiffness[2], 0.5 / 0.8, rounding);
-    assert_near(rod->mass, 1, 0);
-    assert_near(rod->duration, 3 / time, rounding);
-    assert_near(rod->rotary_inertia[0], 0.03 / (3 * 4), rounding); /* rhoI / (rhoA L^2) */
-    assert_near(rod->strain_damping[0], 0.6 / (0.2 * time), rounding);
-    assert_near(rod->curvature_damping[2], 0.01 / (0.8 * time), rounding);
-    assert_near(rod->drag, 0.7 * 4 / (time * 0.2), rounding);
-
     const double s[2] = {0, 0.75};
+    solve_section made[2];
+    assert_int_equal(solve_rod_sections(rod, 2, s, made, NULL), AD_OK);
+    assert_near(made[0].strain_compliance[0], 0.2 / 40, rounding);
+    assert_near(made[0].strain_compliance[1], 0, 0); /* locked */
+    assert_near(made[0].strain_stiffness[1], 0, 0);
+    assert_near(made[0].curvature_compliance[0], 0.8 / 1.2, rounding);
+    assert_near(made[0].curvature_stiffness[2], 0.5 / 0.8, rounding);
+    assert_near(made[0].mass, 1, 0);
+    assert_near(rod->duration, 3 / time, rounding);
+    assert_near(made[0].rotary_inertia[0], 0.03 / (3 * 4), rounding); /* rhoI / (rhoA L^2) */
+    assert_near(made[0].strain_damping[0], 0.6 / (0.2 * time), rounding);
+    assert_near(made[0].curvature_damping[2], 0.01 / (0.8 * time), rounding);
+    assert_near(made[0].drag, 0.7 * 4 / (time * 0.2), rounding);
+
     solve_rest rest[2];
     solve_load load[2];
-    assert_int_equal(solve_rod_rest(rod, 2, s, rest, NULL), AD_OK);
+    assert_int_equal(solve_rod_rest(rod, 2, s, 0, rest, NULL), AD_OK);
     assert_near(rest[1].strain[0], 0.1, rounding);
     assert_near(rest[1].curvature[0], 2 * 0.5 * 1.5, rounding);
     assert_near(rest[0].curvature[2], 4, rounding);
@@ -142,12 +145,14 @@ static void test_manufactured(void **state)
     double *force = evaluate_at(exact.force, 5, points_s, points_t, NULL);
     double *position = evaluate_at(exact.position, 5, points_s, points_t, NULL);
     solve_load load;
+    solve_section made;
     solve_rod_load(rod, 1, &s, t, &load, NULL);
+    solve_rod_sections(rod, 1, &s, &made, NULL);
     for (int i = 0; i < 3; i++) {
         const double *n = force + 5 * i, *x = position + 5 * i;
         double acceleration = (x[2] - 2 * x[4] + x[3]) / (h * h);
         double velocity = (x[3] - x[2]) / (2 * h);
-        double sum = (n[1] - n[0]) / (2 * h) + load.force[i] - rod->drag * velocity - acceleration;
+        double sum = (n[1] - n[0]) / (2 * h) + load.force[i] - made.drag * velocity - acceleration;
         assert_near(sum, 0, 1e-5); /* differences of second order, rounding over h^2 */
     }
     solve_end_state start;

@@ -4,8 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Samples of time; points along the rod; numbers of a load and an end. */
-enum { SAMPLES = 2049, POINTS = 5, LOAD = 12, END = 13, NUMBERS = POINTS * LOAD + 2 * END };
+/* Samples of time; points along the rod; numbers of a load, of v* and u*, and of an end. */
+enum { SAMPLES = 2049, POINTS = 5, LOAD = 12, REST = 6, END = 13 };
+enum { ALONG = LOAD + REST, NUMBERS = POINTS * ALONG + 2 * END };
 
 _Static_assert(sizeof(solve_load) == LOAD * sizeof(double), "a load is its numbers");
 
@@ -14,6 +15,7 @@ enum { EXTRA = SAMPLES }; /* place of one more */
 typedef struct samples {
     double s[SAMPLES + 1], t[SAMPLES + 1];
     solve_load loads[SAMPLES + 1];
+    solve_rest rest[SAMPLES + 1];
     solve_end_state ends[SAMPLES + 1];
     double numbers[SAMPLES + 1][NUMBERS]; /* all that acts */
 } samples;
@@ -28,8 +30,15 @@ static ad_status take(const solve_rod *rod, samples *x, int first, int count, ad
         }
         status = solve_rod_loads(rod, (size_t)count, x->s + first, x->t + first, x->loads + first,
                                  error);
+        if (status == AD_OK && rod->rest_moves) {
+            status = solve_rod_rests(rod, (size_t)count, x->s + first, x->t + first,
+                                     x->rest + first, error);
+        }
         for (int i = first; i < first + count; i++) {
-            memcpy(x->numbers[i] + point * LOAD, &x->loads[i], sizeof x->loads[i]);
+            double *to = x->numbers[i] + point * ALONG;
+            memcpy(to, &x->loads[i], sizeof x->loads[i]);
+            memcpy(to + LOAD, x->rest[i].strain, sizeof x->rest[i].strain);
+            memcpy(to + LOAD + 3, x->rest[i].curvature, sizeof x->rest[i].curvature);
         }
     }
     for (int end = 0; status == AD_OK && end < 2; end++) {
@@ -39,7 +48,7 @@ static ad_status take(const solve_rod *rod, samples *x, int first, int count, ad
         status = solve_rod_ends(rod, end, (size_t)count, x->s + first, x->t + first,
                                 x->ends + first, error);
         for (int i = first; i < first + count; i++) {
-            double *to = x->numbers[i] + POINTS * LOAD + end * END;
+            double *to = x->numbers[i] + POINTS * ALONG + end * END;
             memcpy(to, x->ends[i].position, 3 * sizeof *to);
             memcpy(to + 3, x->ends[i].rotation, 4 * sizeof *to);
             memcpy(to + 7, x->ends[i].force, 3 * sizeof *to);
@@ -110,7 +119,7 @@ static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *
         for (int k = 0; k < NUMBERS; k++) {
             if (!isfinite(x->numbers[i][k])) {
                 return ad_fail(error, AD_NOT_FINITE,
-                               "what loads or holds the rod is not finite at t = %g s",
+                               "what loads, holds or shapes the rod is not finite at t = %g s",
                                x->t[i] * rod->scales.time);
             }
         }
@@ -122,7 +131,7 @@ ad_status events_find(const solve_rod *rod, size_t *count, double **times, ad_er
 {
     *count = 0;
     *times = malloc(2 * SAMPLES * sizeof **times);
-    samples *x = malloc(sizeof *x);
+    samples *x = calloc(1, sizeof *x);
     ad_status status =
         *times && x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d samples", SAMPLES);
     for (int i = 0; status == AD_OK && i < SAMPLES; i++) {

@@ -12,17 +12,22 @@
 enum { LANE_Q = 3 };
 
 /* Strains and forces at a quadrature point, body frame. */
-typedef struct section {
+typedef struct strained {
     double v[3], u[3], n[3], m[3];
-} section;
+} strained;
+
+/* What the rod is made of at a node, stiffness finite also where it is locked. */
+typedef struct material {
+    solve_section section;
+    double by_mass, by_inertia[3]; /* 1 over them */
+} material;
 
 struct motion {
     const solve_rod *rod;
     int elements, degree;
     size_t nodes;
-    double strain_stiffness[3], curvature_stiffness[3]; /* finite */
-    bool is_damped;                                     /* Bse or Bbt */
-    bool has_time;                                      /* loads and ends are those of `time` */
+    bool is_damped; /* Bse or Bbt */
+    bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
     double *points;          /* [degree + 1] on [-1, 1] */
@@ -32,6 +37,7 @@ struct motion {
     double *s;               /* [nodes] */
     double *weight;          /* [nodes] of the quadrature over the rod */
     double *element_weight;  /* [degree + 1] of the quadrature over an element */
+    material *materials;     /* [nodes] */
     solve_rest *rest;        /* [nodes] */
     solve_load *load;        /* [nodes] */
     solve_end_state ends[2]; /* at s = 0, 1 */
@@ -41,7 +47,7 @@ struct motion {
     double (*spin)[3];                                              /* [nodes] w */
     double (*R)[3][3];                                              /* [nodes] */
     double (*slope)[LANES], (*slope_rate)[LANES], (*wrench)[LANES]; /* [degree + 1] */
-    section *sections;                                              /* [elements][degree + 1] */
+    strained *sections;                                             /* [elements][degree + 1] */
     double (*force)[LANES]; /* [nodes] internal, as an impulse on r and q */
     double (*torque)[3];    /* [nodes] internal, body */
     double (*push)[3];      /* [nodes] outside force without drag, world */
@@ -49,28 +55,6 @@ struct motion {
 };
 
 /* ---- creating ------------------------------------------------------------------------------ */
-
-static ad_status refuse(const solve_rod *rod, ad_error *error)
-{
-    for (int i = 0; i < 3; i++) {
-        if (!(rod->rotary_inertia[i] > 0)) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0", i + 1,
-                           rod->rotary_inertia[i]);
-        }
-    }
-    return AD_OK;
-}
-
-static void set_stiffness(motion *m, double lock)
-{
-    for (int i = 0; i < 3; i++) {
-        double strain = m->rod->strain_stiffness[i], curvature = m->rod->curvature_stiffness[i];
-        m->strain_stiffness[i] = isfinite(strain) ? strain : lock;
-        m->curvature_stiffness[i] = isfinite(curvature) ? curvature : lock;
-        m->is_damped |= m->rod->strain_damping[i] != 0 || m->rod->curvature_damping[i] != 0;
-    }
-}
 
 static bool allocate(motion *m)
 {
@@ -82,6 +66,7 @@ static bool allocate(motion *m)
     m->s = calloc(nodes, sizeof *m->s);
     m->weight = calloc(nodes, sizeof *m->weight);
     m->element_weight = calloc(n, sizeof *m->element_weight);
+    m->materials = calloc(nodes, sizeof *m->materials);
     m->rest = calloc(nodes, sizeof *m->rest);
     m->load = calloc(nodes, sizeof *m->load);
     m->pose = calloc(nodes, sizeof *m->pose);
@@ -97,9 +82,9 @@ static bool allocate(motion *m)
     m->push = calloc(nodes, sizeof *m->push);
     m->turn = calloc(nodes, sizeof *m->turn);
     return m->points && m->point_weights && m->derivative && m->transposed && m->s && m->weight &&
-           m->element_weight && m->rest && m->load && m->pose && m->flow && m->spin && m->R &&
-           m->slope && m->slope_rate && m->wrench && m->sections && m->force && m->torque &&
-           m->push && m->turn;
+           m->element_weight && m->materials && m->rest && m->load && m->pose && m->flow &&
+           m->spin && m->R && m->slope && m->slope_rate && m->wrench && m->sections && m->force &&
+           m->torque && m->push && m->turn;
 }
 
 void motion_free(motion *m)
@@ -109,7 +94,7 @@ void motion_free(motion *m)
                        m->weight, m->element_weight, m->rest,       m->load,       m->pose,
                        m->flow,   m->spin,           m->R,          m->slope,      m->slope_rate,
                        m->wrench, m->sections,       m->force,      m->torque,     m->push,
-                       m->turn};
+                       m->turn,   m->materials};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }
@@ -139,14 +124,45 @@ static void place_nodes(motion *m)
     }
 }
 
+/* AD_BAD_INPUT without rotary inertia. */
+static ad_status set_material(motion *m, size_t node, const solve_section *section, double lock,
+                              ad_error *error)
+{
+    material *to = &m->materials[node];
+    to->section = *section;
+    to->by_mass = 1 / section->mass;
+    for (int i = 0; i < 3; i++) {
+        double *strain = &to->section.strain_stiffness[i];
+        double *curvature = &to->section.curvature_stiffness[i];
+        *strain = *strain > 0 ? *strain : lock;
+        *curvature = *curvature > 0 ? *curvature : lock;
+        to->by_inertia[i] = 1 / section->rotary_inertia[i];
+        m->is_damped |= section->strain_damping[i] != 0 || section->curvature_damping[i] != 0;
+        if (!(section->rotary_inertia[i] > 0)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0", i + 1,
+                           section->rotary_inertia[i]);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status set_materials(motion *m, double lock, ad_error *error)
+{
+    solve_section *sections = malloc(m->nodes * sizeof *sections);
+    ad_status status = sections ? solve_rod_sections(m->rod, m->nodes, m->s, sections, error)
+                                : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (size_t i = 0; status == AD_OK && i < m->nodes; i++) {
+        status = set_material(m, i, &sections[i], lock, error);
+    }
+    free(sections);
+    return status;
+}
+
 ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
                         motion **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = refuse(rod, error);
-    if (status != AD_OK) {
-        return status;
-    }
     if (elements < 1 || degree < 2 || degree > LOBATTO_DEGREE_MAX) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "%d elements of degree %d; allowed: at least one, of degree 2 to %d",
@@ -156,14 +172,16 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, int deg
     if (m) {
         *m = (motion){.rod = rod, .elements = elements, .degree = degree};
         m->nodes = (size_t)elements * (size_t)degree + 1;
-        set_stiffness(m, lock);
     }
     if (!m || !allocate(m)) {
         motion_free(m);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod of %d elements", elements);
     }
     place_nodes(m);
-    status = solve_rod_rest(rod, m->nodes, m->s, m->rest, error);
+    ad_status status = set_materials(m, lock, error);
+    if (status == AD_OK) {
+        status = solve_rod_rest(rod, m->nodes, m->s, 0, m->rest, error);
+    }
     if (status != AD_OK) {
         motion_free(m);
         return status;
@@ -209,6 +227,9 @@ ad_status motion_at(motion *m, double t, ad_error *error)
         return AD_OK;
     }
     ad_status status = solve_rod_load(m->rod, m->nodes, m->s, t, m->load, error);
+    if (status == AD_OK && m->rod->rest_moves) {
+        status = solve_rod_rest(m->rod, m->nodes, m->s, t, m->rest, error);
+    }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         status = solve_rod_end(m->rod, end, t, &m->ends[end], error);
     }
@@ -313,8 +334,9 @@ static void set_nodes(motion *m, const double *state)
 
 /* Rates of strain: v_t = R^T V_s + v x w, u_t = 2 vec(q_t* q_s + q* q_ts). */
 static void add_damping(const motion *m, size_t node, const double *slope, const double *rate,
-                        section *at)
+                        strained *at)
 {
+    const solve_section *section = &m->materials[node].section;
     double v_t[3], turning[3], p[4], p_t[4];
     double(*R)[3] = m->R[node];
     to_body(R, rate, v_t);
@@ -322,15 +344,17 @@ static void add_damping(const motion *m, size_t node, const double *slope, const
     quaternion_quotient(m->flow[node] + LANE_Q, slope + LANE_Q, p);
     quaternion_quotient(m->pose[node] + LANE_Q, rate + LANE_Q, p_t);
     for (int i = 0; i < 3; i++) {
-        at->n[i] += m->rod->strain_damping[i] * (v_t[i] + turning[i]);
-        at->m[i] += m->rod->curvature_damping[i] * 2 * (p[i + 1] + p_t[i + 1]);
+        at->n[i] += section->strain_damping[i] * (v_t[i] + turning[i]);
+        at->m[i] += section->curvature_damping[i] * 2 * (p[i + 1] + p_t[i + 1]);
     }
 }
 
 /* Strains, n and m at point k of an element; what they exert there, times the quadrature's weight:
  * `wrench` on r_s and q_s, m->torque on q itself. */
-static void section_at(motion *m, size_t node, int k, section *at, double *wrench)
+static void section_at(motion *m, size_t node, int k, strained *at, double *wrench)
 {
+    const solve_section *section = &m->materials[node].section;
+    const solve_rest *rest = &m->rest[node];
     const double *slope = m->slope[k], *q = m->pose[node] + LANE_Q;
     double(*R)[3] = m->R[node];
     double p[4], cross_n[3], cross_m[3], weight = m->element_weight[k];
@@ -338,8 +362,8 @@ static void section_at(motion *m, size_t node, int k, section *at, double *wrenc
     quaternion_quotient(q, slope + LANE_Q, p);
     for (int i = 0; i < 3; i++) {
         at->u[i] = 2 * p[i + 1];
-        at->n[i] = m->strain_stiffness[i] * (at->v[i] - m->rest[node].strain[i]);
-        at->m[i] = m->curvature_stiffness[i] * (at->u[i] - m->rest[node].curvature[i]);
+        at->n[i] = section->strain_stiffness[i] * (at->v[i] - rest->strain[i]);
+        at->m[i] = section->curvature_stiffness[i] * (at->u[i] - rest->curvature[i]);
     }
     if (m->is_damped) {
         add_damping(m, node, slope, m->slope_rate[k], at);
@@ -424,14 +448,14 @@ static void outside_forces(motion *m)
 
 void motion_rate(motion *m, const double *state, double *rate)
 {
-    const double *inertia = m->rod->rotary_inertia, by_mass = 1 / m->rod->mass;
-    const double by_inertia[3] = {1 / inertia[0], 1 / inertia[1], 1 / inertia[2]};
     set_nodes(m, state);
     internal_forces(m);
     outside_forces(m);
     for (size_t i = 0; i < m->nodes; i++) {
         double *to = rate + i * MOTION_ROWS, by = 1 / m->weight[i], gyroscopic[3];
+        const material *made = &m->materials[i];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
+        const double *inertia = made->section.rotary_inertia, drag = made->section.drag;
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
         vector_cross(w, momentum, gyroscopic);
@@ -439,9 +463,9 @@ void motion_rate(motion *m, const double *state, double *rate)
         for (int k = 0; k < 3; k++) {
             to[MOTION_R + k] = m->flow[i][k];
             to[MOTION_V + k] =
-                (by * (m->force[i][k] + m->push[i][k]) - m->rod->drag * m->flow[i][k]) * by_mass;
+                (by * (m->force[i][k] + m->push[i][k]) - drag * m->flow[i][k]) * made->by_mass;
             to[MOTION_W + k] =
-                (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * by_inertia[k];
+                (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * made->by_inertia[k];
         }
     }
     for (int end = 0; end < 2; end++) {
@@ -459,11 +483,12 @@ static double holding_power(const motion *m, int end)
 {
     const solve_end *given = &m->rod->ends[end];
     const solve_end_state *now = &m->ends[end];
-    const double *inertia = m->rod->rotary_inertia, *w = now->spin;
     size_t i = end_node(m, end);
+    const solve_section *section = &m->materials[i].section;
+    const double *inertia = section->rotary_inertia, *w = now->spin;
     double power = 0;
     for (int k = 0; k < 3; k++) {
-        double mass = m->weight[i] * m->rod->mass, drag = m->weight[i] * m->rod->drag;
+        double mass = m->weight[i] * section->mass, drag = m->weight[i] * section->drag;
         double force =
             mass * now->acceleration[k] + drag * now->velocity[k] - m->force[i][k] - m->push[i][k];
         double moment =
@@ -474,42 +499,51 @@ static double holding_power(const motion *m, int end)
     return power;
 }
 
-/* Strain energy, and the power that damping takes, of the present sections. */
-static void sum_sections(const motion *m, double *energy, double *dissipation)
+/* Of all sections as they are: strain energy, the power that damping takes, and that which a
+ * changing rest shape puts in. */
+typedef struct section_sums {
+    double energy, dissipation, reshaping;
+} section_sums;
+
+static section_sums sum_sections(const motion *m)
 {
-    const solve_rod *rod = m->rod;
-    *energy = *dissipation = 0;
+    section_sums sum = {0};
     for (int e = 0; e < m->elements; e++) {
         for (int k = 0; k <= m->degree; k++) {
-            const section *at = &m->sections[e * (m->degree + 1) + k];
+            const strained *at = &m->sections[e * (m->degree + 1) + k];
             const solve_rest *rest = &m->rest[e * m->degree + k];
+            const solve_section *section = &m->materials[e * m->degree + k].section;
             double weight = m->element_weight[k];
             for (int i = 0; i < 3; i++) {
-                double strain = at->v[i] - rest->strain[i], kse = m->strain_stiffness[i];
-                double bend = at->u[i] - rest->curvature[i], kbt = m->curvature_stiffness[i];
-                double bse = rod->strain_damping[i], bbt = rod->curvature_damping[i];
-                double viscous_n = at->n[i] - kse * strain, viscous_m = at->m[i] - kbt * bend;
-                *energy += 0.5 * weight * (kse * strain * strain + kbt * bend * bend);
-                *dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
-                *dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
+                double strain = at->v[i] - rest->strain[i], kse = section->strain_stiffness[i];
+                double bend = at->u[i] - rest->curvature[i], kbt = section->curvature_stiffness[i];
+                double bse = section->strain_damping[i], bbt = section->curvature_damping[i];
+                double elastic_n = kse * strain, elastic_m = kbt * bend;
+                double viscous_n = at->n[i] - elastic_n, viscous_m = at->m[i] - elastic_m;
+                sum.energy += 0.5 * weight * (elastic_n * strain + elastic_m * bend);
+                sum.dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
+                sum.dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
+                sum.reshaping -= weight * (elastic_n * rest->strain_rate[i] +
+                                           elastic_m * rest->curvature_rate[i]);
             }
         }
     }
+    return sum;
 }
 
 motion_energy motion_energy_of(motion *m, const double *state)
 {
-    const double *inertia = m->rod->rotary_inertia;
     motion_energy energy = {0};
-    double dissipation;
     set_nodes(m, state);
     internal_forces(m);
-    sum_sections(m, &energy.strain, &dissipation);
+    energy.strain = sum_sections(m).energy;
     for (size_t i = 0; i < m->nodes; i++) {
+        const solve_section *section = &m->materials[i].section;
+        const double *inertia = section->rotary_inertia;
         const double *V = m->flow[i], *w = m->spin[i];
         double spinning =
             inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
-        energy.kinetic += 0.5 * m->weight[i] * (m->rod->mass * vector_dot(V, V) + spinning);
+        energy.kinetic += 0.5 * m->weight[i] * (section->mass * vector_dot(V, V) + spinning);
     }
     return energy;
 }
@@ -529,15 +563,16 @@ motion_power motion_power_of(motion *m, const double *state)
     bool moves = end_moves(m, 0) || end_moves(m, 1);
     set_nodes(m, state);
     outside_forces(m);
-    if (m->is_damped || moves) {
-        double energy;
+    if (m->is_damped || moves || m->rod->rest_moves) {
         internal_forces(m);
-        sum_sections(m, &energy, &power.dissipation);
+        section_sums sum = sum_sections(m);
+        power.load = sum.reshaping;
+        power.dissipation = sum.dissipation;
     }
     for (size_t i = 0; i < m->nodes; i++) {
         const double *V = m->flow[i], *w = m->spin[i];
         power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
-        power.dissipation += m->weight[i] * m->rod->drag * vector_dot(V, V);
+        power.dissipation += m->weight[i] * m->materials[i].section.drag * vector_dot(V, V);
     }
     power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;
     return power;
@@ -548,7 +583,7 @@ motion_power motion_power_of(motion *m, const double *state)
 static void sample_node(const motion *m, int element, int k, double scale, solve_state *to)
 {
     size_t node = (size_t)(element * m->degree + k);
-    const section *at = &m->sections[element * (m->degree + 1) + k];
+    const strained *at = &m->sections[element * (m->degree + 1) + k];
     for (int i = 0; i < 4; i++) {
         to->rotation[i] += scale * m->pose[node][LANE_Q + i];
     }

@@ -42,7 +42,8 @@ const double *motion_weights(const motion *m); /* of the quadrature over s [node
 /* state [nodes][MOTION_ROWS] at t = 0. */
 ad_status motion_initial(const motion *m, double *state, ad_error *error);
 
-/* Go to time t: loads and prescribed ends, for all that follows. Cheap when already there. */
+/* Go to time t: loads, prescribed ends and rest shape, for all that follows. Cheap when already
+ * there. */
 ad_status motion_at(motion *m, double t, ad_error *error);
 
 /* rate = d state/dt, both [nodes][MOTION_ROWS]; 0 where an end prescribes. */
@@ -62,7 +63,7 @@ motion_energy motion_energy_of(motion *m, const double *state);
 
 /* load - dissipation is exactly the rate of kinetic + strain. */
 typedef struct motion_power {
-    double load;        /* of loads, and of what moves the ends */
+    double load;        /* of loads, of what moves the ends, and of what changes the rest shape */
     double dissipation; /* of damping and drag, >= 0 */
 } motion_power;
 

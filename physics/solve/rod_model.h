@@ -5,9 +5,9 @@
  * and signs are those of physics/rod.h: r, N, f, l in the world, m, v, u, w in the body frame,
  * quaternions (w, x, y, z) body to world.
  *
- * Formulas of the scene, and the loads that make a manufactured solution exact, are evaluated by
- * the tape. The equations of the rod are not: solvers write them in plain C, so that they check
- * those that networks are trained on. */
+ * Coefficients, formulas of the scene, ends and initial state are those that the residuals of
+ * networks use (physics/rod.h), recorded once and evaluated at points. The equations of the rod are
+ * not: solvers write them in plain C, so that they check those that networks are trained on. */
 #ifndef PHYSICS_SOLVE_ROD_MODEL_H
 #define PHYSICS_SOLVE_ROD_MODEL_H
 
@@ -37,24 +37,31 @@ typedef struct solve_rod {
     rod_scales scales;
     bool dynamic;
     double duration;                 /* in scales.time */
-    double strain_compliance[3];     /* Kse^-1, 0: locked */
-    double curvature_compliance[3];  /* Kbt^-1, 0: locked */
-    double strain_stiffness[3];      /* Kse, infinite: locked */
-    double curvature_stiffness[3];   /* Kbt */
-    double strain_damping[3];        /* Bse; damping, mass, inertia and drag are 0 if static */
-    double curvature_damping[3];     /* Bbt */
-    double mass;                     /* rhoA: 1 by the choice of the time */
-    double rotary_inertia[3];        /* rhoJ */
-    double drag;                     /* c: f = -c r_t, not part of solve_load */
     bool has_body_load;              /* false: solve_load.body_* are 0 everywhere */
+    bool rest_moves;                 /* false: the rest shape is the same at all times */
     solve_end ends[2];               /* at s = 0 and 1 */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 
-/* Unstressed strain v* and curvature u*; the imperfection is added to u* on the way to the loads.
- */
+/* What the rod is made of at one s. A locked strain has stiffness 0 and compliance 0. Damping,
+ * mass, inertia and drag are 0 if static. */
+typedef struct solve_section {
+    double strain_stiffness[3];     /* Kse */
+    double curvature_stiffness[3];  /* Kbt */
+    double strain_compliance[3];    /* Kse^-1 */
+    double curvature_compliance[3]; /* Kbt^-1 */
+    double strain_damping[3];       /* Bse */
+    double curvature_damping[3];    /* Bbt */
+    double mass;                    /* rhoA, by that of the scales: 1 where it does not vary */
+    double rotary_inertia[3];       /* rhoJ */
+    double drag;                    /* c: f = -c r_t, not part of solve_load */
+} solve_section;
+
+/* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on
+ * the way to the loads. */
 typedef struct solve_rest {
     double strain[3], curvature[3], imperfection[3];
+    double strain_rate[3], curvature_rate[3];
 } solve_rest;
 
 /* Distributed loads: f = force + R(q) body_force, l = moment + R(q) body_moment; gravity is in
@@ -86,12 +93,16 @@ void solve_rod_free(solve_rod *rod);
 
 /* At n points s [n], in any order; out [n]. They allocate only when n grows. One thread at a time
  * for one rod. */
-ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, solve_rest *out,
+ad_status solve_rod_sections(const solve_rod *rod, size_t n, const double *s, solve_section *out,
+                             ad_error *error);
+ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double t, solve_rest *out,
                          ad_error *error);
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error);
 
 /* The same at points (s, t) of any times. */
+ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const double *t,
+                          solve_rest *out, ad_error *error);
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error);
 

@@ -43,7 +43,7 @@ solve_settings solve_settings_default(const scene *rod_scene);
  * none. */
 typedef struct solve_energy {
     double kinetic, strain;
-    double work;       /* of loads, and of what moves the ends, since t = 0 */
+    double work;       /* of loads, and of what moves ends and rest shape, since t = 0 */
     double dissipated; /* by damping and drag since t = 0, >= 0 */
     double mismatch;   /* kinetic + strain + dissipated - work, less its value at t = 0: errors of
                         * integration in t; NaN at rest */

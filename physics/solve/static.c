@@ -61,25 +61,28 @@ static double norm(const double *x)
     return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
 }
 
-static bool is_round(const solve_rod *rod)
+static bool is_round(const solve_section *section)
 {
-    return rod->curvature_stiffness[0] == rod->curvature_stiffness[1] &&
-           rod->strain_stiffness[0] == rod->strain_stiffness[1];
+    return section->curvature_stiffness[0] == section->curvature_stiffness[1] &&
+           section->strain_stiffness[0] == section->strain_stiffness[1];
 }
 
-/* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
- * its cube root. */
+/* Largest loads at SAMPLES points, by the bending stiffness where the rod is softest: a force bends
+ * over the length sqrt(EI/F), a distributed one over its cube root. */
 static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
 {
     double s[SAMPLES], force = 0, moment = 0, spread = 0, couple = 0, rest_curvature = 0;
+    double softness = 0;
     int held = 0;
-    bool straight = true;
+    bool straight = true, round = true;
+    solve_section sections[SAMPLES];
     solve_rest rest[SAMPLES];
     solve_load load[SAMPLES];
     for (int i = 0; i < SAMPLES; i++) {
         s[i] = (double)i / (SAMPLES - 1);
     }
-    ad_status status = solve_rod_rest(rod, SAMPLES, s, rest, error);
+    ad_status status = solve_rod_sections(rod, SAMPLES, s, sections, error);
+    status = status == AD_OK ? solve_rod_rest(rod, SAMPLES, s, 0, rest, error) : status;
     if (status == AD_OK) {
         status = solve_rod_load(rod, SAMPLES, s, 0, load, error);
     }
@@ -91,6 +94,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         held += rod->ends[end].holds_position;
     }
     for (int i = 0; i < SAMPLES && status == AD_OK; i++) {
+        const double *bends = sections[i].curvature_compliance;
+        softness = fmax(softness, fmax(bends[0], bends[1]));
+        round = round && is_round(&sections[i]);
         double sideways = hypot(rest[i].strain[0], rest[i].strain[1]);
         straight = straight && sideways == 0 && norm(rest[i].curvature) == 0 &&
                    norm(load[i].body_force) == 0;
@@ -98,9 +104,13 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         couple = fmax(couple, norm(load[i].moment) + norm(load[i].body_moment));
         rest_curvature = fmax(rest_curvature, norm(rest[i].curvature));
     }
-    path->twists = is_round(rod) && straight && couple == 0;
+    double *loads[] = {&force, &moment, &spread, &couple};
+    for (int i = 0; i < 4; i++) {
+        *loads[i] *= softness;
+    }
+    path->twists = round && straight && couple == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
-    double compression = rod_numbers_of(&rod->scene).compression;
+    double compression = softness * rod_numbers_of(&rod->scene).compression;
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
@@ -483,12 +493,15 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
                     ad_error *error)
 {
     solve_rest *rest = malloc(n * sizeof *rest);
-    ad_status status = rest ? solve_rod_rest(x->rod, n, s, rest, error)
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    solve_section *sections = malloc(n * sizeof *sections);
+    ad_status status = rest && sections
+                           ? solve_rod_rest(x->rod, n, s, 0, rest, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    status = status == AD_OK ? solve_rod_sections(x->rod, n, s, sections, error) : status;
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         const static_point at = {.rest = rest[i],
-                                 .strain_compliance = x->rod->strain_compliance,
-                                 .curvature_compliance = x->rod->curvature_compliance};
+                                 .strain_compliance = sections[i].strain_compliance,
+                                 .curvature_compliance = sections[i].curvature_compliance};
         double y[STATIC_ROWS], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {
@@ -505,6 +518,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         static_strains(&at, y, out[i].strain, out[i].curvature);
     }
     free(rest);
+    free(sections);
     return status;
 }
 

@@ -7,6 +7,7 @@
 typedef struct at_points {
     size_t count;
     double *s, *weight; /* [count]; the weights are those of the quadrature, 0 between elements */
+    solve_section *sections;
     solve_load *load;
     solve_initial *unstressed;
 } at_points;
@@ -15,6 +16,7 @@ static void points_free(at_points *p)
 {
     free(p->s);
     free(p->weight);
+    free(p->sections);
     free(p->load);
     free(p->unstressed);
 }
@@ -27,9 +29,10 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     size_t n = p->count = static_system_unknowns(system) / STATIC_ROWS;
     p->s = malloc(n * sizeof *p->s);
     p->weight = calloc(n, sizeof *p->weight);
+    p->sections = malloc(n * sizeof *p->sections);
     p->load = malloc(n * sizeof *p->load);
     p->unstressed = malloc(n * sizeof *p->unstressed);
-    if (!p->s || !p->weight || !p->load || !p->unstressed) {
+    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
     static_system_points(system, p->s);
@@ -39,19 +42,20 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
                 (edges[e + 1] - edges[e]) * rule->weights[k];
         }
     }
-    ad_status status = solve_rod_load(rod, n, p->s, 0, p->load, error);
+    ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
+    status = status == AD_OK ? solve_rod_load(rod, n, p->s, 0, p->load, error) : status;
     return status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
 }
 
 /* Half of force times strain, at a point. */
-static double density(const solve_rod *rod, const double *y)
+static double density(const solve_section *section, const double *y)
 {
     double force[3], sum = 0;
     static_body_force(y, force);
     for (int i = 0; i < 3; i++) {
         double moment = y[STATIC_M + i];
-        sum += 0.5 * rod->strain_compliance[i] * force[i] * force[i];
-        sum += 0.5 * rod->curvature_compliance[i] * moment * moment;
+        sum += 0.5 * section->strain_compliance[i] * force[i] * force[i];
+        sum += 0.5 * section->curvature_compliance[i] * moment * moment;
     }
     return sum;
 }
@@ -106,7 +110,7 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     *energy = (solve_energy){.mismatch = NAN};
     for (size_t i = 0; status == AD_OK && i < p.count; i++) {
         const double *at = y + i * STATIC_ROWS;
-        energy->strain += p.weight[i] * density(rod, at);
+        energy->strain += p.weight[i] * density(&p.sections[i], at);
         energy->work += is_dead_force(&p.load[i])
                             ? p.weight[i] * work_of(p.load[i].force, at, &p.unstressed[i])
                             : NAN;

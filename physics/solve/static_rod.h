@@ -18,7 +18,7 @@ enum { STATIC_START_ROWS = 7, STATIC_END_ROWS = 6 }; /* conditions at s = 0, 1 *
 typedef struct static_point {
     solve_rest rest;
     solve_load load;
-    const double *strain_compliance, *curvature_compliance; /* [3] */
+    const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
 } static_point;
 
 /* y_s, and d y_s/d y where jacobian is not NULL. */

@@ -15,15 +15,16 @@ struct static_system {
     const solve_rod *rod;
     gauss_rule rule;
     int elements, stages;
-    double *edges;      /* [elements + 1] */
-    double *points;     /* [elements][stages], s */
-    solve_rest *rest;   /* the same points */
-    solve_load *load;   /* the same, at full load */
-    static_end full[2]; /* at full load */
-    static_end bare[2]; /* unstressed */
-    static_end ends[2]; /* where the path is */
+    double *edges;           /* [elements + 1] */
+    double *points;          /* [elements][stages], s */
+    solve_section *sections; /* the same points; with the stretch of the path */
+    double *axial;           /* [elements][stages] axial compliance without it */
+    solve_rest *rest;        /* the same points */
+    solve_load *load;        /* the same, at full load */
+    static_end full[2];      /* at full load */
+    static_end bare[2];      /* unstressed */
+    static_end ends[2];      /* where the path is */
     static_path path;
-    double strain_compliance[3];
     double *rate;     /* [elements][stages][ROWS] */
     jacobian *by_y;   /* [elements][stages] */
     double *factor;   /* [elements][inner][inner], column-major */
@@ -79,6 +80,8 @@ void static_system_free(static_system *x)
     if (x) {
         free(x->edges);
         free(x->points);
+        free(x->sections);
+        free(x->axial);
         free(x->rest);
         free(x->load);
         free(x->rate);
@@ -102,6 +105,8 @@ static bool allocate(static_system *x)
     size_t inner = inner_rows(x), edges = (elements + 1) * ROWS;
     x->edges = malloc((elements + 1) * sizeof *x->edges);
     x->points = malloc(points * sizeof *x->points);
+    x->sections = malloc(points * sizeof *x->sections);
+    x->axial = malloc(points * sizeof *x->axial);
     x->rest = malloc(points * sizeof *x->rest);
     x->load = malloc(points * sizeof *x->load);
     x->rate = malloc(points * ROWS * sizeof *x->rate);
@@ -113,8 +118,9 @@ static bool allocate(static_system *x)
     x->band = SUNDlsMat_newBandMat((sunindextype)edges, ABOVE, LOWER);
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
-    return x->edges && x->points && x->rest && x->load && x->rate && x->by_y && x->factor &&
-           x->pivots && x->by_start && x->inner && x->band && x->band_pivots && x->right;
+    return x->edges && x->points && x->sections && x->axial && x->rest && x->load && x->rate &&
+           x->by_y && x->factor && x->pivots && x->by_start && x->inner && x->band &&
+           x->band_pivots && x->right;
 }
 
 /* The unstressed rod is where held ends set out from, and where a spring pulls to. */
@@ -147,7 +153,11 @@ static ad_status set_points(static_system *x, ad_error *error)
             x->points[count++] = x->edges[e] + width(x, e) * x->rule.nodes[i];
         }
     }
-    ad_status status = solve_rod_rest(x->rod, count, x->points, x->rest, error);
+    ad_status status = solve_rod_sections(x->rod, count, x->points, x->sections, error);
+    for (size_t i = 0; i < count; i++) {
+        x->axial[i] = x->sections[i].strain_compliance[2];
+    }
+    status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
     return status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
 }
 
@@ -262,16 +272,17 @@ void static_system_set(static_system *x, const static_path *path)
             at->moment[i] = load * full->moment[i];
         }
     }
-    memcpy(x->strain_compliance, x->rod->strain_compliance, sizeof x->strain_compliance);
-    x->strain_compliance[2] += path->stretch;
+    for (int i = 0; i < x->elements * x->stages; i++) {
+        x->sections[i].strain_compliance[2] = x->axial[i] + path->stretch;
+    }
 }
 
 static static_point point_of(const static_system *x, size_t i)
 {
     const solve_load *full = &x->load[i];
     static_point at = {.rest = x->rest[i],
-                       .strain_compliance = x->strain_compliance,
-                       .curvature_compliance = x->rod->curvature_compliance};
+                       .strain_compliance = x->sections[i].strain_compliance,
+                       .curvature_compliance = x->sections[i].curvature_compliance};
     for (int k = 0; k < 3; k++) {
         at.load.force[k] = x->path.load * full->force[k];
         at.load.moment[k] = x->path.load * full->moment[k];
