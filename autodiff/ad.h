@@ -78,7 +78,7 @@ ad_value ad_input(ad_tape *tape, const char *name, int rows);
 /* One block for all points, given at every run; numbered in the order of recording. */
 ad_value ad_uniform(ad_tape *tape, const char *name, int rows);
 
-/* rows numbers of the flat parameter vector, from `offset` on. */
+/* `rows` numbers of the flat parameter vector, from `offset` on. */
 ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset);
 
 ad_value ad_constant(ad_tape *tape, int rows, const double *values);
@@ -177,7 +177,8 @@ ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_v
                          const ad_value *directions, ad_value *derivatives);
 
 /* Adjoints d root / d wrt[i] for a scalar root, each with the rows of wrt[i]; wrt are inputs,
- * uniforms or parameters.
+ * uniforms or parameters. A parameter that no operation on the tape uses is an error: most likely
+ * its offset or rows differ from what was recorded, and a 0 would hide that.
  * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant) and
  * adjoints of uniform values are summed over the points.
  * AD_PER_POINT: the root is a batch scalar and adjoints stay per point, so that adjoints of
@@ -212,7 +213,7 @@ void ad_pool_free(ad_pool *pool);
 int ad_pool_threads(const ad_pool *pool);
 
 typedef struct ad_settings {
-    int tile;  /* points per tile, 0: chosen by the size of the L2 cache */
+    int tile;  /* points per tile, at most 65536; 0: chosen by the size of the L2 cache */
     int piece; /* numbers per piece of an elementwise group */
     bool fuse; /* stack matrix products that share a matrix, contract a*b+c; off only to
                 * compare: results agree to rounding */

@@ -1,11 +1,12 @@
 /* From a tape to a program: what is needed, in which pass, which instructions. */
 #include "autodiff/program.h"
 
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-enum { TILE_MAX = 128 };
+enum { TILE_MAX = 128, TILE_ALLOWED = 1 << 16, ROWS_MAX = INT_MAX / 64 };
 
 ad_settings ad_settings_default(void)
 {
@@ -51,11 +52,14 @@ static ad_tape *tape_copy(const ad_tape *tape)
     copy->nodes = copy_of(tape->nodes, (size_t)tape->count, sizeof *tape->nodes);
     copy->arguments =
         copy_of(tape->arguments, (size_t)tape->argument_count, sizeof *tape->arguments);
-    copy->numbers = copy_of(tape->numbers, tape->number_count, sizeof *tape->numbers);
+    copy->numbers = copy_of(tape->numbers, (size_t)tape->number_count, sizeof *tape->numbers);
+    copy->names = copy_of(tape->names, (size_t)tape->name_count, sizeof *tape->names);
+    copy->name_count = tape->name_count;
+    copy->text = copy_of(tape->text, (size_t)tape->text_count, 1);
     copy->input_rows = copy_of(tape->input_rows, (size_t)tape->inputs, sizeof(int));
     copy->uniform_rows = copy_of(tape->uniform_rows, (size_t)tape->uniforms, sizeof(int));
-    if (!copy->nodes || !copy->arguments || !copy->numbers || !copy->input_rows ||
-        !copy->uniform_rows) {
+    if (!copy->nodes || !copy->arguments || !copy->numbers || !copy->names || !copy->text ||
+        !copy->input_rows || !copy->uniform_rows) {
         ad_tape_free(copy);
         return NULL;
     }
@@ -81,6 +85,25 @@ static void mark_needed(compilation *c)
             c->uses[argument(c, id, i)]++;
         }
     }
+}
+
+/* Places are numbered by int. A value per point may stand in a panel, whose rows are longer. */
+static ad_status check_rows(const compilation *c, ad_error *error)
+{
+    long long uniform = 1, batch = 0;
+    for (int id = 0; id < c->tape->count; id++) {
+        const node *n = &c->tape->nodes[id];
+        long long rows = c->needed[id] ? n->rows : 0;
+        batch += n->extent == AD_BATCH ? rows : 0;
+        uniform += n->extent == AD_UNIFORM && n->op != OP_PARAMETER ? rows : 0;
+    }
+    if (uniform > INT_MAX || batch > ROWS_MAX) {
+        return ad_fail(error, AD_BAD_SHAPE,
+                       "compile: values of %lld rows per point and %lld rows for all points; at "
+                       "most %d and %d are allowed",
+                       batch, uniform, ROWS_MAX, INT_MAX);
+    }
+    return AD_OK;
 }
 
 static void assign_stages(compilation *c)
@@ -357,20 +380,27 @@ static bool allocate_workspaces(ad_program *program)
     return program->workspaces != NULL;
 }
 
-static bool build(compilation *c)
+/* Working memory, and what is needed. */
+static ad_status begin(compilation *c, ad_error *error)
 {
-    ad_program *program = c->program;
     size_t count = (size_t)c->tape->count + 1;
     c->needed = calloc(count, sizeof *c->needed);
     c->in = calloc(count, sizeof *c->in);
     c->stage = calloc(3 * count, sizeof *c->stage);
-    program->places = calloc(count, sizeof *program->places);
-    if (!c->needed || !c->in || !c->stage || !program->places) {
-        return false;
+    c->program->places = calloc(count, sizeof *c->program->places);
+    if (!c->needed || !c->in || !c->stage || !c->program->places) {
+        return no_memory(error);
     }
     c->uses = c->stage + count;
     c->sum_of = c->stage + 2 * count;
     mark_needed(c);
+    return check_rows(c, error);
+}
+
+/* False: out of memory. */
+static bool build(compilation *c)
+{
+    ad_program *program = c->program;
     assign_stages(c);
     assign_sums(c);
     size_t inputs = (size_t)c->stages * (size_t)c->tape->inputs + 1;
@@ -393,8 +423,13 @@ static bool build(compilation *c)
     return ok && allocate_workspaces(program);
 }
 
-static ad_status check_outputs(int count, const ad_value *outputs, ad_error *error)
+static ad_status check_request(int count, const ad_value *outputs, const ad_settings *settings,
+                               ad_error *error)
 {
+    if (settings && (settings->tile < 0 || settings->tile > TILE_ALLOWED)) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "compile: tiles of %d points; 0 to %d are allowed",
+                       settings->tile, TILE_ALLOWED);
+    }
     if (count < 1 || !outputs[0].tape) {
         return ad_fail(error, AD_BAD_ARGUMENT, "compile: no outputs");
     }
@@ -413,7 +448,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
                      ad_program **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = check_outputs(count, outputs, error);
+    ad_status status = check_request(count, outputs, settings, error);
     if (status != AD_OK) {
         return status;
     }
@@ -437,13 +472,16 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     for (int i = 0; ok && i < count; i++) {
         program->output_ids[i] = outputs[i].id;
     }
-    ok = ok && build(&c);
+    status = ok ? begin(&c, error) : no_memory(error);
+    if (status == AD_OK && !build(&c)) {
+        status = no_memory(error);
+    }
     free(c.needed);
     free(c.in);
     free(c.stage);
-    if (!ok) {
+    if (status != AD_OK) {
         ad_program_free(program);
-        return no_memory(error);
+        return status;
     }
     *result = program;
     return AD_OK;

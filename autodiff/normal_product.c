@@ -8,11 +8,8 @@ static ad_status record(ad_tape *tape, int count, const ad_value *residuals, int
                         const ad_value *wrt, const ad_value *directions, ad_value *moved,
                         ad_value *products)
 {
-    int rows = 0;
-    for (int i = 0; i < count; i++) {
-        rows += ad_rows(residuals[i]);
-    }
-    ad_value all = ad_stack(count, residuals), weight = ad_input(tape, "residual weight", rows);
+    ad_value all = ad_stack(count, residuals);
+    ad_value weight = ad_input(tape, "residual weight", ad_rows(all));
     ad_value root = ad_sum_points(ad_dot(all, weight));
     ad_status status = ad_reverse(root, wrt_count, wrt, AD_SUMMED, products);
     if (status == AD_OK) {

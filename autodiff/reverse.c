@@ -141,6 +141,21 @@ static void reverse_node(reverse *r, ad_value y, ad_value adjoint)
     }
 }
 
+/* A parameter that no operation has seen is most likely another one than the caller means: the same
+ * numbers recorded with another offset or other rows. */
+static bool is_known(reverse *r, ad_value root, ad_value x)
+{
+    const node *n = node_of(x);
+    if (n->op != OP_PARAMETER || n->used || x.id == root.id) {
+        return true;
+    }
+    ad_tape_fail(r->tape, AD_BAD_ARGUMENT,
+                 "reverse transform by the parameter %s, %d rows from %zu on: nothing on the tape "
+                 "uses it; give the offset and rows that the operations were recorded with",
+                 ad_tape_name(r->tape, x.id), n->rows, n->offset);
+    return false;
+}
+
 static bool reverse_begin(reverse *r, ad_value root, int count, const ad_value *wrt)
 {
     r->adjoints = malloc(((size_t)root.id + 1) * sizeof *r->adjoints);
@@ -152,7 +167,8 @@ static bool reverse_begin(reverse *r, ad_value root, int count, const ad_value *
         return false;
     }
     for (int i = 0; i < count; i++) {
-        if (!ad_transform_variable(wrt[i], "variable of a reverse transform", r->tape)) {
+        if (!ad_transform_variable(wrt[i], "variable of a reverse transform", r->tape) ||
+            !is_known(r, root, wrt[i])) {
             return false;
         }
         r->depends.on[wrt[i].id] = true;

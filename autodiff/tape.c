@@ -1,6 +1,7 @@
 /* The tape: storage of nodes, sharing of equal ones, leaves, shape checks. */
 #include "autodiff/tape.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -20,6 +21,8 @@ void ad_tape_free(ad_tape *tape)
     free(tape->arguments);
     free(tape->numbers);
     free(tape->partials);
+    free(tape->names);
+    free(tape->text);
     free(tape->table);
     free(tape->input_rows);
     free(tape->uniform_rows);
@@ -88,10 +91,10 @@ bool ad_tape_grow(void **array, int *capacity, int needed, size_t item)
     if (needed <= *capacity) {
         return true;
     }
-    int larger = *capacity ? 2 * *capacity : 64;
-    while (larger < needed) {
-        larger *= 2;
-    }
+    int larger = *capacity ? *capacity : 32;
+    do {
+        larger = larger > INT_MAX / 2 ? INT_MAX : 2 * larger;
+    } while (larger < needed);
     void *moved = realloc(*array, (size_t)larger * item);
     if (!moved) {
         return false;
@@ -217,6 +220,41 @@ ad_value ad_tape_append(ad_tape *tape, node prototype, const ad_value *arguments
 
 /* ---- leaves -------------------------------------------------------------------------------- */
 
+static ad_value too_many_rows(ad_tape *tape, const char *name, const char *where)
+{
+    ad_tape_fail(tape, AD_BAD_SHAPE, "%s: more than %d rows %s", name, INT_MAX, where);
+    return ad_tape_failed(tape);
+}
+
+/* Note the name of a leaf that is new. */
+static ad_value named(ad_value leaf, int before, const char *name)
+{
+    ad_tape *tape = leaf.tape;
+    int length = (int)strlen(name) + 1;
+    if (leaf.id < before) {
+        return leaf;
+    }
+    if (!ad_tape_grow((void **)&tape->names, &tape->name_capacity, tape->name_count + 1,
+                      sizeof *tape->names) ||
+        !ad_tape_grow((void **)&tape->text, &tape->text_capacity, tape->text_count + length, 1)) {
+        return no_memory(tape);
+    }
+    tape->names[tape->name_count++] = (leaf_name){leaf.id, tape->text_count};
+    memcpy(tape->text + tape->text_count, name, (size_t)length);
+    tape->text_count += length;
+    return leaf;
+}
+
+const char *ad_tape_name(const ad_tape *tape, int id)
+{
+    for (int i = 0; i < tape->name_count; i++) {
+        if (tape->names[i].id == id) {
+            return tape->text + tape->names[i].text;
+        }
+    }
+    return "";
+}
+
 static bool good_rows(ad_tape *tape, const char *name, int rows)
 {
     if (tape->error.status == AD_OK && rows < 1) {
@@ -240,7 +278,8 @@ static ad_value leaf_numbered(ad_tape *tape, int op, const char *name, int rows,
     larger[*count] = rows;
     node n = {.op = (uint16_t)op, .rows = rows, .whole = (*count)++};
     n.extent = op == OP_INPUT ? AD_BATCH : AD_UNIFORM;
-    return ad_tape_append(tape, n, NULL);
+    int before = tape->count;
+    return named(ad_tape_append(tape, n, NULL), before, name);
 }
 
 ad_value ad_input(ad_tape *tape, const char *name, int rows)
@@ -258,7 +297,15 @@ ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset)
     if (!good_rows(tape, name, rows)) {
         return ad_tape_failed(tape);
     }
-    return ad_tape_append(tape, (node){.op = OP_PARAMETER, .rows = rows, .offset = offset}, NULL);
+    if (offset > (size_t)(INT_MAX - rows)) {
+        ad_tape_fail(tape, AD_BAD_ARGUMENT,
+                     "%s: %d rows from %zu on; a vector of at most %d parameters is served", name,
+                     rows, offset, INT_MAX);
+        return ad_tape_failed(tape);
+    }
+    node n = {.op = OP_PARAMETER, .rows = rows, .offset = offset};
+    int before = tape->count;
+    return named(ad_tape_append(tape, n, NULL), before, name);
 }
 
 ad_value ad_points(ad_tape *tape)
@@ -286,18 +333,19 @@ ad_value ad_constant(ad_tape *tape, int rows, const double *values)
     if (splat) {
         return constant_splat(tape, rows, values[0]);
     }
-    int capacity = (int)tape->number_capacity;
-    if (!ad_tape_grow((void **)&tape->numbers, &capacity, (int)tape->number_count + rows,
+    if (rows > INT_MAX - tape->number_count) {
+        return too_many_rows(tape, "constant", "in all constants together");
+    }
+    if (!ad_tape_grow((void **)&tape->numbers, &tape->number_capacity, tape->number_count + rows,
                       sizeof(double))) {
         return no_memory(tape);
     }
-    tape->number_capacity = (size_t)capacity;
     memcpy(tape->numbers + tape->number_count, values, (size_t)rows * sizeof(double));
-    node n = {.op = OP_CONSTANT, .rows = rows, .offset = tape->number_count};
+    node n = {.op = OP_CONSTANT, .rows = rows, .offset = (size_t)tape->number_count};
     int before = tape->count;
     ad_value result = ad_tape_append(tape, n, NULL);
     if (tape->count > before) {
-        tape->number_count += (size_t)rows;
+        tape->number_count += rows;
     }
     return result;
 }
@@ -322,8 +370,8 @@ static ad_value bad_shape(ad_tape *tape, int op, int count, const ad_value *argu
     return ad_tape_failed(tape);
 }
 
-/* Rows of the result, 0 when the arguments do not fit. */
-static int result_rows(int op, int count, const ad_value *x, int whole, int rows)
+/* Rows of the result, 0 when the arguments do not fit; in 64 bits, since they may be too many. */
+static int64_t result_rows(int op, int count, const ad_value *x, int whole, int rows)
 {
     int first = ad_rows(x[0]);
     int second = count > 1 ? ad_rows(x[1]) : 0;
@@ -335,7 +383,7 @@ static int result_rows(int op, int count, const ad_value *x, int whole, int rows
     case OP_REPEAT:
         return first == 1 ? rows : 0;
     case OP_STACK: {
-        int sum = 0;
+        int64_t sum = 0;
         for (int i = 0; i < count; i++) {
             sum += ad_rows(x[i]);
         }
@@ -350,7 +398,7 @@ static int result_rows(int op, int count, const ad_value *x, int whole, int rows
         return first % second == 0 ? first / second : 0;
     case OP_OUTER:
     case OP_OUTER_SUM:
-        return first * second;
+        return (int64_t)first * second;
     default:
         break;
     }
@@ -378,16 +426,21 @@ ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *argume
                          ad_op_table[op].name, i + 1);
             return ad_tape_failed(tape);
         }
+        tape->nodes[arguments[i].id].used = true;
         if (node_of(arguments[i])->extent == AD_BATCH && !op_is_reduction(op)) {
             extent = AD_BATCH;
         }
     }
     node n = {.op = (uint16_t)op, .extent = extent, .count = count, .whole = whole};
     n.number = number;
-    n.rows = result_rows(op, count, arguments, whole, rows);
-    if (n.rows < 1) {
+    int64_t height = result_rows(op, count, arguments, whole, rows);
+    if (height < 1) {
         return bad_shape(tape, op, count, arguments);
     }
+    if (height > INT_MAX) {
+        return too_many_rows(tape, ad_op_table[op].name, "in the result");
+    }
+    n.rows = (int)height;
     int before = tape->count;
     ad_value result;
     tape->depth++; /* what simplification records on its way is not asked for */

@@ -89,6 +89,7 @@ typedef struct node {
     double number; /* attribute: power's exponent, splat constant */
     size_t offset; /* constant: into tape->numbers; parameter: into the flat vector */
     int partials;  /* 1 + index of its first known partial derivative, 0: none are noted */
+    bool used;     /* by an operation that was asked for, even if algebra answered it */
 } node;
 
 /* d value / d argument = partial, elementwise; all that a value has together replace its
@@ -98,15 +99,24 @@ typedef struct known_partial {
     int next; /* of the same value, as in node */
 } known_partial;
 
+/* What a leaf was called when it was recorded first. */
+typedef struct leaf_name {
+    int id, text; /* text: where it begins in tape->text */
+} leaf_name;
+
 struct ad_tape {
     node *nodes;
     int count, capacity;
     int *arguments;
     int argument_count, argument_capacity;
     double *numbers;
-    size_t number_count, number_capacity;
+    int number_count, number_capacity;
     known_partial *partials;
     int partial_count, partial_capacity;
+    leaf_name *names;
+    int name_count, name_capacity;
+    char *text; /* of the names, each with its closing zero */
+    int text_count, text_capacity;
     int *table; /* hash table of node ids, -1 empty; capacity a power of two */
     int table_capacity;
     int inputs, uniforms;
@@ -156,6 +166,8 @@ static inline bool is_constant(ad_value x)
 }
 
 ad_value ad_tape_failed(ad_tape *tape); /* the value of a failed operation */
+
+const char *ad_tape_name(const ad_tape *tape, int id); /* of a leaf; "" where it has none */
 
 /* Append (or find) a node as it is: the end of every recording. */
 ad_value ad_tape_append(ad_tape *tape, node prototype, const ad_value *arguments);

@@ -25,6 +25,7 @@ static model make_model(void)
     m.views[1] = ad_parameter(m.tape, "b", WIDTH, WIDTH * INPUTS);
     m.views[2] = ad_parameter(m.tape, "v", WIDTH, WIDTH * INPUTS + WIDTH);
     m.views[3] = ad_parameter(m.tape, "unused", 1, COUNT - 1);
+    ad_neg(m.views[3]); /* on the tape, but in no residual */
     ad_value x = ad_stack(2, (ad_value[]){s, t});
     ad_value y = ad_matvec(m.views[2], ad_tanh(ad_add(ad_matvec(m.views[0], x), m.views[1])));
     ad_value last = ad_sub(ad_dot(m.views[1], m.views[2]), ad_row(m.views[0], 2));
@@ -116,6 +117,12 @@ static void test_refusals(void **state)
     ad_value sum = ad_mul(ad_row(m.residuals[0], 0), ad_sum_points(ad_row(m.residuals[0], 1)));
     assert_int_equal(ad_normal_compile(1, &sum, 4, m.views, COUNT, pool, &normal, &error),
                      AD_NO_RULE);
+    ad_tape_free(m.tape);
+    m = make_model();
+    ad_value unknown = ad_parameter(m.tape, "typo", 2, WIDTH * INPUTS);
+    assert_int_equal(ad_normal_compile(3, m.residuals, 1, &unknown, COUNT, pool, &normal, &error),
+                     AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "typo, 2 rows from 6 on"));
     ad_tape_free(m.tape);
     ad_pool_free(pool);
 }

@@ -189,6 +189,7 @@ static void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
     g->matrices[3] = ad_tanh(ad_parameter(g->tape, "matrix", 36, 400));
     plant(g, ad_parameter(g->tape, "offset", 6, 500));
     plant(g, ad_slice(all, 90, 9));
+    ad_sum_rows(g->matrices[2]); /* some graphs differentiate by a matrix that they do not need */
     plant(g, ad_uniform(g->tape, "scalar", 1));
     plant(g, ad_uniform(g->tape, "vector", 3));
     for (int i = 0; i < WIDTHS; i++)
@@ -492,6 +493,35 @@ static void test_sum_of_constants(void **state)
     ad_tape_free(tape);
 }
 
+/* Rows that no int counts are refused with a sentence, not computed modulo 2^32. */
+static void test_too_many_rows(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "x", 1), u = ad_uniform(tape, "u", 1), outputs[4];
+    for (int i = 0; i < 4; i++) {
+        ad_value source = ad_add(i % 2 ? u : x, ad_scalar(tape, i));
+        outputs[i] = ad_tanh(ad_repeat(source, i % 2 ? 1 << 29 : 1 << 24));
+    }
+    static const struct {
+        int first, count;
+    } sets[] = {{0, 3}, {1, 3}};
+    ad_pool *pool = ad_pool_create(1);
+    ad_program *program;
+    ad_error error;
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(
+            ad_compile(sets[i].count, outputs + sets[i].first, NULL, pool, &program, &error),
+            AD_BAD_SHAPE);
+        assert_null(program);
+        assert_non_null(strstr(error.message, "rows per point"));
+    }
+    ad_settings settings = {.tile = 1 << 20, .piece = 256};
+    assert_int_equal(ad_compile(1, &x, &settings, pool, &program, &error), AD_BAD_ARGUMENT);
+    ad_pool_free(pool);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -505,6 +535,7 @@ int main(void)
         cmocka_unit_test(test_uniform_programs),
         cmocka_unit_test(test_outputs_not_wanted),
         cmocka_unit_test(test_sum_of_constants),
+        cmocka_unit_test(test_too_many_rows),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,8 @@
 /* Transforms of transforms, per-point rows, substitution, and what is refused. */
 #include "ad_testing.h"
 
+#include <limits.h>
+
 enum { WIDTH = 5, LAYERS = 3, POINTS = 9 };
 
 /* A small network s -> tanh -> tanh -> 2 rows; every parameter of one flat value. */
@@ -396,9 +398,31 @@ static ad_value refused(int number, ad_tape *tape, ad_tape *other)
     case 19:
         ad_taylor(1, (ad_value[]){ad_input(other, "y", 3)}, x, x, 1, out);
         return out[1];
+    case 20: /* recorded, but with other rows than these */
+        p = ad_parameter(tape, "p of two rows", 2, 0);
+        ad_reverse(ad_mul(sum, ad_row(ad_parameter(tape, "p", 6, 0), 1)), 1, &p, AD_SUMMED, out);
+        return out[0];
+    case 21:
+        return ad_outer(ad_zeros(tape, 1 << 16), ad_zeros(tape, 1 << 15)); /* 2^31 */
+    case 22:
+        return ad_stack(2, (ad_value[]){ad_zeros(tape, INT_MAX), s});
+    case 23:
+        return ad_parameter(tape, "far", 2, INT_MAX - 1);
     default:
         return ad_substitute(x, ad_tanh(x), x);
     }
+}
+
+/* A parameter that algebra made disappear is known to the tape all the same: its adjoint is 0. */
+static void test_unneeded_parameter(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value p = ad_parameter(tape, "p", 3, 0), x = ad_input(tape, "x", 3), adjoint;
+    ad_value root = ad_sum_points(ad_dot(x, ad_add(x, ad_mul(p, ad_zeros(tape, 3)))));
+    assert_int_equal(ad_reverse(root, 1, &p, AD_SUMMED, &adjoint), AD_OK);
+    assert_true(ad_is_constant(adjoint, 0));
+    ad_tape_free(tape);
 }
 
 static void test_refusals(void **state)
@@ -425,6 +449,11 @@ static void test_refusals(void **state)
         {"repeat", AD_BAD_SHAPE, "repeat"},
         {"pad", AD_BAD_SHAPE, "pad"},
         {"Taylor of another tape", AD_BAD_ARGUMENT, "Taylor function is not a value of this tape"},
+        {"unused parameter", AD_BAD_ARGUMENT,
+         "the parameter p of two rows, 2 rows from 0 on: nothing"},
+        {"outer overflows", AD_BAD_SHAPE, "outer: more than 2147483647 rows"},
+        {"stack overflows", AD_BAD_SHAPE, "stack: more than 2147483647 rows"},
+        {"far parameter", AD_BAD_ARGUMENT, "far: 2 rows from 2147483646 on"},
         {"substitution of a result", AD_BAD_ARGUMENT, "is the result of tanh"},
     };
     for (int i = 0; i < (int)(sizeof expected / sizeof *expected); i++) {
@@ -476,6 +505,7 @@ int main(void)
         cmocka_unit_test(test_substitution),
         cmocka_unit_test(test_substitution_is_simplified),
         cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_unneeded_parameter),
         cmocka_unit_test(test_errors_are_sticky),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
