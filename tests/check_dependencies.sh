@@ -1,6 +1,7 @@
 #!/bin/sh
-# Dependencies between folders point one way, tools -> physics -> nn -> autodiff, with optim by
-# itself, and a header that is not installed stays within its folder; one that is has extern "C".
+# Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with optim by
+# itself; among the tools programs, judge, bench -> config -> train -> files. A header that is not
+# installed stays within its folder; one that is has extern "C".
 #   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
 # Prints the offending lines; exit status 1 when there are any.
 set -eu
@@ -18,9 +19,9 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         print file ":" line ": " included ": " why
         bad++
     }
-    function folder_of(path) {
-        sub("/.*", "", path)
-        return path
+    function folder_of(path, part, count) {
+        count = split(path, part, "/")
+        return part[1] == "tools" && count > 2 ? "tools/" part[2] : part[1]
     }
     function exists(path, first) {
         if (!(path in found)) {
@@ -34,8 +35,15 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["optim"] = " optim "
         may["nn"] = " nn autodiff "
         may["physics"] = " physics nn autodiff "
-        may["tools"] = " tools physics nn autodiff optim "
-        may["tests"] = " tests tools physics nn autodiff optim "
+        libraries = " physics nn autodiff optim "
+        training = libraries " tools/train tools/files "
+        everything = training " tools/config tools/judge tools/programs "
+        may["tools/files"] = " tools/files autodiff "
+        may["tools/train"] = training
+        may["tools/config"] = training " tools/config "
+        may["tools/judge"] = may["tools/programs"] = everything
+        may["tools/bench"] = everything " tools/bench "
+        may["tests"] = everything " tools/bench tests "
         count = split(public_headers, list, " ")
         for (i = 1; i <= count; i++)
             is_public[list[i]] = 1
@@ -68,7 +76,7 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
             next
         if (file in is_public)
             refuse("a public header includes a private one")
-        if (to != from && from != "tests" && index(file, "tools/bench/") != 1)
+        if (to != from && from != "tests" && from != "tools/bench" && index(to, "tools/") != 1)
             refuse("private to " to)
     }
     END {

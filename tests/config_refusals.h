@@ -333,10 +333,12 @@ static const refusal refusals[] = {
     {BASE, "network.hidden=[64,-1]",
      "--set network.hidden=[64,-1]: network.hidden[1]: is -1, which is out of range; allowed: a "
      "whole number 1 to 4096"},
-    {BASE, "network.hidden[1]=0",
+    {BASE, "network.hidden[1]=3",
+     "--set network.hidden[1]=3: network.hidden: the list is not given; set all of it"},
+    {BASE "network: {hidden: [32, 32]}\n", "network.hidden[1]=0",
      "--set network.hidden[1]=0: network.hidden[1]: is 0, which is out of range; allowed: a whole "
      "number 1 to 4096"},
-    {BASE, "network.hidden[7]=3",
+    {BASE "network: {hidden: [32, 32]}\n", "network.hidden[7]=3",
      "--set network.hidden[7]=3: network.hidden: the list is shorter; entries count from 0"},
     {BASE, "training.stages[5].steps=3",
      "--set training.stages[5].steps=3: training.stages[5].steps: no such stage; allowed: 0 to 0"},

@@ -5,6 +5,7 @@
 
 #include "physics/beam.h"
 #include "physics/expression.h"
+#include "tools/config/config_experiment.h"
 #include "tools/train/reference.h"
 #include "tools/train/trainer.h"
 
@@ -48,7 +49,7 @@ static run start(const char *text, const changes *c)
     config *settings = NULL;
     ad_error error = {AD_OK, ""};
     if (config_read("beam.yaml", text, c->count, c->list, &settings, &error) != AD_OK ||
-        experiment_create(settings, 1, &r.e, &error) != AD_OK ||
+        config_experiment_create(settings, 1, &r.e, &error) != AD_OK ||
         try_problem(r.e, &r.p, &error) != AD_OK ||
         reference_create(r.e, &r.known, &error) != AD_OK ||
         trainer_create(r.e, r.p, r.known, 0, &r.trainer, &error) != AD_OK) {
@@ -96,7 +97,7 @@ static void solve_at(const char *text, const changes *c, double s, double values
     field *f = NULL;
     run r = start(text, c);
     train(&r);
-    if (field_create(&r.e->settings->scene, r.e->mlp, false, r.e->pool, &f, &error) != AD_OK ||
+    if (field_create(r.e->scene, r.e->mlp, false, r.e->pool, &f, &error) != AD_OK ||
         field_evaluate(f, r.e->parameters, 1, &s, NULL, values, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }

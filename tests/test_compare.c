@@ -4,6 +4,7 @@
 #include "near.h"
 #include "temporary_folder.h"
 
+#include "tools/config/config.h"
 #include "tools/files/table_file.h"
 #include "tools/judge/compare/compare.h"
 
@@ -70,8 +71,8 @@ static void test_methods_are_configs(void **state)
         if (config_read("rod.yaml", rod, 1, &override, &settings, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
-        assert_true(settings->stages[0].adam.schedule.learning_rate < 0.5);
-        assert_int_equal(settings->stages[0].optimizer, CONFIG_ADAM);
+        assert_true(settings->settings.stages[0].adam.schedule.learning_rate < 0.5);
+        assert_int_equal(settings->settings.stages[0].optimizer, TRAIN_ADAM);
         config_free(settings);
     }
 }

@@ -147,14 +147,15 @@ static void test_aliases(void **state)
                                    NULL);
     assert_close(experiment->scene.rod.bending_stiffness[1], 5, 0);
     assert_close(experiment->scene.rod.torsional_stiffness, 1, 0);
-    assert_int_equal(experiment->stage_count, 3);
-    assert_int_equal(experiment->stages[1].optimizer, CONFIG_ADAM);
-    assert_int_equal(experiment->stages[1].steps, 8);
-    assert_close(experiment->stages[0].stop_loss, 0.5, 0);
-    assert_close(experiment->stages[1].stop_loss, 0, 0); /* a section is replaced whole */
-    assert_close(experiment->stages[1].stop_seconds, 5, 0);
-    assert_int_equal(experiment->stages[2].optimizer, CONFIG_LBFGS); /* the earlier one wins */
-    assert_int_equal(experiment->stages[2].steps, 8);
+    assert_int_equal(experiment->settings.stage_count, 3);
+    assert_int_equal(experiment->settings.stages[1].optimizer, TRAIN_ADAM);
+    assert_int_equal(experiment->settings.stages[1].steps, 8);
+    assert_close(experiment->settings.stages[0].stop_loss, 0.5, 0);
+    assert_close(experiment->settings.stages[1].stop_loss, 0, 0); /* a section is replaced whole */
+    assert_close(experiment->settings.stages[1].stop_seconds, 5, 0);
+    assert_int_equal(experiment->settings.stages[2].optimizer,
+                     TRAIN_LBFGS); /* the earlier one wins */
+    assert_int_equal(experiment->settings.stages[2].steps, 8);
     config_free(experiment);
 }
 
@@ -200,11 +201,11 @@ static void test_numbers(void **state)
         char override[64];
         snprintf(override, sizeof override, "checkpoint.seconds=%s", rows[i].text);
         config *experiment = read_with(BASE, override);
-        assert_true(experiment->checkpoint_seconds == rows[i].value);
+        assert_true(experiment->settings.checkpoint_seconds == rows[i].value);
         config_free(experiment);
     }
     config *experiment = read_with(BASE, "training.seed=9007199254740992");
-    assert_true(experiment->seed == UINT64_C(9007199254740992));
+    assert_true(experiment->settings.seed == UINT64_C(9007199254740992));
     config_free(experiment);
     experiment = read_with(BASE, "rod.stiffness.shear=[.inf, .inf]");
     assert_true(isinf(experiment->scene.rod.shear_stiffness[0]));
@@ -233,31 +234,31 @@ static void test_defaults(void **state)
 {
     (void)state;
     config *experiment = read_with(BASE, NULL);
-    assert_string_equal(experiment->name, "scene");
+    assert_string_equal(experiment->settings.name, "scene");
     assert_int_equal(experiment->scene.start.type, SCENE_CLAMPED);
     assert_string_equal(experiment->scene.start.rotation[0], "1");
     assert_int_equal(experiment->scene.end.type, SCENE_FREE);
-    assert_int_equal(experiment->stage_count, 1);
-    assert_int_equal(experiment->stages[0].optimizer, CONFIG_GAUSS_NEWTON);
-    assert_int_equal(experiment->stages[0].steps, 200);
-    assert_close(experiment->stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
-    assert_close(experiment->stages[0].gauss_newton.initial_damping, 1e-10, 0);
-    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
-    assert_int_equal(experiment->network.hidden_count, 0);
-    assert_close(experiment->fourier_wavenumber * experiment->scene.rod.length, 16, 1e-14);
-    assert_close(experiment->network.fourier_bandwidth[0], 8, 1e-14);
-    assert_int_equal(experiment->network.fourier_features, 16);
-    assert_int_equal(experiment->losses.interior.points, 4 * 33);
+    assert_int_equal(experiment->settings.stage_count, 1);
+    assert_int_equal(experiment->settings.stages[0].optimizer, TRAIN_GAUSS_NEWTON);
+    assert_int_equal(experiment->settings.stages[0].steps, 200);
+    assert_close(experiment->settings.stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
+    assert_close(experiment->settings.stages[0].gauss_newton.initial_damping, 1e-10, 0);
+    assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
+    assert_int_equal(experiment->settings.network.hidden_count, 0);
+    assert_close(experiment->settings.fourier_wavenumber * experiment->scene.rod.length, 16, 1e-14);
+    assert_close(experiment->settings.network.fourier_bandwidth[0], 8, 1e-14);
+    assert_int_equal(experiment->settings.network.fourier_features, 16);
+    assert_int_equal(experiment->settings.losses.interior.points, 4 * 33);
     assert_int_equal(experiment->scene.rotation, SCENE_QUATERNION);
-    assert_int_equal(experiment->output_every, 1);
+    assert_int_equal(experiment->settings.output_every, 1);
     config_free(experiment);
     experiment = read_with(BASE, "loads.tip.moment=[0, 0, 30]"); /* bends by more than waves do */
-    assert_close(experiment->network.fourier_bandwidth[0],
+    assert_close(experiment->settings.network.fourier_bandwidth[0],
                  4 + 15 * experiment->scene.rod.length / experiment->scene.rod.bending_stiffness[0],
                  1e-12);
     config_free(experiment);
     experiment = read_with(DYNAMIC, NULL);
-    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
+    assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
     assert_int_equal(experiment->scene.rotation, SCENE_VECTOR);
     config_free(experiment);
     experiment = read_with(DYNAMIC, "enforcement.initial=soft"); /* not from where the rod starts */
@@ -265,21 +266,21 @@ static void test_defaults(void **state)
     config_free(experiment);
     experiment = read_with(DYNAMIC, "training.stages=[{optimizer: gauss_newton, "
                                     "linear_algebra: matrix_free}]"); /* has no diagonal */
-    assert_int_equal(experiment->stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
+    assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
     config_free(experiment);
     experiment = read_with(BASE, "training.stages=[{optimizer: adam}]");
-    assert_int_equal(experiment->network.hidden_count, 3);
-    assert_int_equal(experiment->network.fourier_features, 0);
-    assert_int_equal(experiment->losses.interior.points, 256);
-    assert_int_equal(experiment->output_every, 10);
-    assert_int_equal(experiment->stages[0].steps, 1000);
-    assert_close(experiment->stages[0].adam.schedule.learning_rate, 5e-3, 0);
-    assert_int_equal(experiment->stages[0].adam.schedule.kind, OPTIM_SCHEDULE_COSINE);
-    assert_int_equal(experiment->stages[0].adam.schedule.decay_steps, 1000);
+    assert_int_equal(experiment->settings.network.hidden_count, 3);
+    assert_int_equal(experiment->settings.network.fourier_features, 0);
+    assert_int_equal(experiment->settings.losses.interior.points, 256);
+    assert_int_equal(experiment->settings.output_every, 10);
+    assert_int_equal(experiment->settings.stages[0].steps, 1000);
+    assert_close(experiment->settings.stages[0].adam.schedule.learning_rate, 5e-3, 0);
+    assert_int_equal(experiment->settings.stages[0].adam.schedule.kind, OPTIM_SCHEDULE_COSINE);
+    assert_int_equal(experiment->settings.stages[0].adam.schedule.decay_steps, 1000);
     config_free(experiment);
     experiment = read_with(DYNAMIC, "loads.tip.force=[0, 0, t]");
     assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
-    assert_int_equal(experiment->losses.held_out_points, 1024);
+    assert_int_equal(experiment->settings.losses.held_out_points, 1024);
     config_free(experiment);
 }
 
@@ -301,22 +302,22 @@ static void test_overrides(void **state)
         "boundary.start.rotation=[0, 3, 0, 4]",
     };
     config *experiment = read_text(BASE, 12, overrides);
-    assert_int_equal(experiment->network.hidden_count, 2);
-    assert_int_equal(experiment->network.hidden[0], 64);
-    assert_int_equal(experiment->network.hidden[1], 48);
-    assert_int_equal(experiment->stages[0].steps, 100);
-    assert_int_equal(experiment->stages[0].adam.schedule.decay_steps, 90);
+    assert_int_equal(experiment->settings.network.hidden_count, 2);
+    assert_int_equal(experiment->settings.network.hidden[0], 64);
+    assert_int_equal(experiment->settings.network.hidden[1], 48);
+    assert_int_equal(experiment->settings.stages[0].steps, 100);
+    assert_int_equal(experiment->settings.stages[0].adam.schedule.decay_steps, 90);
     assert_string_equal(experiment->scene.loads.tip.force[2], "-7");
     assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
     assert_close(experiment->scene.rod.length, 2, 0);
     assert_string_equal(experiment->scene.rod.rest_curvature[1], "0.5");
-    assert_string_equal(experiment->name, "scene");
+    assert_string_equal(experiment->settings.name, "scene");
     assert_string_equal(experiment->scene.start.rotation[1], "0.6");
     assert_string_equal(experiment->scene.start.rotation[3], "0.8");
     config_free(experiment);
     experiment = read_with(BASE, "training.stages=[{optimizer: lbfgs, steps: 5}]");
-    assert_int_equal(experiment->stage_count, 1);
-    assert_int_equal(experiment->stages[0].optimizer, CONFIG_LBFGS);
+    assert_int_equal(experiment->settings.stage_count, 1);
+    assert_int_equal(experiment->settings.stages[0].optimizer, TRAIN_LBFGS);
     config_free(experiment);
 }
 
@@ -353,7 +354,7 @@ static void assert_round_trip(const config *experiment)
         scene_properties b = scene_properties_of(&again->scene);
         assert_string_equal(first, second);
         assert_memory_equal(&a, &b, sizeof a);
-        assert_memory_equal(&experiment->losses.interior, &again->losses.interior,
+        assert_memory_equal(&experiment->settings.losses.interior, &again->settings.losses.interior,
                             sizeof(problem_points));
         config_free(again);
         free(first);
@@ -379,8 +380,8 @@ static void test_shipped_configs(void **state)
         if (config_read(path, NULL, 0, NULL, &experiment, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
-        assert_string_equal(experiment->name, names[i]);
-        assert_true(config_names_reference(experiment));
+        assert_string_equal(experiment->settings.name, names[i]);
+        assert_true(train_names_reference(&experiment->settings));
         assert_round_trip(experiment);
         config_free(experiment);
     }
@@ -471,7 +472,7 @@ static void test_null_sections(void **state)
     config_free(plain);
     changed = read_with(BASE "training: {stages: [{optimizer: lbfgs, steps: 5}]}\n",
                         "training.stages[0].stop=null");
-    assert_int_equal(changed->stages[0].steps, 5);
+    assert_int_equal(changed->settings.stages[0].steps, 5);
     config_free(changed);
 }
 
@@ -534,7 +535,8 @@ static bool stated_default(const char *help, const config_key *key, char text[20
 /* The value that --print-config shows. */
 static void resolved_value(const config *experiment, const config_key *key, char text[200])
 {
-    const char *whole = (const char *)experiment, *stage = (const char *)&experiment->stages[0];
+    const char *whole = (const char *)experiment,
+               *stage = (const char *)&experiment->settings.stages[0];
     FILE *file = fmemopen(text, 200, "w");
     assert_non_null(file);
     config_write_value(file, key, config_key_in_stage(key) ? stage : whole, whole);
@@ -553,12 +555,12 @@ static void test_stated_defaults(void **state)
     config_help(file);
     fclose(file);
     int compared = 0;
-    for (int round = 0; round < 4 * CONFIG_OPTIMIZER_COUNT; round++) {
-        config_optimizer optimizer = (config_optimizer)(round / 4);
+    for (int round = 0; round < 4 * TRAIN_OPTIMIZER_COUNT; round++) {
+        train_optimizer optimizer = (train_optimizer)(round / 4);
         const char *text = scenes[round % 2];
         char stage[80];
         snprintf(stage, sizeof stage, "training.stages=[{optimizer: %s}]",
-                 config_optimizer_name(optimizer));
+                 train_optimizer_name(optimizer));
         const char *overrides[] = {stage, "network.hidden=[8]"};
         config *experiment = read_text(text, 1 + round / 2 % 2, overrides);
         for (int i = 0; i < config_key_count; i++) {

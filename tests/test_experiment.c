@@ -4,7 +4,7 @@
 #include "temporary_folder.h"
 
 #include "physics/derivative_check.h"
-#include "tools/train/experiment.h"
+#include "tools/config/config_experiment.h"
 #include "tools/train/reference.h"
 
 static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "
@@ -18,7 +18,7 @@ static experiment *experiment_of(const char *path, const char *text, const char 
     config *settings = NULL;
     experiment *e = NULL;
     if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        experiment_create(settings, 1, &e, &error) != AD_OK) {
+        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return e;
@@ -82,7 +82,7 @@ static void test_round_trip(void **state)
     double *fourier = nn_mlp_fourier(e->mlp, &count);
     fourier[0] = 0.125;
     save(e);
-    if (experiment_open(directory, 0, NULL, 1, &back, &file, &error) != AD_OK) {
+    if (config_experiment_open(directory, 0, NULL, 1, &back, &file, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     assert_int_equal(back->count, e->count);
@@ -91,7 +91,7 @@ static void test_round_trip(void **state)
     assert_int_equal(back_count, count);
     assert_memory_equal(back_fourier, fourier, count * sizeof(double));
     assert_string_equal(back->warning, "");
-    char *yaml = experiment_yaml(e), *back_yaml = experiment_yaml(back);
+    char *yaml = experiment_text(e), *back_yaml = experiment_text(back);
     assert_string_equal(yaml, back_yaml);
     free(yaml);
     free(back_yaml);
@@ -102,8 +102,9 @@ static void test_round_trip(void **state)
     assert_true(checkpoint_shape(file, "parameters/network/layer1/bias", &rank, shape));
     assert_true(rank == 1 && shape[0] == 5);
     const char *wider = "network.hidden=[6, 7]"; /* no longer the parameters of the file */
-    assert_int_equal(experiment_open(at("checkpoint.h5"), 1, &wider, 1, &again, NULL, &error),
-                     AD_BAD_INPUT);
+    assert_int_equal(
+        config_experiment_open(at("checkpoint.h5"), 1, &wider, 1, &again, NULL, &error),
+        AD_BAD_INPUT);
     assert_null(again);
     assert_non_null(strstr(error.message, "layer1/weight"));
     checkpoint_free(file);
@@ -127,17 +128,19 @@ static void test_lost_reference(void **state)
     e = experiment_of("rod.yaml", rod, override);
     e->settings->stages[1].stop_error = 0.1; /* nothing to stop at, once the file is gone */
     save(e);
-    assert_int_equal(experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_int_equal(config_experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error),
+                     AD_OK);
     assert_string_equal(back->warning, "");
     experiment_free(back);
     unlink(at("reference.csv"));
-    assert_int_equal(experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error), AD_OK);
+    assert_int_equal(config_experiment_open(at("checkpoint.h5"), 0, NULL, 1, &back, NULL, &error),
+                     AD_OK);
     assert_non_null(strstr(back->warning, at("reference.csv")));
     assert_int_equal(reference_create(back, &r, &error), AD_OK);
     assert_null(r);
     experiment_free(back);
     const char *wrong = "rod.length=-1"; /* not the file's fault */
-    assert_int_equal(experiment_open(at("checkpoint.h5"), 1, &wrong, 1, &back, NULL, &error),
+    assert_int_equal(config_experiment_open(at("checkpoint.h5"), 1, &wrong, 1, &back, NULL, &error),
                      AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "rod.length"));
     experiment_free(e);
@@ -155,8 +158,8 @@ static void test_derivatives(void **state)
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         derivative_check check;
         ad_error error = {.message = ""};
-        if (derivative_check_run(&e->settings->scene, &window, e->mlp, e->parameters, names[i], 10,
-                                 &rng, e->pool, &check, &error) != AD_OK) {
+        if (derivative_check_run(e->scene, &window, e->mlp, e->parameters, names[i], 10, &rng,
+                                 e->pool, &check, &error) != AD_OK) {
             fail_msg("%s: %s", names[i], error.message);
         }
         /* rounding 1e-16 over a step of 2.5e-4, times some for the third derivative */
@@ -192,8 +195,8 @@ static void test_fast_derivatives(void **state)
         const rod_window window = experiment_window(e);
         derivative_check check;
         ad_error error = {.message = ""};
-        if (derivative_check_run(&e->settings->scene, &window, e->mlp, e->parameters, rows[i].name,
-                                 10, &rng, e->pool, &check, &error) != AD_OK) {
+        if (derivative_check_run(e->scene, &window, e->mlp, e->parameters, rows[i].name, 10, &rng,
+                                 e->pool, &check, &error) != AD_OK) {
             fail_msg("%s: %s", rows[i].name, error.message);
         }
         /* (0.03)^6/140 of the difference where a step has 0.03 radians; rounding of 12000 radians
@@ -212,13 +215,13 @@ static void test_refused_derivatives(void **state)
     nn_rng rng = nn_rng_seed(1);
     derivative_check check;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        assert_int_equal(derivative_check_run(&e->settings->scene, &window, e->mlp, e->parameters,
-                                              names[i], 10, &rng, e->pool, &check, NULL),
+        assert_int_equal(derivative_check_run(e->scene, &window, e->mlp, e->parameters, names[i],
+                                              10, &rng, e->pool, &check, NULL),
                          AD_BAD_ARGUMENT);
     }
     e->parameters[0] = INFINITY;
-    assert_int_equal(derivative_check_run(&e->settings->scene, &window, e->mlp, e->parameters,
-                                          "r_s", 10, &rng, e->pool, &check, NULL),
+    assert_int_equal(derivative_check_run(e->scene, &window, e->mlp, e->parameters, "r_s", 10, &rng,
+                                          e->pool, &check, NULL),
                      AD_NOT_FINITE);
     experiment_free(e);
 }

@@ -10,14 +10,14 @@ typedef struct solved {
     double value, *jtr, *diagonal, *step;
 } solved;
 
-static config_stage stage_of(config_linear_algebra form)
+static train_stage stage_of(train_linear_algebra form)
 {
-    return (config_stage){.optimizer = CONFIG_GAUSS_NEWTON, .linear_algebra = form};
+    return (train_stage){.optimizer = TRAIN_GAUSS_NEWTON, .linear_algebra = form};
 }
 
-static linear_model *make_model(const made *m, config_linear_algebra form)
+static linear_model *make_model(const made *m, train_linear_algebra form)
 {
-    const config_stage stage = stage_of(form);
+    const train_stage stage = stage_of(form);
     linear_model_info plan;
     linear_model *model = NULL;
     ad_error error = {AD_OK, ""};
@@ -30,7 +30,7 @@ static linear_model *make_model(const made *m, config_linear_algebra form)
 }
 
 /* Twice linearized and solved with two dampings before the one that counts. */
-static solved solve_with(const char *path, const char *const *changes, config_linear_algebra form,
+static solved solve_with(const char *path, const char *const *changes, train_linear_algebra form,
                          bool scaled, int threads)
 {
     made m = make_problem(path, changes, threads);
@@ -95,9 +95,9 @@ static void test_same_step(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         for (int scaled = 0; scaled < 2; scaled++) {
             const char *path = cases[i].path, *const *changes = cases[i].changes;
-            solved a = solve_with(path, changes, CONFIG_NORMAL_EQUATIONS, scaled, 1);
-            solved b = solve_with(path, changes, CONFIG_KERNEL, scaled, 1);
-            solved c = solve_with(path, changes, CONFIG_KERNEL, scaled, 2);
+            solved a = solve_with(path, changes, TRAIN_NORMAL_EQUATIONS, scaled, 1);
+            solved b = solve_with(path, changes, TRAIN_KERNEL, scaled, 1);
+            solved c = solve_with(path, changes, TRAIN_KERNEL, scaled, 2);
             double step = largest_of(a.step, a.count);
             double jtr = largest_of(a.jtr, a.count), top = largest_of(a.diagonal, a.count);
             assert_near(a.value, b.value, 1e-12 * a.value);
@@ -121,7 +121,7 @@ static void test_same_step(void **state)
 static void test_no_factor(void **state)
 {
     (void)state;
-    const config_linear_algebra forms[] = {CONFIG_NORMAL_EQUATIONS, CONFIG_KERNEL};
+    const train_linear_algebra forms[] = {TRAIN_NORMAL_EQUATIONS, TRAIN_KERNEL};
     const char *const few[] = {"losses.interior.points=8", NULL};
     const char *const many[] = {"network.hidden=[3]", NULL};
     for (int i = 0; i < 2; i++) {
@@ -150,13 +150,13 @@ static void test_no_factor(void **state)
 static void test_choice(void **state)
 {
     (void)state;
-    const config_stage stage = stage_of(CONFIG_LINEAR_AUTOMATIC);
+    const train_stage stage = stage_of(TRAIN_LINEAR_AUTOMATIC);
     const char *const few[] = {"losses.interior.points=8", NULL};
     const char *const many[] = {"losses.interior.points=500", NULL};
     const struct {
         const char *const *changes;
-        config_linear_algebra form;
-    } choices[] = {{few, CONFIG_KERNEL}, {many, CONFIG_NORMAL_EQUATIONS}};
+        train_linear_algebra form;
+    } choices[] = {{few, TRAIN_KERNEL}, {many, TRAIN_NORMAL_EQUATIONS}};
     for (int i = 0; i < 2; i++) {
         made m = make_problem("configs/elastica_deep.yaml", choices[i].changes, 1);
         linear_model_info plan;
@@ -176,11 +176,10 @@ static void test_allocations(void **state)
 {
     (void)state;
     const char *const changes[] = {"network.hidden=[3]", "losses.interior.points=8", NULL};
-    const config_linear_algebra forms[] = {CONFIG_NORMAL_EQUATIONS, CONFIG_KERNEL,
-                                           CONFIG_MATRIX_FREE};
+    const train_linear_algebra forms[] = {TRAIN_NORMAL_EQUATIONS, TRAIN_KERNEL, TRAIN_MATRIX_FREE};
     made m = make_problem("configs/elastica_deep.yaml", changes, 1);
     for (int i = 0; i < 3; i++) {
-        const config_stage stage = stage_of(forms[i]);
+        const train_stage stage = stage_of(forms[i]);
         linear_model_info plan;
         linear_model *model = NULL;
         ad_error error = {AD_OK, ""};

@@ -260,9 +260,9 @@ typedef struct solved {
 } solved;
 
 /* damping: 0 for 1e-4 of the largest entry of the diagonal. */
-static solved solve_with(made *m, config_linear_algebra form, double damping)
+static solved solve_with(made *m, train_linear_algebra form, double damping)
 {
-    const config_stage stage = {.optimizer = CONFIG_GAUSS_NEWTON, .linear_algebra = form};
+    const train_stage stage = {.optimizer = TRAIN_GAUSS_NEWTON, .linear_algebra = form};
     linear_model_info plan;
     linear_model *model = NULL;
     ad_error error = {AD_OK, ""};
@@ -302,9 +302,9 @@ static void test_same_step(void **state)
     for (int i = 0; i < CASES; i++) {
         made m = make_problem(cases[i].path, cases[i].changes, 1);
         made two = make_problem(cases[i].path, cases[i].changes, 2);
-        solved a = solve_with(&m, CONFIG_NORMAL_EQUATIONS, 0);
-        solved b = solve_with(&m, CONFIG_MATRIX_FREE, a.damping);
-        solved c = solve_with(&two, CONFIG_MATRIX_FREE, a.damping);
+        solved a = solve_with(&m, TRAIN_NORMAL_EQUATIONS, 0);
+        solved b = solve_with(&m, TRAIN_MATRIX_FREE, a.damping);
+        solved c = solve_with(&two, TRAIN_MATRIX_FREE, a.damping);
         size_t n = a.count;
         double *jtj = calloc(n, n * 8), *jtr = calloc(n, 8), *image = calloc(n, 8), loss;
         double *miss = calloc(n, 8), top_a = 0, top_b = 0;
@@ -348,23 +348,23 @@ static void test_choice(void **state)
     (void)state;
     const char *const large[] = {"network.hidden=[120, 120]", "losses.interior.points=2500", NULL};
     made m = make_problem("configs/elastica_deep.yaml", large, 1);
-    config_stage stage = {.optimizer = CONFIG_GAUSS_NEWTON};
+    train_stage stage = {.optimizer = TRAIN_GAUSS_NEWTON};
     linear_model_info plan;
     ad_error error = {AD_OK, ""};
     char text[160];
     assert_int_equal(linear_model_plan(m.p, &stage, 0, &plan, &error), AD_OK);
-    assert_int_equal(plan.form, CONFIG_MATRIX_FREE);
+    assert_int_equal(plan.form, TRAIN_MATRIX_FREE);
     assert_true(plan.parameters > 10000 && plan.rows > 10000);
     assert_true(plan.bytes > 8e2 * (double)plan.parameters && plan.bytes < 1e8);
     linear_model_describe(&plan, text);
     assert_memory_equal(text, "matrix_free for ", 16);
     static const struct {
-        config_linear_algebra form;
+        train_linear_algebra form;
         const char *begin, *advice;
     } refused[] = {
-        {CONFIG_LINEAR_AUTOMATIC, "training.stages[3].optimizer: gauss_newton by ",
+        {TRAIN_LINEAR_AUTOMATIC, "training.stages[3].optimizer: gauss_newton by ",
          "or take scaling identity with linear_algebra matrix_free"},
-        {CONFIG_MATRIX_FREE, "training.stages[3].linear_algebra: matrix_free has no diagonal",
+        {TRAIN_MATRIX_FREE, "training.stages[3].linear_algebra: matrix_free has no diagonal",
          "allowed with it: scaling identity"},
     };
     stage.gauss_newton.scaling = OPTIM_SCALING_DIAGONAL;

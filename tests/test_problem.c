@@ -462,8 +462,8 @@ static void test_locate_parameters(void **state)
         assert_int_equal(problem_evaluate(m.p, x, &loss, NULL, NULL), AD_NOT_FINITE);
         assert_int_equal(problem_locate(m.p, x, &place, NULL), AD_OK);
         assert_in_range(place.term, 0, problem_terms(m.p) - 1);
-        assert_true(place.s >= 0 && place.s <= m.e->settings->scene.rod.length);
-        assert_true(place.t >= 0 && place.t <= m.e->settings->scene.duration);
+        assert_true(place.s >= 0 && place.s <= m.e->scene->rod.length);
+        assert_true(place.t >= 0 && place.t <= m.e->scene->duration);
         free(x);
         made_free(&m);
     }

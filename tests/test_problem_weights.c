@@ -372,7 +372,7 @@ static void test_settings(void **state)
 {
     (void)state;
     experiment *e = make_experiment(DYNAMIC, NULL, 1);
-    const scene *scene = &e->settings->scene;
+    const scene *scene = e->scene;
     const problem_settings good = e->settings->losses;
     problem_settings bad[9];
     for (int i = 0; i < 9; i++) {

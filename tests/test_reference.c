@@ -3,6 +3,7 @@
 #include "temporary_folder.h"
 
 #include "physics/analytic.h"
+#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference.h"
 
@@ -17,7 +18,7 @@ static experiment *experiment_of(const char *path, const char *text, const char 
     config *settings = NULL;
     experiment *e = NULL;
     if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        experiment_create(settings, 1, &e, &error) != AD_OK) {
+        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return e;
@@ -105,16 +106,16 @@ static reference_errors expected_errors(const experiment *e, closed_form form)
     double s[101], values[POSE * 101], off = 0, size = 0, angles = 0;
     reference_errors expected = {0};
     field *f = NULL;
-    double length = e->settings->scene.rod.length;
+    double length = e->scene->rod.length;
     for (int i = 0; i < 101; i++) {
         s[i] = length * i / 100;
     }
-    assert_int_equal(field_create(&e->settings->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
     assert_int_equal(field_evaluate(f, e->parameters, 101, s, NULL, values, NULL), AD_OK);
     for (int i = 0; i < 101; i++) {
         analytic_state exact;
         double square = 0, q[4];
-        form(&e->settings->scene, s[i], &exact);
+        form(e->scene, s[i], &exact);
         for (int k = 0; k < 3; k++) {
             square += pow(values[k * 101 + i] - exact.position[k], 2);
             size += exact.position[k] * exact.position[k];
@@ -173,7 +174,7 @@ static void test_manufactured(void **state)
     field *f = NULL;
     double off = 0, size = 0, tip = 0;
     assert_int_equal(reference_points(r), 41 * 41);
-    assert_int_equal(field_create(&e->settings->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
     for (int i = 0; i < 41 * 41; i++) {
         double s = i % 41 / 40.0, t = i / 41 / 40.0, values[POSE], square = 0;
         const double exact[3] = {0.3 * s * s * cos(2 * t) + 0.1 * s * s * s,
@@ -228,7 +229,7 @@ static void write_field(const experiment *e, double shift, double angle)
     const char *names[2 + POSE] = {"s", "t"};
     const double *columns[2 + POSE] = {s, t};
     field *f = NULL;
-    assert_int_equal(field_create(&e->settings->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
     assert_int_equal(field_evaluate(f, e->parameters, 4, s, t, values, NULL), AD_OK);
     field_free(f);
     for (int i = 0; i < 4; i++) {

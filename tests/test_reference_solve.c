@@ -2,6 +2,7 @@
 #include "evaluate.h"
 #include "temporary_folder.h"
 
+#include "tools/config/config_experiment.h"
 #include "tools/config/config_keys.h"
 #include "tools/train/reference.h"
 
@@ -59,7 +60,7 @@ static experiment *experiment_of(const char *path, const char *text, const char 
     config *settings = NULL;
     experiment *e = NULL;
     if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        experiment_create(settings, 1, &e, &error) != AD_OK) {
+        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return e;
@@ -300,8 +301,8 @@ static double tolerance_of(const char *path, const char *text, const char *overr
     if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
-    double tolerance = settings->reference_tolerance;
-    assert_true(isnan(tolerance) || config_names_reference(settings));
+    double tolerance = settings->settings.reference_tolerance;
+    assert_true(isnan(tolerance) || train_names_reference(&settings->settings));
     config_free(settings);
     return tolerance;
 }

@@ -5,7 +5,7 @@
 
 #include "physics/solve/static.h"
 #include "physics/solve/static_newton.h"
-#include "tools/config/config.h"
+#include "tools/config/config_experiment.h"
 #include "tools/train/experiment.h"
 #include "tools/train/reference.h"
 
@@ -78,7 +78,7 @@ static void check_reference(const char *path, const char *override, double toler
     reference_errors errors;
     const solve_settings wanted = {.tolerance = asked};
     if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
-        experiment_create(settings, 1, &e, &error) != AD_OK ||
+        config_experiment_create(settings, 1, &e, &error) != AD_OK ||
         reference_create(e, &r, &error) != AD_OK ||
         solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error) != AD_OK ||
         reference_compare_solution(r, found, &errors, &error) != AD_OK) {

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "physics/solve/stability.h"
-#include "tools/train/session.h"
+#include "tools/config/config_session.h"
 
 #define COLUMN                                                                                     \
     "rod:\n"                                                                                       \
@@ -31,7 +31,7 @@ static const double euler = 2.4674011002723395; /* pi^2/4 */
 
 static int count_ways(const experiment *e)
 {
-    const scene *rod_scene = &e->settings->scene;
+    const scene *rod_scene = e->scene;
     double at[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     int ways = -2;
     field *shape;
@@ -55,7 +55,7 @@ static int ways_of(const char *text, const char *first, const char *second,
     config *settings;
     session s;
     if (config_read("scene.yaml", text, second ? 2 : 1, overrides, &settings, &error) != AD_OK ||
-        session_create(settings, 1, &s, &error) != AD_OK) {
+        config_session_create(settings, 1, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     while (trainer_inspect(s.trainer).state == TRAINER_RUNNING) {

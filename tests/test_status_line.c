@@ -104,8 +104,8 @@ static void a_log_has_room_for_all(void **state)
 /* ---- time left ----------------------------------------------------------------------------- */
 
 /* Numbers of seconds below are small integers and halves, so that sums of them are exact. */
-static const config_stage stages[] = {{.optimizer = CONFIG_ADAM, .steps = 100},
-                                      {.optimizer = CONFIG_GAUSS_NEWTON, .steps = 40}};
+static const train_stage stages[] = {{.optimizer = TRAIN_ADAM, .steps = 100},
+                                     {.optimizer = TRAIN_GAUSS_NEWTON, .steps = 40}};
 
 static const status_pace pace_0 = {.stages = stages,
                                    .stage_count = 2,
@@ -139,7 +139,7 @@ static void stop_seconds_come_first(void **state)
 {
     (void)state;
     bool at_most;
-    config_stage limited[2] = {stages[0], stages[1]};
+    train_stage limited[2] = {stages[0], stages[1]};
     status_pace pace = pace_0;
     pace.stages = limited;
     pace.windows_left = 1;

@@ -266,7 +266,7 @@ static void test_times(void **state)
 static made make_window(const char *const *changes, int index, int threads)
 {
     made m = make_problem(DYNAMIC, changes, threads);
-    fill(m.e->parameters, m.e->count * (size_t)m.e->settings->scene.windows);
+    fill(m.e->parameters, m.e->count * (size_t)m.e->scene->windows);
     while (m.e->window < index)
         assert_int_equal(experiment_next_window(m.e, NULL), AD_OK);
     const rod_window window = experiment_window(m.e);
@@ -458,8 +458,7 @@ static void test_field(void **state)
     enum { SEAMS = 2, SIDES = 2, ALL = SEAMS * SIDES };
     made m = make_window(changes, 2, 1);
     field *f;
-    assert_int_equal(field_create(&m.e->settings->scene, m.e->mlp, false, m.e->pool, &f, NULL),
-                     AD_OK);
+    assert_int_equal(field_create(m.e->scene, m.e->mlp, false, m.e->pool, &f, NULL), AD_OK);
     field_enter(f, 2, m.e->parameters, m.e->starts);
     const double joints[SEAMS] = {1.0 / 3, 2.0 / 3}, s[ALL] = {0.9, 0.7, 0.9, 0.7};
     const double t[ALL] = {joints[1] - 1e-13, joints[0] - 1e-13, joints[1] + 1e-13,

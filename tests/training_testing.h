@@ -14,7 +14,7 @@
 #include <cmocka.h>
 
 #include "physics/problem.h"
-#include "tools/train/experiment.h"
+#include "tools/config/config_experiment.h"
 
 enum { OVERRIDES_MAX = 40 };
 
@@ -39,7 +39,7 @@ static inline experiment *make_experiment(const char *path, const char *const *c
     config *settings = NULL;
     experiment *e = NULL;
     if (config_read(path, NULL, count, overrides, &settings, &error) != AD_OK ||
-        experiment_create(settings, threads, &e, &error) != AD_OK) {
+        config_experiment_create(settings, threads, &e, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return e;
@@ -47,9 +47,8 @@ static inline experiment *make_experiment(const char *path, const char *const *c
 
 static inline ad_status try_problem(const experiment *e, problem **p, ad_error *error)
 {
-    const config *settings = e->settings;
-    return problem_create(&settings->scene, e->mlp, &settings->losses, settings->seed, e->pool, p,
-                          error);
+    const train_settings *settings = e->settings;
+    return problem_create(e->scene, e->mlp, &settings->losses, settings->seed, e->pool, p, error);
 }
 
 static inline made make_problem(const char *path, const char *const *changes, int threads)

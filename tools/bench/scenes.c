@@ -5,6 +5,7 @@
  * out of each. Without scenes: every model, at rest and in motion, in mixed and in strong form,
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
+#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/train/clock.h"
@@ -49,12 +50,11 @@ static ad_status enter(entrant *scene, const char *path, const char *text,
     config *settings;
     ad_status status = config_read(path, text, 2, same, &settings, error);
     if (status == AD_OK) {
-        status = experiment_create(settings, threads, &scene->e, error);
+        status = config_experiment_create(settings, threads, &scene->e, error);
     }
     if (status == AD_OK) {
-        status =
-            problem_create(&scene->e->settings->scene, scene->e->mlp, &scene->e->settings->losses,
-                           scene->e->settings->seed, scene->e->pool, &scene->problem, error);
+        status = problem_create(scene->e->scene, scene->e->mlp, &scene->e->settings->losses,
+                                scene->e->settings->seed, scene->e->pool, &scene->problem, error);
     }
     if (status != AD_OK) {
         return status;
@@ -158,7 +158,7 @@ static int equations_inside(const scene *scene)
 static bool any_has(const entrant *scenes, int count, const char *name)
 {
     for (int i = 0; i < count; i++) {
-        const scene *scene = &scenes[i].e->settings->scene;
+        const scene *scene = scenes[i].e->scene;
         rod_term terms[ROD_TERM_MAX];
         int all = model_of(scene)->terms(scene, terms);
         for (int k = 0; k < all; k++) {
@@ -216,7 +216,7 @@ static int report(entrant *scenes, int count, const char *out)
            "flops/point", "unknowns", "equations");
     for (int i = 0; i < count; i++) {
         const problem_set_info *info = &scenes[i].info;
-        const scene *scene = &scenes[i].e->settings->scene;
+        const scene *scene = scenes[i].e->scene;
         numbers[0][i] = 1e6 * median(scenes[i].seconds, NULL) / (double)info->points;
         numbers[1][i] = median(scenes[i].seconds, scenes[count - 1].seconds);
         numbers[2][i] = (double)info->program.instructions;
@@ -228,7 +228,7 @@ static int report(entrant *scenes, int count, const char *out)
         printf("%-32s %9.3f %7.3f %13.0f %12.0f %9.0f %10.0f\n", scenes[i].e->settings->name,
                numbers[0][i], numbers[1][i], numbers[2][i], numbers[3][i], numbers[4][i],
                numbers[5][i]);
-        print_left_out(scenes, count, &scenes[i].e->settings->scene);
+        print_left_out(scenes, count, scenes[i].e->scene);
     }
     ad_error error;
     if (out && write_table(scenes, count, numbers, out, &error) != AD_OK) {

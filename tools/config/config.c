@@ -68,10 +68,7 @@ static ad_status resolve_and_check(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = config_check_ends(experiment, error);
     }
-    if (status == AD_OK) {
-        status = config_check_training(experiment, error);
-    }
-    return status == AD_OK ? config_check_reference(experiment, error) : status;
+    return status == AD_OK ? config_check_training(experiment, error) : status;
 }
 
 ad_status config_refuse(const config *experiment, const char *key, const char *problem,

@@ -37,8 +37,9 @@ static ad_status compare(const config_key *key, const config *before, const conf
                          const char *why, ad_error *error)
 {
     bool of_stage = config_key_in_stage(key);
-    char *old = value_text(key, of_stage ? (const void *)&before->stages[index] : before, before);
-    char *new = value_text(key, of_stage ? (const void *)&now->stages[index] : now, now);
+    char *old =
+        value_text(key, of_stage ? (const void *)&before->settings.stages[index] : before, before);
+    char *new = value_text(key, of_stage ? (const void *)&now->settings.stages[index] : now, now);
     ad_status status = AD_OK;
     if (!old || !new) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while comparing experiments");
@@ -86,12 +87,12 @@ ad_status config_continues(const config *before, const config *now, int stage, a
                 compare(key, before, now, 0, "a run keeps its scene, network and points", error);
         }
     }
-    int needed = stage < before->stage_count ? stage + 1 : before->stage_count;
-    if (status == AD_OK && now->stage_count < needed) {
+    int needed = stage < before->settings.stage_count ? stage + 1 : before->settings.stage_count;
+    if (status == AD_OK && now->settings.stage_count < needed) {
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages: the checkpoint is in stage %d, only %d are left; keep the "
                        "stages that have begun",
-                       needed, now->stage_count);
+                       needed, now->settings.stage_count);
     }
     for (int index = 0; status == AD_OK && index < needed; index++) {
         status = compare_stage(before, now, index, index == stage, error);

@@ -1,4 +1,4 @@
-/* Every key a scene file may have. Defaults live in config_resolve.c; `fallback` says in
+/* Every key a scene file may have. Defaults live in tools/train/settings.c; `fallback` says in
  * words what a default that depends on other keys is. */
 #include "tools/config/config_keys.h"
 
@@ -14,18 +14,15 @@
     }
 
 CONFIG_NAMES(unit_names, "SI", "EI", )
-CONFIG_NAMES(optimizer_names, "adam", "lbfgs", "gauss_newton", "ssbroyden", )
-CONFIG_NAMES(reference_names, "none", "elastica", "rollup", "helix", "manufactured", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
-CONFIG_NAMES(linear_algebra_names, CONFIG_LINEAR_ALGEBRA_LIST(CONFIG_NAME))
 
 #define AT(field)             .offset = offsetof(config, field)
-#define STAGE(field)          .offset = offsetof(config_stage, field)
+#define STAGE(field)          .offset = offsetof(train_stage, field)
 #define POSITIVE              .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN
 #define NOT_NEGATIVE          .low = 0, .high = INFINITY
 #define STIFFNESS             .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_INFINITE
@@ -45,7 +42,7 @@ CONFIG_NAMES(linear_algebra_names, CONFIG_LINEAR_ALGEBRA_LIST(CONFIG_NAME))
 
 /* clang-format off */
 const config_key config_keys[] = {
-    {"name", CONFIG_TEXT, AT(name), .fallback = "the file's name without .yaml",
+    {"name", CONFIG_TEXT, AT(settings.name), .fallback = "the file's name without .yaml",
      .help = "Name of the experiment; results go to runs/<name>."},
 
     {"rod.model", CONFIG_CHOICE, AT(scene.rod.model), .names = scene_model_names,
@@ -178,7 +175,7 @@ const config_key config_keys[] = {
 
     {"time.duration", CONFIG_NUMBER, AT(scene.duration), .unit = "s", NOT_NEGATIVE,
      .help = "0: a static scene."},
-    {"time.windows", CONFIG_INTEGER, AT(scene.windows), BETWEEN(1, SCENE_WINDOWS_MAX),
+    {"time.windows", CONFIG_INTEGER, AT(settings.windows), BETWEEN(1, SCENE_WINDOWS_MAX),
      .fallback = "1; without hidden layers as many as last L^2/6 (rhoA/EI)^(1/2) at most",
      .help = "Equal parts of the duration, trained in turn, each with a network of its own that "
              "starts exactly where the one before ends; for many periods. training.stages are run "
@@ -210,92 +207,92 @@ const config_key config_keys[] = {
      .help = "The same for the state at t = 0, with losses.initial.weight. Several windows of "
              "time need hard."},
 
-    {"network.hidden", CONFIG_INTEGER, ENTRIES(0, NN_HIDDEN_MAX), AT(network.hidden),
-     .count_offset = offsetof(config, network.hidden_count), BETWEEN(1, 4096),
+    {"network.hidden", CONFIG_INTEGER, ENTRIES(0, NN_HIDDEN_MAX), AT(settings.network.hidden),
+     .count_offset = offsetof(config, settings.network.hidden_count), BETWEEN(1, 4096),
      .fallback = "[] where training begins with gauss_newton, else [32, 32, 32]",
      .help = "Widths of the hidden layers. []: the network is linear in its parameters, a sum of "
              "fixed random waves, and Gauss-Newton finds it in a few steps."},
-    {"network.activation", CONFIG_CHOICE, AT(network.activation), .names = activation_names,
+    {"network.activation", CONFIG_CHOICE, AT(settings.network.activation), .names = activation_names,
      .help = "Between the layers."},
-    {"network.initialization", CONFIG_CHOICE, AT(network.initialization),
+    {"network.initialization", CONFIG_CHOICE, AT(settings.network.initialization),
      .names = initialization_names, .help = "Of the weights."},
-    {"network.fourier.features", CONFIG_INTEGER, AT(network.fourier_features), BETWEEN(0, 1024),
+    {"network.fourier.features", CONFIG_INTEGER, AT(settings.network.fourier_features), BETWEEN(0, 1024),
      .fallback = "0; without hidden layers enough for the largest frequencies",
      .help = "Pairs sin, cos of random waves put beside the inputs; 0: none."},
-    {"network.fourier.wavenumber", CONFIG_NUMBER, AT(fourier_wavenumber), .unit = "rad/m", POSITIVE,
+    {"network.fourier.wavenumber", CONFIG_NUMBER, AT(settings.fourier_wavenumber), .unit = "rad/m", POSITIVE,
      .fallback = "16 / rod.length, more for large loads; dynamic 12 / rod.length",
      .help = "Their largest frequency along s; drawn uniformly within."},
-    {"network.fourier.frequency", CONFIG_NUMBER, AT(fourier_frequency), .unit = "rad/s", POSITIVE,
+    {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
-    {"network.rotation", CONFIG_CHOICE, AT(scene.rotation), .names = scene_rotation_names,
+    {"network.rotation", CONFIG_CHOICE, AT(settings.rotation), .names = scene_rotation_names,
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
              "for any number of turns; vector: a rotation vector, of less than a turn from where "
              "the ends and the start of the window put the rod. In a plane it is an angle."},
 
-    {"losses.interior.points", CONFIG_INTEGER, AT(losses.interior.points), BETWEEN(1, 1e8),
+    {"losses.interior.points", CONFIG_INTEGER, AT(settings.losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",
      .help = "Collocation points of the balance and kinematic equations."},
-    {"losses.interior.sampler", CONFIG_CHOICE, AT(losses.interior.sampler),
+    {"losses.interior.sampler", CONFIG_CHOICE, AT(settings.losses.interior.sampler),
      .names = sampler_names,
      .fallback = "sobol; chebyshev_lobatto without hidden layers",
      .help = "Where they lie."},
-    {"losses.interior.resample_every", CONFIG_INTEGER, AT(losses.interior.resample_every),
+    {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.interior.weights.strain", CONFIG_NUMBER, AT(losses.strain_weight), LOSS_WEIGHT,
+    {"losses.interior.weights.strain", CONFIG_NUMBER, AT(settings.losses.strain_weight), LOSS_WEIGHT,
      .help = "Weight of r_s = R v, of beams w_s = slope + V/kGA (mixed form)."},
-    {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(losses.curvature_weight),
+    {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(settings.losses.curvature_weight),
      LOSS_WEIGHT, .help = "Weight of q_s = q u/2, of beams slope_s = M/EI (mixed form)."},
-    {"losses.interior.weights.force", CONFIG_NUMBER, AT(losses.force_weight), LOSS_WEIGHT,
+    {"losses.interior.weights.force", CONFIG_NUMBER, AT(settings.losses.force_weight), LOSS_WEIGHT,
      .help = "Weight of the balance of forces."},
-    {"losses.interior.weights.moment", CONFIG_NUMBER, AT(losses.moment_weight), LOSS_WEIGHT,
+    {"losses.interior.weights.moment", CONFIG_NUMBER, AT(settings.losses.moment_weight), LOSS_WEIGHT,
      .help = "Weight of the balance of moments."},
-    {"losses.boundary.points", CONFIG_INTEGER, AT(losses.boundary.points), BETWEEN(1, 1e8),
+    {"losses.boundary.points", CONFIG_INTEGER, AT(settings.losses.boundary.points), BETWEEN(1, 1e8),
      .fallback = "1 static, 64 dynamic", .help = "Instants at both ends (soft enforcement)."},
-    {"losses.boundary.sampler", CONFIG_CHOICE, AT(losses.boundary.sampler),
+    {"losses.boundary.sampler", CONFIG_CHOICE, AT(settings.losses.boundary.sampler),
      .names = sampler_names, .help = "Where they lie."},
-    {"losses.boundary.resample_every", CONFIG_INTEGER, AT(losses.boundary.resample_every),
+    {"losses.boundary.resample_every", CONFIG_INTEGER, AT(settings.losses.boundary.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.boundary.weight", CONFIG_NUMBER, AT(losses.boundary_weight), LOSS_WEIGHT,
+    {"losses.boundary.weight", CONFIG_NUMBER, AT(settings.losses.boundary_weight), LOSS_WEIGHT,
      .help = "Weight of the end conditions (soft enforcement)."},
-    {"losses.initial.points", CONFIG_INTEGER, AT(losses.initial.points), BETWEEN(1, 1e8),
+    {"losses.initial.points", CONFIG_INTEGER, AT(settings.losses.initial.points), BETWEEN(1, 1e8),
      .help = "Points at t = 0 (soft enforcement)."},
-    {"losses.initial.sampler", CONFIG_CHOICE, AT(losses.initial.sampler), .names = sampler_names,
+    {"losses.initial.sampler", CONFIG_CHOICE, AT(settings.losses.initial.sampler), .names = sampler_names,
      .help = "Where they lie."},
-    {"losses.initial.resample_every", CONFIG_INTEGER, AT(losses.initial.resample_every),
+    {"losses.initial.resample_every", CONFIG_INTEGER, AT(settings.losses.initial.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
-    {"losses.initial.weight", CONFIG_NUMBER, AT(losses.initial_weight), LOSS_WEIGHT,
+    {"losses.initial.weight", CONFIG_NUMBER, AT(settings.losses.initial_weight), LOSS_WEIGHT,
      .help = "Weight of the initial state (soft enforcement)."},
-    {"losses.held_out_points", CONFIG_INTEGER, AT(losses.held_out_points), BETWEEN(1, 1e8),
+    {"losses.held_out_points", CONFIG_INTEGER, AT(settings.losses.held_out_points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic",
      .help = "Points per loss term that are only watched, never trained on."},
-    {"losses.balance", CONFIG_CHOICE, AT(losses.balance), .names = balance_names,
+    {"losses.balance", CONFIG_CHOICE, AT(settings.losses.balance), .names = balance_names,
      .help = "gradient_norm: in stages of adam, factors on the weights above keep the gradients of "
              "all loss terms equally long; other stages take the factors as they are."},
-    {"losses.balance_every", CONFIG_INTEGER, AT(losses.balance_every), .unit = "steps",
+    {"losses.balance_every", CONFIG_INTEGER, AT(settings.losses.balance_every), .unit = "steps",
      BETWEEN(1, 1e9), .help = "Steps between updates of the factors."},
-    {"losses.balance_memory", CONFIG_NUMBER, AT(losses.balance_memory), BETWEEN(0, 1),
+    {"losses.balance_memory", CONFIG_NUMBER, AT(settings.losses.balance_memory), BETWEEN(0, 1),
      .flags = CONFIG_HIGH_OPEN, .help = "What an update keeps of the factors before; 0: nothing."},
-    {"losses.self_adaptive.rate", CONFIG_NUMBER, AT(losses.self_adaptive_rate), NOT_NEGATIVE,
+    {"losses.self_adaptive.rate", CONFIG_NUMBER, AT(settings.losses.self_adaptive_rate), NOT_NEGATIVE,
      .help = "In stages of adam, every point has a weight that climbs by gradient ascent at this "
              "rate, as 0.01, most where the loss is large; other stages take the weights as they "
              "are. 0: off."},
-    {"losses.causal.slices", CONFIG_INTEGER, AT(losses.causal_slices), BETWEEN(0, 10000),
+    {"losses.causal.slices", CONFIG_INTEGER, AT(settings.losses.causal_slices), BETWEEN(0, 10000),
      .help = "Slices of time for causal weighting; 0: off."},
     {"losses.causal.epsilon", CONFIG_NUMBER, ENTRIES(1, PROBLEM_EPSILONS_MAX),
-     AT(losses.causal_epsilon), .count_offset = offsetof(config, losses.causal_epsilon_count),
+     AT(settings.losses.causal_epsilon), .count_offset = offsetof(config, settings.losses.causal_epsilon_count),
      POSITIVE, .help = "Strengths of the causal weights, in turn."},
-    {"losses.causal.threshold", CONFIG_NUMBER, AT(losses.causal_threshold), BETWEEN(0, 1),
+    {"losses.causal.threshold", CONFIG_NUMBER, AT(settings.losses.causal_threshold), BETWEEN(0, 1),
      .flags = CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
      .help = "The next strength when every weight exceeds this."},
-    {"losses.causal.update_every", CONFIG_INTEGER, AT(losses.causal_update_every),
+    {"losses.causal.update_every", CONFIG_INTEGER, AT(settings.losses.causal_update_every),
      BETWEEN(1, 1000000), .unit = "steps",
      .help = "Steps between updates of the causal weights; lbfgs and ssbroyden start anew at "
              "each."},
 
-    {"training.seed", CONFIG_LONG, AT(seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
-    {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = optimizer_names,
+    {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
+    {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
      .fallback = "required",
      .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden. "
              "Without training.stages there is one: gauss_newton for up to 200 steps, with "
@@ -354,7 +351,7 @@ const config_key config_keys[] = {
      .flags = LINE_SEARCH | CONFIG_HIGH_OPEN,
      .help = "Pairs of less curvature are forgotten."},
     {"training.stages[].linear_algebra", CONFIG_CHOICE, STAGE(linear_algebra),
-     .names = linear_algebra_names, GAUSS_NEWTON,
+     .names = train_linear_algebra_names, GAUSS_NEWTON,
      .help = "How steps are computed; automatic: by the numbers of parameters and residuals, "
              "matrix_free, with scaling identity, where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
@@ -385,27 +382,27 @@ const config_key config_keys[] = {
      .help = "... when the held-out loss exceeds the training loss by this factor, and reaches no "
              "new minimum, in 5 rows of history in turn; 0: never."},
 
-    {"checkpoint.every", CONFIG_INTEGER, AT(checkpoint_every), .unit = "steps", BETWEEN(1, 1e9),
+    {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps", BETWEEN(1, 1e9),
      .help = "Save so often."},
-    {"checkpoint.seconds", CONFIG_NUMBER, AT(checkpoint_seconds), .unit = "s", POSITIVE,
+    {"checkpoint.seconds", CONFIG_NUMBER, AT(settings.checkpoint_seconds), .unit = "s", POSITIVE,
      .help = "Or after so much wall time, whichever is first."},
-    {"checkpoint.keep", CONFIG_INTEGER, AT(checkpoint_keep), BETWEEN(1, 1000),
+    {"checkpoint.keep", CONFIG_INTEGER, AT(settings.checkpoint_keep), BETWEEN(1, 1000),
      .help = "How many checkpoints are kept."},
-    {"output.every", CONFIG_INTEGER, AT(output_every), .unit = "steps", BETWEEN(1, 1e9),
+    {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9),
      .fallback = "10; 1 where training begins with gauss_newton",
      .help = "Steps between rows of history.csv."},
-    {"reference.analytic", CONFIG_CHOICE, AT(reference), .names = reference_names,
+    {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names,
      .help = "A known solution of this scene to measure the error against."},
-    {"reference.solve", CONFIG_NUMBER, AT(reference_tolerance), BETWEEN(1e-13, 0.1),
+    {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),
      .flags = CONFIG_BY_NAME,
      .help = "Or a classical solution (cpinn-solve) to this estimated error of the position over "
              "the length, of a beam's deflection over the largest. `reference: solve`: 1e-11 at "
              "rest, 1e-8 in motion, 1e-4 there where shear or stretch is locked. Kept in the folder cpinn of XDG_CACHE_HOME, else of ~/.cache, "
              "until the physics changes."},
-    {"reference.file", CONFIG_TEXT, AT(reference_file),
+    {"reference.file", CONFIG_TEXT, AT(settings.reference_file),
      .help = "Or CSV/HDF5 with columns s[, t], x, y, z[, qw, qx, qy, qz], of a beam s[, t], w[, "
              "slope]; relative to this file."},
-    {FORMULA("reference.deflection", reference_deflection), .unit = "m",
+    {FORMULA("reference.deflection", settings.reference_deflection), .unit = "m",
      .help = "Or the known deflection of a beam; formula of s and t."},
 };
 /* clang-format on */

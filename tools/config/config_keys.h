@@ -34,7 +34,7 @@ typedef struct config_key {
     config_type type;
     int entries_min; /* of a list; both 0: a single value */
     int entries_max;
-    size_t offset;       /* into config, or into config_stage for a path with [] */
+    size_t offset;       /* into config, or into train_stage for a path with [] */
     size_t count_offset; /* of the int that holds the length of a list of variable length */
     const char *unit;
     double low;
@@ -66,7 +66,7 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 bool config_key_in_stage(const config_key *key);
 
 /* Whether a key of a stage means something to its optimiser. */
-bool config_key_applies(const config_key *key, config_optimizer optimizer);
+bool config_key_applies(const config_key *key, train_optimizer optimizer);
 
 /* The optimisers that a key belongs to, "lbfgs, gauss_newton". */
 void config_key_optimizers(const config_key *key, char *text, size_t size);

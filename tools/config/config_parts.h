@@ -100,7 +100,6 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
 /* ---- config_resolve.c, config_check.c: after reading --------------------------------------- */
 
 void config_defaults(config *experiment);
-config_stage config_stage_defaults(void);
 
 /* Defaults that depend on other keys but on no physics: name, types of ends, counts. */
 ad_status config_resolve_choices(config *experiment, ad_error *error);
@@ -112,14 +111,14 @@ void config_fill_stiffness(scene *rod_scene);
 /* Loads in SI, unit quaternions, absolute paths; needs a scene that passes its check. */
 ad_status config_resolve_physics(config *experiment, ad_error *error);
 
-/* What is not given of network, points and damping. Part of config_resolve_physics. */
-ad_status config_resolve_network(config *experiment, ad_error *error);
-
 ad_status config_check_expressions(const config *experiment, ad_error *error);
 ad_status config_check_scene(const config *experiment, ad_error *error);
 /* Held ends against the initial state; needs resolved physics. */
 ad_status config_check_ends(const config *experiment, ad_error *error);
 ad_status config_check_training(const config *experiment, ad_error *error);
-ad_status config_check_reference(const config *experiment, ad_error *error);
+
+/* Blame the key that the training library named, if `status` is AD_BAD_INPUT. */
+ad_status config_blame_training(const config *experiment, ad_status status, const char *key,
+                                const ad_error *reason, ad_error *error);
 
 #endif

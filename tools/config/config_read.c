@@ -187,14 +187,9 @@ static ad_status collect(config_reader *reader, section *into, yaml_node_t *node
 /* The stages that run when none are given. */
 static ad_status reset_stages(config_reader *reader, const char *path)
 {
-    config *pristine = malloc(sizeof *pristine);
-    if (!pristine) {
-        return no_memory(reader);
-    }
-    config_defaults(pristine);
-    reader->experiment->stage_count = pristine->stage_count;
-    memcpy(reader->experiment->stages, pristine->stages, sizeof pristine->stages);
-    free(pristine);
+    const train_settings pristine = train_settings_default();
+    reader->experiment->settings.stage_count = pristine.stage_count;
+    memcpy(reader->experiment->settings.stages, pristine.stages, sizeof pristine.stages);
     config_unplace(reader->experiment->source, path);
     return AD_OK;
 }
@@ -293,24 +288,24 @@ static ad_status read_stages(config_reader *reader, const char *path, yaml_node_
         return reset_stages(reader, path);
     }
     long count = list ? node->data.sequence.items.top - node->data.sequence.items.start : 0;
-    if (count < 1 || count > CONFIG_STAGES_MAX) {
+    if (count < 1 || count > TRAIN_STAGES_MAX) {
         snprintf(sentence, sizeof sentence, "%s; allowed: a list of 1 to %d stages",
                  !list       ? "is not a list"
                  : count < 1 ? "is empty"
                              : "is too long",
-                 CONFIG_STAGES_MAX);
+                 TRAIN_STAGES_MAX);
         return blame_at(reader, node, path, sentence);
     }
     config_unplace(experiment->source, path);
     if (!config_place(experiment->source, &reader->origin, path, node->start_mark)) {
         return no_memory(reader);
     }
-    experiment->stage_count = (int)count;
+    experiment->settings.stage_count = (int)count;
     ad_status status = AD_OK;
     for (int i = 0; i < (int)count && status == AD_OK; i++) {
         char stage[CONFIG_PATH_MAX];
         snprintf(stage, sizeof stage, "%.100s[%d]", path, i);
-        experiment->stages[i] = config_stage_defaults();
+        experiment->settings.stages[i] = train_stage_default();
         status =
             read_node(reader, stage,
                       yaml_document_get_node(reader->document, node->data.sequence.items.start[i]));
@@ -391,10 +386,11 @@ static ad_status override_entry(config_reader *reader, const config_key *key, co
     if (key->type == CONFIG_EXPRESSION) {
         memcpy(texts, field, (size_t)count * sizeof *texts);
     }
-    if (index >= count || (key->type == CONFIG_EXPRESSION && !texts[0])) {
+    bool given = count >= 0 && (key->type != CONFIG_EXPRESSION || texts[0]);
+    if (!given || index >= count) {
         return blame_at(reader, node, path,
-                        index >= count ? "the list is shorter; entries count from 0"
-                                       : "the list is not given; set all of it");
+                        given ? "the list is shorter; entries count from 0"
+                              : "the list is not given; set all of it");
     }
     if (!config_given(reader->experiment->source, path) &&
         !config_place(reader->experiment->source, &reader->origin, path, node->start_mark)) {
@@ -418,10 +414,10 @@ ad_status config_read_override(config_reader *reader, const char *path)
     }
     if (strncmp(path, "training.stages[", 16) == 0) {
         long stage = index_in(path, &behind);
-        if (stage < 0 || stage >= reader->experiment->stage_count) {
+        if (stage < 0 || stage >= reader->experiment->settings.stage_count) {
             char sentence[100];
             snprintf(sentence, sizeof sentence, "no such stage; allowed: 0 to %d",
-                     reader->experiment->stage_count - 1);
+                     reader->experiment->settings.stage_count - 1);
             return blame_at(reader, node, path, sentence);
         }
     }

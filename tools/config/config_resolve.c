@@ -1,4 +1,5 @@
-/* Defaults: those that are plain numbers, and those that follow from other keys. */
+/* Defaults that follow from other keys, units, and paths; those of training are settled by its
+ * library. */
 #include "tools/config/config_parts.h"
 
 #include "physics/expression.h"
@@ -8,47 +9,11 @@
 #include <string.h>
 #include <unistd.h>
 
-config_stage config_stage_defaults(void)
-{
-    config_stage stage = {.optimizer = CONFIG_ADAM,
-                          .steps = 1000,
-                          .adam = optim_adam_defaults(),
-                          .lbfgs = optim_lbfgs_defaults(),
-                          .gauss_newton = optim_gauss_newton_defaults()};
-    stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
-    stage.adam.schedule.learning_rate = 5e-3;
-    stage.stop_held_out_ratio = 100;
-    return stage;
-}
-
-static problem_settings losses_defaults(void)
-{
-    problem_settings losses = problem_settings_default();
-    losses.interior.points = losses.boundary.points = losses.held_out_points = 0; /* follow time */
-    losses.initial.points = 64;
-    return losses;
-}
-
 void config_defaults(config *experiment)
 {
     memset(experiment, 0, sizeof *experiment);
     scene_defaults(&experiment->scene);
-    experiment->network = nn_mlp_settings_default();
-    experiment->network.inputs = experiment->network.outputs = 1;
-    experiment->fourier_wavenumber = experiment->fourier_frequency = NAN;
-    experiment->reference_tolerance = NAN;
-    experiment->losses = losses_defaults();
-    experiment->stage_count = 1;
-    for (int i = 0; i < CONFIG_STAGES_MAX; i++) {
-        experiment->stages[i] = config_stage_defaults();
-    }
-    experiment->stages[0].optimizer = CONFIG_GAUSS_NEWTON;
-    experiment->stages[0].steps = 200;
-    experiment->stages[0].lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
-    experiment->checkpoint_every = 1000;
-    experiment->checkpoint_seconds = 60;
-    experiment->checkpoint_keep = 3;
-    experiment->output_every = 10;
+    experiment->settings = train_settings_default();
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */
@@ -74,14 +39,14 @@ static const char *stem(config_source *source)
 
 static ad_status resolve_name(config *experiment, ad_error *error)
 {
-    if (!experiment->name) {
-        experiment->name = stem(experiment->source);
-        if (!experiment->name) {
+    if (!experiment->settings.name) {
+        experiment->settings.name = stem(experiment->source);
+        if (!experiment->settings.name) {
             return ad_fail(error, AD_NO_MEMORY, "out of memory");
         }
     }
-    if (strchr(experiment->name, '/') || experiment->name[0] == '.' ||
-        strlen(experiment->name) > 100) {
+    if (strchr(experiment->settings.name, '/') || experiment->settings.name[0] == '.' ||
+        strlen(experiment->settings.name) > 100) {
         return config_blame(experiment->source, error, "name",
                             "names a folder in runs; allowed: up to 100 bytes, no slash, not "
                             "beginning with a point");
@@ -124,53 +89,6 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
     return AD_OK;
 }
 
-/* Tensor grids take the nearest number of points below that has their shape. */
-static ad_status resolve_grid(config *experiment, problem_points *points, int dimension,
-                              const char *key, ad_error *error)
-{
-    size_t actual = 0;
-    ad_error reason;
-    if (!sampling_kind_is_tensor(points->sampler) || dimension == 0) {
-        return AD_OK;
-    }
-    if (sampling_count(points->sampler, dimension, (size_t)points->points, NULL, &actual,
-                       &reason) != AD_OK) {
-        return config_blame(experiment->source, error, key, "%s", reason.message);
-    }
-    points->points = (int)actual;
-    return AD_OK;
-}
-
-static ad_status resolve_grids(config *experiment, ad_error *error)
-{
-    problem_settings *losses = &experiment->losses;
-    bool dynamic = scene_is_dynamic(&experiment->scene);
-    ad_status status = resolve_grid(experiment, &losses->interior, dynamic ? 2 : 1,
-                                    "losses.interior.points", error);
-    if (status == AD_OK) {
-        status =
-            resolve_grid(experiment, &losses->boundary, dynamic, "losses.boundary.points", error);
-    }
-    if (status == AD_OK) {
-        status = resolve_grid(experiment, &losses->initial, 1, "losses.initial.points", error);
-    }
-    return status;
-}
-
-static void resolve_stages(config *experiment)
-{
-    char path[CONFIG_PATH_MAX];
-    for (int i = 0; i < experiment->stage_count; i++) {
-        config_stage *stage = &experiment->stages[i];
-        optim_schedule *schedule = &stage->adam.schedule;
-        snprintf(path, sizeof path, "training.stages[%d].decay_steps", i);
-        if (!given(experiment, path)) {
-            int64_t rest = stage->steps - schedule->warmup_steps;
-            schedule->decay_steps = rest > 1 ? rest : 1;
-        }
-    }
-}
-
 ad_status config_resolve_choices(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
@@ -187,7 +105,9 @@ ad_status config_resolve_choices(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = resolve_end(experiment, &rod_scene->end, "end", error);
     }
-    resolve_stages(experiment);
+    if (experiment->settings.windows > 0) {
+        rod_scene->windows = experiment->settings.windows;
+    }
     return status;
 }
 
@@ -299,21 +219,15 @@ static ad_status normalize(config_source *source, const char *rotation[4], ad_er
     return AD_OK;
 }
 
-/* The tolerance by default; the file relative to the folder of the scene file, made absolute, since
+/* The file relative to the folder of the scene file, made absolute, since
  * the resolved experiment is written to another folder. */
 static ad_status resolve_reference(config *experiment, ad_error *error)
 {
-    const char *file = experiment->reference_file;
+    const char *file = experiment->settings.reference_file;
     const char *scene_file = config_source_file(experiment->source);
     const char *slash = strrchr(scene_file, '/');
     char joined[4096];
     char folder[2048] = "";
-    if (experiment->reference_tolerance == 0) { /* reference: solve */
-        const scene *rod_scene = &experiment->scene;
-        experiment->reference_tolerance = !scene_is_dynamic(rod_scene)     ? 1e-11
-                                          : scene_locks_strains(rod_scene) ? 1e-4
-                                                                           : 1e-8;
-    }
     if (!file || *file == '/') {
         return AD_OK;
     }
@@ -325,8 +239,18 @@ static ad_status resolve_reference(config *experiment, ad_error *error)
     if (length < 0 || (size_t)length >= sizeof joined) {
         return config_blame(experiment->source, error, "reference.file", "the path is too long");
     }
-    experiment->reference_file = config_keep(experiment->source, joined);
-    return experiment->reference_file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    experiment->settings.reference_file = config_keep(experiment->source, joined);
+    return experiment->settings.reference_file ? AD_OK
+                                               : ad_fail(error, AD_NO_MEMORY, "out of memory");
+}
+
+static ad_status resolve_training(config *experiment, ad_error *error)
+{
+    ad_error reason;
+    char key[TRAIN_KEY_MAX];
+    ad_status status =
+        train_settings_resolve(&experiment->settings, &experiment->scene, key, &reason);
+    return config_blame_training(experiment, status, key, &reason, error);
 }
 
 ad_status config_resolve_physics(config *experiment, ad_error *error)
@@ -339,10 +263,7 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
         status = normalize(experiment->source, experiment->scene.end.rotation, error);
     }
     if (status == AD_OK) {
-        status = config_resolve_network(experiment, error);
-    }
-    if (status == AD_OK) {
-        status = resolve_grids(experiment, error);
+        status = resolve_training(experiment, error);
     }
     return status == AD_OK ? resolve_reference(experiment, error) : status;
 }

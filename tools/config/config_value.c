@@ -122,7 +122,7 @@ void *config_field(config *experiment, const config_key *key, const char *path)
     char *base = (char *)experiment;
     if (config_key_in_stage(key)) {
         const char *bracket = strchr(path, '[');
-        base = (char *)&experiment->stages[bracket ? strtol(bracket + 1, NULL, 10) : 0];
+        base = (char *)&experiment->settings.stages[bracket ? strtol(bracket + 1, NULL, 10) : 0];
     }
     return base + key->offset;
 }
@@ -346,10 +346,10 @@ ad_status config_unset(config_reader *reader, const config_key *key, const char 
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
     }
     config_defaults(pristine);
-    pristine->stages[CONFIG_STAGES_MAX - 1] = config_stage_defaults();
+    pristine->settings.stages[TRAIN_STAGES_MAX - 1] = train_stage_default();
     size_t entries = key->entries_max ? (size_t)key->entries_max : 1;
     const char *from = config_key_in_stage(key)
-                           ? (char *)&pristine->stages[CONFIG_STAGES_MAX - 1] + key->offset
+                           ? (char *)&pristine->settings.stages[TRAIN_STAGES_MAX - 1] + key->offset
                            : (char *)pristine + key->offset;
     memcpy(config_field(reader->experiment, key, path), from, entries * config_key_entry_size(key));
     if (key->entries_min != key->entries_max) {

@@ -190,7 +190,7 @@ static void write_row(yaml_writer *writer, const config_key *key)
 }
 
 /* The keys of one stage are neighbours in the table, from `first` on. */
-static void write_stage(const yaml_writer *outer, int first, const config_stage *stage, bool help)
+static void write_stage(const yaml_writer *outer, int first, const train_stage *stage, bool help)
 {
     yaml_writer writer = {outer->file, outer->experiment, outer->derived, help, ""};
     for (int i = first; i < config_key_count && config_key_in_stage(&config_keys[i]); i++) {
@@ -216,13 +216,13 @@ static int write_stages(yaml_writer *writer, int first)
 {
     const config *experiment = writer->experiment;
     int end = first;
-    bool explained[CONFIG_OPTIMIZER_COUNT] = {false};
+    bool explained[TRAIN_OPTIMIZER_COUNT] = {false};
     while (end < config_key_count && config_key_in_stage(&config_keys[end])) {
         end++;
     }
     fprintf(writer->file, "  stages:\n");
-    for (int i = 0; i < experiment->stage_count; i++) {
-        const config_stage *stage = &experiment->stages[i];
+    for (int i = 0; i < experiment->settings.stage_count; i++) {
+        const train_stage *stage = &experiment->settings.stages[i];
         write_stage(writer, first, stage, writer->help && !explained[stage->optimizer]);
         explained[stage->optimizer] = true;
     }
@@ -322,7 +322,7 @@ static void write_wrapped(FILE *file, const char *text, int margin)
 static void help_row(FILE *file, const config *defaults, const config_key *key)
 {
     char allowed[300];
-    const config_stage stage = config_stage_defaults();
+    const train_stage stage = train_stage_default();
     const char *base = config_key_in_stage(key) ? (const char *)&stage : (const char *)defaults;
     bool none = !has_value(key, base + key->offset);
     config_key_allowed(key, allowed, sizeof allowed);

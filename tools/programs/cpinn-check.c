@@ -1,7 +1,7 @@
 /* cpinn-check: are the gradients of a scene the gradients? See --help. */
 #include "physics/derivative_check.h"
+#include "tools/config/config_experiment.h"
 #include "tools/programs/cli.h"
-#include "tools/train/experiment.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -213,18 +213,17 @@ static ad_status check_term(session *s, int term, ad_error *error)
 
 static ad_status check_derivative(session *s, const char *name, nn_rng *rng, ad_error *error)
 {
-    const config *settings = s->e->settings;
     derivative_check check;
     char where[96];
     const rod_window window = experiment_window(s->e);
-    ad_status status = derivative_check_run(&settings->scene, &window, s->e->mlp, s->x, name,
+    ad_status status = derivative_check_run(s->e->scene, &window, s->e->mlp, s->x, name,
                                             DERIVATIVE_POINTS, rng, s->e->pool, &check, error);
     if (status != AD_OK) {
         return print_failure(s, "derivative", name, error);
     }
     int length =
         snprintf(where, sizeof where, "row %d, s = %.4g m", check.worst_row, check.worst_s);
-    if (scene_is_dynamic(&settings->scene)) {
+    if (scene_is_dynamic(s->e->scene)) {
         snprintf(where + length, sizeof where - (size_t)length, ", t = %.4g s", check.worst_t);
     }
     print_row(s, "derivative", name, check.worst_error, where, check.worst_derivative,
@@ -292,10 +291,10 @@ static ad_status prepare(session *s, ad_error *error)
     }
     ad_status status = config_read(s->asked.config, NULL, count, overrides, &settings, error);
     if (status == AD_OK) {
-        status = experiment_create(settings, s->asked.threads, &s->e, error);
+        status = config_experiment_create(settings, s->asked.threads, &s->e, error);
     }
     if (status == AD_OK) {
-        status = problem_create(&s->e->settings->scene, s->e->mlp, &s->e->settings->losses,
+        status = problem_create(s->e->scene, s->e->mlp, &s->e->settings->losses,
                                 s->e->settings->seed, s->e->pool, &s->problem, error);
     }
     if (status != AD_OK) {
@@ -345,8 +344,7 @@ static ad_status enter_second_window(session *s, ad_error *error)
         return status;
     }
     perturb(s, "gradient check/window2");
-    printf("\nwindow 2 of %d, which starts where such a network ends\n",
-           s->e->settings->scene.windows);
+    printf("\nwindow 2 of %d, which starts where such a network ends\n", s->e->scene->windows);
     return check_window(s, error);
 }
 
@@ -358,7 +356,7 @@ static ad_status run(session *s, ad_error *error)
     }
     print_heading(s);
     status = check_window(s, error);
-    if (status == AD_OK && s->e->settings->scene.windows > 1) {
+    if (status == AD_OK && s->e->scene->windows > 1) {
         status = enter_second_window(s, error);
     }
     if (status == AD_OK && s->failures) {

@@ -1,4 +1,5 @@
 /* cpinn-eval: evaluate a trained network; see --help. */
+#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/train/clock.h"
@@ -84,14 +85,14 @@ static ad_status samples_make(samples *p, size_t count, ad_error *error)
 /* The end of the window of time at work; those after it are not trained yet. */
 static double trained_until(const experiment *e)
 {
-    const scene *scene = &e->settings->scene;
+    const scene *scene = e->scene;
     int windows = scene->windows, begun = e->window + 1;
     return begun == windows ? scene->duration : scene->duration * begun / windows;
 }
 
 static ad_status points_of_grid(session *x, ad_error *error)
 {
-    const scene *scene = &x->e->settings->scene;
+    const scene *scene = x->e->scene;
     bool dynamic = scene_is_dynamic(scene);
     const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
     long ns, nt;
@@ -129,7 +130,7 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
 static ad_status points_of_table(session *x, const char *path, const table_file *table,
                                  ad_error *error)
 {
-    const scene *scene = &x->e->settings->scene;
+    const scene *scene = x->e->scene;
     const double *s = table_column(table, "s"), *t = table_column(table, "t");
     bool dynamic = scene_is_dynamic(scene);
     size_t rows = table_rows(table);
@@ -260,8 +261,8 @@ static void print_progress(const session *x)
     if (p->step >= 0) {
         printf(", step %lld", (long long)p->step);
     }
-    if (x->e->settings->scene.windows > 1) {
-        printf(", window %d of %d (t = 0 to %g s)", x->e->window + 1, x->e->settings->scene.windows,
+    if (x->e->scene->windows > 1) {
+        printf(", window %d of %d (t = 0 to %g s)", x->e->window + 1, x->e->scene->windows,
                trained_until(x->e));
     }
     if (p->stage >= stages) {
@@ -387,7 +388,7 @@ static void print_json(const session *x)
     printf(", ");
     json_integer("step", x->progress.step);
     printf(", ");
-    printf("\"window\": %d, \"windows\": %d, ", x->e->window, x->e->settings->scene.windows);
+    printf("\"window\": %d, \"windows\": %d, ", x->e->window, x->e->scene->windows);
     json_integer("stage", x->progress.stage);
     printf(", \"stages\": %d, ", x->e->settings->stage_count);
     json_number("training_seconds", x->progress.seconds);
@@ -406,15 +407,14 @@ static ad_status run(session *x, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    status =
-        experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e, &x->file, error);
+    status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e, &x->file,
+                                    error);
     if (status == AD_OK) {
         read_progress(x);
         status = x->asked.points ? points_of_file(x, error) : points_of_grid(x, error);
     }
     if (status == AD_OK) {
-        status =
-            field_create(&x->e->settings->scene, x->e->mlp, false, x->e->pool, &x->field, error);
+        status = field_create(x->e->scene, x->e->mlp, false, x->e->pool, &x->field, error);
     }
     if (status == AD_OK) {
         field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);

@@ -1,6 +1,7 @@
 /* cpinn-solve: solve a scene classically; see --help. */
 #include "physics/beam.h"
 #include "physics/model.h"
+#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/judge/sweep.h"
 #include "tools/programs/cli.h"
@@ -399,15 +400,15 @@ static ad_status work_precision(session *x, ad_error *error)
 /* A reference needs the experiment around the scene. */
 static ad_status open_reference(session *x, ad_error *error)
 {
-    if (x->settings->reference == CONFIG_REFERENCE_NONE && !x->settings->reference_file &&
-        !x->settings->reference_deflection) {
+    if (x->settings->settings.reference == TRAIN_REFERENCE_NONE &&
+        !x->settings->settings.reference_file && !x->settings->settings.reference_deflection) {
         return AD_OK;
     }
     config *settings = x->settings;
     x->settings = NULL;
-    ad_status status = experiment_create(settings, 1, &x->e, error);
+    ad_status status = config_experiment_create(settings, 1, &x->e, error);
     if (status == AD_OK) {
-        x->scene = &x->e->settings->scene;
+        x->scene = x->e->scene;
         status = reference_create(x->e, &x->known, error);
     }
     return status;
@@ -453,7 +454,7 @@ static ad_status prepare(session *x, ad_error *error)
         return status;
     }
     x->scene = &x->settings->scene;
-    snprintf(x->name, sizeof x->name, "%s", x->settings->name);
+    snprintf(x->name, sizeof x->name, "%s", x->settings->settings.name);
     choose_tolerance(x);
     status = samples_of_grid(x, error);
     if (status == AD_OK) {

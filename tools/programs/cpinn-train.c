@@ -1,4 +1,5 @@
 /* cpinn-train: train a network on a scene; see --help. */
+#include "tools/config/config_experiment.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
@@ -51,9 +52,9 @@ static void session_free(session *s)
 static ad_status prepare(session *s, const options *o, config *settings, double started,
                          ad_error *error)
 {
-    ad_status status = experiment_create(settings, o->threads, &s->e, error);
+    ad_status status = config_experiment_create(settings, o->threads, &s->e, error);
     if (status == AD_OK) {
-        status = problem_create(&s->e->settings->scene, s->e->mlp, &s->e->settings->losses,
+        status = problem_create(s->e->scene, s->e->mlp, &s->e->settings->losses,
                                 s->e->settings->seed, s->e->pool, &s->problem, error);
     }
     double spent = wall_seconds() - started; /* the reference, which only measures, is not part */
@@ -73,7 +74,7 @@ static ad_status restore(session *s, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    status = run_check_same(&s->folder, s->e, file, error);
+    status = config_check_same(&s->folder, s->e, file, error);
     if (status == AD_OK) {
         status = trainer_restore(s->trainer, file, error);
     }
@@ -83,7 +84,7 @@ static ad_status restore(session *s, ad_error *error)
 
 static ad_status save(session *s, ad_error *error)
 {
-    const config *settings = s->e->settings;
+    const train_settings *settings = s->e->settings;
     ad_status status =
         trainer_save(s->trainer, s->folder.checkpoint, settings->checkpoint_keep, error);
     s->last_save = wall_seconds();
@@ -93,7 +94,7 @@ static ad_status save(session *s, ad_error *error)
 
 static bool save_is_due(const session *s)
 {
-    const config *settings = s->e->settings;
+    const train_settings *settings = s->e->settings;
     return trainer_inspect(s->trainer).step % settings->checkpoint_every == 0 ||
            wall_seconds() - s->last_save > settings->checkpoint_seconds;
 }
@@ -171,7 +172,7 @@ static void finish(session *s)
     if (trainer_doubts(s->trainer, doubt)) {
         progress_say(&s->progress, "%s", doubt);
     }
-    progress_error_table(stdout, trainer_history(s->trainer), s->e->settings->scene.windows);
+    progress_error_table(stdout, trainer_history(s->trainer), s->e->scene->windows);
     if (s->known && reference_doubts(s->known, &info.errors, coarse)) {
         printf("    %s\n", coarse);
     }
@@ -230,7 +231,7 @@ static void say_ended(session *s, const trainer_info *before, const trainer_info
     if (now->stage == before->stage && now->window == before->window) {
         return;
     }
-    int windows = s->e->settings->scene.windows;
+    int windows = s->e->scene->windows;
     if (windows > 1) {
         snprintf(window, sizeof window, "window %d/%d ", before->window + 1, windows);
     }

@@ -269,7 +269,7 @@ static void print_form(FILE *file, const scene *scene)
 
 static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 {
-    const scene *scene = &e->settings->scene;
+    const scene *scene = e->scene;
     heading(file, "Unknowns and equations");
     print_form(file, scene);
     if (!scene_is_beam(scene)) {
@@ -395,13 +395,13 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
 }
 
 /* Matrices that come on top of the memory of the loss. */
-static void print_linear_algebra(FILE *file, const config *settings, problem *p)
+static void print_linear_algebra(FILE *file, const train_settings *settings, problem *p)
 {
     for (int i = 0; i < settings->stage_count; i++) {
         linear_model_info plan;
         ad_error error = {AD_OK, ""};
         char text[160];
-        if (settings->stages[i].optimizer != CONFIG_GAUSS_NEWTON) {
+        if (settings->stages[i].optimizer != TRAIN_GAUSS_NEWTON) {
             continue;
         }
         if (linear_model_plan(p, &settings->stages[i], i, &plan, &error) == AD_OK) {
@@ -432,21 +432,21 @@ static void print_weights(FILE *file, const problem_settings *losses)
 
 static void print_plan(FILE *file, const experiment *e, problem *p, const reference *r)
 {
-    const config *settings = e->settings;
-    int windows = settings->scene.windows;
+    const train_settings *settings = e->settings;
+    int windows = e->scene->windows;
     if (windows > 1) {
         fprintf(
             file,
             "  %-15s %d of %.4g s, %.3g first periods each, trained in turn; each starts where\n"
             "  %-15s the one before ends, and has a network of its own\n",
-            "windows", windows, settings->scene.duration / windows,
-            rod_numbers_of(&settings->scene).periods / windows, "");
+            "windows", windows, e->scene->duration / windows,
+            rod_numbers_of(e->scene).periods / windows, "");
     }
     paragraph line = paragraph_begin(file, windows > 1 ? "in each window" : "training");
     for (int i = 0; i < settings->stage_count; i++) {
         char text[64];
         snprintf(text, sizeof text, "%s %d steps",
-                 config_optimizer_name(settings->stages[i].optimizer), settings->stages[i].steps);
+                 train_optimizer_name(settings->stages[i].optimizer), settings->stages[i].steps);
         paragraph_add(&line, text, i + 1 < settings->stage_count);
     }
     fputc('\n', file);
@@ -469,7 +469,7 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
 
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
-    const scene *scene = &e->settings->scene;
+    const scene *scene = e->scene;
     fprintf(file, "%s: %s %s%s%s\n", e->settings->name, scene_model_names()[scene->rod.model],
             scene_is_beam(scene) ? "beam" : "rod",
             scene_is_dynamic(scene) ? " in motion" : " at rest",

@@ -60,9 +60,10 @@ static void follow(progress *p, const trainer_info *info, double now)
     p->stage_step = info->stage_step;
 }
 
-static double time_left(const progress *p, const trainer_info *info, const config *settings,
+static double time_left(const progress *p, const trainer_info *info, const experiment *e,
                         double now, bool *at_most)
 {
+    const train_settings *settings = e->settings;
     int64_t steps = info->stage_step - p->stage_first, all = info->step - p->first_step;
     const status_pace pace = {.stages = settings->stages,
                               .stage = info->stage,
@@ -72,7 +73,7 @@ static double time_left(const progress *p, const trainer_info *info, const confi
                               .step_seconds = steps > 0 ? (now - p->stage_began) / (double)steps
                                               : all > 0 ? (now - p->started) / (double)all
                                                         : NAN,
-                              .windows_left = settings->scene.windows - info->window - 1,
+                              .windows_left = e->scene->windows - info->window - 1,
                               .windows_timed = p->windows_timed,
                               .windows_seconds = p->windows_seconds,
                               .window_seconds = now - p->window_began,
@@ -85,11 +86,11 @@ static double time_left(const progress *p, const trainer_info *info, const confi
 static int write_line(const progress *p, const trainer_info *info, const experiment *e, double now,
                       int width, char text[STATUS_LINE_SIZE])
 {
-    const config *settings = e->settings;
-    const config_stage *stage = &settings->stages[info->stage];
-    status_line line = {.optimizer = config_optimizer_name(stage->optimizer),
+    const train_settings *settings = e->settings;
+    const train_stage *stage = &settings->stages[info->stage];
+    status_line line = {.optimizer = train_optimizer_name(stage->optimizer),
                         .window = info->window + 1,
-                        .windows = settings->scene.windows,
+                        .windows = e->scene->windows,
                         .stage = info->stage + 1,
                         .stages = settings->stage_count,
                         .step = info->stage_step,
@@ -98,7 +99,7 @@ static int write_line(const progress *p, const trainer_info *info, const experim
                         .loss = info->loss,
                         .held_out = info->held_out,
                         .error = info->errors.position};
-    line.left = time_left(p, info, settings, now, &line.at_most);
+    line.left = time_left(p, info, e, now, &line.at_most);
     line.points_per_s = (double)info->evaluations * info->points / (now - p->started);
     return status_line_text(&line, width, text);
 }

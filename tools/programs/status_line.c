@@ -1,6 +1,7 @@
 #include "tools/programs/status_line.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 /* ---- text ---------------------------------------------------------------------------------- */
@@ -105,7 +106,7 @@ int status_line_text(const status_line *line, int width, char text[STATUS_LINE_S
 /* ---- time ---------------------------------------------------------------------------------- */
 
 /* Of a stage from `step` on, in which so many seconds have been spent. */
-static double stage_left(const config_stage *stage, int64_t step, double spent, double step_seconds)
+static double stage_left(const train_stage *stage, int64_t step, double spent, double step_seconds)
 {
     double left = fmax((double)(stage->steps - step), 0) * step_seconds;
     return stage->stop_seconds > 0 ? fmin(left, fmax(stage->stop_seconds - spent, 0)) : left;
@@ -113,7 +114,7 @@ static double stage_left(const config_stage *stage, int64_t step, double spent, 
 
 double status_time_left(const status_pace *pace, bool *at_most)
 {
-    const config_stage *at_work = &pace->stages[pace->stage];
+    const train_stage *at_work = &pace->stages[pace->stage];
     double here = stage_left(at_work, pace->stage_step, pace->stage_seconds, pace->step_seconds);
     double window = 0; /* a whole one */
     *at_most = false;
@@ -121,7 +122,7 @@ double status_time_left(const status_pace *pace, bool *at_most)
         double stage = stage_left(&pace->stages[i], 0, 0, pace->step_seconds);
         window += stage;
         here += i > pace->stage ? stage : 0;
-        *at_most = *at_most || pace->stages[i].optimizer != CONFIG_ADAM;
+        *at_most = *at_most || pace->stages[i].optimizer != TRAIN_ADAM;
     }
     double left = here + (pace->windows_left > 0 ? pace->windows_left * window : 0);
     if (pace->windows_timed > 0) {

@@ -3,7 +3,7 @@
 #ifndef TOOLS_PROGRAMS_STATUS_LINE_H
 #define TOOLS_PROGRAMS_STATUS_LINE_H
 
-#include "tools/config/config.h"
+#include "tools/train/settings.h"
 
 /* Numbers that are not known are NaN and are not shown. */
 typedef struct status_line {
@@ -29,8 +29,8 @@ int status_line_text(const status_line *line, int width, char text[STATUS_LINE_S
 
 /* What the time left is estimated from; times in s. */
 typedef struct status_pace {
-    const config_stage *stages; /* [stage_count] */
-    int stage, stage_count;     /* the stage at work, from 0 */
+    const train_stage *stages; /* [stage_count] */
+    int stage, stage_count;    /* the stage at work, from 0 */
     int64_t stage_step;
     double stage_seconds;   /* spent in the stage at work */
     double step_seconds;    /* that a step takes; NaN: not known yet */

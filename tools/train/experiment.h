@@ -4,7 +4,7 @@
  * Items of a checkpoint (tools/files/checkpoint.h), beside the network's parameters
  * "parameters/network/layer0/weight" [rows, columns] and so on; where time has several windows
  * "parameters/window1/network/layer0/weight" for each window begun, counted from 1:
- *   scene/yaml                 the resolved experiment, reads back as it is
+ *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   optimizer/...              state of the optimiser at work, optim.h
@@ -18,31 +18,45 @@
 
 #include "physics/field.h"
 #include "physics/problem.h"
-#include "tools/config/config.h"
 #include "tools/files/checkpoint.h"
+#include "tools/train/settings.h"
+
+#include <stdio.h>
+
+/* Whoever filled in scene and settings: can write them as text, knows where a key stands, and holds
+ * their memory. All may be NULL; without `write` there are no checkpoints, without `write_physics`
+ * no classical solution is kept between runs. */
+typedef struct train_origin {
+    void *context;
+    ad_status (*write)(void *context, FILE *file); /* everything, as it is now */
+    ad_status (*write_physics)(void *context,
+                               FILE *file); /* what a classical solution depends on */
+    ad_status (*refuse)(void *context, const char *key, const char *problem,
+                        ad_error *error); /* AD_BAD_INPUT, and the line with the key's place */
+    void (*free)(void *context);
+} train_origin;
 
 typedef struct experiment {
-    config *settings; /* owned */
+    const struct scene *scene; /* these two belong to the origin */
+    train_settings *settings;
+    train_origin origin; /* owned */
     ad_pool *pool;
     nn_mlp *mlp;
     double *parameters; /* [windows][count]; the first window's are initialised from the seed */
     double *starts;     /* [windows][ROD_WINDOW_NUMBERS], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
-    char *yaml;        /* the text that experiment_put lent to a checkpoint */
+    char *text;        /* that experiment_put lent to a checkpoint */
     char warning[512]; /* why a restored experiment has lost its reference file; "": it has not */
 } experiment;
 
-/* Takes over `settings`, also when it fails. threads: 0 means one per processor. */
-ad_status experiment_create(config *settings, int threads, experiment **result, ad_error *error);
+/* Scene and settings are resolved and checked, and live as long as `origin`, which is taken over,
+ * also when this fails. The network's inputs and outputs are filled in. threads: 0 means one per
+ * processor. */
+ad_status experiment_create(const scene *rod_scene, train_settings *settings,
+                            const train_origin *origin, int threads, experiment **result,
+                            ad_error *error);
 void experiment_free(experiment *e);
-
-/* Restore an experiment by itself from a checkpoint: DIR, DIR/checkpoint.h5 or any such file.
- * `overrides` as for config_read. *file (may be NULL) receives the opened checkpoint. A reference
- * file that is no longer there is no error: the experiment then has no reference, and says so in
- * `warning`. */
-ad_status experiment_open(const char *path, int count, const char *const *overrides, int threads,
-                          experiment **result, checkpoint **file, ad_error *error);
 
 /* The window at work: its network's parameters [count], and what the physics knows of it. */
 double *experiment_parameters(const experiment *e);
@@ -58,7 +72,11 @@ ad_status experiment_next_window(experiment *e, ad_error *error);
 void experiment_put(experiment *e, const double *parameters, checkpoint *file);
 ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error);
 
-/* The resolved scene as YAML, allocated; NULL when memory runs out. */
-char *experiment_yaml(const experiment *e);
+/* Blame a key for something found after reading. */
+ad_status experiment_refuse(const experiment *e, const char *key, const char *problem,
+                            ad_error *error);
+
+/* What the origin writes, allocated; NULL when it cannot, or memory runs out. */
+char *experiment_text(const experiment *e);
 
 #endif

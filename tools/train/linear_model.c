@@ -31,11 +31,11 @@ struct linear_model {
 
 /* ---- choosing ------------------------------------------------------------------------------ */
 
-const char *linear_model_form_name(config_linear_algebra form)
+const char *linear_model_form_name(train_linear_algebra form)
 {
     static const char *const names[] = {
 #define TEXT(code, name) name,
-        CONFIG_LINEAR_ALGEBRA_LIST(TEXT)
+        TRAIN_LINEAR_ALGEBRA_LIST(TEXT)
 #undef TEXT
     };
     return names[form];
@@ -51,9 +51,9 @@ static double bytes_of(const linear_model_info *plan, const problem_least_square
     enum { VECTORS = 7 }; /* the random numbers of the preconditioner are needed once */
     double n = (double)plan->parameters, rows = (double)plan->rows;
     switch (plan->form) {
-    case CONFIG_MATRIX_FREE:
+    case TRAIN_MATRIX_FREE:
         return 8 * n * (3 * (double)rank_of(plan->parameters) + VECTORS) + (double)sizes->bytes;
-    case CONFIG_KERNEL:
+    case TRAIN_KERNEL:
         return 8 * (n * rows + 2 * rows * rows);
     default:
         return 16 * n * n + (double)sizes->slab_bytes;
@@ -61,29 +61,29 @@ static double bytes_of(const linear_model_info *plan, const problem_least_square
 }
 
 /* Sizes of one form; its programs are compiled. */
-static ad_status size_up(problem *p, config_linear_algebra form, linear_model_info *plan,
+static ad_status size_up(problem *p, train_linear_algebra form, linear_model_info *plan,
                          ad_error *error)
 {
     problem_least_squares sizes;
-    ad_status status = form == CONFIG_MATRIX_FREE ? problem_prepare_product(p, &sizes, error)
-                                                  : problem_prepare_least_squares(p, &sizes, error);
+    ad_status status = form == TRAIN_MATRIX_FREE ? problem_prepare_product(p, &sizes, error)
+                                                 : problem_prepare_least_squares(p, &sizes, error);
     *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
     if (status == AD_OK) {
         plan->rows = sizes.rows;
-        if (form == CONFIG_LINEAR_AUTOMATIC) {
-            plan->form = plan->rows < plan->parameters ? CONFIG_KERNEL : CONFIG_NORMAL_EQUATIONS;
+        if (form == TRAIN_LINEAR_AUTOMATIC) {
+            plan->form = plan->rows < plan->parameters ? TRAIN_KERNEL : TRAIN_NORMAL_EQUATIONS;
         }
         plan->bytes = bytes_of(plan, &sizes);
     }
     return status;
 }
 
-ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
+ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error)
 {
     const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
     ad_status status = AD_OK;
-    if (stage->linear_algebra == CONFIG_MATRIX_FREE && !identity) {
+    if (stage->linear_algebra == TRAIN_MATRIX_FREE && !identity) {
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages[%d].linear_algebra: matrix_free has no diagonal of J^T J; "
                        "allowed with it: scaling identity",
@@ -91,8 +91,8 @@ ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
     }
     status = size_up(p, stage->linear_algebra, plan, error);
     if (status == AD_OK && plan->bytes > BYTES_MAX && identity &&
-        stage->linear_algebra == CONFIG_LINEAR_AUTOMATIC) {
-        status = size_up(p, CONFIG_MATRIX_FREE, plan, error);
+        stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC) {
+        status = size_up(p, TRAIN_MATRIX_FREE, plan, error);
     }
     if (status == AD_OK && plan->bytes > BYTES_MAX) {
         return ad_fail(error, AD_BAD_INPUT,
@@ -100,10 +100,10 @@ ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
                        "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
                        "network.hidden smaller, or take %s",
                        number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
-                       plan->form == CONFIG_MATRIX_FREE ? "" : " of matrices", plan->parameters,
+                       plan->form == TRAIN_MATRIX_FREE ? "" : " of matrices", plan->parameters,
                        plan->rows, 1e-9 * BYTES_MAX,
-                       plan->form == CONFIG_MATRIX_FREE ? "lbfgs"
-                       : identity                       ? "linear_algebra matrix_free"
+                       plan->form == TRAIN_MATRIX_FREE ? "lbfgs"
+                       : identity                      ? "linear_algebra matrix_free"
                                   : "scaling identity with linear_algebra matrix_free");
     }
     return status;
@@ -153,10 +153,10 @@ static bool allocate_vectors(linear_model *m)
 
 static bool allocate(linear_model *m)
 {
-    if (m->info.form == CONFIG_MATRIX_FREE) {
+    if (m->info.form == TRAIN_MATRIX_FREE) {
         return allocate_vectors(m);
     }
-    bool kernel = m->info.form == CONFIG_KERNEL;
+    bool kernel = m->info.form == TRAIN_KERNEL;
     size_t order = kernel ? m->rows : m->count;
     m->jtr = calloc(m->count, sizeof *m->jtr);
     m->matrix = calloc(order, order * sizeof *m->matrix);
@@ -233,10 +233,10 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
 {
     ad_status status;
     m->scaled = false;
-    if (m->info.form == CONFIG_MATRIX_FREE) {
+    if (m->info.form == TRAIN_MATRIX_FREE) {
         return linearize_products(m, x, value, jtr, diagonal, error);
     }
-    if (m->info.form == CONFIG_KERNEL) {
+    if (m->info.form == TRAIN_KERNEL) {
         status = problem_jacobian(m->problem, x, value, m->jt, m->r, m->jtr, diagonal, error);
     } else {
         status = problem_normal_equations(m->problem, x, value, m->matrix, m->jtr, error);
@@ -328,9 +328,9 @@ int linear_model_solve(void *context, double damping, const double *scale, doubl
 {
     linear_model *m = context;
     switch (m->info.form) {
-    case CONFIG_MATRIX_FREE:
+    case TRAIN_MATRIX_FREE:
         return solve_products(m, damping, step);
-    case CONFIG_KERNEL:
+    case TRAIN_KERNEL:
         return solve_kernel(m, damping, scale, step);
     default:
         return solve_normal_equations(m, damping, scale, step);

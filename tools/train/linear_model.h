@@ -10,23 +10,23 @@
 #ifndef TOOLS_TRAIN_LINEAR_MODEL_H
 #define TOOLS_TRAIN_LINEAR_MODEL_H
 
-#include "tools/config/config.h"
+#include "tools/train/settings.h"
 
 typedef struct linear_model linear_model;
 
 typedef struct linear_model_info {
-    config_linear_algebra form; /* never automatic */
-    size_t parameters, rows;    /* rows of J: residuals times points */
-    double bytes;               /* of its matrices, or of vectors and workspaces */
-    int64_t factors;            /* matrices factored */
-    int64_t failed;             /* of them not positive definite */
-    int64_t solves;             /* matrix_free: systems solved */
-    int64_t iterations;         /* of conjugate gradients, in all */
+    train_linear_algebra form; /* never automatic */
+    size_t parameters, rows;   /* rows of J: residuals times points */
+    double bytes;              /* of its matrices, or of vectors and workspaces */
+    int64_t factors;           /* matrices factored */
+    int64_t failed;            /* of them not positive definite */
+    int64_t solves;            /* matrix_free: systems solved */
+    int64_t iterations;        /* of conjugate gradients, in all */
 } linear_model_info;
 
 /* Choose a form for the problem and count its bytes; AD_BAD_INPUT when it needs too many, with what
  * to do, the key being named by the stage. Compiles what the problem needs for least squares. */
-ad_status linear_model_plan(problem *p, const config_stage *stage, int number,
+ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error);
 
 /* matrix_free: a system is solved once its residual, by the norm of the preconditioner's inverse,
@@ -46,7 +46,7 @@ int linear_model_solve(void *context, double damping, const double *scale, doubl
 linear_model_info linear_model_inspect(const linear_model *m);
 
 /* "normal_equations", ...; one line for people, with sizes. */
-const char *linear_model_form_name(config_linear_algebra form);
+const char *linear_model_form_name(train_linear_algebra form);
 void linear_model_describe(const linear_model_info *info, char text[160]);
 
 #endif

@@ -20,7 +20,7 @@ struct optimizer {
 
 /* One row per optimiser. */
 struct kind {
-    ad_status (*create)(optimizer *o, const config_stage *stage, const double *x, const char **why,
+    ad_status (*create)(optimizer *o, const train_stage *stage, const double *x, const char **why,
                         ad_error *error);
     void (*free)(void *own);
     optim_status (*step)(optimizer *o, const optimizer_objective *objective);
@@ -71,7 +71,7 @@ ADAPT(ssbroyden)
 
 /* ---- Adam ---------------------------------------------------------------------------------- */
 
-static ad_status adam_create(optimizer *o, const config_stage *stage, const double *x,
+static ad_status adam_create(optimizer *o, const train_stage *stage, const double *x,
                              const char **why, ad_error *error)
 {
     (void)error;
@@ -99,7 +99,7 @@ static optimizer_info adam_inspect(const optimizer *o)
 
 /* ---- L-BFGS -------------------------------------------------------------------------------- */
 
-static ad_status lbfgs_create(optimizer *o, const config_stage *stage, const double *x,
+static ad_status lbfgs_create(optimizer *o, const train_stage *stage, const double *x,
                               const char **why, ad_error *error)
 {
     (void)error;
@@ -120,7 +120,7 @@ static optimizer_info lbfgs_inspect(const optimizer *o)
 
 /* ---- Gauss-Newton -------------------------------------------------------------------------- */
 
-static ad_status gauss_newton_create(optimizer *o, const config_stage *stage, const double *x,
+static ad_status gauss_newton_create(optimizer *o, const train_stage *stage, const double *x,
                                      const char **why, ad_error *error)
 {
     optim_gauss_newton_settings settings = stage->gauss_newton;
@@ -188,7 +188,7 @@ static optimizer_info gauss_newton_inspect(const optimizer *o)
 
 /* ---- self-scaled Broyden ------------------------------------------------------------------- */
 
-static ad_status ssbroyden_create(optimizer *o, const config_stage *stage, const double *x,
+static ad_status ssbroyden_create(optimizer *o, const train_stage *stage, const double *x,
                                   const char **why, ad_error *error)
 {
     (void)error;
@@ -210,25 +210,25 @@ static optimizer_info ssbroyden_inspect(const optimizer *o)
 /* ---- the table ----------------------------------------------------------------------------- */
 
 /* Where best_x is x, the value never rises. */
-static const kind kinds[CONFIG_OPTIMIZER_COUNT] = {
-    [CONFIG_ADAM] = {ADAPTED(adam), .best_x = adam_best_x,
-                     .advice = "--resume with a smaller --set training.stages[%d].learning_rate, "
-                               "or with clip_norm or warmup_steps"},
-    [CONFIG_LBFGS] = {ADAPTED(lbfgs), .best_x = lbfgs_x,
-                      .advice = "more steps of adam before, or a smaller maximum_step"},
-    [CONFIG_GAUSS_NEWTON] = {ADAPTED(gauss_newton), .best_x = gauss_newton_x,
-                             .advice = "more steps of adam before, or a larger initial_damping"},
-    [CONFIG_SSBROYDEN] = {ADAPTED(ssbroyden), .best_x = ssbroyden_x,
-                          .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
-                          .keeps = "a triangle of parameters^2 / 2 numbers", .bytes = 4,
-                          .advice = "more steps of adam before, or a smaller maximum_step"},
+static const kind kinds[TRAIN_OPTIMIZER_COUNT] = {
+    [TRAIN_ADAM] = {ADAPTED(adam), .best_x = adam_best_x,
+                    .advice = "--resume with a smaller --set training.stages[%d].learning_rate, "
+                              "or with clip_norm or warmup_steps"},
+    [TRAIN_LBFGS] = {ADAPTED(lbfgs), .best_x = lbfgs_x,
+                     .advice = "more steps of adam before, or a smaller maximum_step"},
+    [TRAIN_GAUSS_NEWTON] = {ADAPTED(gauss_newton), .best_x = gauss_newton_x,
+                            .advice = "more steps of adam before, or a larger initial_damping"},
+    [TRAIN_SSBROYDEN] = {ADAPTED(ssbroyden), .best_x = ssbroyden_x,
+                         .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
+                         .keeps = "a triangle of parameters^2 / 2 numbers", .bytes = 4,
+                         .advice = "more steps of adam before, or a smaller maximum_step"},
 };
 
-static ad_status check_stage(const config_stage *stage, int number, problem *p, ad_error *error)
+static ad_status check_stage(const train_stage *stage, int number, problem *p, ad_error *error)
 {
     const kind *k = &kinds[stage->optimizer];
     const size_t count = problem_parameters(p);
-    if (stage->optimizer == CONFIG_GAUSS_NEWTON) {
+    if (stage->optimizer == TRAIN_GAUSS_NEWTON) {
         linear_model_info plan;
         return linear_model_plan(p, stage, number, &plan, error);
     }
@@ -237,13 +237,13 @@ static ad_status check_stage(const config_stage *stage, int number, problem *p, 
                        "training.stages[%d].optimizer: %s keeps %s, %.1f GB for the %zu "
                        "parameters of this network; allowed: at most %zu parameters; make "
                        "network.hidden smaller, or take lbfgs",
-                       number, config_optimizer_name(stage->optimizer), k->keeps,
+                       number, train_optimizer_name(stage->optimizer), k->keeps,
                        1e-9 * k->bytes * (double)count * (double)count, count, k->count_max);
     }
     return AD_OK;
 }
 
-ad_status optimizer_check(const config *settings, problem *p, ad_error *error)
+ad_status optimizer_check(const train_settings *settings, problem *p, ad_error *error)
 {
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < settings->stage_count; i++) {
@@ -252,10 +252,10 @@ ad_status optimizer_check(const config *settings, problem *p, ad_error *error)
     return status;
 }
 
-ad_status optimizer_create(const config *settings, int stage, problem *p, ad_pool *pool,
+ad_status optimizer_create(const train_settings *settings, int stage, problem *p, ad_pool *pool,
                            const double *x, optimizer **result, ad_error *error)
 {
-    const config_stage *chosen = &settings->stages[stage];
+    const train_stage *chosen = &settings->stages[stage];
     const char *why = "out of memory";
     *result = NULL;
     optimizer *o = calloc(1, sizeof *o);

@@ -27,10 +27,10 @@ typedef struct optimizer_info {
 
 /* Is the optimiser of every stage made for so many parameters? AD_BAD_INPUT names the first stage
  * for which it is not. */
-ad_status optimizer_check(const config *settings, problem *p, ad_error *error);
+ad_status optimizer_check(const train_settings *settings, problem *p, ad_error *error);
 
 /* The optimiser of training.stages[stage] at x[parameters of p], which is copied. */
-ad_status optimizer_create(const config *settings, int stage, problem *p, ad_pool *pool,
+ad_status optimizer_create(const train_settings *settings, int stage, problem *p, ad_pool *pool,
                            const double *x, optimizer **result, ad_error *error);
 void optimizer_free(optimizer *o); /* NULL is fine */
 

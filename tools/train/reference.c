@@ -126,7 +126,7 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
 static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
 {
     field *exact = NULL;
-    ad_status status = field_create(&e->settings->scene, NULL, true, e->pool, &exact, error);
+    ad_status status = field_create(e->scene, NULL, true, e->pool, &exact, error);
     if (status == AD_OK) {
         status = field_evaluate(exact, NULL, r->points, r->s, r->t, r->poses, error);
     }
@@ -138,7 +138,7 @@ static ad_status make_manufactured(reference *r, const experiment *e, ad_error *
 static ad_status make_deflection(reference *r, const experiment *e, ad_error *error)
 {
     snprintf(r->name, sizeof r->name, "reference.deflection");
-    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
+    ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         double unknown = 0;
         double w = expression_evaluate(e->settings->reference_deflection, r->s[i], r->t[i]);
@@ -157,17 +157,17 @@ static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
 {
     snprintf(r->name, sizeof r->name, "classical solution");
     r->rotations = true;
-    ad_status status = make_grid(r, scene_is_dynamic(&e->settings->scene), error);
-    return status == AD_OK ? reference_solve(e->settings, r->points, r->s, r->t, (int)r->pose,
-                                             r->poses, &r->about, error)
-                           : status;
+    ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
+    return status == AD_OK
+               ? reference_solve(e, r->points, r->s, r->t, (int)r->pose, r->poses, &r->about, error)
+               : status;
 }
 
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
 {
     static const char *const names[] = {"", "elastica", "rollup", "helix", "manufactured"};
-    const scene *scene = &e->settings->scene;
-    config_reference kind = e->settings->reference;
+    const scene *scene = e->scene;
+    train_reference kind = e->settings->reference;
     snprintf(r->name, sizeof r->name, "%s", names[kind]);
     r->rotations = true;
     ad_status status = make_grid(r, scene_is_dynamic(scene), error);
@@ -175,12 +175,12 @@ static ad_status make_analytic(reference *r, const experiment *e, ad_error *erro
         return status;
     }
     switch (kind) {
-    case CONFIG_REFERENCE_ELASTICA:
+    case TRAIN_REFERENCE_ELASTICA:
         return make_elastica(r, scene, error);
-    case CONFIG_REFERENCE_MANUFACTURED:
+    case TRAIN_REFERENCE_MANUFACTURED:
         return make_manufactured(r, e, error);
     default:
-        return make_couple(r, scene, kind == CONFIG_REFERENCE_ROLLUP, error);
+        return make_couple(r, scene, kind == TRAIN_REFERENCE_ROLLUP, error);
     }
 }
 
@@ -306,8 +306,7 @@ static ad_status make_file(reference *r, const experiment *e, ad_error *error)
     snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
     ad_status status = table_read(path, TABLE_FINITE, &table, error);
     if (status == AD_OK) {
-        status =
-            find_columns(r, path, table, scene_is_dynamic(&e->settings->scene), &columns, error);
+        status = find_columns(r, path, table, scene_is_dynamic(e->scene), &columns, error);
     }
     if (status == AD_OK && table_rows(table) == 0) {
         status =
@@ -397,19 +396,19 @@ static ad_status check_size(const reference *r, ad_error *error)
 
 ad_status reference_create(const experiment *e, reference **result, ad_error *error)
 {
-    const config *settings = e->settings;
+    const train_settings *settings = e->settings;
     *result = NULL;
-    if (!config_names_reference(settings)) {
+    if (!train_names_reference(settings)) {
         return AD_OK;
     }
     reference *r = calloc(1, sizeof *r);
     if (!r) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
     }
-    r->model = model_of(&settings->scene);
+    r->model = model_of(e->scene);
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
-    r->length = settings->scene.rod.length;
-    r->duration = settings->scene.duration;
+    r->length = e->scene->rod.length;
+    r->duration = e->scene->duration;
     r->about.estimate = NAN;
     ad_status status = settings->reference_file                ? make_file(r, e, error)
                        : settings->reference_deflection        ? make_deflection(r, e, error)
@@ -419,8 +418,8 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
         status = check_size(r, error);
     }
     if (status == AD_OK) {
-        sort_points(r, &settings->scene);
-        status = field_create(&settings->scene, e->mlp, true, e->pool, &r->candidate, error);
+        sort_points(r, e->scene);
+        status = field_create(e->scene, e->mlp, true, e->pool, &r->candidate, error);
     }
     if (status == AD_OK) {
         status = reference_enter(r, e, 0, error);

@@ -3,7 +3,6 @@
 #include "physics/solve/solve.h"
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
-#include "tools/programs/cli.h"
 #include "tools/train/clock.h"
 #include "tools/train/run.h"
 
@@ -17,7 +16,7 @@ static const double worthless = 1e-3; /* estimate above which there is no refere
 
 /* What is wanted, and where it is kept. */
 typedef struct request {
-    const config *settings;
+    const experiment *e;
     size_t points;
     const double *s, *t; /* [points] */
     int columns;
@@ -37,9 +36,9 @@ static char *text_of(const request *r)
     if (!file) {
         return NULL;
     }
-    fprintf(file, "# cpinn %s, solution %d, %d columns at %zu points\n", cli_version(),
+    fprintf(file, "# cpinn %s, solution %d, %d columns at %zu points\n", CPINN_VERSION,
             SOLUTION_VERSION, r->columns, r->points);
-    ad_status status = config_write_physics(r->settings, file);
+    ad_status status = r->e->origin.write_physics(r->e->origin.context, file);
     if (fclose(file) != 0 || status != AD_OK) {
         free(text);
         return NULL;
@@ -69,14 +68,14 @@ static void name_files(request *r)
 
 static void say_solved(const request *r, const char *source, reference_solution *about)
 {
-    double asked = r->settings->reference_tolerance;
+    double asked = r->e->settings->reference_tolerance;
     char missed[64] = "";
     if (about->estimate > asked) {
         snprintf(missed, sizeof missed, ", not the %.1g asked for", asked);
     }
     snprintf(about->account, sizeof about->account,
              "solved classically, estimated error %.1e of the %s%s%s, %s", about->estimate,
-             scene_is_beam(&r->settings->scene) ? "deflection" : "length", missed,
+             scene_is_beam(r->e->scene) ? "deflection" : "length", missed,
              about->may_buckle ? ", of several equilibria the one that continues the unstressed rod"
                                : "",
              source);
@@ -135,7 +134,7 @@ static bool take_kept(const request *r, reference_solution *about)
 static void keep(const request *r, reference_solution *about)
 {
     const size_t shape[2] = {(size_t)r->columns, r->points};
-    checkpoint *file = *r->folder ? checkpoint_create(cli_version()) : NULL;
+    checkpoint *file = *r->folder ? checkpoint_create(CPINN_VERSION) : NULL;
     ad_error why;
     if (!file) {
         return;
@@ -158,7 +157,7 @@ static void keep(const request *r, reference_solution *about)
 static ad_status judge(const request *r, const solve_report *report, ad_error *error)
 {
     char problem[300];
-    if (!scene_is_dynamic(&r->settings->scene) && report->load_fraction != 1) {
+    if (!scene_is_dynamic(r->e->scene) && report->load_fraction != 1) {
         snprintf(problem, sizeof problem,
                  "solving stops at %.6g of the load, beyond which the equilibria that continue the "
                  "unstressed rod end or turn back; give reference.file, or leave it out",
@@ -167,18 +166,18 @@ static ad_status judge(const request *r, const solve_report *report, ad_error *e
         snprintf(problem, sizeof problem,
                  "the solution is estimated to be off by %.2g of the %s; give reference.file, "
                  "or leave it out",
-                 report->estimate, scene_is_beam(&r->settings->scene) ? "deflection" : "length");
+                 report->estimate, scene_is_beam(r->e->scene) ? "deflection" : "length");
     } else {
         return AD_OK;
     }
-    return config_refuse(r->settings, "reference.solve", problem, error);
+    return experiment_refuse(r->e, "reference.solve", problem, error);
 }
 
 static ad_status solve(const request *r, solve_report *report, ad_error *error)
 {
-    const scene *rod_scene = &r->settings->scene;
+    const scene *rod_scene = r->e->scene;
     bool dynamic = scene_is_dynamic(rod_scene);
-    const solve_settings asked = {.tolerance = r->settings->reference_tolerance};
+    const solve_settings asked = {.tolerance = r->e->settings->reference_tolerance};
     solution *solved = NULL;
     ad_error why;
     ad_status status = solution_create(rod_scene, &asked, dynamic ? r->points : 0,
@@ -188,7 +187,7 @@ static ad_status solve(const request *r, solve_report *report, ad_error *error)
     } else if (status != AD_NO_MEMORY) {
         char problem[sizeof why.message];
         snprintf(problem, sizeof problem, "%s", why.message);
-        status = config_refuse(r->settings, "reference.solve", problem, &why);
+        status = experiment_refuse(r->e, "reference.solve", problem, &why);
     }
     if (status == AD_OK) {
         status = solution_evaluate(solved, r->columns, r->points, r->s, dynamic ? r->t : NULL,
@@ -198,18 +197,20 @@ static ad_status solve(const request *r, solve_report *report, ad_error *error)
     return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", why.message);
 }
 
-ad_status reference_solve(const config *settings, size_t points, const double *s, const double *t,
+ad_status reference_solve(const experiment *e, size_t points, const double *s, const double *t,
                           int columns, double *poses, reference_solution *about, ad_error *error)
 {
-    request r = {settings, points, s, t, columns, poses, .folder = ""};
+    request r = {e, points, s, t, columns, poses, .folder = ""};
     solve_report report;
     ad_status status = AD_OK;
     about->remark[0] = '\0';
-    r.text = text_of(&r);
-    if (!r.text) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+    if (e->origin.write_physics) {
+        r.text = text_of(&r);
+        if (!r.text) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
+        }
+        name_files(&r);
     }
-    name_files(&r);
     if (!take_kept(&r, about)) {
         char source[32];
         double start = wall_seconds();

@@ -1,9 +1,9 @@
 /* The classical solution of a scene as its reference, kept between runs.
  *
  * It is kept in $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base Directory Specification),
- * else nowhere, in a file named after a hash of all that it depends on: config_write_physics,
- * points and version of the solver. The file is written as a checkpoint is, and so either complete
- * and unchanged or found out:
+ * else nowhere, in a file named after a hash of all that it depends on: what the experiment's
+ * origin writes of the physics, points and version of the solver. The file is written as a
+ * checkpoint is, and so either complete and unchanged or found out:
  *
  *   scene      the text that was hashed; another one, whose hash happens to be the same, is no hit
  *   poses      [columns, points]
@@ -16,7 +16,7 @@
 #ifndef TOOLS_TRAIN_REFERENCE_SOLVE_H
 #define TOOLS_TRAIN_REFERENCE_SOLVE_H
 
-#include "tools/config/config.h"
+#include "tools/train/experiment.h"
 
 typedef struct reference_solution {
     double estimate;   /* of the error of the position over the size */
@@ -30,7 +30,7 @@ typedef struct reference_solution {
  * (s). Where reference.solve cannot be met they are the best there are. AD_BAD_INPUT, a line that
  * names the key: a scene that no solver takes, a load that cannot be reached, or hardly any digit.
  * AD_NO_MEMORY. A cache that cannot be used is no error. */
-ad_status reference_solve(const config *settings, size_t points, const double *s, const double *t,
+ad_status reference_solve(const experiment *e, size_t points, const double *s, const double *t,
                           int columns, double *poses, reference_solution *about, ad_error *error);
 
 #endif

@@ -88,12 +88,12 @@ static ad_status write_history(const run_folder *run, const history *h, ad_error
 
 ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_error *error)
 {
-    char *yaml = experiment_yaml(e);
-    if (!yaml) {
+    char *text = experiment_text(e);
+    if (!text) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", run->config);
     }
-    ad_status status = file_bytes_write(run->config, yaml, strlen(yaml), 1, error);
-    free(yaml);
+    ad_status status = file_bytes_write(run->config, text, strlen(text), 1, error);
+    free(text);
     if (status == AD_OK) {
         status = write_history(run, h, error);
     }
@@ -127,26 +127,4 @@ void run_end(run_folder *run)
         fclose(run->rows);
         run->rows = NULL;
     }
-}
-
-ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
-                         ad_error *error)
-{
-    const char *text, *const anywhere[] = {"reference.file=null"}; /* it may have moved */
-    int64_t stage;
-    config *before;
-    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
-    if (status != AD_OK ||
-        (status = checkpoint_get_int64(file, "training/stage", &stage, 1, error)) != AD_OK ||
-        (status = config_read(run->checkpoint, text, 1, anywhere, &before, error)) != AD_OK) {
-        return status;
-    }
-    stage = stage < 0 || stage > before->stage_count ? before->stage_count : stage;
-    ad_error why;
-    status = config_continues(before, e->settings, (int)stage, &why);
-    if (status != AD_OK) {
-        ad_fail(error, status, "%s: %s", file_bytes_shown(run->checkpoint), why.message);
-    }
-    config_free(before);
-    return status;
 }

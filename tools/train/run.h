@@ -31,8 +31,4 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error);
 
 void run_end(run_folder *run);
 
-/* AD_BAD_INPUT when the experiment may not continue that of the checkpoint: config_continues. */
-ad_status run_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
-                         ad_error *error);
-
 #endif

@@ -2,23 +2,23 @@
 
 #include "tools/train/clock.h"
 
-ad_status session_create(config *settings, int threads, session *s, ad_error *error)
+ad_status session_prepare(const scene *rod_scene, train_settings *settings,
+                          const train_origin *origin, int threads, session *s, ad_error *error)
 {
     *s = (session){.e = NULL};
     double before = wall_seconds();
-    ad_status status = experiment_create(settings, threads, &s->e, error);
+    ad_status status = experiment_create(rod_scene, settings, origin, threads, &s->e, error);
     if (status == AD_OK) {
-        status = problem_create(&settings->scene, s->e->mlp, &settings->losses, settings->seed,
-                                s->e->pool, &s->problem, error);
+        status = problem_create(rod_scene, s->e->mlp, &settings->losses, settings->seed, s->e->pool,
+                                &s->problem, error);
     }
-    double spent = wall_seconds() - before;
-    if (status == AD_OK) {
-        status = reference_create(s->e, &s->known, error);
-    }
-    if (status == AD_OK) {
-        status = trainer_create(s->e, s->problem, s->known, spent, &s->trainer, error);
-    }
-    return status;
+    s->prepared = wall_seconds() - before;
+    return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+}
+
+ad_status session_start(session *s, ad_error *error)
+{
+    return trainer_create(s->e, s->problem, s->known, s->prepared, &s->trainer, error);
 }
 
 void session_free(session *s)

@@ -8,12 +8,18 @@ typedef struct session {
     experiment *e;
     problem *problem;
     reference *known; /* NULL: the scene names none */
-    trainer *trainer;
+    trainer *trainer; /* NULL: not started */
+    double prepared;  /* s, of wall time that recording and compiling took */
 } session;
 
-/* Takes over `settings`, also when it fails; then session_free is for the caller as well. Recording
- * and compiling count as training; the reference, which only measures, does not. */
-ad_status session_create(config *settings, int threads, session *s, ad_error *error);
+/* Everything but the trainer; arguments as for experiment_create. Also after a failure
+ * session_free is for the caller. */
+ad_status session_prepare(const scene *rod_scene, train_settings *settings,
+                          const train_origin *origin, int threads, session *s, ad_error *error);
+
+/* The trainer. Recording and compiling count as training; the reference, which only measures, does
+ * not. */
+ad_status session_start(session *s, ad_error *error);
 void session_free(session *s);
 
 #endif

@@ -14,7 +14,7 @@ static void name_columns(trainer *t)
                                         "rotation_error", "learning_rate", "gradient_norm"};
     history *h = &t->history;
     for (size_t i = 0; i < sizeof before / sizeof *before; i++) {
-        if (i != 1 || t->e->settings->scene.windows > 1) {
+        if (i != 1 || t->e->scene->windows > 1) {
             h->names[h->columns++] = before[i];
         }
     }
@@ -49,7 +49,7 @@ static bool fixed_loss(const problem_settings *losses)
            !losses->balance && !(losses->self_adaptive_rate > 0);
 }
 
-static const config_stage *stage_of(const trainer *t)
+static const train_stage *stage_of(const trainer *t)
 {
     return &t->e->settings->stages[t->info.stage];
 }
@@ -84,10 +84,10 @@ ad_status trainer_apply_loads(trainer *t, ad_error *error)
 static ad_status start_loads(trainer *t, ad_error *error)
 {
     t->info.part = 1;
-    if (!config_takes_loads_in_parts(t->e->settings)) {
+    if (!train_takes_loads_in_parts(t->e->settings, t->e->scene)) {
         return AD_OK;
     }
-    bool gradual = scene_is_imperfect(&t->e->settings->scene);
+    bool gradual = scene_is_imperfect(t->e->scene);
     if (!optim_continuation_create(&t->loads, t->e->count, gradual)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
     }
@@ -192,7 +192,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     double row[HISTORY_COLUMNS_MAX];
     int n = 0;
     row[n++] = (double)info->step;
-    if (t->e->settings->scene.windows > 1) {
+    if (t->e->scene->windows > 1) {
         row[n++] = info->window + 1;
     }
     row[n++] = info->stage + 1; /* counted from 1, as on the screen */
@@ -232,7 +232,7 @@ static const double usual_ratio = 100; /* where the stage does not stop for it *
 
 int trainer_row_window(const trainer *t, size_t row)
 {
-    bool one = t->e->settings->scene.windows == 1;
+    bool one = t->e->scene->windows == 1;
     double window = one ? 1 : history_value(&t->history, row, "window");
     return window >= 1 && window <= SCENE_WINDOWS_MAX ? (int)window - 1 : 0;
 }
@@ -244,7 +244,7 @@ void trainer_watch(trainer *t, size_t row)
     double stage = history_value(h, row, "stage"); /* from 1 */
     double held_out = history_value(h, row, "held_out"), trained = 0;
     double part = history_value(h, row, "load_factor");
-    bool known = stage >= 1 && stage <= CONFIG_STAGES_MAX; /* of a file, it may be anything */
+    bool known = stage >= 1 && stage <= TRAIN_STAGES_MAX; /* of a file, it may be anything */
     double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         trained += problem_term_weight(t->problem, i) *
@@ -351,7 +351,7 @@ static const double near_enough = 1e-2;
 
 static const char *reason_to_end(trainer *t, optim_status status)
 {
-    const config_stage *stage = stage_of(t);
+    const train_stage *stage = stage_of(t);
     if (status != OPTIM_RUNNING) {
         return optim_status_name(status);
     }
@@ -428,7 +428,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     if (t->info.stage < t->e->settings->stage_count) {
         return trainer_start_stage(t, error);
     }
-    if (t->info.window + 1 < t->e->settings->scene.windows) {
+    if (t->info.window + 1 < t->e->scene->windows) {
         t->best_held_out = INFINITY; /* another network, another loss */
         return next_window(t, error);
     }
@@ -455,7 +455,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == CONFIG_ADAM) {
+    if (stage_of(t)->optimizer == TRAIN_ADAM) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {

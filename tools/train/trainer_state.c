@@ -34,7 +34,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     }
     experiment_put(t->e, trainer_parameters(t), file);
     checkpoint_put_integer(file, "training/step", t->info.step);
-    if (t->e->settings->scene.windows > 1) {
+    if (t->e->scene->windows > 1) {
         checkpoint_put_integer(file, "training/window_step", t->info.window_step);
     }
     checkpoint_put_integer(file, "training/stage", t->info.stage);
@@ -146,7 +146,7 @@ static ad_status restore_window(trainer *t, const checkpoint *file, ad_error *er
     ad_status status = get_parameters(t->e, file, error);
     info->window_step = info->step;
     info->window = t->e->window;
-    if (status == AD_OK && t->e->settings->scene.windows > 1) {
+    if (status == AD_OK && t->e->scene->windows > 1) {
         status =
             get_integer(file, "training/window_step", 0, info->step, &info->window_step, error);
     }

@@ -8,7 +8,7 @@
 
 ad_status trainer_measure_size(trainer *t, ad_error *error)
 {
-    const scene *rod_scene = &t->e->settings->scene;
+    const scene *rod_scene = t->e->scene;
     rod_numbers n = rod_numbers_of(rod_scene);
     double load = fmax(fmax(n.tip_force, n.tip_moment),
                        fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
@@ -55,7 +55,7 @@ static double worst_held_out(const trainer *t, int *window)
 int trainer_ways_to_give(const trainer *t)
 {
     const experiment *e = t->e;
-    scene at_work = e->settings->scene, *rod_scene = &at_work;
+    scene at_work = *e->scene, *rod_scene = &at_work;
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     ad_error ignored;
     int ways = -1;
@@ -91,7 +91,7 @@ static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
 
 bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
 {
-    int window = 0, windows = t->e->settings->scene.windows;
+    int window = 0, windows = t->e->scene->windows;
     double held_out = worst_held_out(t, &window);
     char where[64] = "";
     if (t->info.interpolates) {

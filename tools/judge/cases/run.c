@@ -1,10 +1,10 @@
 /* One case by one method. */
 #include "physics/solve/solve.h"
+#include "tools/config/config_session.h"
 #include "tools/judge/cases/cases.h"
 #include "tools/judge/child.h"
 #include "tools/judge/compare/compare.h"
 #include "tools/train/clock.h"
-#include "tools/train/session.h"
 
 #include <math.h>
 #include <string.h>
@@ -90,7 +90,7 @@ static void tell_left_out(const scene *scene, cases_row *row)
 
 static void describe(const session *s, cases_row *row)
 {
-    const scene *scene = &s->e->settings->scene;
+    const scene *scene = s->e->scene;
     static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE, ROD_MOMENT};
     row->unknowns = model_of(scene)->network_outputs(scene);
     row->equations = row->instructions = 0;
@@ -110,7 +110,7 @@ static void measure(const session *s, double reading, cases_row *row)
     trainer_info info = trainer_inspect(s->trainer);
     row->seconds = reading + info.seconds - info.row_seconds;
     row->steps = (double)info.step;
-    if (s->e->window + 1 == s->e->settings->scene.windows) {
+    if (s->e->window + 1 == s->e->scene->windows) {
         row->position = info.errors.position;
         row->rotation = info.errors.rotation;
     }
@@ -125,7 +125,7 @@ static ad_status train(const session *s, double seconds, cases_row *row, ad_erro
         if (wall_seconds() - began > seconds) {
             row->outcome = CASES_OUT_OF_TIME;
             snprintf(row->text, CASES_TEXT, "%g s in window %d of %d", seconds, s->e->window + 1,
-                     s->e->settings->scene.windows);
+                     s->e->scene->windows);
             return trainer_add_row(s->trainer, error);
         }
         status = trainer_step(s->trainer, error);
@@ -148,7 +148,7 @@ static ad_status by_network(const cases_task *task, cases_row *row, ad_error *er
     ad_status status = config_read(task->path, NULL, 0, NULL, &settings, error);
     double reading = wall_seconds() - began;
     if (status == AD_OK) {
-        status = session_create(settings, task->threads, &s, error);
+        status = config_session_create(settings, task->threads, &s, error);
     }
     if (status == AD_OK) {
         describe(&s, row);
@@ -178,7 +178,7 @@ static ad_status open_scene(const char *path, classical *x, double *reading, ad_
     ad_status status = config_read(path, NULL, 0, NULL, &settings, error);
     *reading = wall_seconds() - began;
     if (status == AD_OK) {
-        status = experiment_create(settings, 1, &x->e, error);
+        status = config_experiment_create(settings, 1, &x->e, error);
     }
     return status == AD_OK ? reference_create(x->e, &x->known, error) : status;
 }
@@ -190,7 +190,7 @@ static ad_status solve(classical *x, const solve_settings *settings, cases_row *
     const double *t = x->known ? reference_t(x->known) : NULL;
     double began = wall_seconds();
     ad_status status =
-        solution_create(&x->e->settings->scene, settings, points, t, &x->solved, &x->report, error);
+        solution_create(x->e->scene, settings, points, t, &x->solved, &x->report, error);
     row->seconds = status == AD_OK ? wall_seconds() - began : NAN;
     return status;
 }
@@ -212,7 +212,7 @@ static ad_status compare(const classical *x, cases_row *row, ad_error *error)
 static ad_status conclude(const classical *x, const solve_settings *settings, double reading,
                           cases_row *row, ad_error *error)
 {
-    const scene *scene = &x->e->settings->scene;
+    const scene *scene = x->e->scene;
     const solve_report *r = &x->report;
     char doubt[SOLUTION_DOUBT] = "";
     bool moving = scene_is_dynamic(scene);
@@ -235,7 +235,7 @@ static ad_status by_solver(const cases_task *task, cases_row *row, ad_error *err
     double reading = 0;
     ad_status status = open_scene(task->path, &x, &reading, error);
     if (status == AD_OK) {
-        const scene *scene = &x.e->settings->scene;
+        const scene *scene = x.e->scene;
         const solve_settings settings = solve_settings_default(scene);
         status = solve(&x, &settings, row, error);
         if (status == AD_OK) {

@@ -42,8 +42,8 @@ void compare_name(char name[COMPARE_NAME], const char *text)
 
 static bool is_optimizer(const char *name, size_t length)
 {
-    for (int i = 0; i < CONFIG_OPTIMIZER_COUNT; i++) {
-        const char *known = config_optimizer_name((config_optimizer)i);
+    for (int i = 0; i < TRAIN_OPTIMIZER_COUNT; i++) {
+        const char *known = train_optimizer_name((train_optimizer)i);
         if (strlen(known) == length && strncmp(known, name, length) == 0) {
             return true;
         }
@@ -75,9 +75,9 @@ void compare_method_names(char *text, size_t size)
 static void optimizer_names(char *text, size_t size)
 {
     size_t length = 0;
-    for (int i = 0; i < CONFIG_OPTIMIZER_COUNT && length < size; i++) {
+    for (int i = 0; i < TRAIN_OPTIMIZER_COUNT && length < size; i++) {
         length += (size_t)snprintf(text + length, size - length, "%s%s", i ? ", " : "",
-                                   config_optimizer_name((config_optimizer)i));
+                                   train_optimizer_name((train_optimizer)i));
     }
 }
 

@@ -1,8 +1,8 @@
 /* One training, with the clock stopped while errors are evaluated. */
 #include "tools/judge/compare/compare.h"
 
+#include "tools/config/config_session.h"
 #include "tools/judge/signals.h"
-#include "tools/train/session.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -55,7 +55,7 @@ static ad_status prepare(session *s, const compare_task *task, ad_error *error)
     config *settings;
     ad_status status =
         config_read(task->path, NULL, task->override_count, task->overrides, &settings, error);
-    return status == AD_OK ? session_create(settings, task->threads, s, error) : status;
+    return status == AD_OK ? config_session_create(settings, task->threads, s, error) : status;
 }
 
 static double training_seconds(const trainer *t)
@@ -69,7 +69,7 @@ static double training_seconds(const trainer *t)
 static bool covers_all(const session *s)
 {
     const history *h = trainer_history(s->trainer);
-    int windows = s->e->settings->scene.windows;
+    int windows = s->e->scene->windows;
     return windows == 1 || history_value(h, h->count - 1, "window") == windows;
 }
 

@@ -1,9 +1,9 @@
 /* The classical solver beside networks: every number of nodes is a row. */
 #include "tools/judge/compare/compare.h"
 
+#include "tools/config/config_experiment.h"
 #include "tools/judge/signals.h"
 #include "tools/judge/sweep.h"
-#include "tools/train/session.h"
 
 #include <math.h>
 
@@ -50,7 +50,7 @@ static ad_status open_scene(sweep *x, ad_error *error)
     ad_status status =
         config_read(task->path, NULL, task->override_count, task->overrides, &settings, error);
     if (status == AD_OK) {
-        status = experiment_create(settings, task->threads, &x->e, error);
+        status = config_experiment_create(settings, task->threads, &x->e, error);
     }
     return status == AD_OK ? reference_create(x->e, &x->known, error) : status;
 }
@@ -62,8 +62,8 @@ ad_status compare_solve(const compare_task *task, compare_measure measure, compa
     ad_status status = open_scene(&x, error);
     run->end = COMPARE_ENDED;
     if (status == AD_OK) {
-        status = solve_sweep(&x.e->settings->scene, 0, reference_points(x.known),
-                             reference_t(x.known), add_row, &x, error);
+        status = solve_sweep(x.e->scene, 0, reference_points(x.known), reference_t(x.known),
+                             add_row, &x, error);
         status = status == AD_OK ? x.status : status;
     }
     if (status == AD_BAD_ARGUMENT || (status == AD_OK && run->count == 0)) {

@@ -2,6 +2,7 @@
 #include "tools/judge/stress/methods.h"
 
 #include "physics/solve/solve.h"
+#include "tools/config/config_session.h"
 #include "tools/train/clock.h"
 
 #include <errno.h>
@@ -130,7 +131,7 @@ static ad_status judge_training(const stress_row *row, session *s, stress_result
 {
     const experiment *e = s->e;
     trainer_info info = trainer_inspect(s->trainer);
-    stress_answer answer = {.scene = &e->settings->scene,
+    stress_answer answer = {.scene = e->scene,
                             .parameters = experiment_parameters(e),
                             .errors = {NAN, NAN, NAN, NAN, NAN},
                             .estimate = NAN};
@@ -160,7 +161,7 @@ static ad_status run_pinn(const stress_row *row, const char *folder, stress_resu
     bool ended = true;
     ad_status status = read_scene(row, STRESS_PINN, folder, &settings, error);
     if (status == AD_OK) {
-        status = session_create(settings, 1, &s, error);
+        status = config_session_create(settings, 1, &s, error);
     }
     if (status == AD_OK) {
         result->outcome = STRESS_STOPPED;
@@ -188,7 +189,7 @@ typedef struct classical {
 
 static ad_status solve(classical *x, const solve_settings *settings, ad_error *error)
 {
-    const scene *rod_scene = &x->e->settings->scene;
+    const scene *rod_scene = x->e->scene;
     size_t points = x->known ? reference_points(x->known) : 0, count = points + STRESS_INSTANTS;
     x->times = calloc(count, sizeof *x->times);
     if (!x->times) {
@@ -205,7 +206,7 @@ static ad_status judge_solution(const stress_row *row, const classical *x,
                                 const solve_settings *settings, stress_result *result,
                                 ad_error *error)
 {
-    const scene *rod_scene = &x->e->settings->scene;
+    const scene *rod_scene = x->e->scene;
     stress_answer answer = {.scene = rod_scene,
                             .solved = x->solved,
                             .errors = {NAN, NAN, NAN, NAN, NAN},
@@ -231,13 +232,13 @@ static ad_status run_solver(const stress_row *row, const char *folder, stress_re
     classical x = {.e = NULL};
     ad_status status = read_scene(row, STRESS_SOLVER, folder, &settings, error);
     if (status == AD_OK) {
-        status = experiment_create(settings, 1, &x.e, error);
+        status = config_experiment_create(settings, 1, &x.e, error);
     }
     if (status == AD_OK && isnan(x.e->settings->reference_tolerance)) {
         status = reference_create(x.e, &x.known, error);
     }
     if (status == AD_OK) {
-        solve_settings asked = solve_settings_default(&x.e->settings->scene);
+        solve_settings asked = solve_settings_default(x.e->scene);
         asked.tolerance = row->tolerance > 0 ? row->tolerance : asked.tolerance;
         double began = wall_seconds();
         status = solve(&x, &asked, error);

@@ -1,0 +1,175 @@
+#include "tools/config/config_session.h"
+
+#include "tools/files/file_bytes.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status write_all(void *context, FILE *file)
+{
+    return config_write(context, file, false);
+}
+
+static ad_status write_physics(void *context, FILE *file)
+{
+    return config_write_physics(context, file);
+}
+
+static void free_config(void *context)
+{
+    config_free(context);
+}
+
+static ad_status refuse(void *context, const char *key, const char *problem, ad_error *error)
+{
+    return config_refuse(context, key, problem, error);
+}
+
+static train_origin origin_of(config *settings)
+{
+    return (train_origin){.context = settings,
+                          .write = write_all,
+                          .write_physics = write_physics,
+                          .refuse = refuse,
+                          .free = free_config};
+}
+
+ad_status config_experiment_create(config *settings, int threads, experiment **result,
+                                   ad_error *error)
+{
+    const train_origin origin = origin_of(settings);
+    return experiment_create(&settings->scene, &settings->settings, &origin, threads, result,
+                             error);
+}
+
+ad_status config_session_prepare(config *settings, int threads, session *s, ad_error *error)
+{
+    const train_origin origin = origin_of(settings);
+    return session_prepare(&settings->scene, &settings->settings, &origin, threads, s, error);
+}
+
+ad_status config_session_create(config *settings, int threads, session *s, ad_error *error)
+{
+    ad_status status = config_session_prepare(settings, threads, s, error);
+    return status == AD_OK ? session_start(s, error) : status;
+}
+
+/* ---- restoring ----------------------------------------------------------------------------- */
+
+/* The resolved scene of a checkpoint. When only its reference file is to blame the scene is read
+ * without it, and `warning` receives the reason. */
+static ad_status read_scene(const char *path, const char *text, int count,
+                            const char *const *overrides, config **settings, char warning[512],
+                            ad_error *error)
+{
+    char name[4096 + 16];
+    snprintf(name, sizeof name, "%s:scene/yaml", path);
+    ad_status status = config_read(name, text, count, overrides, settings, error);
+    warning[0] = '\0';
+    if (status != AD_BAD_INPUT) {
+        return status;
+    }
+    char stops[TRAIN_STAGES_MAX][48]; /* no error to stop at without the reference */
+    const char **more = malloc(((size_t)count + 1 + TRAIN_STAGES_MAX) * sizeof *more);
+    if (!more) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the scene of a checkpoint");
+    }
+    for (int i = 0; i < count; i++) {
+        more[i] = overrides[i];
+    }
+    more[count] = "reference.file=null";
+    for (int i = 0; i <= TRAIN_STAGES_MAX && status != AD_OK; i++) {
+        status = config_read(name, text, count + 1 + i, more, settings, NULL);
+        if (i < TRAIN_STAGES_MAX) {
+            snprintf(stops[i], sizeof stops[i], "training.stages[%d].stop.error=0", i);
+            more[count + 1 + i] = stops[i];
+        }
+    }
+    if (status == AD_OK) {
+        snprintf(warning, 512, "%s", error ? error->message : "the reference file is gone");
+    }
+    free(more);
+    return status;
+}
+
+static ad_status restore(const checkpoint *file, const char *path, int count,
+                         const char *const *overrides, int threads, experiment **result,
+                         ad_error *error)
+{
+    const char *text;
+    config *settings = NULL;
+    char warning[512];
+    ad_error reason;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = read_scene(path, text, count, overrides, &settings, warning, &reason);
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s", reason.message);
+    }
+    status = config_experiment_create(settings, threads, result, error);
+    if (status == AD_OK) {
+        snprintf((*result)->warning, sizeof(*result)->warning, "%s", warning);
+        status = experiment_get(*result, file, error);
+    }
+    return status;
+}
+
+ad_status config_experiment_open(const char *path, int count, const char *const *overrides,
+                                 int threads, experiment **result, checkpoint **file,
+                                 ad_error *error)
+{
+    char found[4096];
+    struct stat info;
+    checkpoint *opened = NULL;
+    bool folder = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    *result = NULL;
+    if (file) {
+        *file = NULL;
+    }
+    int length = snprintf(found, sizeof found, "%s%s", path, folder ? "/checkpoint.h5" : "");
+    if (length < 0 || (size_t)length >= sizeof found) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%.200s...: the path is too long", path);
+    }
+    ad_status status = checkpoint_open(found, &opened, error);
+    if (status == AD_OK) {
+        status = restore(opened, found, count, overrides, threads, result, error);
+    }
+    if (status != AD_OK) {
+        experiment_free(*result);
+        *result = NULL;
+    }
+    if (status == AD_OK && file) {
+        *file = opened;
+    } else {
+        checkpoint_free(opened);
+    }
+    return status;
+}
+
+ad_status config_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
+                            ad_error *error)
+{
+    const char *text, *const anywhere[] = {"reference.file=null"}; /* it may have moved */
+    int64_t stage;
+    config *before;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status != AD_OK ||
+        (status = checkpoint_get_int64(file, "training/stage", &stage, 1, error)) != AD_OK ||
+        (status = config_read(run->checkpoint, text, 1, anywhere, &before, error)) != AD_OK) {
+        return status;
+    }
+    stage =
+        stage < 0 || stage > before->settings.stage_count ? before->settings.stage_count : stage;
+    ad_error why;
+    status = config_continues(before, e->origin.context, (int)stage, &why);
+    if (status != AD_OK) {
+        ad_fail(error, status, "%s: %s", file_bytes_shown(run->checkpoint), why.message);
+    }
+    config_free(before);
+    return status;
+}

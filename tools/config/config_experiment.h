@@ -1,0 +1,25 @@
+/* From a scene file to training, and from a checkpoint back to its experiment. */
+#ifndef TOOLS_CONFIG_CONFIG_EXPERIMENT_H
+#define TOOLS_CONFIG_CONFIG_EXPERIMENT_H
+
+#include "tools/config/config.h"
+#include "tools/train/run.h"
+
+/* experiment_create of what a file says. Takes over `settings`, also when it fails. */
+ad_status config_experiment_create(config *settings, int threads, experiment **result,
+                                   ad_error *error);
+
+/* Restore an experiment by itself from a checkpoint: DIR, DIR/checkpoint.h5 or any such file.
+ * `overrides` as for config_read. *file (may be NULL) receives the opened checkpoint. A reference
+ * file that is no longer there is no error: the experiment then has no reference, and says so in
+ * `warning`. */
+ad_status config_experiment_open(const char *path, int count, const char *const *overrides,
+                                 int threads, experiment **result, checkpoint **file,
+                                 ad_error *error);
+
+/* AD_BAD_INPUT when the experiment, one of a file, may not continue that of the run's checkpoint:
+ * config_continues. */
+ad_status config_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
+                            ad_error *error);
+
+#endif

@@ -1,0 +1,68 @@
+#include "tools/train/settings.h"
+
+#include <math.h>
+
+#define TEXT_OF(name, text) text,
+#define NAMES(function, LIST)                                                                      \
+    const char *const *function(void)                                                              \
+    {                                                                                              \
+        static const char *const names[] = {LIST(TEXT_OF) NULL};                                   \
+        return names;                                                                              \
+    }
+
+NAMES(train_optimizer_names, TRAIN_OPTIMIZER_LIST)
+NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
+NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
+
+const char *train_optimizer_name(train_optimizer optimizer)
+{
+    return train_optimizer_names()[optimizer];
+}
+
+train_stage train_stage_default(void)
+{
+    train_stage stage = {.optimizer = TRAIN_ADAM,
+                         .steps = 1000,
+                         .adam = optim_adam_defaults(),
+                         .lbfgs = optim_lbfgs_defaults(),
+                         .gauss_newton = optim_gauss_newton_defaults()};
+    stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
+    stage.adam.schedule.learning_rate = 5e-3;
+    stage.adam.schedule.decay_steps = 0;
+    stage.gauss_newton.scaling = (optim_scaling)TRAIN_OPEN;
+    stage.gauss_newton.initial_damping = NAN;
+    stage.stop_held_out_ratio = 100;
+    return stage;
+}
+
+static problem_settings losses_default(void)
+{
+    problem_settings losses = problem_settings_default();
+    losses.interior.points = losses.boundary.points = losses.held_out_points = 0;
+    losses.interior.sampler = (sampling_kind)TRAIN_OPEN;
+    losses.initial.points = 64;
+    return losses;
+}
+
+train_settings train_settings_default(void)
+{
+    train_settings settings = {.network = nn_mlp_settings_default(),
+                               .fourier_wavenumber = NAN,
+                               .fourier_frequency = NAN,
+                               .rotation = TRAIN_OPEN,
+                               .losses = losses_default(),
+                               .stage_count = 1,
+                               .checkpoint_every = 1000,
+                               .checkpoint_seconds = 60,
+                               .checkpoint_keep = 3,
+                               .reference_tolerance = NAN};
+    settings.network.inputs = settings.network.outputs = 1;
+    settings.network.hidden_count = settings.network.fourier_features = TRAIN_OPEN;
+    for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
+        settings.stages[i] = train_stage_default();
+    }
+    settings.stages[0].optimizer = TRAIN_GAUSS_NEWTON;
+    settings.stages[0].steps = 200;
+    settings.stages[0].lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
+    return settings;
+}

@@ -1,0 +1,126 @@
+/* What training is told besides the scene: network, points and weights of the loss, optimisers,
+ * when to save, and what to compare with.
+ *
+ * train_settings_default leaves open what follows from the scene; train_settings_resolve fills that
+ * in by the rules that were measured to be best. A program fills in what it wants to choose in
+ * between. Fields are named in messages by their keys in a scene file, as "losses.interior.points".
+ */
+#ifndef TOOLS_TRAIN_SETTINGS_H
+#define TOOLS_TRAIN_SETTINGS_H
+
+#include "nn/nn.h"
+#include "optim/optim.h"
+#include "physics/problem.h"
+#include "physics/scene.h"
+
+#include <stdint.h>
+
+enum { TRAIN_STAGES_MAX = 32, TRAIN_KEY_MAX = 64 };
+
+/* The value of an integer or a choice that is left open; of counts of points and steps it is 0, of
+ * numbers NaN. */
+enum { TRAIN_OPEN = -1 };
+
+#define TRAIN_OPTIMIZER_LIST(X)                                                                    \
+    X(TRAIN_ADAM, "adam")                                                                          \
+    X(TRAIN_LBFGS, "lbfgs")                                                                        \
+    X(TRAIN_GAUSS_NEWTON, "gauss_newton") /* Levenberg-Marquardt */                                \
+    X(TRAIN_SSBROYDEN, "ssbroyden")       /* self-scaled Broyden */
+
+/* How a Gauss-Newton step is computed; tools/train/linear_model.h says what each form is. */
+#define TRAIN_LINEAR_ALGEBRA_LIST(X)                                                               \
+    X(TRAIN_LINEAR_AUTOMATIC, "automatic")                                                         \
+    X(TRAIN_NORMAL_EQUATIONS, "normal_equations")                                                  \
+    X(TRAIN_KERNEL, "kernel")                                                                      \
+    X(TRAIN_MATRIX_FREE, "matrix_free")
+
+/* A closed form that is known to solve the scene. */
+#define TRAIN_REFERENCE_LIST(X)                                                                    \
+    X(TRAIN_REFERENCE_NONE, "none")                                                                \
+    X(TRAIN_REFERENCE_ELASTICA, "elastica")                                                        \
+    X(TRAIN_REFERENCE_ROLLUP, "rollup")                                                            \
+    X(TRAIN_REFERENCE_HELIX, "helix")                                                              \
+    X(TRAIN_REFERENCE_MANUFACTURED, "manufactured")
+
+#define TRAIN_ENUM(name, text) name,
+typedef enum train_optimizer {
+    TRAIN_OPTIMIZER_LIST(TRAIN_ENUM) TRAIN_OPTIMIZER_COUNT
+} train_optimizer;
+typedef enum train_linear_algebra {
+    TRAIN_LINEAR_ALGEBRA_LIST(TRAIN_ENUM) TRAIN_LINEAR_ALGEBRA_COUNT
+} train_linear_algebra;
+typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_reference;
+#undef TRAIN_ENUM
+
+/* Texts of each enumeration in the order of its values, NULL at the end. */
+const char *const *train_optimizer_names(void);
+const char *const *train_linear_algebra_names(void);
+const char *const *train_reference_names(void);
+const char *train_optimizer_name(train_optimizer optimizer);
+
+/* One optimiser for a number of steps; stages run in turn. */
+typedef struct train_stage {
+    train_optimizer optimizer;
+    int steps;
+    optim_adam_settings adam;   /* its schedule included; decay_steps 0: the steps after warm-up */
+    optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
+    optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
+                                               * TRAIN_OPEN and initial_damping NaN: open */
+    train_linear_algebra linear_algebra;      /* of gauss_newton */
+    double stop_loss;           /* the stage ends when the loss falls below; 0: never */
+    double stop_error;          /* the same for the error against the reference */
+    double stop_seconds;        /* and for its wall time; not reproducible */
+    double stop_held_out_ratio; /* held-out over training loss of a network that interpolates */
+} train_stage;
+
+/* Texts belong to whoever fills them in and must outlive the training. */
+typedef struct train_settings {
+    const char *name;          /* of the experiment; may be NULL */
+    nn_mlp_settings network;   /* inputs and outputs follow from the scene; hidden_count and
+                                * fourier_features TRAIN_OPEN: open */
+    double fourier_wavenumber; /* largest along s; rad/m; NaN: open */
+    double fourier_frequency;  /* largest in time; rad/s; NaN: open, and in a static scene */
+    int windows;               /* of time, scene.windows; 0: open */
+    int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    problem_settings losses;   /* points of the interior, the boundary and held out 0, the sampler
+                                * of the interior TRAIN_OPEN: open */
+    uint64_t seed;             /* fixes everything random */
+    int stage_count;
+    train_stage stages[TRAIN_STAGES_MAX];
+    int checkpoint_every;      /* steps */
+    double checkpoint_seconds; /* or after so much wall time, whichever is first */
+    int checkpoint_keep;       /* how many checkpoints are kept */
+    int output_every;          /* steps between rows of the history; 0: open */
+    train_reference reference;
+    const char *reference_file; /* CSV or HDF5 with the model's columns of position and rotation;
+                                 * NULL: none */
+    double reference_tolerance; /* of a classical solution, of the position over the length; 0:
+                                 * open, NaN: no such reference */
+    const char *reference_deflection; /* of a beam, formula of s and t; NULL: none */
+} train_settings;
+
+/* The measured recipe: random waves and one stage of Gauss-Newton, up to 200 steps, in as many
+ * windows of time as the scene needs; no reference. */
+train_settings train_settings_default(void);
+
+/* A stage of adam with its defaults. */
+train_stage train_stage_default(void);
+
+/* Fill in what is open, from a scene that passes scene_check and loads in SI; sets windows and
+ * rotation of the scene as well. AD_BAD_INPUT: `key` receives the key of the field that is to
+ * blame, `error` the rest of the line. Doing it again changes nothing. */
+ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
+                                 char key[TRAIN_KEY_MAX], ad_error *error);
+
+/* Whether settings contradict each other or the scene, and whether the reference is one of this
+ * scene; both have to be resolved. Errors as above. */
+ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
+                               char key[TRAIN_KEY_MAX], ad_error *error);
+
+bool train_names_reference(const train_settings *settings);
+
+/* Whether training may come to the loads in parts, optim/continuation.h: at rest, where a network
+ * without hidden layers is found by Gauss-Newton from 0, the unloaded rod. */
+bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene);
+
+#endif

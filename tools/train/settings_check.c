@@ -1,0 +1,332 @@
+/* Whether settings contradict each other or the scene, and whether a named reference is a solution
+ * of this scene. */
+#include "tools/train/settings_internal.h"
+
+#include "physics/expression.h"
+
+#include <math.h>
+#include <sys/stat.h>
+
+/* Settings of a stage that contradict each other or the experiment. */
+static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
+{
+    const train_stage *stage = &settings->stages[index];
+    bool adam = stage->optimizer == TRAIN_ADAM;
+    const char *problem = adam ? optim_adam_check(&stage->adam)
+                          : stage->optimizer == TRAIN_GAUSS_NEWTON
+                              ? optim_gauss_newton_check(&stage->gauss_newton)
+                              : optim_lbfgs_check(&stage->lbfgs);
+    if (problem) {
+        return train_refuse_stage(key, index, "", error, "%s", problem);
+    }
+    if (adam && stage->adam.schedule.warmup_steps > stage->steps) {
+        return train_refuse_stage(key, index, "warmup_steps", error,
+                                  "%lld steps are more than the %d steps of the stage",
+                                  (long long)stage->adam.schedule.warmup_steps, stage->steps);
+    }
+    if (stage->stop_error > 0 && !train_names_reference(settings)) {
+        return train_refuse_stage(key, index, "stop.error", error,
+                                  "there is no reference to measure an error against; give "
+                                  "reference.analytic, solve or file, or leave it out");
+    }
+    return AD_OK;
+}
+
+/* Some equation has to count. */
+static bool has_weight(const train_settings *settings, const scene *rod_scene)
+{
+    const problem_settings *losses = &settings->losses;
+    const physics_model *model = model_of(rod_scene);
+    const struct {
+        rod_residual_kind kind;
+        double weight;
+    } rows[] = {{ROD_STRAIN, losses->strain_weight},  {ROD_CURVATURE, losses->curvature_weight},
+                {ROD_FORCE, losses->force_weight},    {ROD_MOMENT, losses->moment_weight},
+                {ROD_START, losses->boundary_weight}, {ROD_END, losses->boundary_weight},
+                {ROD_INITIAL, losses->initial_weight}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].weight > 0 && model->residual_rows(rod_scene, rows[i].kind) > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Weights that follow training, and what they cannot be combined with. */
+static ad_status check_weights(const train_settings *settings, char *key, ad_error *error)
+{
+    const problem_settings *losses = &settings->losses;
+    const char *moving = losses->balance ? "losses.balance" : "losses.self_adaptive.rate";
+    bool adaptive = losses->self_adaptive_rate > 0, moved = false;
+    const struct {
+        const char *key;
+        int steps;
+    } fresh[] = {{"losses.interior.resample_every", losses->interior.resample_every},
+                 {"losses.boundary.resample_every", losses->boundary.resample_every},
+                 {"losses.initial.resample_every", losses->initial.resample_every}};
+    for (int i = 0; adaptive && i < 3; i++) {
+        if (fresh[i].steps > 0) {
+            return train_refuse(key, fresh[i].key, error,
+                                "losses.self_adaptive.rate gives every point a weight of its own, "
+                                "so points have to stay; allowed beside it: 0");
+        }
+    }
+    if (adaptive && (losses->balance || losses->causal_slices)) {
+        return train_refuse(key, "losses.self_adaptive.rate", error,
+                            "given beside %s, which moves the same weights; allowed: one of the "
+                            "two",
+                            losses->balance ? "losses.balance" : "losses.causal.slices");
+    }
+    for (int i = 0; i < settings->stage_count; i++) {
+        moved = moved || settings->stages[i].optimizer == TRAIN_ADAM;
+    }
+    if (!moved && (adaptive || losses->balance)) {
+        return train_refuse(key, moving, error,
+                            "weights are moved in stages of adam, and training.stages has none; "
+                            "give one, or leave it out");
+    }
+    return AD_OK;
+}
+
+bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene)
+{
+    return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
+           settings->network.hidden_count == 0 &&
+           settings->stages[0].optimizer == TRAIN_GAUSS_NEWTON;
+}
+
+/* ---- reference ----------------------------------------------------------------------------- */
+
+/* Whether a formula, 0 if not given, is this number for all s and t. */
+static bool is_value(const char *text, double value)
+{
+    double number = 0;
+    return (!text || expression_is_number(text, &number)) && number == value;
+}
+
+static bool zero(const char *const *texts)
+{
+    return is_value(texts[0], 0) && is_value(texts[1], 0) && is_value(texts[2], 0);
+}
+
+static bool straight(const scene_rod *rod)
+{
+    return zero(rod->rest_curvature) && is_value(rod->rest_strain[0], 0) &&
+           is_value(rod->rest_strain[1], 0) && is_value(rod->rest_strain[2], 1);
+}
+
+/* d3 at the clamped start: the third column of R(q). */
+static void clamped_tangent(const scene *rod_scene, double d3[3])
+{
+    double q[4];
+    double square = 0;
+    for (int i = 0; i < 4; i++) {
+        q[i] = expression_evaluate(rod_scene->start.rotation[i], 0, 0);
+        square += q[i] * q[i];
+    }
+    d3[0] = 2 * (q[1] * q[3] + q[0] * q[2]) / square;
+    d3[1] = 2 * (q[2] * q[3] - q[0] * q[1]) / square;
+    d3[2] = 1 - 2 * (q[1] * q[1] + q[2] * q[2]) / square;
+}
+
+/* |load . d3| / |load| of a constant load, 0 for none. */
+static double along_tangent(const scene *rod_scene, const char *const *load)
+{
+    double d3[3];
+    double dot = 0;
+    double square = 0;
+    clamped_tangent(rod_scene, d3);
+    for (int i = 0; i < 3; i++) {
+        double value = load[i] ? expression_evaluate(load[i], 0, 0) : 0;
+        dot += value * d3[i];
+        square += value * value;
+    }
+    return square > 0 ? fabs(dot) / sqrt(square) : 0;
+}
+
+/* What all closed forms share: a static, straight, weightless rod, clamped at s = 0, loaded at the
+ * tip by a dead load. The sentence says what else there is, NULL when nothing. */
+static const char *common_obstacle(const scene *rod_scene)
+{
+    const scene_loads *loads = &rod_scene->loads;
+    const double *gravity = loads->gravity;
+    if (scene_is_beam(rod_scene)) {
+        return "is a shape of rods in space; for a beam give reference.deflection";
+    }
+    if (scene_is_manufactured(rod_scene)) {
+        return "the scene has a manufactured solution; allowed: manufactured";
+    }
+    if (scene_is_dynamic(rod_scene)) {
+        return "is a static shape, but the scene has a duration";
+    }
+    if (rod_scene->start.type != SCENE_CLAMPED || rod_scene->end.type != SCENE_LOADED) {
+        return "needs a clamped start and a loaded end";
+    }
+    if (loads->tip.frame != SCENE_DEAD) {
+        return "needs a dead load at the tip";
+    }
+    if (!straight(&rod_scene->rod)) {
+        return "needs a rod that is straight when unloaded";
+    }
+    if (gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0 || loads->force[0] ||
+        loads->moment[0]) {
+        return "needs a rod without gravity and distributed loads";
+    }
+    return NULL;
+}
+
+static bool round_rod(const scene *rod_scene)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    const double *stiffness = properties.curvature_stiffness;
+    return fabs(stiffness[0] - stiffness[1]) <= 1e-12 * stiffness[0];
+}
+
+static const char *elastica_obstacle(const scene *rod_scene)
+{
+    const scene_load *tip = &rod_scene->loads.tip;
+    if (rod_scene->rod.model != SCENE_KIRCHHOFF) {
+        return "needs rod.model kirchhoff, without shear and stretch";
+    }
+    if (!zero(tip->moment)) {
+        return "needs a tip force without a moment";
+    }
+    if (zero(tip->force)) {
+        return "needs a tip force that is not zero";
+    }
+    if (along_tangent(rod_scene, tip->force) > 1e-12) {
+        return "needs a tip force perpendicular to the clamped tangent";
+    }
+    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+}
+
+static const char *couple_obstacle(const scene *rod_scene, bool planar)
+{
+    const scene_load *tip = &rod_scene->loads.tip;
+    if (!zero(tip->force)) {
+        return "needs a tip moment without a force";
+    }
+    if (zero(tip->moment)) {
+        return "needs a tip moment that is not zero";
+    }
+    if (planar && along_tangent(rod_scene, tip->moment) > 1e-12) {
+        return "needs a tip moment perpendicular to the clamped tangent; helix allows any";
+    }
+    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+}
+
+bool train_names_reference(const train_settings *settings)
+{
+    return settings->reference != TRAIN_REFERENCE_NONE || settings->reference_file ||
+           settings->reference_deflection || !isnan(settings->reference_tolerance);
+}
+
+static const char *solve_obstacle(const train_settings *settings, const scene *rod_scene)
+{
+    if (isnan(settings->reference_tolerance)) {
+        return NULL;
+    }
+    if (settings->reference != TRAIN_REFERENCE_NONE || settings->reference_file ||
+        settings->reference_deflection) {
+        return "given beside another reference; allowed: one of them";
+    }
+    return scene_is_imperfect(rod_scene)
+               ? "does not follow rod.rest.imperfection; give reference.file"
+               : NULL;
+}
+
+static const char *reference_obstacle(const train_settings *settings, const scene *rod_scene)
+{
+    const char *problem = NULL;
+    if (settings->reference == TRAIN_REFERENCE_NONE) {
+        return NULL;
+    }
+    if (settings->reference_file) {
+        return "given beside reference.file; allowed: one of the two";
+    }
+    if (settings->reference == TRAIN_REFERENCE_MANUFACTURED) {
+        return scene_is_manufactured(rod_scene) ? NULL : "needs the section manufactured";
+    }
+    problem = common_obstacle(rod_scene);
+    if (problem) {
+        return problem;
+    }
+    return settings->reference == TRAIN_REFERENCE_ELASTICA
+               ? elastica_obstacle(rod_scene)
+               : couple_obstacle(rod_scene, settings->reference == TRAIN_REFERENCE_ROLLUP);
+}
+
+static ad_status check_deflection(const train_settings *settings, const scene *rod_scene, char *key,
+                                  ad_error *error)
+{
+    expression_use use = {false, false};
+    const char *text = settings->reference_deflection;
+    const char *problem = NULL;
+    if (!text) {
+        return AD_OK;
+    }
+    ad_status status = expression_check(text, &use, error);
+    if (!scene_is_beam(rod_scene)) {
+        problem = "is that of a beam; for a rod in space give reference.analytic or reference.file";
+    } else if (settings->reference_file || settings->reference != TRAIN_REFERENCE_NONE) {
+        problem = "given beside another reference; allowed: one of them";
+    } else if (use.t && !scene_is_dynamic(rod_scene)) {
+        problem = "depends on t, but the scene is static; give time.duration, or a formula "
+                  "without t";
+    }
+    return problem ? train_refuse(key, "reference.deflection", error, "%s", problem) : status;
+}
+
+static ad_status check_reference(const train_settings *settings, const scene *rod_scene, char *key,
+                                 ad_error *error)
+{
+    struct stat status;
+    const char *problem = solve_obstacle(settings, rod_scene);
+    if (problem) {
+        return train_refuse(key, "reference.solve", error, "%s", problem);
+    }
+    problem = reference_obstacle(settings, rod_scene);
+    if (problem) {
+        return train_refuse(key, "reference.analytic", error, "%s", problem);
+    }
+    ad_status deflection = check_deflection(settings, rod_scene, key, error);
+    if (deflection != AD_OK) {
+        return deflection;
+    }
+    if (settings->reference_file &&
+        (stat(settings->reference_file, &status) != 0 || !S_ISREG(status.st_mode))) {
+        return train_refuse(key, "reference.file", error,
+                            "%s is not a file; paths are relative to the scene file",
+                            settings->reference_file);
+    }
+    return AD_OK;
+}
+
+ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
+                               char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const char *problem = nn_mlp_settings_check(&settings->network);
+    if (problem) {
+        return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
+        return train_refuse(key, "losses.causal.slices", error,
+                            "causal weighting follows time, but the scene is static; give "
+                            "time.duration, or leave it out");
+    }
+    if (!has_weight(settings, rod_scene)) {
+        return train_refuse(key, "losses.interior.weights", error,
+                            "every loss term of this scene has weight 0: nothing to learn");
+    }
+    if (scene_is_imperfect(rod_scene) && !train_takes_loads_in_parts(settings, rod_scene)) {
+        return train_refuse(key, "rod.rest.imperfection", error,
+                            "goes as the loads grow, which they do only for a network without "
+                            "hidden layers and gauss_newton; leave out network.hidden and "
+                            "training.stages, or this");
+    }
+    ad_status status = check_weights(settings, key, error);
+    for (int i = 0; i < settings->stage_count && status == AD_OK; i++) {
+        status = check_stage(settings, i, key, error);
+    }
+    return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
+}

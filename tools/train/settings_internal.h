@@ -1,0 +1,15 @@
+/* What settings_resolve.c and settings_check.c share; not for callers. */
+#ifndef TOOLS_TRAIN_SETTINGS_INTERNAL_H
+#define TOOLS_TRAIN_SETTINGS_INTERNAL_H
+
+#include "tools/train/settings.h"
+
+/* Name `field` in key, and the rest of the line in error; returns AD_BAD_INPUT. */
+ad_status train_refuse(char key[TRAIN_KEY_MAX], const char *field, ad_error *error,
+                       const char *format, ...) __attribute__((format(printf, 4, 5)));
+
+/* The same for a field of a stage; "" is the stage as a whole. */
+ad_status train_refuse_stage(char key[TRAIN_KEY_MAX], int stage, const char *field, ad_error *error,
+                             const char *format, ...) __attribute__((format(printf, 5, 6)));
+
+#endif

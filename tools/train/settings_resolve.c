@@ -1,0 +1,294 @@
+/* The measured defaults of network, windows, points and stages: they follow from the scene and from
+ * one another. */
+#include "tools/train/settings_internal.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+
+/* Largest frequencies of random features. Along s 8 radians per half length at rest, where fields
+ * are smooth and the best fit is wanted, 6 in motion; at rest 4 more than the loads may bend a rod
+ * by, if that is more, and 32 at most. In time the third bending frequency of a
+ * cantilever, 61.7 EI/(rhoA L^4)^(1/2), which a load hardly excites beyond, and at least 6 radians
+ * per half window. All measured on the scenes in configs/: within a factor of two of these the
+ * error changes little. */
+static const double AT_REST = 8, MARGIN = 4, AT_REST_MOST = 32, IN_MOTION = 6;
+static const double THIRD_FREQUENCY = 61.697;
+
+/* Units of L^2 (rhoA/EI)^(1/2) in a window: 1.6 periods of that frequency. Half as many windows
+ * with fewer waves take half the time, to errors ten to a hundred times as large. */
+static const double WINDOW = 1.0 / 6;
+
+/* Radians per half length or half window beyond which no number of points resolves a wave. */
+static const double LARGEST_BANDWIDTH = 1e5;
+
+enum { FEATURES_LEAST = 80, FEATURES_MAX = 256, POINTS_PER_FUNCTION = 4 };
+
+/* ---- blame --------------------------------------------------------------------------------- */
+
+ad_status train_refuse(char key[TRAIN_KEY_MAX], const char *field, ad_error *error,
+                       const char *format, ...)
+{
+    va_list arguments;
+    snprintf(key, TRAIN_KEY_MAX, "%s", field);
+    va_start(arguments, format);
+    ad_status status = ad_fail_list(error, AD_BAD_INPUT, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+ad_status train_refuse_stage(char key[TRAIN_KEY_MAX], int stage, const char *field, ad_error *error,
+                             const char *format, ...)
+{
+    va_list arguments;
+    snprintf(key, TRAIN_KEY_MAX, "training.stages[%d]%s%s", stage, *field ? "." : "", field);
+    va_start(arguments, format);
+    ad_status status = ad_fail_list(error, AD_BAD_INPUT, format, arguments);
+    va_end(arguments);
+    return status;
+}
+
+/* ---- windows and waves --------------------------------------------------------------------- */
+
+static bool is_open(int value)
+{
+    return value == TRAIN_OPEN;
+}
+
+static bool begins_with_gauss_newton(const train_settings *settings)
+{
+    return settings->stages[0].optimizer == TRAIN_GAUSS_NEWTON;
+}
+
+/* Without hidden layers windows are so short that a moderate number of features spans what happens
+ * in one. */
+static ad_status resolve_windows(train_settings *settings, scene *rod_scene, char *key,
+                                 ad_error *error)
+{
+    bool hard = rod_scene->initial_enforcement == SCENE_HARD;
+    bool short_ones = settings->network.hidden_count == 0 && scene_is_dynamic(rod_scene) && hard &&
+                      !scene_is_fourth_order(rod_scene);
+    if (settings->windows == 0 && short_ones) {
+        double units = rod_scene->duration / rod_scales_of(rod_scene).time;
+        double windows = ceil(units / WINDOW * (1 - 1e-12));
+        if (!(windows <= SCENE_WINDOWS_MAX)) {
+            return train_refuse(
+                key, "time.duration", error,
+                "would take %.3g windows of an eleventh of a period of the first bending mode; "
+                "allowed: up to %d, here %.3g s, or longer windows, given by time.windows",
+                windows, SCENE_WINDOWS_MAX,
+                SCENE_WINDOWS_MAX * WINDOW * rod_scales_of(rod_scene).time);
+        }
+        settings->windows = (int)windows;
+    }
+    settings->windows = settings->windows > 1 ? settings->windows : 1;
+    rod_scene->windows = settings->windows;
+    return AD_OK;
+}
+
+static ad_status check_bandwidth(const train_settings *settings, bool dynamic, char *key,
+                                 ad_error *error)
+{
+    const double *bandwidth = settings->network.fourier_bandwidth;
+    for (int i = 0; i <= dynamic; i++) {
+        if (!(bandwidth[i] <= LARGEST_BANDWIDTH)) {
+            return train_refuse(
+                key, i ? "network.fourier.frequency" : "network.fourier.wavenumber", error,
+                "is %.3g radians in half the %s, more than points can resolve; allowed: up to %g",
+                bandwidth[i], i ? "window of time" : "length", LARGEST_BANDWIDTH);
+        }
+    }
+    return AD_OK;
+}
+
+/* At rest, per half length. A moment M bends by M / EI, a force F by 2 sqrt(F / EI) at most,
+ * however the rod lies: half of EI times curvature squared changes along it by no more than F
+ * times 2. */
+static double bandwidth_at_rest(const scene *rod_scene)
+{
+    if (scene_is_beam(rod_scene)) {
+        return AT_REST; /* which loads bend but do not turn */
+    }
+    rod_numbers numbers = rod_numbers_of(rod_scene);
+    double force = numbers.tip_force + numbers.distributed_force + numbers.weight;
+    double turns = numbers.tip_moment + numbers.distributed_moment + 2 * sqrt(force);
+    return fmin(AT_REST_MOST, fmax(AT_REST, MARGIN + turns / 2));
+}
+
+static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_scene, char *key,
+                                   ad_error *error)
+{
+    double *bandwidth = settings->network.fourier_bandwidth;
+    bool dynamic = scene_is_dynamic(rod_scene);
+    double half_length = rod_scene->rod.length / 2;
+    double half_time = rod_scene->duration / rod_scene->windows / 2;
+    if (!dynamic && !isnan(settings->fourier_frequency)) {
+        return train_refuse(key, "network.fourier.frequency", error,
+                            "is along time, but the scene is static; give time.duration, or leave "
+                            "it out");
+    }
+    if (isnan(settings->fourier_wavenumber)) {
+        settings->fourier_wavenumber =
+            (dynamic ? IN_MOTION : bandwidth_at_rest(rod_scene)) / half_length;
+    }
+    bandwidth[0] = settings->fourier_wavenumber * half_length;
+    if (dynamic) {
+        if (isnan(settings->fourier_frequency)) {
+            settings->fourier_frequency =
+                fmax(IN_MOTION / half_time, THIRD_FREQUENCY / rod_scales_of(rod_scene).time);
+        }
+        bandwidth[1] = settings->fourier_frequency * half_time;
+    }
+    return check_bandwidth(settings, dynamic, key, error);
+}
+
+/* ---- network ------------------------------------------------------------------------------- */
+
+/* Of a window's motion from where it starts a rotation vector tells more simply than a quaternion.
+ * From the unloaded rod a wire of one turn was measured to be too far, so not at rest. */
+static void resolve_rotation(train_settings *settings, scene *rod_scene)
+{
+    bool from_start = scene_is_dynamic(rod_scene) && rod_scene->initial_enforcement == SCENE_HARD;
+    if (is_open(settings->rotation)) {
+        settings->rotation =
+            from_start && settings->network.hidden_count == 0 ? SCENE_VECTOR : SCENE_QUATERNION;
+    }
+    rod_scene->rotation = (scene_rotation)settings->rotation;
+}
+
+/* Twice the bandwidth along s at rest; in motion 1.4 times the product of both. */
+static int default_features(const train_settings *settings, const scene *rod_scene)
+{
+    const double *bandwidth = settings->network.fourier_bandwidth;
+    double count = scene_is_dynamic(rod_scene)
+                       ? fmax(FEATURES_LEAST, 1.4 * bandwidth[0] * bandwidth[1])
+                       : 2 * bandwidth[0];
+    return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
+}
+
+static ad_status resolve_network(train_settings *settings, scene *rod_scene, char *key,
+                                 ad_error *error)
+{
+    nn_mlp_settings *network = &settings->network;
+    if (is_open(network->hidden_count)) {
+        network->hidden_count =
+            begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
+    }
+    resolve_rotation(settings, rod_scene);
+    network->orthonormal = !scene_is_fourth_order(rod_scene);
+    ad_status status = resolve_windows(settings, rod_scene, key, error);
+    if (status == AD_OK) {
+        status = resolve_bandwidth(settings, rod_scene, key, error);
+    }
+    if (status == AD_OK && is_open(network->fourier_features)) {
+        network->fourier_features =
+            network->hidden_count == 0 ? default_features(settings, rod_scene) : 0;
+    }
+    return status;
+}
+
+/* ---- points -------------------------------------------------------------------------------- */
+
+/* Tensor grids take the nearest number of points below that has their shape. */
+static ad_status resolve_grid(problem_points *points, int dimension, const char *field, char *key,
+                              ad_error *error)
+{
+    size_t actual = 0;
+    ad_error reason;
+    if (!sampling_kind_is_tensor(points->sampler) || dimension == 0) {
+        return AD_OK;
+    }
+    if (sampling_count(points->sampler, dimension, (size_t)points->points, NULL, &actual,
+                       &reason) != AD_OK) {
+        return train_refuse(key, field, error, "%s", reason.message);
+    }
+    points->points = (int)actual;
+    return AD_OK;
+}
+
+static ad_status resolve_grids(problem_settings *losses, bool dynamic, char *key, ad_error *error)
+{
+    ad_status status =
+        resolve_grid(&losses->interior, dynamic ? 2 : 1, "losses.interior.points", key, error);
+    if (status == AD_OK) {
+        status = resolve_grid(&losses->boundary, dynamic, "losses.boundary.points", key, error);
+    }
+    if (status == AD_OK) {
+        status = resolve_grid(&losses->initial, 1, "losses.initial.points", key, error);
+    }
+    return status;
+}
+
+static void resolve_count(int *points, int otherwise)
+{
+    *points = *points == 0 ? otherwise : *points;
+}
+
+static void resolve_points(train_settings *settings, bool dynamic)
+{
+    const nn_mlp_settings *network = &settings->network;
+    problem_settings *losses = &settings->losses;
+    bool linear = network->hidden_count == 0;
+    int functions = 1 + 2 * network->fourier_features;
+    resolve_count(&losses->interior.points, linear    ? POINTS_PER_FUNCTION * functions
+                                            : dynamic ? 1024
+                                                      : 256);
+    resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
+    resolve_count(&losses->held_out_points, dynamic ? 1024 : 256);
+    if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */
+        losses->interior.sampler =
+            linear ? SAMPLING_CHEBYSHEV_LOBATTO : problem_settings_default().interior.sampler;
+    }
+}
+
+/* ---- stages -------------------------------------------------------------------------------- */
+
+/* A linear network starts near where it ends, so with hardly any damping. The functions of its
+ * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
+ * and for beams, damping that follows this was measured to be better by many orders. For rods at
+ * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
+static void resolve_stage(train_stage *stage, const scene *rod_scene, bool linear)
+{
+    const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
+    optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
+    optim_schedule *schedule = &stage->adam.schedule;
+    bool diagonal = linear && stage->linear_algebra != TRAIN_MATRIX_FREE &&
+                    (scene_is_dynamic(rod_scene) || scene_is_beam(rod_scene));
+    if (isnan(gauss_newton->initial_damping)) {
+        gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
+    }
+    if (is_open((int)gauss_newton->scaling)) {
+        gauss_newton->scaling = diagonal ? OPTIM_SCALING_DIAGONAL : otherwise.scaling;
+    }
+    if (schedule->decay_steps == 0) {
+        int64_t rest = stage->steps - schedule->warmup_steps;
+        schedule->decay_steps = rest > 1 ? rest : 1;
+    }
+}
+
+ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
+                                 char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    bool dynamic = scene_is_dynamic(rod_scene);
+    if (settings->stage_count < 1 || settings->stage_count > TRAIN_STAGES_MAX) {
+        return train_refuse(key, "training.stages", error, "has %d stages; allowed: 1 to %d",
+                            settings->stage_count, TRAIN_STAGES_MAX);
+    }
+    ad_status status = resolve_network(settings, rod_scene, key, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    resolve_points(settings, dynamic);
+    for (int i = 0; i < settings->stage_count; i++) {
+        resolve_stage(&settings->stages[i], rod_scene, settings->network.hidden_count == 0);
+    }
+    if (settings->output_every == 0) {
+        settings->output_every = begins_with_gauss_newton(settings) ? 1 : 10;
+    }
+    if (settings->reference_tolerance == 0) {
+        settings->reference_tolerance = !dynamic                         ? 1e-11
+                                        : scene_locks_strains(rod_scene) ? 1e-4
+                                                                         : 1e-8;
+    }
+    return resolve_grids(&settings->losses, dynamic, key, error);
+}
