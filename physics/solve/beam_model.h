@@ -3,7 +3,8 @@
  *
  * Dimensionless: s in [0, 1], t in units of scales.time, the deflection w by `deflection`, W;
  * slopes by W/L, V by EI W/L^3, M by EI W/L^2, distributed force by EI W/L^4, distributed moment by
- * EI W/L^3. Formulas of the scene are evaluated by the tape; the equations of the beam are not. */
+ * EI W/L^3. Coefficients, formulas, ends and initial state are those that the residuals of networks
+ * use, recorded once and evaluated at points. The equations of the beam are not. */
 #ifndef PHYSICS_SOLVE_BEAM_MODEL_H
 #define PHYSICS_SOLVE_BEAM_MODEL_H
 
@@ -17,15 +18,23 @@ typedef struct solve_beam {
     rod_scales scales;
     double deflection; /* W, m */
     bool dynamic;
-    double duration;         /* in scales.time; 0 if static */
-    double shear_compliance; /* EI/(kGA L^2); 0: does not shear */
-    double rotary_inertia;   /* rhoI/(rhoA L^2); 0 if static */
-    double drag;             /* c; 0 if static */
+    double duration; /* in scales.time; 0 if static */
+    bool turns;      /* has rotary inertia, and moves */
     struct {
         bool holds_deflection, holds_slope;
     } ends[2];
     struct beam_functions *formula; /* opaque */
 } solve_beam;
+
+/* What the beam is made of, and lies on, at one s. Mass, inertia and drag are 0 if static. */
+typedef struct beam_section {
+    double bending_compliance; /* 1/EI, by that of the scales: 1 where it does not vary */
+    double shear_compliance;   /* EI/(kGA L^2); 0: does not shear */
+    double mass;               /* rhoA, by that of the scales: 1 where it does not vary */
+    double rotary_inertia;     /* rhoI/(rhoA L^2) */
+    double drag;               /* c */
+    double foundation;         /* k */
+} beam_section;
 
 /* Distributed force q and moment mu. */
 typedef struct beam_load {
@@ -43,8 +52,8 @@ void solve_beam_free(solve_beam *beam);
 /* At n points s [n], in any order; out [n]. One thread at a time for one beam. */
 ad_status solve_beam_load(const solve_beam *beam, size_t n, const double *s, double t,
                           beam_load *out, ad_error *error);
-ad_status solve_beam_foundation(const solve_beam *beam, size_t n, const double *s, double *out,
-                                ad_error *error); /* k */
+ad_status solve_beam_sections(const solve_beam *beam, size_t n, const double *s, beam_section *out,
+                              ad_error *error);
 ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
                              beam_initial_state *out, ad_error *error);
 

@@ -35,9 +35,10 @@ static void resistance(const beam_motion *m, size_t k, double *stiffening, doubl
                        double *inertia)
 {
     bool turns = k >= m->nodes;
+    const beam_section *at = &beam_system_sections(m->system)[k % m->nodes];
     *stiffening = turns ? 0 : BEAM_MOTION_STIFFENING;
-    *drag = turns ? 0 : m->beam->drag;
-    *inertia = turns ? m->beam->rotary_inertia : 1;
+    *drag = turns ? 0 : at->drag;
+    *inertia = turns ? at->rotary_inertia : at->mass;
 }
 
 static void fill_response(beam_motion *m)
@@ -265,7 +266,7 @@ ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long st
                      .rule = radau_rule_of(),
                      .step = beam->duration / (double)steps,
                      .nodes = nodes,
-                     .rows = beam->rotary_inertia > 0 ? 2 * nodes : nodes,
+                     .rows = beam->turns ? 2 * nodes : nodes,
                      .columns = 2 * nodes + 4};
     ad_status status = prepare(&m, error);
     for (long i = 0; i < steps && status == AD_OK; i++) {

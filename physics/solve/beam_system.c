@@ -13,12 +13,11 @@ struct beam_system {
     gauss_rule rule;
     int elements;
     size_t inner, outer; /* unknowns within an element, at the ends of all */
-    double shear_compliance;
-    double unit[ROWS];  /* of y here: where waves along the beam are short, all rows are alike */
-    bool holds[4];      /* what the ends prescribe: w or V, psi or M, at 0, at 1 */
-    double *points;     /* [nodes] */
-    double *foundation; /* [nodes] */
-    double *factors;    /* [elements][inner][inner], LU */
+    double unit[ROWS];   /* of y here: where waves along the beam are short, all rows are alike */
+    bool holds[4];       /* what the ends prescribe: w or V, psi or M, at 0, at 1 */
+    double *points;      /* [nodes] */
+    beam_section *sections; /* [nodes] */
+    double *factors;        /* [elements][inner][inner], LU */
     double *matrix, *right; /* [outer][outer], LU; [outer] */
     int *pivots, *outer_pivots;
 };
@@ -30,10 +29,11 @@ static void rate(const beam_system *x, size_t node, const double *y, const beam_
                  double *to)
 {
     const double *unit = x->unit;
+    const beam_section *at = &x->sections[node];
     double shear = unit[BEAM_V] * y[BEAM_V];
-    to[BEAM_W] = unit[BEAM_PSI] * y[BEAM_PSI] + x->shear_compliance * shear;
-    to[BEAM_PSI] = unit[BEAM_M] * y[BEAM_M] / unit[BEAM_PSI];
-    to[BEAM_V] = (x->foundation[node] * y[BEAM_W] - load->force) / unit[BEAM_V];
+    to[BEAM_W] = unit[BEAM_PSI] * y[BEAM_PSI] + at->shear_compliance * shear;
+    to[BEAM_PSI] = at->bending_compliance * unit[BEAM_M] * y[BEAM_M] / unit[BEAM_PSI];
+    to[BEAM_V] = (at->foundation * y[BEAM_W] - load->force) / unit[BEAM_V];
     to[BEAM_M] = (-shear - load->moment) / unit[BEAM_M];
 }
 
@@ -138,6 +138,7 @@ void beam_system_free(beam_system *x)
 {
     if (x) {
         free(x->points);
+        free(x->sections);
         free(x->pivots);
         free(x);
     }
@@ -152,13 +153,13 @@ static ad_status allocate(beam_system *x, int nodes, ad_error *error)
     x->outer = ((size_t)x->elements + 1) * ROWS;
     size_t elements = (size_t)x->elements, points = beam_system_nodes(x);
     size_t factors = elements * x->inner * x->inner;
-    x->points = malloc((2 * points + factors + (x->outer + 1) * x->outer) * sizeof(double));
+    x->points = malloc((points + factors + (x->outer + 1) * x->outer) * sizeof(double));
+    x->sections = malloc(points * sizeof *x->sections);
     x->pivots = malloc((elements * x->inner + x->outer) * sizeof *x->pivots);
-    if (!x->points || !x->pivots) {
+    if (!x->points || !x->sections || !x->pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", nodes);
     }
-    x->foundation = x->points + points;
-    x->factors = x->foundation + points;
+    x->factors = x->points + points;
     x->matrix = x->factors + factors;
     x->right = x->matrix + x->outer * x->outer;
     x->outer_pivots = x->pivots + elements * x->inner;
@@ -169,12 +170,12 @@ static ad_status allocate(beam_system *x, int nodes, ad_error *error)
     return AD_OK;
 }
 
-/* By the wavenumber of bending on the foundation, (k/4)^(1/4) (Hetenyi 1946). */
+/* By the wavenumber of bending on the foundation, (k/4EI)^(1/4) (Hetenyi 1946). */
 static void choose_units(beam_system *x)
 {
     double most = 4;
     for (size_t i = 0; i < beam_system_nodes(x); i++) {
-        most = fmax(most, x->foundation[i]);
+        most = fmax(most, x->sections[i].foundation * x->sections[i].bending_compliance);
     }
     double wave = pow(most / 4, 0.25);
     x->unit[BEAM_W] = 1;
@@ -206,17 +207,16 @@ ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffenin
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a beam");
     }
-    x->shear_compliance = beam->shear_compliance;
     for (int i = 0; i < 4; i++) {
         x->holds[i] =
             i % 2 == 0 ? beam->ends[i / 2].holds_deflection : beam->ends[i / 2].holds_slope;
     }
     ad_status status = allocate(x, nodes, error);
     if (status == AD_OK) {
-        status = solve_beam_foundation(beam, beam_system_nodes(x), x->points, x->foundation, error);
+        status = solve_beam_sections(beam, beam_system_nodes(x), x->points, x->sections, error);
     }
     for (size_t i = 0; status == AD_OK && i < beam_system_nodes(x); i++) {
-        x->foundation[i] += stiffening;
+        x->sections[i].foundation += stiffening;
     }
     status = status == AD_OK ? factor(x, error) : status;
     if (status != AD_OK) {
@@ -237,6 +237,11 @@ size_t beam_system_nodes(const beam_system *x)
 const double *beam_system_points(const beam_system *x)
 {
     return x->points;
+}
+
+const beam_section *beam_system_sections(const beam_system *x)
+{
+    return x->sections;
 }
 
 size_t beam_system_places(const beam_system *x)

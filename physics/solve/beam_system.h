@@ -1,11 +1,12 @@
 /* A beam at rest as a first-order system in s, collocated at Gauss points of equal elements: one
  * linear solve for any loads. With y = (w, psi, V, M), by physics/beam.h
  *
- *   w_s = psi + g V,   psi_s = M,   V_s = k w - q,   M_s = -V - mu
+ *   w_s = psi + g V,   psi_s = c M,   V_s = k w - q,   M_s = -V - mu
  *
- * with g the shear compliance and k the foundation. Order 2 stages at the ends of elements. The
- * points within an element are eliminated, what remains are y at the ends of elements. Nothing is
- * divided by a stiffness, so that beams that do not shear are no special case. */
+ * with g, c the compliances of shear and bending and k the foundation, all of which may vary. Order
+ * 2 stages at the ends of elements. The points within an element are eliminated, what remains are y
+ * at the ends of elements. Nothing is divided by a stiffness, so that beams that do not shear are
+ * no special case. */
 #ifndef PHYSICS_SOLVE_BEAM_SYSTEM_H
 #define PHYSICS_SOLVE_BEAM_SYSTEM_H
 
@@ -25,8 +26,9 @@ ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffenin
                              beam_system **result, ad_error *error);
 void beam_system_free(beam_system *x);
 
-size_t beam_system_nodes(const beam_system *x);         /* collocation points */
-const double *beam_system_points(const beam_system *x); /* s of them, ascending */
+size_t beam_system_nodes(const beam_system *x);                 /* collocation points */
+const double *beam_system_points(const beam_system *x);         /* s of them, ascending */
+const beam_section *beam_system_sections(const beam_system *x); /* there, with the stiffening */
 
 /* y is given at `places`, [places][BEAM_ROWS]: the points and the ends of elements. */
 size_t beam_system_places(const beam_system *x);
