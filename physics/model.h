@@ -14,9 +14,9 @@ extern "C" {
 
 enum { MODEL_FIELDS = 4, MODEL_COLUMNS_MAX = 25 };
 
-/* One observable of a model: the name of its column, and whether only motion has it. */
+/* The name of a column, its unit of the SI, and whether only motion has it. */
 typedef struct model_column {
-    const char *name;
+    const char *name, *unit;
     bool of_motion;
 } model_column;
 

@@ -190,6 +190,13 @@ run 0 cpinn-eval diverged
 
 run 0 cpinn-eval a
 said stdout.txt 'elastica'
+check no speed unless asked -- test "$(grep -c '^speed' stdout.txt)" -eq 0
+run 0 cpinn-eval a --speed
+said stdout.txt '^speed: .* evaluations per second of all 19 columns, on .* thread'
+run 0 cpinn-eval a --grid 2 --out tip.csv
+check the tip is that of the table -- test "$(awk '/^tip/ { print $2, $3, $4 }' stdout.txt)" = \
+    "$(tail -1 tip.csv | awk -F, '{ printf "%.9g %.9g %.9g", $3, $4, $5 }')"
+rm tip.csv
 run 0 cpinn-eval a/checkpoint.h5 --grid 5x1 --out e.csv
 said e.csv '^s,t,x,y,z,qw,qx,qy,qz,v1,v2,v3,u1,u2,u3,n1,n2,n3,m1,m2,m3$'
 check as many rows as points -- test "$(wc -l <e.csv)" -eq 6
@@ -204,16 +211,30 @@ if command -v python3 >/dev/null; then
     check valid JSON -- python3 -c 'import json, sys
 report = json.load(open("stdout.txt"))
 sys.exit(not (report["name"] == "elastica_deep" and report["step"] == 50
-              and 0 < report["reference"]["position_relative_l2"] < 10))'
+              and 0 < report["reference"]["position_relative_l2"] < 10
+              and report["tip"]["s"] == 0.3 and 0 < report["tip"]["x"] < 0.3
+              and report["evaluations_per_second"] is None))'
 fi
 said stdout.txt '^\{.*"reference".*\}$'
 
+run 0 cpinn-eval a --grid 5 --out e.npz
+if python3 -c 'import numpy' 2>/dev/null; then
+    check NumPy reads the same numbers -- python3 -c 'import numpy, sys
+table = numpy.load("e.npz")
+csv = numpy.genfromtxt("e.csv", delimiter=",", names=True)
+units = dict(zip(table["columns"], table["units"]))
+sys.exit(not (list(table["columns"]) == list(csv.dtype.names)
+              and all((table[name] == csv[name]).all() for name in table["columns"])
+              and units["x"] == "m" and units["u1"] == "1/m" and units["qw"] == ""))'
+fi
 printf 's\n0.31\n' >outside.csv
 printf 'x\n0\n' >nothing.csv
-refused 'outside.csv' cpinn-eval a --points outside.csv
-refused 'nothing.csv.*s' cpinn-eval a --points nothing.csv
-refused 'no_such.csv' cpinn-eval a --points no_such.csv
-refused 'grid' cpinn-eval a --grid 5by1
+refused 'outside.csv' cpinn-eval a --points outside.csv --out e.h5
+refused 'nothing.csv.*s' cpinn-eval a --points nothing.csv --speed
+refused 'no_such.csv' cpinn-eval a --points no_such.csv --out e.h5
+refused '--grid 5by1: allowed: NSxNT' cpinn-eval a --grid 5by1 --out e.h5
+refused '--grid: nothing would be written there; give --out' cpinn-eval a --grid 5
+refused '--points: nothing would be written there; give --out' cpinn-eval a --points points.csv
 refused 'grid|points' cpinn-eval a --grid 5x1 --points points.csv
 refused 'e.txt' cpinn-eval a --out e.txt
 refused 'no_such' cpinn-eval a --out no_such/e.csv
@@ -244,6 +265,7 @@ said stdout.txt '^window 2/3 stage 1 ended at step 80: steps done'
 said w/history.csv '^step,window,stage,seconds,loss,'
 check the last row is of the last window -- test "$(tail -1 w/history.csv | cut -d, -f1-3)" = 150,3,2
 run 0 cpinn-eval w --grid 3x7 --out w.csv
+said stdout.txt '^tip .* m at t = 1 s$'
 said stdout.txt 'window 3 of 3 \(t = 0 to 1 s\), trained to the end'
 check one file for all windows -- test "$(wc -l <w.csv)" -eq 22 -a "$(tail -1 w.csv | cut -d, -f2)" = 1
 run 0 cpinn-eval w/checkpoint.5.h5 --grid 3x7 --out w.csv # of step 60
@@ -251,7 +273,7 @@ said stdout.txt 'window 2 of 3 \(t = 0 to 0.66'
 check it ends with the window at work -- test "$(tail -1 w.csv | cut -d, -f2 | cut -c1-6)" = 0.6666
 printf 's,t\n0,0.9\n' >late.csv
 refused 'late.csv:2: t = 0.9 is outside the scene; allowed: 0 to 0.66' \
-    cpinn-eval w/checkpoint.5.h5 --points late.csv
+    cpinn-eval w/checkpoint.5.h5 --points late.csv --out late.h5
 refused 'time.windows: 3 in the checkpoint, 2 now; ' \
     cpinn-train "$dynamic" "${small[@]}" --set time.windows=2 --out w --resume
 run 0 cpinn-check "$dynamic" --set time.windows=3 --set 'network.hidden=[5]' --entries 6

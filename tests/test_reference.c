@@ -221,6 +221,15 @@ static experiment *with_file(const char *text)
     return experiment_of("rod.yaml", text, override);
 }
 
+/* Numbers without units. */
+static ad_status write_table(const char *path, const char *const *names,
+                             const double *const *columns, size_t ncols, size_t nrows,
+                             ad_error *error)
+{
+    const table_source table = {.names = names, .columns = columns, .ncols = ncols, .nrows = nrows};
+    return table_write(path, &table, error);
+}
+
 /* The field itself as a file, moved by `shift` along y and turned by `angle` about body axis 3. */
 static void write_field(const experiment *e, double shift, double angle)
 {
@@ -245,7 +254,7 @@ static void write_field(const experiment *e, double shift, double angle)
         names[2 + k] = pose_names[k];
         columns[2 + k] = k < 3 ? values + 4 * k : turned + 4 * (k - 3);
     }
-    assert_int_equal(table_write(at("field.csv"), names, columns, 2 + POSE, 4, NULL), AD_OK);
+    assert_int_equal(write_table(at("field.csv"), names, columns, 2 + POSE, 4, NULL), AD_OK);
 }
 
 static void test_file(void **state)
@@ -361,7 +370,7 @@ static void test_beam(void **state)
         reference_errors errors;
         reference *known = NULL;
         snprintf(override, sizeof override, "reference.file=%s", at("field.csv"));
-        assert_int_equal(table_write(at("field.csv"), names, columns, (size_t)count, 3, NULL),
+        assert_int_equal(write_table(at("field.csv"), names, columns, (size_t)count, 3, NULL),
                          AD_OK);
         experiment *e =
             experiment_of("beam.yaml", text, count == 1 ? "reference.deflection=s^2" : override);

@@ -173,7 +173,7 @@ refused 'no_such.yaml: cannot be read' cpinn-solve no_such.yaml
 refused '^cpinn-solve: --tol 2: allowed' cpinn-solve "$elastica" --tol 2
 refused '^cpinn-solve: --tol small: allowed' cpinn-solve "$elastica" --tol small
 refused '^cpinn-solve: --nodes 0: allowed' cpinn-solve "$elastica" --nodes 0
-refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5
+refused '^cpinn-solve: --grid 5x5: allowed' cpinn-solve "$elastica" --grid 5x5 --out grid.csv
 refused 'x.txt: .*allowed: .csv' cpinn-solve "$elastica" --out x.txt
 refused 'none/y.csv: no file can be written there' cpinn-solve "$elastica" --out none/y.csv
 refused 'one of the two' cpinn-solve "$elastica" --nodes 9 --work-precision y.csv

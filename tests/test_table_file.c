@@ -40,6 +40,15 @@ static unsigned char *slurp(const char *path, size_t *size)
     return bytes;
 }
 
+/* Numbers without units. */
+static ad_status write_table(const char *path, const char *const *names,
+                             const double *const *columns, size_t ncols, size_t nrows,
+                             ad_error *error)
+{
+    const table_source table = {.names = names, .columns = columns, .ncols = ncols, .nrows = nrows};
+    return table_write(path, &table, error);
+}
+
 static table_file *read_or_fail(const char *path, table_numbers numbers)
 {
     ad_error error = {AD_OK, ""};
@@ -86,7 +95,7 @@ static void round_trip_is_exact(void **state)
     for (size_t k = 0; k < 3; k++) {
         ad_error error = {AD_OK, ""};
         for (size_t rows = 0; rows <= ROWS; rows += ROWS) {
-            if (table_write(at(endings[k]), names, columns, 2, rows, &error) != AD_OK) {
+            if (write_table(at(endings[k]), names, columns, 2, rows, &error) != AD_OK) {
                 fail_msg("%s", error.message);
             }
             table_file *table = read_or_fail(at(endings[k]), TABLE_FINITE);
@@ -115,7 +124,7 @@ static void numbers_that_are_not_finite(void **state)
     const char *const names[] = {"x"};
     const double *const columns[] = {x};
     for (size_t k = 0; k < 2; k++) {
-        assert_int_equal(table_write(at(files[k]), names, columns, 1, 4, NULL), AD_OK);
+        assert_int_equal(write_table(at(files[k]), names, columns, 1, 4, NULL), AD_OK);
         assert_refused(at(files[k]), places[k]);
         table_file *table = read_or_fail(at(files[k]), TABLE_NONFINITE);
         const double *back = table_column(table, "x");
@@ -134,25 +143,25 @@ static void bad_writes(void **state)
                                       "#a", "a\"", ".",  "a\n", "same"};
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
         const char *const names[] = {"same", bad[k]};
-        assert_int_equal(table_write(at("t.csv"), names, columns, 2, 1, &error), AD_BAD_ARGUMENT);
+        assert_int_equal(write_table(at("t.csv"), names, columns, 2, 1, &error), AD_BAD_ARGUMENT);
     }
     assert_non_null(strstr(error.message, "columns 1 and 2 are both named 'same'"));
     const char *const names[] = {"a", "b"};
-    assert_int_equal(table_write(at("t.txt"), names, columns, 2, 1, &error), AD_BAD_ARGUMENT);
-    assert_non_null(strstr(error.message, "allowed: .csv, .h5, .hdf5"));
-    assert_int_equal(table_write(at("t.csv"), names, columns, 0, 1, &error), AD_BAD_ARGUMENT);
-    assert_int_equal(table_write(at("no/t.csv"), names, columns, 2, 1, &error), AD_IO);
+    assert_int_equal(write_table(at("t.txt"), names, columns, 2, 1, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "allowed: .csv, .h5, .hdf5, .npz"));
+    assert_int_equal(write_table(at("t.csv"), names, columns, 0, 1, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(write_table(at("no/t.csv"), names, columns, 2, 1, &error), AD_IO);
     assert_int_equal(entries(0), 0);
 
     /* A limit on the size of files stands for a full disk. */
-    assert_int_equal(table_write(at("t.h5"), names, columns, 2, 1, &error), AD_OK);
+    assert_int_equal(write_table(at("t.h5"), names, columns, 2, 1, &error), AD_OK);
     struct rlimit old, small;
     getrlimit(RLIMIT_FSIZE, &old);
     small = old;
     small.rlim_cur = 100;
     signal(SIGXFSZ, SIG_IGN);
     setrlimit(RLIMIT_FSIZE, &small);
-    ad_status status = table_write(at("t.h5"), names, columns, 2, ROWS, &error);
+    ad_status status = write_table(at("t.h5"), names, columns, 2, ROWS, &error);
     setrlimit(RLIMIT_FSIZE, &old);
     signal(SIGXFSZ, SIG_DFL);
     assert_int_equal(status, AD_IO);
@@ -273,7 +282,7 @@ static void csv_ignores_the_locale(void **state)
     }
     const char *const names[] = {"x"};
     const double *const columns[] = {first};
-    assert_int_equal(table_write(at("t.csv"), names, columns, 1, ROWS, NULL), AD_OK);
+    assert_int_equal(write_table(at("t.csv"), names, columns, 1, ROWS, NULL), AD_OK);
     table_file *table = read_or_fail(at("t.csv"), TABLE_FINITE);
     assert_memory_equal(table_column(table, "x"), first, sizeof first);
     table_free(table);
@@ -288,7 +297,7 @@ static void csv_numbers_are_short(void **state)
     const char *const names[] = {"x", "y"};
     const double *const columns[] = {x, x};
     size_t size;
-    assert_int_equal(table_write(at("t.csv"), names, columns, 2, 3, NULL), AD_OK);
+    assert_int_equal(write_table(at("t.csv"), names, columns, 2, 3, NULL), AD_OK);
     unsigned char *bytes = slurp(at("t.csv"), &size);
     assert_string_equal((char *)bytes, "x,y\n0.1,0.1\n100,100\n0.3333333333333333,"
                                        "0.3333333333333333\n");
@@ -396,7 +405,7 @@ static void truncation_is_refused(void **state)
     table_file *table;
     const char *const names[] = {"a", "b"};
     const double *const columns[] = {first, second};
-    assert_int_equal(table_write(at("t.h5"), names, columns, 2, ROWS, NULL), AD_OK);
+    assert_int_equal(write_table(at("t.h5"), names, columns, 2, ROWS, NULL), AD_OK);
     unsigned char *bytes = slurp(at("t.h5"), &size);
     for (size_t length = 0; length < size; length += 13) {
         spill(at("cut.h5"), bytes, length);
@@ -422,7 +431,7 @@ static void damaged_csv_never_crashes(void **state)
     size_t size;
     const char *const names[] = {"a", "b"};
     const double *const columns[] = {first, second};
-    assert_int_equal(table_write(at("t.csv"), names, columns, 2, ROWS, NULL), AD_OK);
+    assert_int_equal(write_table(at("t.csv"), names, columns, 2, ROWS, NULL), AD_OK);
     unsigned char *bytes = slurp(at("t.csv"), &size);
     for (int trial = 0; trial < 3000; trial++) {
         ad_error error = {AD_OK, ""};
@@ -478,7 +487,7 @@ static void damaged_hdf5_never_crashes(void **state)
     int status = -1;
     const char *const names[] = {"a", "b"};
     const double *const columns[] = {first, second};
-    assert_int_equal(table_write(at("t.h5"), names, columns, 2, ROWS, NULL), AD_OK);
+    assert_int_equal(write_table(at("t.h5"), names, columns, 2, ROWS, NULL), AD_OK);
     unsigned char *bytes = slurp(at("t.h5"), &size);
     pid_t child = fork();
     if (child == 0) {
@@ -500,7 +509,7 @@ static void csv_rows_know_their_lines(void **state)
     assert_int_equal(table_line(table, 1), 7);
     assert_int_equal(table_line(table, 2), 0); /* there is no such row */
     table_free(table);
-    assert_int_equal(table_write(at("lines.h5"), (const char *const[]){"s"},
+    assert_int_equal(write_table(at("lines.h5"), (const char *const[]){"s"},
                                  (const double *const[]){one}, 1, 1, NULL),
                      AD_OK);
     table = read_or_fail(at("lines.h5"), TABLE_FINITE);
@@ -555,7 +564,7 @@ static void words_refused(void **state)
     assert_refused(at("w.csv"), ":2:1: 'tip': the field is not a number");
     assert_int_equal(table_write_words(at("w.h5"), names, columns, good, 1, 1, NULL), AD_OK);
     assert_refused(at("w.h5"), "column 'place' is not float64");
-    assert_int_equal(table_write(at("n.h5"), names, columns, 1, 1, NULL), AD_OK);
+    assert_int_equal(write_table(at("n.h5"), names, columns, 1, 1, NULL), AD_OK);
     assert_int_equal(table_read_words(at("n.h5"), TABLE_FINITE, wanted, &table, &error),
                      AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "column 'place' does not hold strings"));

@@ -9,14 +9,15 @@
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_parts.h"
 
-typedef enum table_format { FORMAT_CSV, FORMAT_HDF5, FORMAT_UNKNOWN } table_format;
+typedef enum table_format { FORMAT_CSV, FORMAT_HDF5, FORMAT_NPZ, FORMAT_UNKNOWN } table_format;
 
 static table_format format_of(const char *path)
 {
     static const struct {
         const char *ending;
         table_format format;
-    } known[] = {{".csv", FORMAT_CSV}, {".h5", FORMAT_HDF5}, {".hdf5", FORMAT_HDF5}};
+    } known[] = {
+        {".csv", FORMAT_CSV}, {".h5", FORMAT_HDF5}, {".hdf5", FORMAT_HDF5}, {".npz", FORMAT_NPZ}};
     size_t length = strlen(path);
     for (size_t k = 0; k < sizeof known / sizeof *known; k++) {
         size_t ending = strlen(known[k].ending);
@@ -31,8 +32,8 @@ static ad_status fail_format(const char *path, ad_status status, ad_error *error
 {
     return ad_fail(error, status,
                    "%s: the ending does not say what kind of table it is; allowed: .csv, .h5, "
-                   ".hdf5",
-                   file_bytes_shown(path));
+                   ".hdf5%s",
+                   file_bytes_shown(path), status == AD_BAD_ARGUMENT ? ", .npz" : "");
 }
 
 /* A name made of these alone would be taken for a number. */
@@ -179,6 +180,11 @@ ad_status table_read_words(const char *path, table_numbers numbers, const char *
     size_t size = 0, file_size = 0;
     table_format format = format_of(path);
     *table = NULL;
+    if (format == FORMAT_NPZ) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: .npz is written, not read; allowed: .csv, .h5, .hdf5",
+                       file_bytes_shown(path));
+    }
     if (format == FORMAT_UNKNOWN) {
         return fail_format(path, AD_BAD_INPUT, error);
     }
@@ -294,34 +300,45 @@ ad_status table_check_path(const char *path, ad_error *error)
     return status;
 }
 
-ad_status table_write(const char *path, const char *const *names, const double *const *columns,
-                      size_t ncols, size_t nrows, ad_error *error)
+static ad_status to_bytes(const table_source *source, table_format format, unsigned char **bytes,
+                          size_t *size)
 {
-    return table_write_words(path, names, columns, NULL, ncols, nrows, error);
+    return format == FORMAT_CSV    ? table_to_csv(source, bytes, size)
+           : format == FORMAT_HDF5 ? table_to_hdf5(source, bytes, size)
+                                   : table_to_npz(source, bytes, size);
 }
 
-ad_status table_write_words(const char *path, const char *const *names,
-                            const double *const *columns, const char *const *const *words,
-                            size_t ncols, size_t nrows, ad_error *error)
+ad_status table_write(const char *path, const table_source *table, ad_error *error)
 {
-    table_source source = {names, columns, words, ncols, nrows};
     unsigned char *bytes = NULL;
     size_t size = 0;
     table_format format = format_of(path);
     if (format == FORMAT_UNKNOWN) {
         return fail_format(path, AD_BAD_ARGUMENT, error);
     }
-    ad_status status = check_source(path, &source, error);
+    if (format == FORMAT_NPZ && !table_fits_npz(table)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s: %zu x %zu numbers are more than 4 GiB; allowed there: .h5, .hdf5, .csv",
+                       file_bytes_shown(path), table->nrows, table->ncols);
+    }
+    ad_status status = check_source(path, table, error);
     if (status != AD_OK) {
         return status;
     }
-    status = format == FORMAT_CSV ? table_to_csv(&source, &bytes, &size)
-                                  : table_to_hdf5(&source, &bytes, &size);
+    status = to_bytes(table, format, &bytes, &size);
     if (status != AD_OK) {
         return ad_fail(error, status, "%s: cannot be written: out of memory for %zu x %zu numbers",
-                       file_bytes_shown(path), nrows, ncols);
+                       file_bytes_shown(path), table->nrows, table->ncols);
     }
     status = file_bytes_write(path, bytes, size, 1, error);
     free(bytes);
     return status;
+}
+
+ad_status table_write_words(const char *path, const char *const *names,
+                            const double *const *columns, const char *const *const *words,
+                            size_t ncols, size_t nrows, ad_error *error)
+{
+    const table_source table = {names, columns, words, ncols, nrows, NULL};
+    return table_write(path, &table, error);
 }

@@ -1,13 +1,16 @@
-/* Tables: named columns of numbers, all of one length, as CSV or HDF5. Columns that the caller
- * names may hold words instead. The file's ending decides:
- * ".csv", ".h5" or ".hdf5".
+/* Tables: named columns of numbers, all of one length, as CSV, HDF5 or NumPy's .npz. Columns that
+ * the caller names may hold words instead. The file's ending decides: ".csv", ".h5" or ".hdf5"; and
+ * ".npz", which is written only.
  *
  * CSV: one line of column names, then one line of numbers for each row, fields separated by commas,
  *   blanks around a field ignored, empty lines and lines whose first character is '#' skipped.
  * Lines end in LF or CR LF; a UTF-8 byte order mark may come first. Numbers are decimal with a
  * point whatever the locale is ("-1.5e-3"), or the words nan, inf, infinity in any case. HDF5: each
  * column a one-dimensional float64 dataset at the root, named as the column, no other objects;
- * words are strings of fixed length in UTF-8.
+ * words are strings of fixed length in UTF-8, and a unit is the dataset's attribute "units".
+ *   .npz: each column an array of float64, or of strings; where there are units, the arrays
+ * "columns" and "units" hold the names of the columns in order and their units. For Python:
+ *     table = numpy.load("rod.npz"); dict(zip(table["columns"], table["units"]))
  * Written files keep the order of the columns; others are read in the order of their links'
  * creation if they track it, else of their names. Column names: 1 to 63 bytes, not a number, no
  * comma, quote, slash, '#' or control character, no blank at either end, not "." or "..". */
@@ -57,15 +60,24 @@ size_t table_line(const table_file *table, size_t row);
  * and its folder. AD_BAD_ARGUMENT, AD_IO, AD_NO_MEMORY. */
 ad_status table_check_path(const char *path, ad_error *error);
 
-/* Write columns[ncols] of nrows values each to `path`, atomically (tools/files/file_bytes.h). CSV
- * numbers are the shortest of 15 to 17 digits that read back to the same double; NaN loses its
- * payload in CSV, not in HDF5. Errors: AD_BAD_ARGUMENT (ending, names), AD_IO, AD_NO_MEMORY; a file
- * that was there is then untouched. */
-ad_status table_write(const char *path, const char *const *names, const double *const *columns,
-                      size_t ncols, size_t nrows, ad_error *error);
+/* A table to be written. */
+typedef struct table_source {
+    const char *const *names;     /* [ncols] */
+    const double *const *columns; /* [ncols], each [nrows] */
+    const char *const *const
+        *words; /* NULL, or [ncols]: in place of the numbers of a column where
+                   not NULL, [nrows]; as names are, but may look like numbers */
+    size_t ncols, nrows;
+    const char *const *units; /* NULL, or [ncols]: "m", "" of a pure number; CSV leaves them out */
+} table_source;
 
-/* The same; a column with words[k] not NULL holds these words [nrows], and columns[k] is not looked
- * at. Words are as names of columns are, but may look like numbers. */
+/* Write the table to `path`, atomically (tools/files/file_bytes.h). CSV numbers are the shortest of
+ * 15 to 17 digits that read back to the same double; NaN loses its payload in CSV, not in HDF5.
+ * Errors: AD_BAD_ARGUMENT (ending, names, more than 4 GiB as .npz), AD_IO, AD_NO_MEMORY; a file
+ * that was there is then untouched. */
+ad_status table_write(const char *path, const table_source *table, ad_error *error);
+
+/* The same of a table without units. */
 ad_status table_write_words(const char *path, const char *const *names,
                             const double *const *columns, const char *const *const *words,
                             size_t ncols, size_t nrows, ad_error *error);

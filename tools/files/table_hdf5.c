@@ -210,21 +210,35 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
     return AD_OK;
 }
 
-static bool write_column(hid_t file, const char *name, const double *values, size_t rows,
-                         hid_t creation)
+/* The unit of a column as its attribute. */
+static bool write_unit(hid_t dataset, const char *unit)
+{
+    hid_t type = hdf5_text_type(strlen(unit) + 1);
+    hid_t space = H5Screate(H5S_SCALAR);
+    hid_t attribute = H5Acreate2(dataset, "units", type, space, H5P_DEFAULT, H5P_DEFAULT);
+    bool written = attribute >= 0 && H5Awrite(attribute, type, unit) >= 0;
+    hdf5_close(attribute);
+    hdf5_close(space);
+    hdf5_close(type);
+    return written;
+}
+
+/* A column of `rows` values of the type, which are `values`; unit may be NULL. */
+static bool write_values(hid_t file, const char *name, hid_t stored, hid_t given,
+                         const void *values, size_t rows, const char *unit, hid_t creation)
 {
     hid_t space = H5Screate_simple(1, (const hsize_t[]){rows}, NULL);
-    hid_t dataset =
-        H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
-    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, H5T_NATIVE_DOUBLE, H5S_ALL,
-                                                          H5S_ALL, H5P_DEFAULT, values) >= 0);
+    hid_t dataset = H5Dcreate2(file, name, stored, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, given, H5S_ALL, H5S_ALL,
+                                                          H5P_DEFAULT, values) >= 0);
+    written = written && (!unit || write_unit(dataset, unit));
     hdf5_close(dataset);
     hdf5_close(space);
     return written;
 }
 
 static bool write_words(hid_t file, const char *name, const char *const *words, size_t rows,
-                        hid_t creation)
+                        const char *unit, hid_t creation)
 {
     size_t size = 1;
     for (size_t row = 0; row < rows; row++) {
@@ -238,15 +252,20 @@ static bool write_words(hid_t file, const char *name, const char *const *words, 
         strcpy(text + row * size, words[row]);
     }
     hid_t type = hdf5_text_type(size);
-    hid_t space = H5Screate_simple(1, (const hsize_t[]){rows}, NULL);
-    hid_t dataset = H5Dcreate2(file, name, type, space, H5P_DEFAULT, creation, H5P_DEFAULT);
-    bool written = dataset >= 0 &&
-                   (rows == 0 || H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text) >= 0);
-    hdf5_close(dataset);
-    hdf5_close(space);
+    bool written = write_values(file, name, type, type, text, rows, unit, creation);
     hdf5_close(type);
     free(text);
     return written;
+}
+
+static bool write_column(hid_t file, const table_source *source, size_t column, hid_t creation)
+{
+    const char *name = source->names[column];
+    const char *unit = source->units ? source->units[column] : NULL;
+    const char *const *words = source->words ? source->words[column] : NULL;
+    return words ? write_words(file, name, words, source->nrows, unit, creation)
+                 : write_values(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE,
+                                source->columns[column], source->nrows, unit, creation);
 }
 
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
@@ -257,10 +276,7 @@ ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_
     hid_t creation = hdf5_creation(H5P_DATASET_CREATE);
     bool written = file >= 0 && creation >= 0;
     for (size_t k = 0; written && k < source->ncols; k++) {
-        const char *const *words = source->words ? source->words[k] : NULL;
-        written = words ? write_words(file, source->names[k], words, source->nrows, creation)
-                        : write_column(file, source->names[k], source->columns[k], source->nrows,
-                                       creation);
+        written = write_column(file, source, k, creation);
     }
     /* In memory nothing but memory is left to run out. */
     ad_status status = written ? hdf5_image_bytes(file, 0, bytes, size) : AD_NO_MEMORY;

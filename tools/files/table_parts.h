@@ -1,4 +1,4 @@
-/* What table_file.c, table_csv.c and table_hdf5.c share; not for other files. */
+/* What table_file.c, table_csv.c, table_hdf5.c and table_npz.c share; not for other files. */
 #ifndef TOOLS_FILES_TABLE_PARTS_H
 #define TOOLS_FILES_TABLE_PARTS_H
 
@@ -14,14 +14,6 @@ struct table_file {
     const char ***pointers;             /* [columns], to the words */
     size_t *lines;                      /* [rows], of a CSV file; NULL: it was HDF5 */
 };
-
-/* The columns of a table to be written. */
-typedef struct table_source {
-    const char *const *names;
-    const double *const *columns;
-    const char *const *const *words; /* NULL: there are none */
-    size_t ncols, nrows;
-} table_source;
 
 /* What to read. */
 typedef struct table_wanted {
@@ -53,5 +45,9 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
 /* The file as bytes, owned by the caller; AD_NO_MEMORY or AD_IO, without a message. */
 ad_status table_to_csv(const table_source *source, unsigned char **bytes, size_t *size);
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size);
+ad_status table_to_npz(const table_source *source, unsigned char **bytes, size_t *size);
+
+/* Whether the table stays below the 4 GiB that a zip archive without extensions holds. */
+bool table_fits_npz(const table_source *source);
 
 #endif

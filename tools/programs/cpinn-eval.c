@@ -2,6 +2,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/samples.h"
 #include "tools/train/clock.h"
 #include "tools/train/reference.h"
 
@@ -11,18 +12,27 @@
 
 static const char program[] = "cpinn-eval";
 
-static const char summary[] =
-    "Restore a trained rod from a checkpoint, or from the folder that cpinn-train wrote; say how "
-    "far\n"
-    "it is from the scene's reference and how fast it is evaluated; write it at points (s, t).";
+static const char summary[] = "Open a trained rod: a folder that cpinn-train wrote, or a "
+                              "checkpoint in it. Print how far the\n"
+                              "training has come, where the tip is, and how far the rod is from "
+                              "the scene's reference. Write\n"
+                              "it at the points (s, t) of a grid or of a file.";
 
 static const char epilogue[] =
-    "Columns written, SI units: s, t; position x, y, z; quaternion qw, qx, qy, qz (body to "
-    "world);\n"
-    "strains v1..v3; curvatures u1..u3; internal force n1..n3 and moment m1..m3 (body frame); and\n"
-    "where time exists velocity vx, vy, vz (world) and angular velocity w1..w3 (body). Where time\n"
-    "has several windows, t reaches to the end of the one at work. An existing\n"
-    "--out file is replaced. Exit status: 0, or 2 with one line that says what is wrong.";
+    "Columns written, in SI units: s, t; position x, y, z; quaternion qw, qx, qy, qz (body to\n"
+    "world); strains v1..v3; curvatures u1..u3; internal force n1..n3 and moment m1..m3 (body\n"
+    "frame); in motion also velocity vx, vy, vz (world) and angular velocity w1..w3 (body). Of a\n"
+    "beam: deflection w, slope, shear force V, moment M, and w_t, slope_t. The arrays of an .npz\n"
+    "and the datasets of an HDF5 file carry their units. An existing file is replaced. Where time\n"
+    "has several windows, t reaches to the end of the one at work.\n"
+    "\n"
+    "  cpinn-eval runs/elastica\n"
+    "  cpinn-eval runs/elastica --out rod.csv\n"
+    "  cpinn-eval runs/cantilever_dynamic --grid 101x51 --out motion.npz\n"
+    "\n"
+    "Exit status: 0; 1 if what was printed could not be written; 2 with one line that says what "
+    "is\n"
+    "wrong with the input.";
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
 static const double TIMED_SECONDS = 0.2;
@@ -31,15 +41,8 @@ enum { TIMED_POINTS = 4096 };
 typedef struct options {
     const char *checkpoint, *points, *grid, *out;
     int threads;
-    bool json;
+    bool json, speed;
 } options;
-
-/* Where the field is asked for, and what it is there. */
-typedef struct samples {
-    size_t count;
-    double *s, *t;  /* [count] m, s; one allocation, `s` owns it */
-    double *values; /* [columns][count] */
-} samples;
 
 /* From "training/...", -1 or NaN: not in the checkpoint. */
 typedef struct progress {
@@ -53,16 +56,17 @@ typedef struct session {
     checkpoint *file;
     reference *known;
     field *field;
-    samples samples;
+    samples samples; /* none without --out or --speed */
+    samples tip;     /* s = length at the last time that is trained */
     progress progress;
     reference_errors errors;
-    double rate; /* evaluations per second */
+    double rate; /* evaluations per second; NaN: not asked for */
 } session;
 
 static void session_free(session *x)
 {
-    free(x->samples.s);
-    free(x->samples.values);
+    samples_free(&x->samples);
+    samples_free(&x->tip);
     field_free(x->field);
     reference_free(x->known);
     checkpoint_free(x->file);
@@ -71,44 +75,12 @@ static void session_free(session *x)
 
 /* ---- points -------------------------------------------------------------------------------- */
 
-static ad_status samples_make(samples *p, size_t count, ad_error *error)
-{
-    p->count = count;
-    p->s = calloc(2 * count + 1, sizeof *p->s);
-    if (!p->s) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
-    }
-    p->t = p->s + count;
-    return AD_OK;
-}
-
 /* The end of the window of time at work; those after it are not trained yet. */
 static double trained_until(const experiment *e)
 {
     const scene *scene = e->scene;
     int windows = scene->windows, begun = e->window + 1;
     return begun == windows ? scene->duration : scene->duration * begun / windows;
-}
-
-static ad_status points_of_grid(session *x, ad_error *error)
-{
-    const scene *scene = x->e->scene;
-    bool dynamic = scene_is_dynamic(scene);
-    const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
-    long ns, nt;
-    if (!cli_grid(text, dynamic, &ns, &nt)) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
-                       dynamic ? "" : "; this scene is static, so NT is 1");
-    }
-    samples *p = &x->samples;
-    ad_status status = samples_make(p, (size_t)(ns * nt), error);
-    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
-        long at_s = i % ns, at_t = i / ns;
-        p->s[i] = ns > 1 ? scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
-        p->t[i] = nt > 1 ? trained_until(x->e) * (double)at_t / (double)(nt - 1) : 0;
-    }
-    return status;
 }
 
 /* A point of the file that is not in the scene; an end may be missed by rounding. */
@@ -141,7 +113,7 @@ static ad_status points_of_table(session *x, const char *path, const table_file 
     if (rows == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
     }
-    ad_status status = samples_make(&x->samples, rows, error);
+    ad_status status = samples_make(&x->samples, rows, field_columns(x->field), error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         x->samples.s[i] = s[i];
         x->samples.t[i] = t ? t[i] : 0;
@@ -175,38 +147,30 @@ static void read_progress(session *x)
     checkpoint_get_doubles(x->file, "training/seconds", &p->seconds, 1, NULL);
 }
 
-static ad_status evaluate(session *x, ad_error *error)
+static ad_status evaluate(session *x, samples *p, ad_error *error)
 {
-    samples *p = &x->samples;
-    size_t columns = (size_t)field_columns(x->field);
-    p->values = malloc(columns * p->count * sizeof *p->values);
-    if (!p->values) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", p->count);
-    }
+    size_t numbers = (size_t)p->columns * p->count, bad = 0;
     ad_status status = field_evaluate(x->field, experiment_parameters(x->e), p->count, p->s, p->t,
                                       p->values, error);
-    size_t bad = 0;
-    for (size_t i = 0; status == AD_OK && i < columns * p->count; i++) {
+    for (size_t i = 0; status == AD_OK && i < numbers; i++) {
         p->values[i] += 0.0; /* no -0 in a table */
         bad += !isfinite(p->values[i]);
     }
     if (bad) {
-        cli_warn(program, "%zu of %zu values are not finite", bad, columns * p->count);
+        cli_warn(program, "%zu of %zu values are not finite", bad, numbers);
     }
     return status;
 }
 
-static ad_status write_out(const session *x, ad_error *error)
+static ad_status evaluate_tip(session *x, ad_error *error)
 {
-    const samples *p = &x->samples;
-    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
-    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
-    int count = field_columns(x->field);
-    for (int i = 0; i < count; i++) {
-        names[2 + i] = field_column_name(x->field, i);
-        columns[2 + i] = p->values + (size_t)i * p->count;
+    ad_status status = samples_make(&x->tip, 1, field_columns(x->field), error);
+    if (status != AD_OK) {
+        return status;
     }
-    return table_write(x->asked.out, names, columns, (size_t)count + 2, p->count, error);
+    *x->tip.s = x->e->settings->scene.rod.length;
+    *x->tip.t = trained_until(x->e);
+    return evaluate(x, &x->tip, error);
 }
 
 /* The asked points over and over, repeated to a batch worth timing. */
@@ -214,7 +178,7 @@ static ad_status measure(session *x, ad_error *error)
 {
     const samples *p = &x->samples;
     size_t batch = p->count > TIMED_POINTS ? p->count : TIMED_POINTS, done = 0;
-    double *memory = malloc((2 + (size_t)field_columns(x->field)) * batch * sizeof *memory);
+    double *memory = malloc((2 + (size_t)p->columns) * batch * sizeof *memory);
     if (!memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", batch);
     }
@@ -307,17 +271,40 @@ static void print_reference(const session *x)
     }
 }
 
+/* The position of a rod, the deflection of a beam. */
+static void print_tip(const session *x)
+{
+    const scene *scene = x->e->scene;
+    printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
+    for (int i = 0; i < model_of(scene)->position_columns; i++) {
+        printf(" %.9g", x->tip.values[i]);
+    }
+    printf(" m");
+    if (scene_is_dynamic(scene)) {
+        printf(" at t = %g s", *x->tip.t);
+    }
+    putchar('\n');
+}
+
+static void print_speed(const session *x)
+{
+    printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n", x->rate,
+           field_columns(x->field), ad_pool_threads(x->e->pool),
+           ad_pool_threads(x->e->pool) == 1 ? "" : "s");
+}
+
 static void print_report(const session *x)
 {
     print_progress(x);
+    print_tip(x);
     if (x->known) {
         print_reference(x);
     } else if (!x->e->warning[0]) {
         printf("no reference to compare with\n");
     }
-    printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n", x->rate,
-           field_columns(x->field), ad_pool_threads(x->e->pool),
-           ad_pool_threads(x->e->pool) == 1 ? "" : "s");
+    if (x->asked.speed) {
+        print_speed(x);
+    }
     if (x->asked.out) {
         printf("wrote %s: %zu points\n", x->asked.out, x->samples.count);
     }
@@ -379,6 +366,20 @@ static void print_json_reference(const session *x)
     printf("}");
 }
 
+static void print_json_tip(const session *x)
+{
+    int count = model_of(x->e->scene)->position_columns;
+    printf("\"tip\": {");
+    json_number("s", *x->tip.s);
+    printf(", ");
+    json_number("t", *x->tip.t);
+    for (int i = 0; i < count; i++) {
+        printf(", ");
+        json_number(field_column_name(x->field, i), x->tip.values[i]);
+    }
+    printf("}");
+}
+
 static void print_json(const session *x)
 {
     printf("{");
@@ -393,6 +394,8 @@ static void print_json(const session *x)
     printf(", \"stages\": %d, ", x->e->settings->stage_count);
     json_number("training_seconds", x->progress.seconds);
     printf(", \"parameters\": %zu, ", x->e->count);
+    print_json_tip(x);
+    printf(", ");
     print_json_reference(x);
     printf(", ");
     json_number("evaluations_per_second", x->rate);
@@ -401,43 +404,64 @@ static void print_json(const session *x)
     printf("}\n");
 }
 
-static ad_status run(session *x, ad_error *error)
+static ad_status open_field(session *x, ad_error *error)
 {
-    ad_status status = x->asked.out ? table_check_path(x->asked.out, error) : AD_OK;
-    if (status != AD_OK) {
-        return status;
-    }
-    status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e, &x->file,
-                                    error);
+    ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
+                                              &x->file, error);
     if (status == AD_OK) {
         read_progress(x);
-        status = x->asked.points ? points_of_file(x, error) : points_of_grid(x, error);
-    }
-    if (status == AD_OK) {
         status = field_create(x->e->scene, x->e->mlp, false, x->e->pool, &x->field, error);
     }
     if (status == AD_OK) {
         field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);
-        status = evaluate(x, error);
     }
-    if (status == AD_OK && x->asked.out) {
-        status = write_out(x, error);
+    return status;
+}
+
+static ad_status evaluate_points(session *x, ad_error *error)
+{
+    ad_status status = x->asked.points
+                           ? points_of_file(x, error)
+                           : samples_of_grid(&x->samples, x->asked.grid, x->e->scene,
+                                             trained_until(x->e), field_columns(x->field), error);
+    if (status == AD_OK) {
+        status = evaluate(x, &x->samples, error);
+    }
+    return status == AD_OK && x->asked.out
+               ? samples_write(&x->samples, x->e->scene, x->asked.out, error)
+               : status;
+}
+
+static ad_status run(session *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK) {
+        status = open_field(x, error);
+    }
+    if (status == AD_OK) {
+        status = evaluate_tip(x, error);
+    }
+    if (status == AD_OK && (o->out || o->speed)) {
+        status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
         status = compare(x, error);
     }
-    return status == AD_OK ? measure(x, error) : status;
+    return status == AD_OK && o->speed ? measure(x, error) : status;
 }
 
 int main(int argc, char **argv)
 {
-    session x = {.e = NULL};
+    session x = {.e = NULL, .rate = NAN};
     const cli_option list[] = {
+        {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
+         "write the rod, as .csv, .h5, .hdf5 or .npz"},
+        {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
         {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
-         "CSV or HDF5 with columns s and, where time exists, t"},
-        {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0,
-         "that many points along s and t, ends included\n(default 101x1 static, 51x21 dynamic)"},
-        {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0, "write the values, as .csv, .h5 or .hdf5"},
+         "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},
+        {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
+         "measure how many points are evaluated in a second"},
         {"--json", NULL, CLI_FLAG, &x.asked.json, 0, 0, "report as one JSON object"},
         {"--threads", "N", CLI_INTEGER, &x.asked.threads, 0, 1024,
          "default 0: one for each processor"}};
@@ -449,6 +473,10 @@ int main(int argc, char **argv)
     }
     if (x.asked.points && x.asked.grid) {
         return cli_fail(program, "--points and --grid are given; allowed: one of the two");
+    }
+    if ((x.asked.points || x.asked.grid) && !x.asked.out && !x.asked.speed) {
+        return cli_fail(program, "%s: nothing would be written there; give --out FILE too",
+                        x.asked.grid ? "--grid" : "--points");
     }
     ad_error error = {.message = ""};
     status = 0;

@@ -5,6 +5,7 @@
 #include "tools/files/table_file.h"
 #include "tools/judge/sweep.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/samples.h"
 #include "tools/train/clock.h"
 #include "tools/train/reference.h"
 
@@ -50,14 +51,6 @@ typedef struct options {
     bool quiet;
 } options;
 
-/* Where the rod is asked for, and what it is there, in SI units. */
-typedef struct samples {
-    size_t count;
-    int columns;
-    double *s, *t;  /* [count]; one allocation, `s` owns it */
-    double *values; /* [columns][count] */
-} samples;
-
 typedef struct session {
     options asked;
     char name[128];   /* of the scene */
@@ -72,12 +65,6 @@ typedef struct session {
     solve_report report;
     double seconds;
 } session;
-
-static void samples_free(samples *p)
-{
-    free(p->s);
-    free(p->values);
-}
 
 static void session_free(session *x)
 {
@@ -94,47 +81,6 @@ static void session_free(session *x)
 static ad_status evaluate(const solution *solved, const samples *p, ad_error *error)
 {
     return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
-}
-
-/* The points that --grid asks for, or their default. */
-static ad_status grid_of(const session *x, long *ns, long *nt, ad_error *error)
-{
-    bool dynamic = scene_is_dynamic(x->scene);
-    const char *text = x->asked.grid ? x->asked.grid : dynamic ? "51x21" : "101x1";
-    return cli_grid(text, dynamic, ns, nt)
-               ? AD_OK
-               : ad_fail(error, AD_BAD_ARGUMENT,
-                         "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
-                         dynamic ? "" : "; this scene is static, so NT is 1");
-}
-
-static ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
-{
-    p->count = count;
-    p->columns = columns;
-    p->s = malloc(2 * count * sizeof *p->s);
-    p->values = malloc((size_t)columns * count * sizeof *p->values);
-    if (!p->s || !p->values) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
-    }
-    p->t = p->s + count;
-    return AD_OK;
-}
-
-static ad_status samples_of_grid(session *x, ad_error *error)
-{
-    samples *p = &x->grid;
-    long ns, nt;
-    ad_status status = grid_of(x, &ns, &nt, error);
-    if (status == AD_OK) {
-        status = samples_make(p, (size_t)(ns * nt), solution_columns(x->scene), error);
-    }
-    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
-        long at_s = i % ns, at_t = i / ns;
-        p->s[i] = ns > 1 ? x->scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
-        p->t[i] = nt > 1 ? x->scene->duration * (double)at_t / (double)(nt - 1) : 0;
-    }
-    return status;
 }
 
 /* Those of the grid and of the reference. */
@@ -155,17 +101,8 @@ static ad_status gather_times(session *x, ad_error *error)
 
 static ad_status write_out(session *x, ad_error *error)
 {
-    const samples *p = &x->grid;
-    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
-    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
-    for (int i = 0; i < p->columns; i++) {
-        names[2 + i] = model_of(x->scene)->columns[i].name;
-        columns[2 + i] = p->values + (size_t)i * p->count;
-    }
-    ad_status status = evaluate(x->solved, p, error);
-    return status == AD_OK
-               ? table_write(x->asked.out, names, columns, (size_t)p->columns + 2, p->count, error)
-               : status;
+    ad_status status = evaluate(x->solved, &x->grid, error);
+    return status == AD_OK ? samples_write(&x->grid, x->scene, x->asked.out, error) : status;
 }
 
 /* ---- report -------------------------------------------------------------------------------- */
@@ -363,6 +300,7 @@ static double sweep_row(void *context, int nodes, double seconds, const solution
 static ad_status sweep_write(const session *x, const sweep *rows, ad_error *error)
 {
     static const char *const names[3] = {"seconds", "error", "nodes"};
+    static const char *const units[3] = {"s", "", ""};
     const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
     if (!x->asked.quiet) {
         printf("%6s %10s %12s\n", "nodes", "ms", "error");
@@ -371,7 +309,12 @@ static ad_status sweep_write(const session *x, const sweep *rows, ad_error *erro
                    rows->errors[i]);
         }
     }
-    return table_write(x->asked.work_precision, names, columns, 3, (size_t)rows->count, error);
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .ncols = 3,
+                                .nrows = (size_t)rows->count,
+                                .units = units};
+    return table_write(x->asked.work_precision, &table, error);
 }
 
 static ad_status work_precision(session *x, ad_error *error)
@@ -456,7 +399,8 @@ static ad_status prepare(session *x, ad_error *error)
     x->scene = &x->settings->scene;
     snprintf(x->name, sizeof x->name, "%s", x->settings->settings.name);
     choose_tolerance(x);
-    status = samples_of_grid(x, error);
+    status = samples_of_grid(&x->grid, o->grid, x->scene, x->scene->duration,
+                             solution_columns(x->scene), error);
     if (status == AD_OK) {
         status = open_reference(x, error);
     }
@@ -506,10 +450,9 @@ int main(int argc, char **argv)
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
          "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
          "shapes"},
-        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "write the values, as .csv, .h5 or .hdf5"},
-        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0,
-         "where: that many points along s and t, ends included\n(default 101x1 static, 51x21 "
-         "dynamic)"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
+         "write the solution, as .csv, .h5, .hdf5 or .npz"},
+        {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes; print and write run time and\nerror against the finest; "
          "cpinn-bench --methods config,solver draws it beside networks"},
@@ -523,6 +466,9 @@ int main(int argc, char **argv)
     }
     if (o->nodes > 0 && o->work_precision) {
         return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");
+    }
+    if (o->grid && !o->out && !o->work_precision) {
+        return cli_fail(program, "--grid: nothing would be written there; give --out FILE too");
     }
     ad_error error = {.message = ""};
     status = run(&x, &error) == AD_OK ? complain(&x) : cli_fail_error(program, &error);

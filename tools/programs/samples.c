@@ -1,0 +1,64 @@
+#include "tools/programs/samples.h"
+
+#include "tools/files/table_file.h"
+#include "tools/programs/cli.h"
+
+#include <stdlib.h>
+
+ad_status samples_make(samples *p, size_t count, int columns, ad_error *error)
+{
+    p->count = count;
+    p->columns = columns;
+    p->s = calloc(2 * count + 1, sizeof *p->s);
+    p->values = calloc((size_t)columns * count + 1, sizeof *p->values);
+    if (!p->s || !p->values) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", count);
+    }
+    p->t = p->s + count;
+    return AD_OK;
+}
+
+void samples_free(samples *p)
+{
+    free(p->s);
+    free(p->values);
+}
+
+ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
+                          int columns, ad_error *error)
+{
+    bool dynamic = scene_is_dynamic(scene);
+    const char *text = grid ? grid : dynamic ? "51x21" : "101";
+    long ns, nt;
+    if (!cli_grid(text, dynamic, &ns, &nt)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "--grid %s: allowed: NSxNT, the number of points along s and t%s", text,
+                       dynamic ? "" : "; this scene is static, so NT is 1");
+    }
+    ad_status status = samples_make(p, (size_t)(ns * nt), columns, error);
+    for (long i = 0; status == AD_OK && i < ns * nt; i++) {
+        long at_s = i % ns, at_t = i / ns;
+        p->s[i] = ns > 1 ? scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
+        p->t[i] = nt > 1 ? until * (double)at_t / (double)(nt - 1) : 0;
+    }
+    return status;
+}
+
+ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
+{
+    const model_column *model = model_of(scene)->columns;
+    const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
+    const char *units[2 + MODEL_COLUMNS_MAX] = {"m", "s"};
+    const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};
+    for (int i = 0; i < p->columns; i++) {
+        names[2 + i] = model[i].name;
+        units[2 + i] = model[i].unit;
+        columns[2 + i] = p->values + (size_t)i * p->count;
+    }
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .ncols = (size_t)p->columns + 2,
+                                .nrows = p->count,
+                                .units = units};
+    return table_write(path, &table, error);
+}

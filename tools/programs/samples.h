@@ -1,0 +1,32 @@
+/* The points (s, t) at which a program is asked for a solution, and what the solution is there. */
+#ifndef TOOLS_PROGRAMS_SAMPLES_H
+#define TOOLS_PROGRAMS_SAMPLES_H
+
+#include "autodiff/error.h"
+#include "physics/model.h"
+
+typedef struct samples {
+    size_t count;
+    int columns;    /* the first of the scene's model */
+    double *s, *t;  /* [count] m, s; one allocation, `s` owns it */
+    double *values; /* [columns][count], SI units */
+} samples;
+
+/* What --grid takes, for --help. */
+#define SAMPLES_GRID_HELP                                                                          \
+    "that many points along s and t, ends included, t varying\nslowest; at rest NS (default 101 "  \
+    "at rest, 51x21 in motion)"
+
+/* Room for `count` points; zeros. AD_NO_MEMORY. */
+ad_status samples_make(samples *p, size_t count, int columns, ad_error *error);
+void samples_free(samples *p);
+
+/* The points of --grid, "NSxNT" or "NS", NULL for the default, from s = 0 to the length and from
+ * t = 0 to `until`. AD_BAD_ARGUMENT: it is neither, or too many points. */
+ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, double until,
+                          int columns, ad_error *error);
+
+/* Write s, t and the columns, with their units, as a table; see tools/files/table_file.h. */
+ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error);
+
+#endif
