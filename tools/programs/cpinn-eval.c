@@ -168,7 +168,7 @@ static ad_status evaluate_tip(session *x, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    *x->tip.s = x->e->settings->scene.rod.length;
+    *x->tip.s = x->e->scene->rod.length;
     *x->tip.t = trained_until(x->e);
     return evaluate(x, &x->tip, error);
 }
