@@ -492,23 +492,31 @@ static void test_several_equilibria(void **state)
 }
 
 /* Errors below that of the reference are not told apart. */
-static void test_doubts(void **state)
+static bool is_too_coarse(const reference *r, double position_max, verdict *found)
+{
+    *found = (verdict){.count = 0};
+    reference_verdict(r, &(reference_errors){.position_max = position_max}, found);
+    return verdict_has(found, VERDICT_REFERENCE_TOO_COARSE);
+}
+
+static void test_too_coarse(void **state)
 {
     (void)state;
-    char text[REFERENCE_DOUBT] = "";
+    verdict found;
     experiment *e = experiment_of("rod.yaml", rod, "reference.solve=1e-4");
     reference *r = NULL;
     assert_int_equal(reference_create(e, &r, NULL), AD_OK);
     double estimate = reference_estimates(r).position_max;
-    assert_true(reference_doubts(r, &(reference_errors){.position_max = 0.9 * estimate}, text));
-    assert_says(text, "the reference itself is off by an estimated ");
-    assert_false(reference_doubts(r, &(reference_errors){.position_max = 1.1 * estimate}, text));
-    assert_false(reference_doubts(r, &(reference_errors){.position_max = NAN}, text));
+    assert_true(is_too_coarse(r, 0.9 * estimate, &found));
+    assert_int_equal(verdict_outcome_of(&found), VERDICT_SOLVED);
+    assert_says(verdict_text(&found), "the reference itself is off by an estimated ");
+    assert_false(is_too_coarse(r, 1.1 * estimate, &found));
+    assert_false(is_too_coarse(r, NAN, &found));
     reference_free(r);
     experiment_free(e);
     e = experiment_of("configs/elastica.yaml", NULL, NULL);
     assert_int_equal(reference_create(e, &r, NULL), AD_OK);
-    assert_false(reference_doubts(r, &(reference_errors){.position_max = 0}, text));
+    assert_false(is_too_coarse(r, 0, &found));
     reference_free(r);
     experiment_free(e);
 }
@@ -522,6 +530,6 @@ int main(void)
         TEST(test_collision),    TEST(test_unwritable),    TEST(test_ways),
         TEST(test_same_physics), TEST(test_other_physics), TEST(test_every_key),
         TEST(test_refused),      TEST(test_beam),          TEST(test_several_equilibria),
-        TEST(test_doubts)};
+        TEST(test_too_coarse)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

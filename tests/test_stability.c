@@ -47,8 +47,7 @@ static int count_ways(const experiment *e)
 }
 
 /* Trained, as the default network is, and counted. */
-static int ways_of(const char *text, const char *first, const char *second,
-                   char doubt[TRAINER_DOUBT])
+static int ways_of(const char *text, const char *first, const char *second, verdict *found)
 {
     const char *overrides[] = {first, second};
     ad_error error = {AD_OK, ""};
@@ -62,9 +61,7 @@ static int ways_of(const char *text, const char *first, const char *second,
         assert_int_equal(trainer_step(s.trainer, &error), AD_OK);
     }
     int ways = count_ways(s.e);
-    if (!trainer_doubts(s.trainer, doubt)) {
-        doubt[0] = '\0';
-    }
+    trainer_verdict(s.trainer, found);
     session_free(&s);
     return ways;
 }
@@ -88,13 +85,14 @@ static void test_columns(void **state)
                 {1.005, "rod.stiffness.bending=[3, 12]", 0},  /* in the plane about d2 */
                 {0.252, "rod.stiffness.bending=[12, 3]", 1}}; /* EI is that about d1 */
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        char load[64], doubt[TRAINER_DOUBT];
+        char load[64];
+        verdict found;
         snprintf(load, sizeof load, "loads.tip.force[2]=%.17g", -rows[i].load * euler);
-        int ways = ways_of(COLUMN, load, rows[i].override, doubt);
+        int ways = ways_of(COLUMN, load, rows[i].override, &found);
         if (ways != rows[i].ways) {
             fail_msg("row %zu: %d ways instead of %d", i, ways, rows[i].ways);
         }
-        assert_int_equal(strncmp(doubt, "unstable: ", 10) == 0, ways > 0);
+        assert_int_equal(verdict_has(&found, VERDICT_UNSTABLE), ways > 0);
     }
 }
 
@@ -104,21 +102,22 @@ static void test_strut(void **state)
     (void)state;
     const double critical = 500 * (1 - sqrt(1 - 16 * 4 * euler / 1000));
     for (int i = 0; i < 2; i++) {
-        char place[80], doubt[TRAINER_DOUBT];
+        char place[80];
+        verdict found;
         double load = critical * (i ? 1.01 : 0.99);
         snprintf(place, sizeof place, "boundary.end.position=[0, 0, %.17g]", 1 - load / 1000);
-        assert_int_equal(ways_of(STRUT, place, NULL, doubt), i);
-        assert_int_equal(ways_of(STRUT, place, "motion=spatial", doubt), 2 * i);
+        assert_int_equal(ways_of(STRUT, place, NULL, &found), i);
+        assert_int_equal(ways_of(STRUT, place, "motion=spatial", &found), 2 * i);
     }
 }
 
 static void test_not_asked(void **state)
 {
     (void)state;
-    char doubt[TRAINER_DOUBT];
-    assert_int_equal(ways_of(COLUMN, "loads.tip.frame=follower", NULL, doubt), -1);
-    assert_int_equal(ways_of(COLUMN, "loads.tip={moment: [0, 1, 1]}", NULL, doubt), -1);
-    assert_int_equal(ways_of(COLUMN, "loads.tip={moment: [0, 1, 0]}", NULL, doubt), 0);
+    verdict found;
+    assert_int_equal(ways_of(COLUMN, "loads.tip.frame=follower", NULL, &found), -1);
+    assert_int_equal(ways_of(COLUMN, "loads.tip={moment: [0, 1, 1]}", NULL, &found), -1);
+    assert_int_equal(ways_of(COLUMN, "loads.tip={moment: [0, 1, 0]}", NULL, &found), 0);
 }
 
 int main(void)

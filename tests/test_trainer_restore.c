@@ -115,7 +115,8 @@ static void test_items(void **state)
                          AD_OK);
         for (size_t i = 0; i < checkpoint_count(good); i++) {
             const char *name = checkpoint_name(good, i);
-            if (strcmp(name, "scene/yaml") != 0) { /* whoever opens the file has read it */
+            /* Whoever opens the file has read the one; the other is found anew. */
+            if (strcmp(name, "scene/yaml") != 0 && strcmp(name, "verdict") != 0) {
                 check_tampered(good, (tamper){name, LEAVE_OUT, 0});
                 check_tampered(good, (tamper){name, LENGTHEN, 0});
             }

@@ -124,8 +124,8 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
     return status;
 }
 
-/* The largest, over the largest energy. */
-static double mismatch_of(const dynamic_solution *x)
+/* The largest energy, and the largest mismatch over it. */
+static void take_energies(const dynamic_solution *x, solve_report *report)
 {
     double mismatch = 0, largest = 0;
     for (size_t i = 0; i < x->count; i++) {
@@ -133,7 +133,8 @@ static double mismatch_of(const dynamic_solution *x)
         mismatch = fmax(mismatch, fabs(e->mismatch));
         largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
     }
-    return mismatch > 0 ? mismatch / largest : 0;
+    report->energy = largest;
+    report->energy_mismatch = mismatch > 0 ? mismatch / largest : 0;
 }
 
 static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, const double *times,
@@ -147,7 +148,7 @@ static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, 
     }
     status = integrate_either(rod, x, by, report, error);
     report->nodes = (int)motion_nodes(x->motion);
-    report->energy_mismatch = mismatch_of(x);
+    take_energies(x, report);
     if (status != AD_OK) {
         dynamic_free(x);
         return status;

@@ -4,6 +4,7 @@
 #define PHYSICS_SOLVE_SOLVE_H
 
 #include "physics/model.h"
+#include "physics/verdict.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,6 +33,7 @@ typedef struct solve_report {
     double load_fraction;   /* static: reached; 1: all of it */
     double time;            /* dynamic: reached, of the duration */
     double energy_mismatch; /* dynamic: the largest, over the largest energy */
+    double energy;          /* dynamic: the largest, over EI/L */
     bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
@@ -70,12 +72,12 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
 /* Of a rod, not of a beam, at t (s, of the times given; a static scene does not look at it). */
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
 
-/* What a user has to be told of a solution: that it is not that of the whole load, that it may be
- * less accurate than asked, or that the shape at rest is not stable (physics/solve/stability.h).
- * Returns whether there is anything to tell; `text` is one sentence. */
-enum { SOLUTION_DOUBT = 320 };
-bool solution_doubts(const solution *x, const scene *rod_scene, const solve_settings *settings,
-                     const solve_report *report, char text[SOLUTION_DOUBT]);
+/* What speaks against a solution: that it is not that of the whole load, that its estimated error
+ * is above the tolerance (where nodes are not prescribed), that the energy of a motion is out of
+ * balance, or that the shape at rest is not stable (physics/solve/stability.h). And the remark that
+ * there may be other equilibria. */
+void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
+                      const solve_report *report, verdict *result);
 
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);

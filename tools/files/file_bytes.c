@@ -27,6 +27,21 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
+ad_status file_bytes_check(const char *path, ad_error *error)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
+    if (!folder) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the name of a folder");
+    }
+    ad_status status = access(folder, W_OK | X_OK) == 0
+                           ? AD_OK
+                           : ad_fail(error, AD_IO, "%s: no file can be written there: %s",
+                                     file_bytes_shown(path), strerror(errno));
+    free(folder);
+    return status;
+}
+
 char *file_bytes_older(const char *path, int index)
 {
     const char *dot = strrchr(base_name(path), '.');

@@ -28,6 +28,9 @@ ad_status file_bytes_read(const char *path, size_t limit, unsigned char **bytes,
 ad_status file_bytes_write(const char *path, const void *bytes, size_t size, int keep,
                            ad_error *error);
 
+/* Whether a file can be written there, as far as its folder tells. AD_IO, AD_NO_MEMORY. */
+ad_status file_bytes_check(const char *path, ad_error *error);
+
 /* Name of the generation `index` >= 1 of `path`: "run/checkpoint.h5" gives "run/checkpoint.1.h5".
  * The caller frees it; NULL when memory ran out. */
 char *file_bytes_older(const char *path, int index);

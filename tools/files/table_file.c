@@ -1,10 +1,8 @@
 #include "tools/files/table_file.h"
 
-#include <errno.h>
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_parts.h"
@@ -287,17 +285,7 @@ ad_status table_check_path(const char *path, ad_error *error)
     if (format_of(path) == FORMAT_UNKNOWN) {
         return fail_format(path, AD_BAD_ARGUMENT, error);
     }
-    const char *slash = strrchr(path, '/');
-    char *folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
-    if (!folder) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for the name of a folder");
-    }
-    ad_status status = access(folder, W_OK | X_OK) == 0
-                           ? AD_OK
-                           : ad_fail(error, AD_IO, "%s: no file can be written there: %s",
-                                     file_bytes_shown(path), strerror(errno));
-    free(folder);
-    return status;
+    return file_bytes_check(path, error);
 }
 
 static ad_status to_bytes(const table_source *source, table_format format, unsigned char **bytes,

@@ -4,7 +4,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
 #include "tools/train/clock.h"
-#include "tools/train/reference.h"
+#include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -59,6 +59,8 @@ typedef struct session {
     samples samples; /* none without --out or --speed */
     samples tip;     /* s = length at the last time that is trained */
     progress progress;
+    bool is_judged;
+    verdict verdict; /* of training, where it is judged */
     reference_errors errors;
     double rate; /* evaluations per second; NaN: not asked for */
 } session;
@@ -138,13 +140,15 @@ static ad_status points_of_file(session *x, ad_error *error)
 
 /* ---- work ---------------------------------------------------------------------------------- */
 
-static void read_progress(session *x)
+static ad_status read_progress(session *x, ad_error *error)
 {
     progress *p = &x->progress;
     *p = (progress){-1, -1, NAN};
     checkpoint_get_int64(x->file, "training/step", &p->step, 1, NULL);
     checkpoint_get_int64(x->file, "training/stage", &p->stage, 1, NULL);
     checkpoint_get_doubles(x->file, "training/seconds", &p->seconds, 1, NULL);
+    x->is_judged = checkpoint_has(x->file, "verdict");
+    return x->is_judged ? report_get_verdict(x->file, &x->verdict, error) : AD_OK;
 }
 
 static ad_status evaluate(session *x, samples *p, ad_error *error)
@@ -249,7 +253,6 @@ static void print_error(const char *name, double value, const char *unit)
 
 static void print_reference(const session *x)
 {
-    char doubt[REFERENCE_DOUBT];
     if (*reference_account(x->known)) {
         printf("reference: %s\n", reference_account(x->known));
     }
@@ -265,9 +268,6 @@ static void print_reference(const session *x)
     print_error("rotation, largest", x->errors.rotation_max, " rad");
     if (isnan(x->errors.position)) {
         printf("  the position is not a number\n");
-    }
-    if (reference_doubts(x->known, &x->errors, doubt)) {
-        printf("  %s\n", doubt);
     }
 }
 
@@ -296,6 +296,9 @@ static void print_speed(const session *x)
 static void print_report(const session *x)
 {
     print_progress(x);
+    if (x->is_judged) {
+        verdict_print(stdout, "verdict on training: ", &x->verdict);
+    }
     print_tip(x);
     if (x->known) {
         print_reference(x);
@@ -310,98 +313,42 @@ static void print_report(const session *x)
     }
 }
 
-static void json_text(const char *name, const char *text)
+static void print_json_tip(json *to, const session *x)
 {
-    printf("\"%s\": ", name);
-    if (!text) {
-        printf("null");
-        return;
+    json_open(to, "tip", '{');
+    json_number(to, "s", *x->tip.s);
+    json_number(to, "t", *x->tip.t);
+    for (int i = 0; i < model_of(x->e->scene)->position_columns; i++) {
+        json_number(to, field_column_name(x->field, i), x->tip.values[i]);
     }
-    putchar('"');
-    for (; *text; text++) {
-        if (*text == '"' || *text == '\\') {
-            putchar('\\');
-        }
-        if ((unsigned char)*text < ' ') {
-            printf("\\u%04x", (unsigned)(unsigned char)*text);
-        } else {
-            putchar(*text);
-        }
+    json_close(to, '}');
+}
+
+static ad_status print_json(const session *x, ad_error *error)
+{
+    json to;
+    json_begin(&to);
+    json_text(&to, "name", x->e->settings->name);
+    json_text(&to, "checkpoint", x->asked.checkpoint);
+    if (x->is_judged) {
+        report_verdict(&to, &x->verdict);
+    } else {
+        json_null(&to, "verdict");
     }
-    putchar('"');
-}
-
-/* JSON has neither NaN nor infinity. */
-static void json_number(const char *name, double value)
-{
-    printf(isfinite(value) ? "\"%s\": %.17g" : "\"%s\": null", name, value);
-}
-
-static void json_integer(const char *name, int64_t value)
-{
-    printf(value >= 0 ? "\"%s\": %lld" : "\"%s\": null", name, (long long)value);
-}
-
-static void print_json_reference(const session *x)
-{
-    if (!x->known) {
-        printf("\"reference\": null");
-        return;
-    }
-    printf("\"reference\": {");
-    json_text("name", reference_name(x->known));
-    printf(", \"points\": %zu, \"left_out\": %zu, ", reference_points(x->known),
-           reference_left_out(x->known));
-    json_number("estimated_error_over_length", reference_estimates(x->known).position_max);
-    printf(", ");
-    json_number("position_relative_l2", x->errors.position);
-    printf(", ");
-    json_number("position_max_over_length", x->errors.position_max);
-    printf(", ");
-    json_number("tip_over_length", x->errors.tip);
-    printf(", ");
-    json_number("rotation_rms_rad", x->errors.rotation);
-    printf(", ");
-    json_number("rotation_max_rad", x->errors.rotation_max);
-    printf("}");
-}
-
-static void print_json_tip(const session *x)
-{
-    int count = model_of(x->e->scene)->position_columns;
-    printf("\"tip\": {");
-    json_number("s", *x->tip.s);
-    printf(", ");
-    json_number("t", *x->tip.t);
-    for (int i = 0; i < count; i++) {
-        printf(", ");
-        json_number(field_column_name(x->field, i), x->tip.values[i]);
-    }
-    printf("}");
-}
-
-static void print_json(const session *x)
-{
-    printf("{");
-    json_text("name", x->e->settings->name);
-    printf(", ");
-    json_text("checkpoint", x->asked.checkpoint);
-    printf(", ");
-    json_integer("step", x->progress.step);
-    printf(", ");
-    printf("\"window\": %d, \"windows\": %d, ", x->e->window, x->e->scene->windows);
-    json_integer("stage", x->progress.stage);
-    printf(", \"stages\": %d, ", x->e->settings->stage_count);
-    json_number("training_seconds", x->progress.seconds);
-    printf(", \"parameters\": %zu, ", x->e->count);
-    print_json_tip(x);
-    printf(", ");
-    print_json_reference(x);
-    printf(", ");
-    json_number("evaluations_per_second", x->rate);
-    printf(", \"threads\": %d, \"points\": %zu, ", ad_pool_threads(x->e->pool), x->samples.count);
-    json_text("out", x->asked.out);
-    printf("}\n");
+    json_number(&to, "step", x->progress.step < 0 ? NAN : (double)x->progress.step);
+    json_integer(&to, "window", x->e->window);
+    json_integer(&to, "windows", x->e->scene->windows);
+    json_number(&to, "stage", x->progress.stage < 0 ? NAN : (double)x->progress.stage);
+    json_integer(&to, "stages", x->e->settings->stage_count);
+    json_number(&to, "training_seconds", x->progress.seconds);
+    json_integer(&to, "parameters", (int64_t)x->e->count);
+    print_json_tip(&to, x);
+    report_reference(&to, x->known, &x->errors);
+    json_number(&to, "evaluations_per_second", x->rate);
+    json_integer(&to, "threads", ad_pool_threads(x->e->pool));
+    json_integer(&to, "points", (int64_t)x->samples.count);
+    json_text(&to, "out", x->asked.out);
+    return json_end(&to, "-", error);
 }
 
 static ad_status open_field(session *x, ad_error *error)
@@ -409,7 +356,9 @@ static ad_status open_field(session *x, ad_error *error)
     ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
                                               &x->file, error);
     if (status == AD_OK) {
-        read_progress(x);
+        status = read_progress(x, error);
+    }
+    if (status == AD_OK) {
         status = field_create(x->e->scene, x->e->mlp, false, x->e->pool, &x->field, error);
     }
     if (status == AD_OK) {
@@ -483,7 +432,7 @@ int main(int argc, char **argv)
     if (run(&x, &error) != AD_OK) {
         status = cli_fail_error(program, &error);
     } else if (x.asked.json) {
-        print_json(&x);
+        status = print_json(&x, &error) == AD_OK ? 0 : cli_fail_error(program, &error);
     } else {
         print_report(&x);
     }

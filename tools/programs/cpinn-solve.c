@@ -2,12 +2,13 @@
 #include "physics/beam.h"
 #include "physics/model.h"
 #include "tools/config/config_experiment.h"
+#include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
 #include "tools/judge/sweep.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
 #include "tools/train/clock.h"
-#include "tools/train/reference.h"
+#include "tools/train/report.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -39,9 +40,16 @@ static const char epilogue[] =
     "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
     "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
     "\n"
-    "Exit status: 0; 1 with one line if the whole load or the tolerance was not reached; 2 with "
-    "one\n"
-    "line that says what is wrong with the input.";
+    "--json writes one object: program, version, name, verdict {outcome, reason, text, "
+    "exit_status,\n"
+    "findings: [{reason, outcome, text}]}, nodes, steps (of the load, in motion of time),\n"
+    "newton_steps, seconds, tolerance, estimated_error, load_factor, energy_out_of_balance, "
+    "reference\n"
+    "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
+    "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out.\n"
+    "Numbers that are not known are null; what was not reached is not there.\n"
+    "\n"
+    "Where the whole load is not reached, nothing is written but one line (load_not_reached).";
 
 typedef struct options {
     const char *config, *grid, *out, *work_precision;
@@ -49,6 +57,7 @@ typedef struct options {
     double tolerance, perturbation;
     int nodes;
     bool quiet;
+    const char *json;
 } options;
 
 typedef struct session {
@@ -63,6 +72,8 @@ typedef struct session {
     double *times; /* [time_count] at which a motion is wanted, s */
     solution *solved;
     solve_report report;
+    reference_errors errors; /* of it, against `known` */
+    verdict verdict;
     double seconds;
 } session;
 
@@ -112,17 +123,14 @@ static bool reached(const session *x)
     return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
 }
 
-/* Whether the load or the tolerance was not reached. */
-static bool falls_short(const session *x)
+/* With --work-precision the tolerance is only that of the solution that others are compared with.
+ */
+static void judge(session *x)
 {
-    return !reached(x) || (x->asked.nodes == 0 && !x->asked.work_precision &&
-                           !(x->report.estimate <= x->asked.tolerance));
-}
-
-static bool doubts(const session *x, char text[SOLUTION_DOUBT])
-{
-    const solve_settings settings = {x->asked.tolerance, x->asked.nodes, x->asked.perturbation};
-    return solution_doubts(x->solved, x->scene, &settings, &x->report, text);
+    const options *o = &x->asked;
+    const solve_settings settings = {o->tolerance, o->work_precision ? x->report.nodes : o->nodes,
+                                     o->perturbation};
+    solution_verdict(x->solved, x->scene, &settings, &x->report, &x->verdict);
 }
 
 static void print_number(const char *name, double value)
@@ -171,19 +179,15 @@ static void print_error(const char *name, double value, const char *unit)
     }
 }
 
-static ad_status print_reference(session *x, ad_error *error)
+static void print_reference(const session *x)
 {
-    reference_errors errors;
-    ad_status status = reference_compare_solution(x->known, x->solved, &errors, error);
-    if (status == AD_OK) {
-        printf("difference from %s (%zu points)\n", reference_name(x->known),
-               reference_points(x->known));
-        print_error("position, relative L2", errors.position, "");
-        print_error("position, largest", errors.position_max, " of the length");
-        print_error("tip", errors.tip, " of the length");
-        print_error("rotation, largest", errors.rotation_max, " rad");
-    }
-    return status;
+    const reference_errors *errors = &x->errors;
+    printf("difference from %s (%zu points)\n", reference_name(x->known),
+           reference_points(x->known));
+    print_error("position, relative L2", errors->position, "");
+    print_error("position, largest", errors->position_max, " of the length");
+    print_error("tip", errors->tip, " of the length");
+    print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
 /* At the end. */
@@ -235,27 +239,36 @@ static ad_status print_report(session *x, ad_error *error)
     }
     puts(" m");
     status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
-    char doubt[SOLUTION_DOUBT];
-    if (status == AD_OK && !falls_short(x) && doubts(x, doubt)) {
-        puts(doubt);
-    } else if (status == AD_OK && r->may_buckle) {
-        printf("pushed from both ends: of possibly several equilibria this one continues %s\n",
-               x->asked.perturbation == 0 && !scene_is_imperfect(x->scene)
-                   ? "the unstressed\nrod; --perturb 10 looks for a buckled one"
-                   : "the rod\nas it was perturbed");
+    verdict_print(stdout, "", &x->verdict);
+    if (status == AD_OK && x->known) {
+        print_reference(x);
     }
-    return status == AD_OK && x->known ? print_reference(x, error) : status;
+    return status;
 }
 
-/* What was not reached, in one line; 1, or 0 when there is nothing to say. */
-static int complain(const session *x)
+static ad_status write_json(const session *x, ad_error *error)
 {
-    char text[SOLUTION_DOUBT];
-    if (falls_short(x) && doubts(x, text)) {
-        cli_warn(program, "%s", text);
-        return 1;
+    const solve_report *r = &x->report;
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", *x->name ? x->name : NULL);
+    report_verdict(&to, &x->verdict);
+    if (x->solved) {
+        bool moves = scene_is_dynamic(x->scene);
+        json_integer(&to, "nodes", r->nodes);
+        json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
+        json_integer(&to, "newton_steps", r->newton_steps);
+        json_number(&to, "seconds", x->seconds);
+        json_number(&to, "tolerance", x->asked.tolerance);
+        json_number(&to, "estimated_error", r->estimate);
+        json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
+        json_number(&to, "energy_out_of_balance", r->energy_mismatch);
+        report_reference(&to, x->known, &x->errors);
+        json_text(&to, "out", reached(x) ? x->asked.out : NULL);
     }
-    return 0;
+    return json_end(&to, x->asked.json, error);
 }
 
 /* ---- work and precision -------------------------------------------------------------------- */
@@ -385,6 +398,9 @@ static ad_status prepare(session *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
+        status = file_bytes_check(o->json, error);
+    }
     if (status == AD_OK && o->work_precision) {
         status = table_check_path(o->work_precision, error);
     }
@@ -414,10 +430,17 @@ static ad_status run(session *x, ad_error *error)
     if (status == AD_OK) {
         status = solve(x, error);
     }
-    if (status != AD_OK || !reached(x)) {
+    if (status != AD_OK) {
         return status;
     }
-    if (o->out) {
+    judge(x);
+    if (!reached(x)) {
+        return AD_OK;
+    }
+    if (x->known) {
+        status = reference_compare_solution(x->known, x->solved, &x->errors, error);
+    }
+    if (status == AD_OK && o->out) {
         status = write_out(x, error);
     }
     if (status == AD_OK && !o->quiet) {
@@ -431,6 +454,15 @@ static ad_status run(session *x, ad_error *error)
         status = work_precision(x, error);
     }
     return status;
+}
+
+/* `error` as a verdict; what cannot be solved or written is the input's fault, but for memory. */
+static void blame(session *x, const ad_error *error)
+{
+    cli_fail_error(program, error);
+    verdict_add(&x->verdict,
+                error->status == AD_BAD_ARGUMENT ? VERDICT_NO_METHOD : VERDICT_BAD_INPUT, "%s",
+                error->message);
 }
 
 int main(int argc, char **argv)
@@ -458,8 +490,12 @@ int main(int argc, char **argv)
          "cpinn-bench --methods config,solver draws it beside networks"},
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
          "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
-        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, NULL, NULL};
+        {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
+         "write how it ended as one JSON object, see below; - is standard\n"
+         "output, with nothing else on it"},
+        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0,
+         "say nothing but errors, and on stderr the verdict when it is a\nwarning"}};
+    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;
@@ -470,8 +506,17 @@ int main(int argc, char **argv)
     if (o->grid && !o->out && !o->work_precision) {
         return cli_fail(program, "--grid: nothing would be written there; give --out FILE too");
     }
+    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
     ad_error error = {.message = ""};
-    status = run(&x, &error) == AD_OK ? complain(&x) : cli_fail_error(program, &error);
+    if (run(&x, &error) != AD_OK) {
+        blame(&x, &error);
+    } else if (!reached(&x) || (o->quiet && verdict_outcome_of(&x.verdict) == VERDICT_WARNING)) {
+        verdict_print(stderr, "cpinn-solve: ", &x.verdict);
+    }
+    if (o->json && write_json(&x, &error) != AD_OK) {
+        blame(&x, &error);
+    }
+    status = verdict_exit_status(&x.verdict);
     session_free(&x);
     return status;
 }

@@ -1,10 +1,12 @@
 /* cpinn-train: train a network on a scene; see --help. */
 #include "tools/config/config_experiment.h"
+#include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/progress.h"
 #include "tools/train/clock.h"
+#include "tools/train/report.h"
 #include "tools/train/run.h"
 
 #include <string.h>
@@ -15,14 +17,28 @@ static const char summary[] =
     "Train a physics-informed network on the rod described in CONFIG.yaml.";
 
 static const char epilogue[] =
-    "Ctrl-C finishes the step at hand, saves, and says how to resume. Exit status: 0 trained, 1\n"
-    "stopped by a number that is not finite or a file that cannot be written, 2 bad input, 130 or\n"
-    "143 stopped by a signal.\n"
+    "Ctrl-C finishes the step at hand, saves, and says how to resume.\n"
     "\n"
-    "Keys of CONFIG.yaml\n";
+    "--json writes one object: program, version, name, verdict {outcome, reason, text, "
+    "exit_status,\n"
+    "findings: [{reason, outcome, text}]}, step, stage, stages, window, windows, "
+    "training_seconds,\n"
+    "parameters, points, threads, loss, held_out, reference {name, points, left_out,\n"
+    "estimated_error_over_length, position_relative_l2, position_max_over_length, "
+    "tip_over_length,\n"
+    "rotation_rms_rad, rotation_max_rad} or null, checkpoint, history, config. Numbers that are "
+    "not\n"
+    "known are null; what was not reached is not there.";
+
+static void more_help(FILE *file)
+{
+    verdict_help(file);
+    fprintf(file, "\nKeys of CONFIG.yaml\n\n");
+    config_help(file);
+}
 
 typedef struct options {
-    const char *config, *out;
+    const char *config, *out, *json;
     cli_list overrides;
     int threads;
     bool resume, print_config, explain, quiet;
@@ -38,6 +54,7 @@ typedef struct session {
     progress progress;
     double last_save;
     int64_t saved_step;
+    verdict verdict;
 } session;
 
 static void session_free(session *s)
@@ -162,20 +179,18 @@ static void announce_stage(session *s)
 
 static void finish(session *s)
 {
-    char doubt[TRAINER_DOUBT], coarse[REFERENCE_DOUBT];
+    trainer_verdict(s->trainer, &s->verdict);
     if (s->progress.quiet) {
+        if (verdict_outcome_of(&s->verdict) == VERDICT_WARNING) {
+            verdict_print(stderr, "cpinn-train: ", &s->verdict);
+        }
         return;
     }
     trainer_info info = trainer_inspect(s->trainer);
     progress_say(&s->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
-    if (trainer_doubts(s->trainer, doubt)) {
-        progress_say(&s->progress, "%s", doubt);
-    }
+    verdict_print(stdout, "", &s->verdict);
     progress_error_table(stdout, trainer_history(s->trainer), s->e->scene->windows);
-    if (s->known && reference_doubts(s->known, &info.errors, coarse)) {
-        printf("    %s\n", coarse);
-    }
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,
            s->folder.config, s->folder.path);
 }
@@ -197,11 +212,15 @@ static void print_word(const char *text)
 }
 
 /* After a signal: the state is that after a whole step. */
-static int interrupted(session *s, const options *o, ad_error *error)
+static ad_status interrupted(session *s, const options *o, ad_error *error)
 {
-    if (save(s, error) != AD_OK) {
-        return cli_fail_training(program, error);
+    ad_status status = save(s, error);
+    if (status != AD_OK) {
+        return status;
     }
+    s->verdict.signal = signals_caught();
+    verdict_add(&s->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
+                (long long)s->saved_step);
     progress_say(&s->progress, "stopped at step %lld and saved; continue with",
                  (long long)s->saved_step);
     if (!s->progress.quiet) {
@@ -215,7 +234,7 @@ static int interrupted(session *s, const options *o, ad_error *error)
         print_word(s->folder.path);
         printf(" --resume\n");
     }
-    return 128 + signals_caught();
+    return AD_OK;
 }
 
 static void say_ended(session *s, const trainer_info *before, const trainer_info *now)
@@ -242,7 +261,7 @@ static void say_ended(session *s, const trainer_info *before, const trainer_info
     }
 }
 
-static int train(session *s, const options *o, ad_error *error)
+static ad_status train(session *s, const options *o, ad_error *error)
 {
     signals_catch();
     s->last_save = wall_seconds();
@@ -252,52 +271,114 @@ static int train(session *s, const options *o, ad_error *error)
     announce_stage(s);
     while (trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
         trainer_info before = trainer_inspect(s->trainer);
-        if (trainer_step(s->trainer, error) != AD_OK) {
+        ad_status status = trainer_step(s->trainer, error);
+        if (status != AD_OK) {
             if (trainer_inspect(s->trainer).state == TRAINER_NOT_FINITE) {
                 progress_say(&s->progress, "stopped; the checkpoint of step %lld is kept: %s",
                              (long long)s->saved_step, s->folder.checkpoint);
             }
-            return cli_fail_training(program, error);
+            return status;
         }
         trainer_info info = trainer_inspect(s->trainer);
         say_ended(s, &before, &info);
         progress_step(&s->progress, s->trainer, s->e);
-        if (run_append(&s->folder, trainer_history(s->trainer), error) != AD_OK) {
-            return cli_fail_training(program, error);
-        }
-        if (signals_caught()) {
+        status = run_append(&s->folder, trainer_history(s->trainer), error);
+        if (status == AD_OK && signals_caught()) {
             return interrupted(s, o, error);
         }
-        if ((save_is_due(s) || info.state == TRAINER_DONE) && save(s, error) != AD_OK) {
-            return cli_fail_training(program, error);
+        if (status == AD_OK && (save_is_due(s) || info.state == TRAINER_DONE)) {
+            status = save(s, error);
+        }
+        if (status != AD_OK) {
+            return status;
         }
     }
     finish(s);
-    return 0;
+    return AD_OK;
 }
 
-static int run(const options *o, config *settings, double started)
+/* What there is of a run, also of one that was refused or has stopped. */
+static ad_status write_json(const session *s, const options *o, ad_error *error)
+{
+    json to;
+    json_begin(&to);
+    json_text(&to, "program", program);
+    json_text(&to, "version", cli_version());
+    json_text(&to, "name", s->e ? s->e->settings->name : NULL);
+    report_verdict(&to, &s->verdict);
+    if (s->trainer) {
+        trainer_info info = trainer_inspect(s->trainer);
+        json_integer(&to, "step", info.step);
+        json_integer(&to, "stage", info.stage);
+        json_integer(&to, "stages", s->e->settings->stage_count);
+        json_integer(&to, "window", info.window);
+        json_integer(&to, "windows", s->e->scene->windows);
+        json_number(&to, "training_seconds", info.seconds);
+        json_integer(&to, "parameters", (int64_t)s->e->count);
+        json_number(&to, "points", info.points);
+        json_integer(&to, "threads", ad_pool_threads(s->e->pool));
+        json_number(&to, "loss", info.loss);
+        json_number(&to, "held_out", info.held_out);
+        report_reference(&to, s->known, &info.errors);
+        json_text(&to, "checkpoint", s->folder.checkpoint);
+        json_text(&to, "history", s->folder.history);
+        json_text(&to, "config", s->folder.config);
+    }
+    return json_end(&to, o->json, error);
+}
+
+/* `error` as a verdict; before training every error but memory is one of the input. */
+static void blame(session *s, const ad_error *error, bool began)
+{
+    verdict_reason reason = error->status == AD_NOT_FINITE           ? VERDICT_NOT_FINITE
+                            : began || error->status == AD_NO_MEMORY ? VERDICT_FAILED
+                                                                     : VERDICT_BAD_INPUT;
+    cli_fail_error(program, error);
+    verdict_add(&s->verdict, reason, "%s", error->message);
+}
+
+static int run(const options *o, double started)
 {
     session s = {.e = NULL};
+    config *settings;
     ad_error error = {AD_OK, ""};
-    int result;
-    if (prepare(&s, o, settings, started, &error) != AD_OK) {
-        result = cli_refuse(program, &error);
-    } else if (o->explain) {
+    bool began = false;
+    bool writes = o->json && strcmp(o->json, "-") != 0;
+    ad_status status = writes ? file_bytes_check(o->json, &error) : AD_OK;
+    if (status != AD_OK) {
+        return cli_refuse(program, &error);
+    }
+    status =
+        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &settings, &error);
+    if (status == AD_OK && o->print_config) {
+        int result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
+        config_free(settings);
+        return result;
+    }
+    if (status == AD_OK) {
+        status = prepare(&s, o, settings, started, &error);
+    }
+    if (status == AD_OK && o->explain) {
         explain_print(stdout, s.e, s.problem, s.known);
-        result = 0;
-    } else if (begin(&s, o, &error) != AD_OK) {
-        result = cli_refuse(program, &error);
-    } else {
-        result = train(&s, o, &error);
+    } else if (status == AD_OK) {
+        status = begin(&s, o, &error);
+        began = status == AD_OK;
+        status = began ? train(&s, o, &error) : status;
+    }
+    if (status != AD_OK) {
+        blame(&s, &error, began);
+    }
+    if (o->json && !o->explain && write_json(&s, o, &error) != AD_OK) {
+        cli_fail_error(program, &error);
+        verdict_add(&s.verdict, VERDICT_FAILED, "%s", error.message);
     }
     session_free(&s);
-    return result;
+    return verdict_exit_status(&s.verdict);
 }
 
 static int parse(int count, char **arguments, options *o)
 {
-    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, config_help, NULL};
+    const cli_program about = {program, "CONFIG.yaml", summary, epilogue, more_help, NULL};
     const cli_option known[] = {
         {"--out", "DIR", CLI_TEXT, &o->out, 0, 0,
          "where checkpoint.h5, history.csv and config.yaml go (runs/NAME)"},
@@ -312,8 +393,15 @@ static int parse(int count, char **arguments, options *o)
          "print the experiment with every default filled in, and stop"},
         {"--explain", NULL, CLI_FLAG, &o->explain, 0, 0,
          "print what the scene consists of, what is computed and what\nis left out, and stop"},
-        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0, "say nothing but errors"}};
-    return cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &o->config);
+        {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
+         "write how it ended as one JSON object, see below; - is standard\n"
+         "output, with nothing else on it"},
+        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0,
+         "say nothing but errors, and on stderr the verdict when it is a\nwarning"}};
+    int result =
+        cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &o->config);
+    o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
+    return result;
 }
 
 int main(int count, char **arguments)
@@ -324,16 +412,5 @@ int main(int count, char **arguments)
     if (result != CLI_RUN) {
         return result;
     }
-    config *settings;
-    ad_error error = {AD_OK, ""};
-    if (config_read(o.config, NULL, o.overrides.count, o.overrides.texts, &settings, &error) !=
-        AD_OK) {
-        return cli_refuse(program, &error);
-    }
-    if (o.print_config) {
-        result = config_write(settings, stdout, true) == AD_OK ? 0 : 1;
-        config_free(settings);
-        return result;
-    }
-    return run(&o, settings, started);
+    return run(&o, started);
 }

@@ -54,51 +54,51 @@ static void bytes_text(double bytes, char text[32])
 /* ---- how hard it is ------------------------------------------------------------------------ */
 
 /* What a number means from `from` on; rows of one number in rising order. */
-typedef struct verdict {
+typedef struct meaning {
     double from;
     const char *text;
-} verdict;
+} meaning;
 
-static const verdict stiff_strain[] = {{0, "soft: this strain matters for the shape"},
+static const meaning stiff_strain[] = {{0, "soft: this strain matters for the shape"},
                                        {1e2, "stiff against bending"},
                                        {1e4, "very stiff: take the mixed form, or lock it"},
                                        {INFINITY, "locked: this strain is no unknown"}};
-static const verdict twist_ratio[] = {{0, "twists easily"},
+static const meaning twist_ratio[] = {{0, "twists easily"},
                                       {0.2, "of the order of bending"},
                                       {5, "hard to twist"},
                                       {INFINITY, "twist is locked"}};
-static const verdict end_force[] = {{0, "small deflection, nearly linear: easy"},
+static const meaning end_force[] = {{0, "small deflection, nearly linear: easy"},
                                     {0.5, "large deflection"},
                                     {5, "very large: curvature crowds at the clamp"},
                                     {50, "extreme: a boundary layer; more points"}};
-static const verdict end_moment[] = {{0, "turns the tip by less than half a radian: easy"},
+static const meaning end_moment[] = {{0, "turns the tip by less than half a radian: easy"},
                                      {0.5, "turns the tip by a large angle"},
                                      {3.2, "more than half a turn: train longer"},
                                      {12.6, "several turns: Fourier features help"}};
-static const verdict compression[] = {
+static const meaning compression[] = {
     {0, "near Euler's load pi^2/4: may buckle; the seed decides the branch"},
     {2.4674, "above Euler's load pi^2/4: may buckle; the seed decides the branch"}};
-static const verdict line_load[] = {{0, "small deflection, nearly linear: easy"},
+static const meaning line_load[] = {{0, "small deflection, nearly linear: easy"},
                                     {2, "large deflection"},
                                     {20, "very large: curvature crowds at the clamp"},
                                     {200, "extreme: a boundary layer; more points"}};
-static const verdict line_moment[] = {{0, "turns the tip by less than half a radian: easy"},
+static const meaning line_moment[] = {{0, "turns the tip by less than half a radian: easy"},
                                       {1, "turns the tip by a large angle"},
                                       {6.4, "more than half a turn: train longer"},
                                       {25.2, "several turns: Fourier features help"}};
-static const verdict slenderness[] = {{0, "none"},
+static const meaning slenderness[] = {{0, "none"},
                                       {1e-300, "slender: the rotary inertia hardly matters"},
                                       {1e-3, "stout: shear and rotary inertia matter"}};
-static const verdict damping[] = {{0, "weak: waves live long"},
+static const meaning damping[] = {{0, "weak: waves live long"},
                                   {0.05, "moderate: waves fade"},
                                   {1, "overdamped: creeps, no waves"}};
-static const verdict strain_rate[] = {{0, "viscosity of shear and stretch"}};
-static const verdict deflection[] = {{0, "small, as the theory asks"},
+static const meaning strain_rate[] = {{0, "viscosity of shear and stretch"}};
+static const meaning deflection[] = {{0, "small, as the theory asks"},
                                      {0.1, "not small: the theory is linear; see rod.model"}};
-static const verdict foundation[] = {{0, "soft: the ends carry the beam"},
+static const meaning foundation[] = {{0, "soft: the ends carry the beam"},
                                      {500, "stiff: waves die out along the beam"},
                                      {1e6, "very stiff: boundary layers at ends and loads"}};
-static const verdict seconds_of_motion[] = {{0, "less than one period of the first bending mode"},
+static const meaning seconds_of_motion[] = {{0, "less than one period of the first bending mode"},
                                             {1, "a few periods"},
                                             {4, "many periods: see time.windows, losses.causal"}};
 
@@ -107,7 +107,7 @@ static const double COMPRESSION_TOLD = 1.9; /* three quarters of Euler's load */
 typedef struct number_row {
     const char *name, *formula;
     double value;
-    const verdict *verdicts;
+    const meaning *meanings;
     int count;
     bool shown;
 } number_row;
@@ -116,9 +116,9 @@ typedef struct number_row {
 
 static const char *judge(const number_row *row)
 {
-    const char *text = row->verdicts[0].text;
-    for (int i = 0; i < row->count && row->value >= row->verdicts[i].from; i++) {
-        text = row->verdicts[i].text;
+    const char *text = row->meanings[0].text;
+    for (int i = 0; i < row->count && row->value >= row->meanings[i].from; i++) {
+        text = row->meanings[i].text;
     }
     return text;
 }

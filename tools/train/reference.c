@@ -493,18 +493,14 @@ reference_errors reference_estimates(const reference *r)
                               .rotation_max = NAN};
 }
 
-bool reference_doubts(const reference *r, const reference_errors *errors,
-                      char text[REFERENCE_DOUBT])
+void reference_verdict(const reference *r, const reference_errors *errors, verdict *result)
 {
-    if (!(errors->position_max <= largest_estimate(r))) {
-        return false;
+    if (errors->position_max <= largest_estimate(r)) {
+        verdict_add(result, VERDICT_REFERENCE_TOO_COARSE,
+                    "the reference itself is off by an estimated %.1e of the length; the true "
+                    "error may be as large",
+                    largest_estimate(r));
     }
-    snprintf(
-        text, REFERENCE_DOUBT,
-        "the reference itself is off by an estimated %.1e of the length; the true error may be "
-        "as large",
-        largest_estimate(r));
-    return true;
 }
 
 double rotation_angle(const double p[4], const double q[4])

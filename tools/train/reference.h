@@ -54,11 +54,9 @@ ad_status reference_compare(reference *r, const double *x, reference_errors *err
 ad_status reference_compare_solution(reference *r, const solution *solved, reference_errors *errors,
                                      ad_error *error);
 
-/* Whether the errors are below the estimated one of the reference itself, and so say no more than
- * that: a sentence. */
-enum { REFERENCE_DOUBT = 200 };
-bool reference_doubts(const reference *r, const reference_errors *errors,
-                      char text[REFERENCE_DOUBT]);
+/* Adds the remark, if it is so, that the errors are below the estimated one of the reference
+ * itself, and so say no more than that. */
+void reference_verdict(const reference *r, const reference_errors *errors, verdict *result);
 
 /* Angle between two rotations, 2 atan2(|vec(p* q)|, |scalar(p* q)|): accurate at 0 and pi, and the
  * same for q and -q. */

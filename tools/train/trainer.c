@@ -412,7 +412,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     t->info.ended = why;
     t->info.account = t->account;
     t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
-    if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_ways_to_give(t) > 0) {
+    if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_unstable_modes(t) > 0) {
         t->info.solved = false; /* another path of loads may lead to a stable shape */
         t->info.ended = "unstable";
     }

@@ -15,6 +15,7 @@
 #ifndef TOOLS_TRAIN_TRAINER_H
 #define TOOLS_TRAIN_TRAINER_H
 
+#include "physics/verdict.h"
 #include "tools/train/history.h"
 #include "tools/train/reference.h"
 
@@ -76,12 +77,11 @@ const history *trainer_history(const trainer *t);
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
 
-/* What a user has to be told of training that is over: that the network interpolates its points,
- * that residuals are still large, in whichever window they are largest, or that a shape at rest is
- * not stable. Returns whether there is
- * anything to tell; `text` is one sentence. */
-enum { TRAINER_DOUBT = 320 };
-bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT]);
+/* The verdict on training as it stands, worst reason first: unfinished; or, of training that is
+ * over, that the network interpolates its points, that residuals are still large, in whichever
+ * window they are largest, and that a shape at rest is not stable. And the remark that errors are
+ * below that of the reference. */
+void trainer_verdict(const trainer *t, verdict *result);
 
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or
  * weights change so that losses do not compare. */

@@ -1,5 +1,5 @@
-/* What trainer.c (steps and stages), trainer_state.c (checkpoints) and doubts.c share; not for
- * callers. */
+/* What trainer.c (steps and stages), trainer_state.c (checkpoints) and trainer_verdict.c share; not
+ * for callers. */
 #ifndef TOOLS_TRAIN_TRAINER_INTERNAL_H
 #define TOOLS_TRAIN_TRAINER_INTERNAL_H
 
@@ -56,7 +56,7 @@ bool trainer_is_small(const trainer *t, double loss);
 
 /* stability_count of the shape at hand, under the part of the loads at work; -1 also where memory
  * lacks. */
-int trainer_ways_to_give(const trainer *t);
+int trainer_unstable_modes(const trainer *t);
 
 void trainer_forget_optimizer(trainer *t);
 

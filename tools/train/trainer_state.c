@@ -1,5 +1,6 @@
 /* The state of training in a checkpoint; the items are listed in tools/train/trainer.h. */
 #include "tools/train/clock.h"
+#include "tools/train/report.h"
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>
@@ -65,6 +66,10 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
         checkpoint_put_uint64(file, name, generators[i].rng->state, 1, &words);
     }
     history_put(&t->history, file);
+    verdict at_present;
+    char text[REPORT_VERDICT_TEXT];
+    trainer_verdict(t, &at_present);
+    report_put_verdict(file, &at_present, text);
     ad_status status = checkpoint_write(file, path, keep, error);
     checkpoint_free(file);
     return status;

@@ -130,12 +130,13 @@ static ad_status train(const session *s, double seconds, cases_row *row, ad_erro
         }
         status = trainer_step(s->trainer, error);
     }
-    char doubt[TRAINER_DOUBT];
+    verdict found;
+    trainer_verdict(s->trainer, &found);
     if (status != AD_OK) {
         row->outcome = CASES_STOPPED;
-    } else if (trainer_doubts(s->trainer, doubt)) {
+    } else if (verdict_outcome_of(&found) == VERDICT_WARNING) {
         row->outcome = CASES_DOUBTED;
-        snprintf(row->text, CASES_TEXT, "%s", doubt);
+        snprintf(row->text, CASES_TEXT, "%s", verdict_text(&found));
     }
     return status;
 }
@@ -214,13 +215,14 @@ static ad_status conclude(const classical *x, const solve_settings *settings, do
 {
     const scene *scene = x->e->scene;
     const solve_report *r = &x->report;
-    char doubt[SOLUTION_DOUBT] = "";
     bool moving = scene_is_dynamic(scene);
-    bool is_doubted = solution_doubts(x->solved, scene, settings, r, doubt);
+    verdict found = {.count = 0};
+    solution_verdict(x->solved, scene, settings, r, &found);
+    bool is_doubted = verdict_outcome_of(&found) != VERDICT_SOLVED;
     row->seconds += reading;
     row->points = r->nodes;
     row->steps = (double)(moving ? r->time_steps : r->newton_steps);
-    snprintf(row->text, CASES_TEXT, "%s", is_doubted ? doubt : "");
+    snprintf(row->text, CASES_TEXT, "%s", is_doubted ? verdict_text(&found) : "");
     if (!moving && r->load_fraction < 1) {
         row->outcome = CASES_STOPPED;
         return AD_OK;

@@ -142,10 +142,12 @@ static ad_status judge_training(const stress_row *row, session *s, stress_result
     if (status == AD_OK) {
         field_enter(answer.trained, e->window, e->parameters, e->starts);
         snprintf(result->text, sizeof result->text, "held-out loss %.1e", info.held_out);
-        char doubt[TRAINER_DOUBT];
-        bool is_doubted = trainer_doubts(s->trainer, doubt);
+        verdict found;
+        trainer_verdict(s->trainer, &found);
+        bool is_doubted = verdict_outcome_of(&found) == VERDICT_WARNING;
         if (is_doubted) {
-            snprintf(result->text, sizeof result->text, "%s", doubt);
+            snprintf(result->text, sizeof result->text, "%s: %s",
+                     verdict_reason_name(verdict_worst(&found)), verdict_text(&found));
         }
         conclude(row, STRESS_PINN, &answer, is_doubted, result);
     }
@@ -211,9 +213,11 @@ static ad_status judge_solution(const stress_row *row, const classical *x,
                             .solved = x->solved,
                             .errors = {NAN, NAN, NAN, NAN, NAN},
                             .estimate = x->report.estimate};
-    char doubt[SOLUTION_DOUBT];
-    bool is_doubted = solution_doubts(x->solved, rod_scene, settings, &x->report, doubt);
-    snprintf(result->text, sizeof result->text, "%s", is_doubted ? doubt : "");
+    verdict found = {.count = 0};
+    solution_verdict(x->solved, rod_scene, settings, &x->report, &found);
+    bool is_doubted = verdict_outcome_of(&found) != VERDICT_SOLVED;
+    snprintf(result->text, sizeof result->text, "%s: %s",
+             verdict_reason_name(verdict_worst(&found)), verdict_text(&found));
     if (!scene_is_dynamic(rod_scene) && x->report.load_fraction < 1) {
         return AD_OK; /* stopped */
     }

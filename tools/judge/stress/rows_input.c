@@ -95,13 +95,13 @@ static const stress_row rows[] = {
     {"network/one-unit", PULL,
      SET("network.hidden=[1]", "training.stages=[{optimizer: adam, steps: 500}, "
                                "{optimizer: lbfgs, steps: 500}]"),
-     PINN = DOUBTED("not converged", "one hidden unit has not the shape of a rod")},
+     PINN = DOUBTED("not_converged", "one hidden unit has not the shape of a rod")},
     {"network/one-feature", PULL, SET("network.fourier.features=1"),
-     PINN = DOUBTED("not converged", "one wave has not the shape of a rod")},
+     PINN = DOUBTED("not_converged", "one wave has not the shape of a rod")},
     {"training/rate-10", PULL,
      SET("network.hidden=[16]",
          "training.stages=[{optimizer: adam, steps: 500, learning_rate: 10}]"),
-     PINN = DOUBTED("not converged", "the best state is kept, but it is no solution")},
+     PINN = DOUBTED("not_converged", "the best state is kept, but it is no solution")},
     {"training/rate-1e200", PULL,
      SET("network.hidden=[16]",
          "training.stages=[{optimizer: adam, steps: 500, learning_rate: 1e200}]"),
@@ -109,10 +109,10 @@ static const stress_row rows[] = {
     {"training/one-step-gentle", PULL,
      SET("training.stages=[{optimizer: adam, steps: 1}]", "network.hidden=[8]",
          "loads.tip.force=[1e-3, 0, 0]"),
-     PINN = DOUBTED("not converged", "nor when all residuals are small because the load is")},
+     PINN = DOUBTED("not_converged", "nor when all residuals are small because the load is")},
     {"training/one-step", PULL,
      SET("training.stages=[{optimizer: adam, steps: 1}]", "network.hidden=[8]"),
-     PINN = DOUBTED("not converged", "a step is no training")},
+     PINN = DOUBTED("not_converged", "a step is no training")},
 };
 const stress_group stress_inputs =
     GROUP("Input: numbers, files, networks, settings that cannot work", rows);

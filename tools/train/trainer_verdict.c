@@ -1,4 +1,4 @@
-/* What there is to be doubted of training that is over. */
+/* The verdict on a training run, and the measures that it rests on. */
 #include "physics/beam.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"
@@ -52,16 +52,16 @@ static double worst_held_out(const trainer *t, int *window)
     return worst;
 }
 
-int trainer_ways_to_give(const trainer *t)
+int trainer_unstable_modes(const trainer *t)
 {
     const experiment *e = t->e;
     scene at_work = *e->scene, *rod_scene = &at_work;
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     ad_error ignored;
-    int ways = -1;
+    int modes = -1;
     field *shape = NULL;
     if (scene_is_dynamic(rod_scene)) {
-        return ways;
+        return modes;
     }
     at_work.loads.part = t->info.part;
     stability_points(rod_scene, s);
@@ -71,43 +71,55 @@ int trainer_ways_to_give(const trainer *t)
                                 &ignored);
     }
     if (status == AD_OK) {
-        stability_count(rod_scene, values, &ways, &ignored);
+        stability_count(rod_scene, values, &modes, &ignored);
     }
     field_free(shape);
-    return ways;
+    return modes;
 }
 
-/* A shape of which the forces balance but which gives way. */
-static bool is_unstable(const trainer *t, char text[TRAINER_DOUBT])
-{
-    int ways = trainer_ways_to_give(t);
-    snprintf(text, TRAINER_DOUBT,
-             "unstable: in this equilibrium the energy falls in %d direction%s, so that the rod "
-             "buckles or snaps to another; rod.rest.imperfection says to which, or take another "
-             "training.seed",
-             ways, ways == 1 ? "" : "s");
-    return ways > 0;
-}
-
-bool trainer_doubts(const trainer *t, char text[TRAINER_DOUBT])
+static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
-    double held_out = worst_held_out(t, &window);
     char where[64] = "";
-    if (t->info.interpolates) {
-        snprintf(text, TRAINER_DOUBT,
-                 "the network interpolates its points: between them, where it was not trained, "
-                 "the loss is %.1e times as large; take more losses.interior.points, or a "
-                 "smaller network.hidden",
-                 t->info.held_out_ratio);
-        return true;
-    }
+    bool converged = trainer_is_small(t, worst_held_out(t, &window));
     if (windows > 1) {
         snprintf(where, sizeof where, " in window %d of %d", window + 1, windows);
     }
-    snprintf(text, TRAINER_DOUBT,
-             "not converged%s: on points never trained on the residuals are still large; train "
-             "longer, or look at --explain for what makes this scene hard",
-             where);
-    return !trainer_is_small(t, held_out) || is_unstable(t, text);
+    if (!converged) {
+        verdict_add(result, VERDICT_NOT_CONVERGED,
+                    "residuals are still large%s on points never trained on; train longer, or look "
+                    "at --explain for what makes this scene hard",
+                    where);
+    }
+}
+
+void trainer_verdict(const trainer *t, verdict *result)
+{
+    const trainer_info *info = &t->info;
+    *result = (verdict){.count = 0};
+    if (info->state != TRAINER_DONE) {
+        verdict_add(result, VERDICT_UNFINISHED,
+                    "training is at step %lld, in stage %d of %d; --resume goes on",
+                    (long long)info->step, info->stage + 1, t->e->settings->stage_count);
+        return;
+    }
+    if (info->interpolates) {
+        verdict_add(result, VERDICT_INTERPOLATES,
+                    "the network interpolates its points: between them, where it was not trained, "
+                    "the loss is %.1e times as large; take more losses.interior.points, or a "
+                    "smaller network.hidden",
+                    info->held_out_ratio);
+    }
+    judge_held_out(t, result);
+    int modes = trainer_unstable_modes(t);
+    if (modes > 0) {
+        verdict_add(result, VERDICT_UNSTABLE,
+                    "in this equilibrium the energy falls in %d direction%s, so that the rod "
+                    "buckles or snaps to another; rod.rest.imperfection says to which, or take "
+                    "another training.seed",
+                    modes, modes == 1 ? "" : "s");
+    }
+    if (t->known) {
+        reference_verdict(t->known, &info->errors, result);
+    }
 }

@@ -1,0 +1,82 @@
+#include "physics/rod.h"
+#include "physics/solve/solve.h"
+#include "physics/solve/stability.h"
+
+#include <math.h>
+
+/* -1: not asked, or memory ran out. */
+static int unstable_modes(const solution *x, const scene *rod_scene)
+{
+    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    ad_error ignored;
+    int modes = -1;
+    stability_points(rod_scene, s);
+    if (!scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) &&
+        solution_evaluate(x, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
+                          &ignored) == AD_OK) {
+        stability_count(rod_scene, values, &modes, &ignored);
+    }
+    return modes;
+}
+
+/* What is allowed, in tolerances of the position, but at most a tenth of the energy. Motions whose
+ * error is within their tolerance are out of balance by up to 10 tolerances
+ * (configs/cases/travelling_helix.yaml, --tol 1e-6 and 1e-3), usually by less than one. */
+static const double ALLOWED_MISMATCH = 100, ALLOWED_AT_MOST = 0.1;
+
+/* An error d of the position, in lengths, changes the work of loads F by up to F L d, and stands
+ * for a strain energy of the order of d^2 EI/L: small motions are only as exact as their tolerance.
+ */
+static void judge_energy(const scene *rod_scene, const solve_settings *settings,
+                         const solve_report *report, verdict *result)
+{
+    rod_numbers n = rod_numbers_of(rod_scene);
+    double share = fmin(ALLOWED_MISMATCH * settings->tolerance, ALLOWED_AT_MOST);
+    double loads =
+        n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment + n.weight;
+    double limit = share * (report->energy + loads) + share * share;
+    if (!(report->energy_mismatch * report->energy <= limit)) {
+        verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
+                    "energy, work and dissipation differ by %.2g of the largest, where a tolerance "
+                    "of %.2g allows %.2g; try a smaller one, and look for loads that jump",
+                    report->energy_mismatch, settings->tolerance, limit / report->energy);
+    }
+}
+
+void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
+                      const solve_report *report, verdict *result)
+{
+    bool moves = scene_is_dynamic(rod_scene), beam = scene_is_beam(rod_scene);
+    if (!moves && report->load_fraction < 1) {
+        verdict_add(result, VERDICT_LOAD_NOT_REACHED,
+                    "stopped at %.6g of the load: beyond it the equilibria that continue the "
+                    "unstressed rod end, turn back or need more nodes; try --perturb 10, a smaller "
+                    "load, or a stiffness that is not infinite",
+                    report->load_fraction);
+        return;
+    }
+    if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
+        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "estimated error %.2g of the %s with %d nodes, above the tolerance of %.2g; "
+                    "try a larger one; jumps in loads or rest shape converge slowly",
+                    report->estimate, beam ? "deflection" : "length", report->nodes,
+                    settings->tolerance);
+    }
+    if (moves && !beam) {
+        judge_energy(rod_scene, settings, report, result);
+    }
+    int modes = unstable_modes(x, rod_scene);
+    if (modes > 0) {
+        verdict_add(result, VERDICT_UNSTABLE,
+                    "in this equilibrium, which continues the unstressed rod, the energy falls in "
+                    "%d direction%s; try --perturb 10, which looks for another",
+                    modes, modes == 1 ? "" : "s");
+    } else if (report->may_buckle) {
+        bool perturbed = settings->perturbation != 0 || scene_is_imperfect(rod_scene);
+        verdict_add(result, VERDICT_SEVERAL_EQUILIBRIA,
+                    "pushed from both ends: of possibly several equilibria this one continues the "
+                    "%s",
+                    perturbed ? "rod as it was perturbed"
+                              : "unstressed rod; --perturb 10 looks for a buckled one");
+    }
+}

@@ -1,0 +1,42 @@
+/* JSON written value by value (RFC 8259) into memory, then to a file as a whole. Commas, quotes and
+ * what JSON cannot say are seen to here: numbers that are not finite become null. */
+#ifndef TOOLS_FILES_JSON_H
+#define TOOLS_FILES_JSON_H
+
+#include "autodiff/error.h"
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct json {
+    FILE *file; /* in memory; NULL: there is none left, and nothing is kept */
+    char *text;
+    size_t size;
+    bool more; /* a value precedes at this level */
+} json;
+
+/* Starts the outermost object. */
+void json_begin(json *to);
+
+/* Ends it, writes it with a newline to the file `path`, or to standard output where that is "-",
+ * and frees what is held. A file that is there is replaced. AD_IO, AD_NO_MEMORY. */
+ad_status json_end(json *to, const char *path, ad_error *error);
+
+/* `name`: NULL within an array. */
+void json_open(json *to, const char *name, char bracket);     /* '{' or '[' */
+void json_close(json *to, char bracket);                      /* '}' or ']' */
+void json_text(json *to, const char *name, const char *text); /* NULL: null */
+void json_number(json *to, const char *name, double value);
+void json_integer(json *to, const char *name, int64_t value);
+void json_null(json *to, const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,38 @@
+/* What the programs report in the same words: verdicts and errors as JSON, and the verdict of a run
+ * in its checkpoint.
+ *
+ * Item of a checkpoint:
+ *   verdict   text, a line "REASON: SENTENCE" for each finding, the worst first; "none" without */
+#ifndef TOOLS_TRAIN_REPORT_H
+#define TOOLS_TRAIN_REPORT_H
+
+#include "physics/verdict.h"
+#include "tools/files/checkpoint.h"
+#include "tools/files/json.h"
+#include "tools/train/reference.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { REPORT_VERDICT_TEXT = VERDICT_FINDINGS_MAX * (VERDICT_TEXT + 32) };
+
+/* `text` is lent to the checkpoint until it is written. */
+void report_put_verdict(checkpoint *file, const verdict *v, char text[REPORT_VERDICT_TEXT]);
+
+/* AD_BAD_INPUT: no verdict is there, or none that this version knows. */
+ad_status report_get_verdict(const checkpoint *file, verdict *v, ad_error *error);
+
+/* "verdict": {"outcome": "warning", "reason": "unstable", "text": "...", "exit_status": 3,
+ * "findings": [{"reason": "unstable", "outcome": "warning", "text": "..."}, ...]} */
+void report_verdict(json *to, const verdict *v);
+
+/* "reference": its name, points, estimated error, and the errors against it; null: `known` is
+ * NULL. */
+void report_reference(json *to, const reference *known, const reference_errors *errors);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
