@@ -120,7 +120,7 @@ static double steps_error(motion *m, double duration, integrate_method method, i
     integrate_counts counts;
     solve_energy energy;
     double worst = 0;
-    if (integrate(m, &settings, 1, &duration, state, &energy, &counts, &error) != AD_OK) {
+    if (motion_integrate(m, &settings, 1, &duration, state, &energy, &counts, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     for (size_t i = 0; fine && i < motion_nodes(m) * MOTION_ROWS; i += MOTION_ROWS) {

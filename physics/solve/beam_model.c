@@ -76,7 +76,7 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
                                        record_ends(&context, beam), record_initial(&context)};
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = formula_create(values[i], f->pool, &f->all[i], error);
+        status = solve_formula_create(values[i], f->pool, &f->all[i], error);
     }
     ad_tape_free(tape);
     return status;
@@ -114,7 +114,7 @@ void solve_beam_free(solve_beam *beam)
     if (beam) {
         beam_functions *f = beam->formula;
         for (int i = 0; i < FORMULAS; i++) {
-            formula_free(f->all[i]);
+            solve_formula_free(f->all[i]);
         }
         ad_pool_free(f->pool);
         free(f);
@@ -127,23 +127,23 @@ void solve_beam_free(solve_beam *beam)
 ad_status solve_beam_load(const solve_beam *beam, size_t n, const double *s, double t,
                           beam_load *out, ad_error *error)
 {
-    return formula_evaluate(beam->formula->load, n, s, t, (double *)out, error);
+    return solve_formula_evaluate(beam->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_beam_sections(const solve_beam *beam, size_t n, const double *s, beam_section *out,
                               ad_error *error)
 {
-    return formula_evaluate(beam->formula->sections, n, s, 0, (double *)out, error);
+    return solve_formula_evaluate(beam->formula->sections, n, s, 0, (double *)out, error);
 }
 
 ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
                              beam_initial_state *out, ad_error *error)
 {
-    return formula_evaluate(beam->formula->initial, n, s, 0, (double *)out, error);
+    return solve_formula_evaluate(beam->formula->initial, n, s, 0, (double *)out, error);
 }
 
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error)
 {
     double s = 0; /* of t alone */
-    return formula_evaluate(beam->formula->ends, 1, &s, t, values, error);
+    return solve_formula_evaluate(beam->formula->ends, 1, &s, t, values, error);
 }

@@ -171,7 +171,7 @@ static void observe(beam_motion *m, double at, double *fields)
 {
     size_t count = beam_system_places(m->system) * BEAM_ROWS;
     double values[STAGES], derivatives[STAGES];
-    radau_lagrange(&m->rule, at, values, derivatives);
+    solve_radau_lagrange(&m->rule, at, values, derivatives);
     memset(fields, 0, 2 * count * sizeof *fields);
     for (size_t i = 0; i < STAGES; i++) {
         double *loads = m->loads + i * m->columns;
@@ -263,7 +263,7 @@ ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long st
     size_t stride = 2 * beam_system_places(system) * BEAM_ROWS;
     beam_motion m = {.beam = beam,
                      .system = system,
-                     .rule = radau_rule_of(),
+                     .rule = solve_radau_rule_of(),
                      .step = beam->duration / (double)steps,
                      .nodes = nodes,
                      .rows = beam->turns ? 2 * nodes : nodes,

@@ -148,7 +148,7 @@ void beam_system_free(beam_system *x)
 static ad_status allocate(beam_system *x, int nodes, ad_error *error)
 {
     x->elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
-    x->rule = gauss_rule_of((nodes + x->elements - 1) / x->elements);
+    x->rule = solve_gauss_rule_of((nodes + x->elements - 1) / x->elements);
     x->inner = (size_t)x->rule.stages * ROWS;
     x->outer = ((size_t)x->elements + 1) * ROWS;
     size_t elements = (size_t)x->elements, points = beam_system_nodes(x);
@@ -288,7 +288,7 @@ void beam_system_at(const beam_system *x, const double *y, double s, double *at)
     double weights[GAUSS_STAGES_MAX + 2], elements = x->elements;
     int element = (int)(s * elements);
     element = element < x->elements ? element : x->elements - 1;
-    gauss_lagrange(&x->rule, s * elements - element, weights);
+    solve_gauss_lagrange(&x->rule, s * elements - element, weights);
     const double *from = y + (size_t)element * ((size_t)x->rule.stages + 1) * ROWS;
     memset(at, 0, ROWS * sizeof *at);
     for (int i = 0; i < x->rule.stages + 2; i++) {

@@ -100,7 +100,7 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
     const double explicit_steps_per_implicit = scene_is_manufactured(&rod->scene) ? 1.2 : 6;
     double needed = 0;
     integrate_counts counts;
-    ad_status status = integrate_explicit_steps(x->motion, &needed, error);
+    ad_status status = motion_explicit_steps(x->motion, &needed, error);
     if (status != AD_OK) {
         return status;
     }
@@ -111,8 +111,8 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
             settings.method = INTEGRATE_EXPLICIT;
             settings.steps_max = 0;
         }
-        status = integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
-                           &counts, error);
+        status = motion_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
+                                  &counts, error);
         report->newton_steps += counts.newton_steps;
         report->time_steps += counts.steps;
         report->time = counts.time / rod->duration;

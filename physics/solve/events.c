@@ -127,7 +127,7 @@ static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *
     return AD_OK;
 }
 
-ad_status events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error)
+ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error)
 {
     *count = 0;
     *times = malloc(2 * SAMPLES * sizeof **times);

@@ -10,6 +10,6 @@
  * for jumps, which have one just before and one just after. What comes and goes within 1/2048 of
  * the duration, the time between samples, may be missed. *times is freed by the caller, also after
  * a failure. AD_NO_MEMORY; AD_NOT_FINITE, with the instant; errors of formulas. */
-ad_status events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error);
+ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error);
 
 #endif

@@ -10,7 +10,7 @@ struct formula {
     size_t capacity;
 };
 
-ad_status formula_create(ad_value value, ad_pool *pool, formula **result, ad_error *error)
+ad_status solve_formula_create(ad_value value, ad_pool *pool, formula **result, ad_error *error)
 {
     *result = NULL;
     formula *f = calloc(1, sizeof *f);
@@ -28,7 +28,7 @@ ad_status formula_create(ad_value value, ad_pool *pool, formula **result, ad_err
     return AD_OK;
 }
 
-void formula_free(formula *f)
+void solve_formula_free(formula *f)
 {
     if (f) {
         ad_program_free(f->program);
@@ -66,14 +66,14 @@ static ad_status evaluate(formula *f, size_t n, const double *s, const double *t
     return status;
 }
 
-ad_status formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
-                           ad_error *error)
+ad_status solve_formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
+                                 ad_error *error)
 {
     return evaluate(f, n, s, &t, 0, out, error);
 }
 
-ad_status formula_evaluate_at(formula *f, size_t n, const double *s, const double *t, double *out,
-                              ad_error *error)
+ad_status solve_formula_evaluate_at(formula *f, size_t n, const double *s, const double *t,
+                                    double *out, ad_error *error)
 {
     return evaluate(f, n, s, t, 1, out, error);
 }

@@ -8,15 +8,15 @@ typedef struct formula formula;
 
 /* `value` depends on two inputs of one row, s and then t. Borrows the pool. What the tape says of
  * the value, AD_NO_MEMORY. */
-ad_status formula_create(ad_value value, ad_pool *pool, formula **result, ad_error *error);
-void formula_free(formula *f);
+ad_status solve_formula_create(ad_value value, ad_pool *pool, formula **result, ad_error *error);
+void solve_formula_free(formula *f);
 
 /* out [n][rows of the value] at s [n] and t. Allocates only when n grows; one thread at a time. */
-ad_status formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
-                           ad_error *error);
+ad_status solve_formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
+                                 ad_error *error);
 
 /* The same at points (s, t) of any times, [n] each. */
-ad_status formula_evaluate_at(formula *f, size_t n, const double *s, const double *t, double *out,
-                              ad_error *error);
+ad_status solve_formula_evaluate_at(formula *f, size_t n, const double *s, const double *t,
+                                    double *out, ad_error *error);
 
 #endif

@@ -48,7 +48,7 @@ static double integral(const gauss_rule *rule, int i, int j)
     return rule->weights[j] * sum;
 }
 
-gauss_rule gauss_rule_of(int stages)
+gauss_rule solve_gauss_rule_of(int stages)
 {
     gauss_rule rule = {.stages = stages};
     find_nodes(&rule);
@@ -67,7 +67,7 @@ gauss_rule gauss_rule_of(int stages)
     return rule;
 }
 
-void gauss_lagrange(const gauss_rule *rule, double x, double *values)
+void solve_gauss_lagrange(const gauss_rule *rule, double x, double *values)
 {
     double sum = 0;
     int count = rule->stages + 2;

@@ -15,10 +15,10 @@ typedef struct gauss_rule {
 } gauss_rule;
 
 /* 1 <= stages <= GAUSS_STAGES_MAX */
-gauss_rule gauss_rule_of(int stages);
+gauss_rule solve_gauss_rule_of(int stages);
 
 /* values[stages + 2]: Lagrange's polynomials of the points 0, c, 1 at x in [0, 1] (Berrut,
  * Trefethen, SIAM Review 46, 2004). */
-void gauss_lagrange(const gauss_rule *rule, double x, double *values);
+void solve_gauss_lagrange(const gauss_rule *rule, double x, double *values);
 
 #endif

@@ -41,14 +41,14 @@ static int rate(realtype t, N_Vector state, N_Vector to, void *data)
     if (in->system) {
         motion_system_at(in->system, from, result);
     }
-    return vector_is_finite(to) ? 0 : 1; /* a shorter step may do */
+    return solve_vector_is_finite(to) ? 0 : 1; /* a shorter step may do */
 }
 
 /* One over what a row may be off. */
 static int weigh(N_Vector state, N_Vector weight, void *data)
 {
     const integration *in = data;
-    vector_weigh(in->tolerance, state, weight);
+    solve_vector_weigh(in->tolerance, state, weight);
     return 0;
 }
 
@@ -138,12 +138,12 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     if (status != AD_OK) {
         return status;
     }
-    status = events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
+    status = solve_events_find(motion_rod(in->motion), &in->events, &in->event_times, error);
     if (status != AD_OK) {
         return status;
     }
-    in->state = vector_create(rows, in->context);
-    in->sample = vector_create(rows, in->context);
+    in->state = solve_vector_create(rows, in->context);
+    in->sample = solve_vector_create(rows, in->context);
     if (!in->state || !in->sample) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for SUNDIALS");
     }
@@ -161,10 +161,11 @@ static ad_status open_integration(integration *in, const integrate_settings *set
         ARKStepSetMaxNonlinIters(in->stepper, 50); /* there is no shorter step to turn to */
     } else if (!implicit) { /* error control sees what grows only when it has grown */
         double steps;
-        status = integrate_explicit_steps(in->motion, &steps, error);
+        status = motion_explicit_steps(in->motion, &steps, error);
         ARKStepSetMaxStep(in->stepper, 1 / steps);
     }
-    in->quadrature = gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
+    in->quadrature =
+        solve_gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
     return status;
 }
 
@@ -272,9 +273,9 @@ static void count_work(const integration *in, integrate_counts *counts)
     }
 }
 
-ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
-                    const double *times, double *states, solve_energy *energies,
-                    integrate_counts *counts, ad_error *error)
+ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t count,
+                           const double *times, double *states, solve_energy *energies,
+                           integrate_counts *counts, ad_error *error)
 {
     integration in = {.motion = m, .tolerance = settings->tolerance};
     *counts = (integrate_counts){0};
@@ -315,7 +316,7 @@ static double apply_jacobian(motion *m, size_t rows, const double *state, const 
     return length;
 }
 
-ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error)
+ad_status motion_explicit_steps(motion *m, double *steps, ad_error *error)
 {
     const double stable = 3; /* eigenvalue times step, on the imaginary axis */
     size_t rows = motion_nodes(m) * MOTION_ROWS;

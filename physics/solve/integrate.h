@@ -29,12 +29,12 @@ typedef struct integrate_counts {
 /* From the initial state through times [count], ascending, >= 0, to states
  * [count][nodes][MOTION_ROWS] and energies [count]. AD_NOT_FINITE when steps
  * become too small or too many, and errors of formulas; counts->time then says how far it came. */
-ad_status integrate(motion *m, const integrate_settings *settings, size_t count,
-                    const double *times, double *states, solve_energy *energies,
-                    integrate_counts *counts, ad_error *error);
+ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t count,
+                           const double *times, double *states, solve_energy *energies,
+                           integrate_counts *counts, ad_error *error);
 
 /* How many steps for a unit of time the explicit method needs, lest the fastest vibration of the
  * mesh grow; by a power iteration at the initial state. */
-ad_status integrate_explicit_steps(motion *m, double *steps, ad_error *error);
+ad_status motion_explicit_steps(motion *m, double *steps, ad_error *error);
 
 #endif

@@ -15,7 +15,7 @@ static void legendre(int n, double x, double *of_n, double *of_before)
     *of_before = before;
 }
 
-void lobatto_points(int degree, double *x, double *weights)
+void solve_lobatto_points(int degree, double *x, double *weights)
 {
     const double pi = 3.14159265358979323846;
     for (int i = 0; i <= degree; i++) {
@@ -39,7 +39,7 @@ void lobatto_points(int degree, double *x, double *weights)
     }
 }
 
-void lobatto_derivative(int degree, const double *x, double *derivative)
+void solve_lobatto_derivative(int degree, const double *x, double *derivative)
 {
     int n = degree + 1;
     double at[LOBATTO_DEGREE_MAX + 1], unused;
@@ -58,8 +58,8 @@ void lobatto_derivative(int degree, const double *x, double *derivative)
     }
 }
 
-void lobatto_interpolation(int degree, const double *x, const double *weights, double at,
-                           double *values)
+void solve_lobatto_interpolation(int degree, const double *x, const double *weights, double at,
+                                 double *values)
 {
     double sum = 0;
     int hit = -1;

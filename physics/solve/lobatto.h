@@ -11,13 +11,13 @@ enum { LOBATTO_DEGREE_MAX = 64 };
 
 /* Points x [degree + 1], ascending, -1 and 1 among them; weights [degree + 1] of the quadrature
  * that is exact to degree 2 degree - 1. 1 <= degree <= LOBATTO_DEGREE_MAX. */
-void lobatto_points(int degree, double *x, double *weights);
+void solve_lobatto_points(int degree, double *x, double *weights);
 
 /* derivative [i][j] of the j-th Lagrange polynomial at x_i, row-major. */
-void lobatto_derivative(int degree, const double *x, double *derivative);
+void solve_lobatto_derivative(int degree, const double *x, double *derivative);
 
 /* Values [degree + 1] of the Lagrange polynomials at a point of [-1, 1]. */
-void lobatto_interpolation(int degree, const double *x, const double *weights, double at,
-                           double *values);
+void solve_lobatto_interpolation(int degree, const double *x, const double *weights, double at,
+                                 double *values);
 
 #endif

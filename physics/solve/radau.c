@@ -35,15 +35,15 @@ static void find_nodes(radau_rule *rule)
     rule->nodes[STAGES - 1] = 1;
 }
 
-radau_rule radau_rule_of(void)
+radau_rule solve_radau_rule_of(void)
 {
-    gauss_rule quadrature = gauss_rule_of(STAGES);
+    gauss_rule quadrature = solve_gauss_rule_of(STAGES);
     radau_rule rule = {.matrix = {{0}}};
     find_nodes(&rule);
     for (int i = 0; i < STAGES; i++) {
         for (int k = 0; k < STAGES; k++) {
             double values[STAGES], derivatives[STAGES];
-            radau_lagrange(&rule, rule.nodes[i] * quadrature.nodes[k], values, derivatives);
+            solve_radau_lagrange(&rule, rule.nodes[i] * quadrature.nodes[k], values, derivatives);
             for (int j = 0; j < STAGES; j++) {
                 rule.matrix[i][j] += rule.nodes[i] * quadrature.weights[k] * values[j];
             }
@@ -52,8 +52,8 @@ radau_rule radau_rule_of(void)
     return rule;
 }
 
-void radau_lagrange(const radau_rule *rule, double x, double values[RADAU_STAGES],
-                    double derivatives[RADAU_STAGES])
+void solve_radau_lagrange(const radau_rule *rule, double x, double values[RADAU_STAGES],
+                          double derivatives[RADAU_STAGES])
 {
     for (int j = 0; j < STAGES; j++) {
         values[j] = 1;

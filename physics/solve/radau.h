@@ -11,10 +11,10 @@ typedef struct radau_rule {
     double matrix[RADAU_STAGES][RADAU_STAGES]; /* a; its last row are the weights */
 } radau_rule;
 
-radau_rule radau_rule_of(void);
+radau_rule solve_radau_rule_of(void);
 
 /* Lagrange's polynomials of the points c at x, and their derivatives. */
-void radau_lagrange(const radau_rule *rule, double x, double values[RADAU_STAGES],
-                    double derivatives[RADAU_STAGES]);
+void solve_radau_lagrange(const radau_rule *rule, double x, double values[RADAU_STAGES],
+                          double derivatives[RADAU_STAGES]);
 
 #endif

@@ -116,7 +116,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
     rod->rest_moves = !ad_is_constant(ad_slice(rest, 9, 6), 0);
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = formula_create(values[i], f->pool, &f->all[i], error);
+        status = solve_formula_create(values[i], f->pool, &f->all[i], error);
     }
     ad_tape_free(tape);
     return status;
@@ -158,7 +158,7 @@ void solve_rod_free(solve_rod *rod)
     if (rod) {
         solve_functions *f = rod->formula;
         for (int i = 0; i < FORMULAS; i++) {
-            formula_free(f->all[i]);
+            solve_formula_free(f->all[i]);
         }
         ad_pool_free(f->pool);
         free(f);
@@ -171,55 +171,55 @@ void solve_rod_free(solve_rod *rod)
 ad_status solve_rod_sections(const solve_rod *rod, size_t n, const double *s, solve_section *out,
                              ad_error *error)
 {
-    return formula_evaluate(rod->formula->sections, n, s, 0, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->sections, n, s, 0, (double *)out, error);
 }
 
 ad_status solve_rod_rest(const solve_rod *rod, size_t n, const double *s, double t, solve_rest *out,
                          ad_error *error)
 {
-    return formula_evaluate(rod->formula->rest, n, s, t, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->rest, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_rest *out, ad_error *error)
 {
-    return formula_evaluate_at(rod->formula->rest, n, s, t, (double *)out, error);
+    return solve_formula_evaluate_at(rod->formula->rest, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_load(const solve_rod *rod, size_t n, const double *s, double t, solve_load *out,
                          ad_error *error)
 {
-    return formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error)
 {
-    return formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
+    return solve_formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
                         ad_error *error)
 {
     double s = end;
-    return formula_evaluate(rod->formula->ends[end], 1, &s, t, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->ends[end], 1, &s, t, (double *)out, error);
 }
 
 ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
                          solve_end_state *out, ad_error *error)
 {
-    return formula_evaluate_at(rod->formula->ends[end], n, s, t, (double *)out, error);
+    return solve_formula_evaluate_at(rod->formula->ends[end], n, s, t, (double *)out, error);
 }
 
 /* In such a scene the formula of either end is the solution. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
                                  solve_end_state *out, ad_error *error)
 {
-    return formula_evaluate(rod->formula->ends[0], n, s, t, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->ends[0], n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_initial(const solve_rod *rod, size_t n, const double *s, solve_initial *out,
                             ad_error *error)
 {
-    return formula_evaluate(rod->formula->initial, n, s, 0, (double *)out, error);
+    return solve_formula_evaluate(rod->formula->initial, n, s, 0, (double *)out, error);
 }

@@ -301,7 +301,7 @@ static void interpolate(const static_solution *x, double s, double *y)
             last = middle - 1;
         }
     }
-    gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
+    solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
     const double *from = x->y + (size_t)first * ((size_t)rule->stages + 1) * STATIC_ROWS;
     memset(y, 0, STATIC_ROWS * sizeof *y);
     for (int i = 0; i < rule->stages + 2; i++) {

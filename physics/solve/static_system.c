@@ -171,8 +171,10 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     }
     static_system *x = calloc(1, sizeof *x);
     if (x) {
-        *x = (static_system){
-            .rod = rod, .rule = gauss_rule_of(stages), .elements = elements, .stages = stages};
+        *x = (static_system){.rod = rod,
+                             .rule = solve_gauss_rule_of(stages),
+                             .elements = elements,
+                             .stages = stages};
     }
     if (!x || !allocate(x)) {
         static_system_free(x);

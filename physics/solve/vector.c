@@ -85,7 +85,7 @@ static realtype wrms_norm(N_Vector x, N_Vector weight)
 
 /* ---- vectors ------------------------------------------------------------------------------- */
 
-N_Vector vector_create(size_t rows, SUNContext context)
+N_Vector solve_vector_create(size_t rows, SUNContext context)
 {
     N_Vector vector = N_VNew_Serial((sunindextype)rows, context);
     if (vector) {
@@ -108,12 +108,12 @@ FOR_EACH_PROCESSOR static void weigh(sunindextype n, double tolerance, const dou
     }
 }
 
-void vector_weigh(double tolerance, N_Vector x, N_Vector weight)
+void solve_vector_weigh(double tolerance, N_Vector x, N_Vector weight)
 {
     weigh(NV_LENGTH_S(x), tolerance, NV_DATA_S(x), NV_DATA_S(weight));
 }
 
-bool vector_is_finite(N_Vector x)
+bool solve_vector_is_finite(N_Vector x)
 {
     sunindextype n = NV_LENGTH_S(x), i = 0;
     const double *from = NV_DATA_S(x);

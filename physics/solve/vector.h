@@ -9,11 +9,11 @@
 #include <stddef.h>
 
 /* Serial, of `rows` numbers; NULL when memory runs out. Clones have the same loops. */
-N_Vector vector_create(size_t rows, SUNContext context);
+N_Vector solve_vector_create(size_t rows, SUNContext context);
 
 /* weight = 1 / (tolerance (1 + |x|)) */
-void vector_weigh(double tolerance, N_Vector x, N_Vector weight);
+void solve_vector_weigh(double tolerance, N_Vector x, N_Vector weight);
 
-bool vector_is_finite(N_Vector x);
+bool solve_vector_is_finite(N_Vector x);
 
 #endif
