@@ -219,9 +219,9 @@ static ad_value nn_activate(nn_activation activation, ad_value x)
     return ad_tanh(x);
 }
 
-/* x above sin(F x) above cos(F x), F the fixed frequencies (Tancik et al. 2020); or the basis made
- * of these and 1. */
-static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
+/* 1 above x above sin(F x) above cos(F x), F the fixed frequencies (Tancik et al. 2020); without
+ * the 1 where there is no basis made of these, and x alone where there are no frequencies. */
+static ad_value nn_mlp_waves(const nn_mlp *mlp, ad_value x)
 {
     if (!mlp->fourier) {
         return x;
@@ -230,11 +230,14 @@ static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
     ad_value frequencies = ad_constant(x.tape, rows, mlp->fourier);
     ad_value phase = ad_matvec(frequencies, x);
     ad_value functions[4] = {ad_scalar(x.tape, 1), x, ad_sin(phase), ad_cos(phase)};
-    if (!mlp->basis) {
-        return ad_stack(3, functions + 1);
-    }
+    return mlp->basis ? ad_stack(4, functions) : ad_stack(3, functions + 1);
+}
+
+static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
+{
+    ad_value waves = nn_mlp_waves(mlp, x);
     int numbers = mlp->basis_rows * nn_basis_functions(&mlp->settings);
-    return ad_matvec(ad_constant(x.tape, numbers, mlp->basis), ad_stack(4, functions));
+    return mlp->basis ? ad_matvec(ad_constant(x.tape, numbers, mlp->basis), waves) : waves;
 }
 
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
@@ -255,6 +258,49 @@ ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
         }
     }
     return x;
+}
+
+/* ---- combined ------------------------------------------------------------------------------- */
+
+size_t nn_mlp_combined_parameters(const nn_mlp *mlp)
+{
+    size_t functions = (size_t)nn_basis_functions(&mlp->settings) + 1;
+    return mlp->basis ? (size_t)mlp->settings.outputs * functions : mlp->parameters;
+}
+
+void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combined)
+{
+    if (!mlp->basis) {
+        memcpy(combined, parameters, mlp->parameters * sizeof *combined);
+        return;
+    }
+    int outputs = mlp->settings.outputs, functions = nn_basis_functions(&mlp->settings);
+    const double *weights = parameters + mlp->views[0].offset;
+    memset(combined, 0, (size_t)outputs * (size_t)functions * sizeof *combined);
+    for (int i = 0; i < outputs; i++) {
+        double *row = combined + (size_t)i * (size_t)functions;
+        for (int k = 0; k < mlp->basis_rows; k++) {
+            double weight = weights[(size_t)i * (size_t)mlp->basis_rows + (size_t)k];
+            const double *coefficients = mlp->basis + (size_t)k * (size_t)functions;
+            for (int j = 0; j < functions; j++) {
+                row[j] += weight * coefficients[j];
+            }
+        }
+    }
+    memcpy(combined + (size_t)outputs * (size_t)functions, parameters + mlp->views[1].offset,
+           (size_t)outputs * sizeof *combined);
+}
+
+ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset)
+{
+    if (!mlp->basis) {
+        return nn_mlp_record(mlp, input, offset);
+    }
+    int outputs = mlp->settings.outputs;
+    int numbers = outputs * nn_basis_functions(&mlp->settings);
+    ad_value w = ad_parameter(input.tape, "combined/weight", numbers, offset);
+    ad_value b = ad_parameter(input.tape, "combined/bias", outputs, offset + (size_t)numbers);
+    return ad_add(ad_matvec(w, nn_mlp_waves(mlp, input)), b);
 }
 
 ad_value nn_rotation_quaternion(ad_value outputs)

@@ -86,6 +86,14 @@ double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns);
  * rows. `offset`: of its first parameter in the flat vector. */
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
 
+/* The same network for evaluation alone: where it has a basis, the weights times the coefficients
+ * of the basis are one matrix [outputs][functions], then the biases, so that one product does what
+ * takes two in training; else the parameters as they are. nn_mlp_combine computes these numbers
+ * from parameters. Results are equal to rounding. */
+size_t nn_mlp_combined_parameters(const nn_mlp *mlp);
+void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combined);
+ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset);
+
 /* A unit quaternion from 4 outputs; defined (0) for the zero vector. */
 ad_value nn_rotation_quaternion(ad_value outputs);
 

@@ -1,0 +1,51 @@
+/* A trained network, or one for each window of time, at given points and fast: any observable of
+ * the scene's model and any derivative of it by s and t, in SI units. Made for one point at a time
+ * as much as for many: it works on the caller's thread alone and allocates nothing while it
+ * evaluates. An evaluator is for one thread at a time; several threads take one each. */
+#ifndef PHYSICS_EVALUATOR_H
+#define PHYSICS_EVALUATOR_H
+
+#include "nn/nn.h"
+#include "physics/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct evaluator evaluator;
+
+enum { EVALUATOR_COLUMNS_MAX = 128, EVALUATOR_ORDER_MAX = 4, EVALUATOR_NAME_MAX = 24 };
+
+/* A network that was trained on a scene. */
+typedef struct evaluator_model {
+    const scene *scene;
+    const nn_mlp *mlp;
+    int windows;              /* how many have been trained, from t = 0 on */
+    const double *parameters; /* [windows][nn_mlp_parameters] */
+    const double *starts;     /* [windows][ROD_WINDOW_NUMBERS], of all but the first */
+} evaluator_model;
+
+/* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's
+ * model. A name is that of a column ("x", "qw", "m2", of beams "w"), or r or q for all columns of a
+ * rod's position or rotation, and behind an underscore s and t as often as it is differentiated,
+ * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and nothing of the model
+ * is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
+ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
+                           ad_error *error);
+void evaluator_free(evaluator *e); /* NULL is fine */
+
+int evaluator_columns(const evaluator *e);
+const char *evaluator_column_name(const evaluator *e, int column); /* "x_s" */
+const char *evaluator_column_unit(const evaluator *e, int column); /* "m", "N m s^-1"; "" for 1 */
+
+/* values [columns][points] at s [points] (m) and t [points] (s; ignored in a static scene, may then
+ * be NULL). An instant between two windows belongs to the one that it ends; a time beyond the last
+ * window is taken as that window's, as points beyond the rod are taken as they are. */
+ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
+                             double *values, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
