@@ -191,11 +191,12 @@ ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction
 /* y with x, an input, uniform or parameter, replaced wherever it occurs; simplified anew. */
 ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
 
-/* Take out of `outputs` what depends on inputs alone, so that it is computed once for a set of
- * points instead of in every run. Each value that takes at least `least` operations and is used by
- * something that depends on parameters, uniforms, sums or one of the `varying` inputs becomes a new
- * input, together of at most `rows` rows; outputs are replaced by equal ones of these inputs.
- * fixed [rows] receives the values that the new inputs stand for, in the order of the inputs. */
+/* Take out of `outputs` what depends on inputs and uniforms alone, so that it is computed once for
+ * a set of points and what is set before a run, instead of in every run. Each value that takes at
+ * least `least` operations and is used by something that depends on parameters, sums or one of the
+ * `varying` inputs and uniforms becomes a new input, together of at most `rows` rows; outputs are
+ * replaced by equal ones of these inputs. fixed [rows] receives the values that the new inputs
+ * stand for, in the order of the inputs. */
 ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_value *varying,
                    int least, int rows, ad_value *fixed, int *fixed_count);
 

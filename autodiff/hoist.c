@@ -1,5 +1,5 @@
-/* What needs only points is computed once per set of points, not in every step: loads, prescribed
- * motion, the forcing of a manufactured solution. */
+/* What needs only points and what is set before a run is computed once for both, not in every step:
+ * loads, prescribed motion, the forcing of a manufactured solution, where a window starts. */
 #include "autodiff/transform.h"
 
 #include <stdlib.h>
@@ -42,8 +42,8 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
     }
     for (int id = 0; id < h->count; id++) {
         const node *n = &h->tape->nodes[id];
-        h->varies[id] = h->varies[id] || n->op == OP_PARAMETER || n->op == OP_UNIFORM ||
-                        n->op == OP_POINTS || op_is_reduction(n->op);
+        h->varies[id] =
+            h->varies[id] || n->op == OP_PARAMETER || n->op == OP_POINTS || op_is_reduction(n->op);
         h->work[id] = n->count == 0                            ? 0
                       : ad_op_table[n->op].kind == SMOOTH      ? HEAVY_OPERATION
                       : n->op == OP_SLICE || n->op == OP_STACK ? 0

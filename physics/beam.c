@@ -66,15 +66,14 @@ beam_numbers beam_numbers_of(const scene *beam_scene)
         .foundation = foundation * length * length / scales.force};
 }
 
-beam_context beam_in_window(const scene *beam_scene, const rod_window *window, ad_value s,
-                            ad_value t)
+beam_context beam_context_of(const scene *beam_scene, const domain_place *at)
 {
-    int index = window ? window->index : 0;
+    bool dynamic = scene_is_dynamic(beam_scene);
     rod_scales scales = rod_scales_of(beam_scene);
     beam_numbers numbers = beam_numbers_of(beam_scene);
     double ratio = numbers.deflection;
     beam_context beam = {.scene = beam_scene,
-                         .tape = s.tape,
+                         .tape = at->tape,
                          .unit = {.length = scales.length,
                                   .time = scales.time,
                                   .deflection = ratio * scales.length,
@@ -82,14 +81,13 @@ beam_context beam_in_window(const scene *beam_scene, const rod_window *window, a
                                   .force = ratio * scales.force,
                                   .moment = ratio * scales.moment},
                          .shear_compliance = 1 / numbers.shear_ratio, /* 0 of infinity */
-                         .dynamic = scene_is_dynamic(beam_scene),
+                         .dynamic = dynamic,
                          .mixed = beam_scene->formulation == SCENE_MIXED,
-                         .start = rod_window_time(beam_scene, index),
-                         .origin = index > 0 ? window->start : NULL,
-                         .s = s,
-                         .t = t};
+                         .domain = rod_domain_of(beam_scene),
+                         .at = *at,
+                         .s = at->x[0],
+                         .t = dynamic ? at->x[1] : ad_scalar(at->tape, 0)};
     beam.rotary_inertia = beam.dynamic ? numbers.rotary_inertia : 0;
-    beam.span = rod_window_time(beam_scene, index + 1) - beam.start;
     return beam;
 }
 

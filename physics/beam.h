@@ -29,8 +29,7 @@
  *
  * One copy of each equation serves both theories and both forms: what is absent is a constant 0.
  * The problem is linear, so w is counted in a deflection W that its loads could cause, psi by W/L,
- * V by EI W/L^3, M by EI W/L^2, s by L and t by the scene's time (rod_scales_of). A rod_state holds
- * w, psi, V, M, one row each, in position, rotation, force and moment.
+ * V by EI W/L^3, M by EI W/L^2, s by L and t by the scene's time (rod_scales_of).
  *
  * Errors are sticky on the tape. Scenes must pass scene_check and be beams. */
 #ifndef PHYSICS_BEAM_H
@@ -59,7 +58,12 @@ beam_numbers beam_numbers_of(const scene *scene);
 /* mixed 4: w, psi, V, M; displacement 1: w, timoshenko 2: w, psi. */
 int beam_network_outputs(const scene *scene);
 
-/* From the raw outputs of the window's network (NULL: the first) to a state: field = lift + blend
+/* One row each. */
+typedef struct beam_state {
+    ad_value deflection, slope, shear, moment; /* w, psi, V, M */
+} beam_state;
+
+/* From the raw outputs of the network of the place's window to a state: field = lift + blend
  * network, the lift being the initial state and its velocity where that is hard and the blend then
  * having (t/duration)^2. Where ends are hard, the blend vanishes at those that give the field, or
  * with its slope, and what conditions are left open is corrected: the polynomial of lowest degree
@@ -67,24 +71,25 @@ int beam_network_outputs(const scene *scene);
  * included (a Hermite-Birkhoff interpolant; Lorentz, Jetter, Riemenschneider 1983, Birkhoff
  * Interpolation). Later windows of time begin as those of rods do. In the displacement form psi, V
  * and M follow from w. */
-rod_state beam_ansatz(const scene *scene, const rod_window *window, ad_value outputs, ad_value s,
-                      ad_value t);
+beam_state beam_ansatz(const scene *scene, const domain_place *at, ad_value outputs);
 
 /* Rows of a residual, one each: as in rod.h, with 2 rows for an end that is soft, the deflection or
  * shear and the slope or moment, and for a soft initial state w and w_t, with rotary inertia also
  * psi and psi_t. Dimensionless. */
 int beam_residual_rows(const scene *scene, rod_residual_kind kind);
-ad_value beam_residual(const scene *scene, rod_residual_kind kind, rod_state state, ad_value s,
-                       ad_value t);
+ad_value beam_residual(const scene *scene, rod_residual_kind kind, beam_state state,
+                       const domain_place *at);
 
 /* w (m), psi (rad), V (N), M (N m), w_t (m/s), psi_t (rad/s), one row each. */
 enum { BEAM_COLUMNS = 6 };
-void beam_observe(const scene *scene, rod_state state, ad_value s, ad_value t,
+void beam_observe(const scene *scene, beam_state state, const domain_place *at,
                   ad_value values[BEAM_COLUMNS]);
 
-/* As rod_window_end: w and w_t, with rotary inertia also psi and psi_t. */
-ad_status beam_window_end(const scene *scene, const rod_window *window, const nn_mlp *mlp,
-                          const double *x, ad_pool *pool, double *end, ad_error *error);
+/* The state in motion, as rod_moving_state: w and w_t, with rotary inertia also psi and psi_t. */
+enum { BEAM_GOING_DEGREE = 6 }; /* of the polynomials in which it goes on; see rod_ansatz.c */
+int beam_state_rows(const scene *scene); /* 2 or 4, 0 at rest */
+void beam_moving_state(const scene *scene, const domain_place *at, beam_state state,
+                       ad_value *rows);
 
 /* As rod_check: an initial state that the ends would shift is refused. */
 ad_status beam_check(const scene *scene, const char **key, ad_error *error);

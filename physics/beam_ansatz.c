@@ -1,6 +1,6 @@
 /* From raw network outputs to a beam that meets its ends and its initial state by construction. */
 #include "physics/beam_internal.h"
-#include "physics/chebyshev.h"
+#include "physics/relay.h"
 
 #include <math.h>
 
@@ -113,8 +113,6 @@ static ad_value beam_meet(const beam_context *beam, ad_value field, int count,
 
 /* ---- time ------------------------------------------------------------------------------------ */
 
-enum { BEAM_GOING_DEGREE = 6 }; /* of what goes on through a window; see rod_ansatz.c */
-
 /* value and rate at the start of the window, all of it and the part that goes on. */
 typedef struct beam_start {
     ad_value value, rate, going, going_rate;
@@ -122,32 +120,34 @@ typedef struct beam_start {
 
 static void beam_starts(const beam_context *beam, beam_start *deflection, beam_start *slope)
 {
-    if (!beam->origin) {
+    if (!beam->at.goes_on) {
         beam_initial initial = beam_initial_of(beam);
         *deflection = (beam_start){.value = initial.deflection, .rate = initial.velocity};
         *slope = (beam_start){.value = initial.slope, .rate = initial.slope_rate};
         return;
     }
     int rows = beam->rotary_inertia > 0 ? 4 : 2;
-    ad_value all[4], part[4];
-    chebyshev_fields(beam->s, beam->origin, rows, ROD_WINDOW_DEGREE, all);
-    chebyshev_fields(beam->s, beam->origin, rows, BEAM_GOING_DEGREE, part);
-    *deflection = (beam_start){all[0], all[1], part[0], part[1]};
-    *slope = rows == 4 ? (beam_start){all[2], all[3], part[2], part[3]} : *deflection;
+    ad_value all = relay_state(&beam->at, rows, false), part = relay_state(&beam->at, rows, true);
+    beam_start *fields[2] = {deflection, slope};
+    *slope = (beam_start){.value = ad_scalar(beam->tape, 0)}; /* not read without inertia */
+    for (int i = 0; i < rows / 2; i++) {
+        *fields[i] = (beam_start){ad_row(all, 2 * i), ad_row(all, 2 * i + 1), ad_row(part, 2 * i),
+                                  ad_row(part, 2 * i + 1)};
+    }
 }
 
 /* The field that starts like this, and goes on as the network says, like that of a rod. */
 static ad_value beam_begin(const beam_context *beam, const beam_start *start, ad_value network)
 {
     ad_value one = ad_scalar(beam->tape, 1);
-    ad_value t = ad_sub(beam->t, ad_scalar(beam->tape, beam->start));
-    ad_value x = ad_scale(t, 1 / beam->span), moved = ad_mul(ad_square(x), network);
-    if (!beam->origin) {
+    ad_value t = domain_elapsed(&beam->domain, &beam->at);
+    ad_value x = ad_mul(t, ad_reciprocal(beam->at.span)), moved = ad_mul(ad_square(x), network);
+    if (!beam->at.goes_on) {
         return ad_add(ad_add(start->value, ad_mul(t, start->rate)), moved);
     }
     ad_value left = ad_square(ad_sub(one, x));
     ad_value keep = ad_mul(left, ad_add(one, ad_scale(x, 2)));
-    ad_value push = ad_scale(ad_mul(x, left), beam->span);
+    ad_value push = ad_mul(ad_mul(x, left), beam->at.span);
     ad_value drift = ad_add(start->going, ad_mul(t, start->going_rate));
     ad_value rest = ad_add(ad_mul(keep, ad_sub(start->value, start->going)),
                            ad_mul(push, ad_sub(start->rate, start->going_rate)));
@@ -199,17 +199,17 @@ static ad_value beam_hold(const beam_context *beam, ad_value field, const beam_g
     return beam_meet(beam, field, count, conditions);
 }
 
-static rod_state beam_mixed_state(const beam_context *beam, const ad_value *fields,
-                                  const beam_given *ends)
+static beam_state beam_mixed_state(const beam_context *beam, const ad_value *fields,
+                                   const beam_given *ends)
 {
-    return (rod_state){.position = beam_hold(beam, fields[0], &ends[0]),
-                       .rotation = beam_hold(beam, fields[1], &ends[1]),
-                       .force = beam_hold(beam, fields[2], &ends[2]),
-                       .moment = beam_hold(beam, fields[3], &ends[3])};
+    return (beam_state){.deflection = beam_hold(beam, fields[0], &ends[0]),
+                        .slope = beam_hold(beam, fields[1], &ends[1]),
+                        .shear = beam_hold(beam, fields[2], &ends[2]),
+                        .moment = beam_hold(beam, fields[3], &ends[3])};
 }
 
 /* w alone: psi = w_s, M = w_ss, V = -(w_sss + mu). */
-static rod_state beam_bending_state(const beam_context *beam, ad_value w)
+static beam_state beam_bending_state(const beam_context *beam, ad_value w)
 {
     beam_condition conditions[4];
     ad_value mu = beam_line_moment(beam);
@@ -224,14 +224,14 @@ static rod_state beam_bending_state(const beam_context *beam, ad_value w)
                                                 : (beam_condition){i, 2, end.moment};
     }
     w = beam_meet(beam, w, hard ? 4 : 0, conditions);
-    return (rod_state){.position = w,
-                       .rotation = beam_space_derivative(beam, w, 1),
-                       .force = ad_neg(ad_add(beam_space_derivative(beam, w, 3), mu)),
-                       .moment = beam_space_derivative(beam, w, 2)};
+    return (beam_state){.deflection = w,
+                        .slope = beam_space_derivative(beam, w, 1),
+                        .shear = ad_neg(ad_add(beam_space_derivative(beam, w, 3), mu)),
+                        .moment = beam_space_derivative(beam, w, 2)};
 }
 
 /* w and psi: M = psi_s, V = kGA (w_s - psi). */
-static rod_state beam_shearing_state(const beam_context *beam, ad_value w, ad_value psi)
+static beam_state beam_shearing_state(const beam_context *beam, ad_value w, ad_value psi)
 {
     beam_condition conditions[2];
     beam_end ends[2] = {beam_end_of(beam, 0), beam_end_of(beam, 1)};
@@ -249,13 +249,13 @@ static rod_state beam_shearing_state(const beam_context *beam, ad_value w, ad_va
     }
     w = beam_meet(beam, w, count, conditions);
     ad_value shear = ad_sub(beam_space_derivative(beam, w, 1), psi);
-    return (rod_state){.position = w,
-                       .rotation = psi,
-                       .force = ad_scale(shear, 1 / beam->shear_compliance),
-                       .moment = beam_space_derivative(beam, psi, 1)};
+    return (beam_state){.deflection = w,
+                        .slope = psi,
+                        .shear = ad_scale(shear, 1 / beam->shear_compliance),
+                        .moment = beam_space_derivative(beam, psi, 1)};
 }
 
-static rod_state beam_state(const beam_context *beam, ad_value outputs)
+static beam_state beam_fields(const beam_context *beam, ad_value outputs)
 {
     ad_value fields[4];
     beam_given ends[4];
@@ -280,14 +280,13 @@ static rod_state beam_state(const beam_context *beam, ad_value outputs)
                         : beam_bending_state(beam, fields[0]);
 }
 
-rod_state beam_ansatz(const scene *beam_scene, const rod_window *window, ad_value outputs,
-                      ad_value s, ad_value t)
+beam_state beam_ansatz(const scene *beam_scene, const domain_place *at, ad_value outputs)
 {
-    beam_context beam = beam_in_window(beam_scene, window, s, t);
+    beam_context beam = beam_context_of(beam_scene, at);
     int rows = beam_network_outputs(beam_scene);
     if (ad_is_valid(outputs) && ad_rows(outputs) != rows) {
-        ad_tape_fail(s.tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
+        ad_tape_fail(at->tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
                      ad_rows(outputs), rows);
     }
-    return beam_state(&beam, outputs);
+    return beam_fields(&beam, outputs);
 }

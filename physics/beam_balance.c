@@ -1,29 +1,29 @@
 /* The equations of a beam, its open conditions, and what is observed. */
 #include "physics/beam_internal.h"
 
-static ad_value beam_strain_residual(const beam_context *beam, rod_state x)
+static ad_value beam_strain_residual(const beam_context *beam, beam_state x)
 {
-    ad_value slope = beam_space_derivative(beam, x.position, 1);
-    return ad_sub(ad_sub(slope, x.rotation), ad_scale(x.force, beam->shear_compliance));
+    ad_value slope = beam_space_derivative(beam, x.deflection, 1);
+    return ad_sub(ad_sub(slope, x.slope), ad_scale(x.shear, beam->shear_compliance));
 }
 
-static ad_value beam_curvature_residual(const beam_context *beam, rod_state x)
+static ad_value beam_curvature_residual(const beam_context *beam, beam_state x)
 {
-    return ad_sub(beam_space_derivative(beam, x.rotation, 1), x.moment);
+    return ad_sub(beam_space_derivative(beam, x.slope, 1), x.moment);
 }
 
 /* V_s; in the strong form of Euler and Bernoulli by one derivative of fourth order. */
-static ad_value beam_shear_slope(const beam_context *beam, rod_state x)
+static ad_value beam_shear_slope(const beam_context *beam, beam_state x)
 {
     if (beam->mixed || beam->scene->rod.model == SCENE_TIMOSHENKO) {
-        return beam_space_derivative(beam, x.force, 1);
+        return beam_space_derivative(beam, x.shear, 1);
     }
     ad_value turning = beam_space_derivative(beam, beam_line_moment(beam), 1);
-    return ad_neg(ad_add(beam_space_derivative(beam, x.position, 4), turning));
+    return ad_neg(ad_add(beam_space_derivative(beam, x.deflection, 4), turning));
 }
 
 /* V_s + q - k w - c w_t - rhoA w_tt */
-static ad_value beam_force_balance(const beam_context *beam, rod_state x)
+static ad_value beam_force_balance(const beam_context *beam, beam_state x)
 {
     const scene *given = beam->scene;
     const beam_units *unit = &beam->unit;
@@ -33,37 +33,36 @@ static ad_value beam_force_balance(const beam_context *beam, rod_state x)
     ad_value q = beam_formula(beam, given->beam.force, line_force, beam->s, beam->t);
     ad_value k =
         beam_formula(beam, given->beam.foundation, line_force / unit->deflection, beam->s, beam->t);
-    ad_value resisting =
-        ad_add(ad_mul(k, x.position), ad_scale(beam_time_derivative(beam, x.position, 1), drag));
+    ad_value resisting = ad_add(ad_mul(k, x.deflection),
+                                ad_scale(beam_time_derivative(beam, x.deflection, 1), drag));
     ad_value loaded = ad_add(beam_shear_slope(beam, x), ad_sub(q, resisting));
-    return ad_sub(loaded, beam_time_derivative(beam, x.position, 2));
+    return ad_sub(loaded, beam_time_derivative(beam, x.deflection, 2));
 }
 
 /* M_s + V + mu - rhoI psi_tt */
-static ad_value beam_moment_balance(const beam_context *beam, rod_state x)
+static ad_value beam_moment_balance(const beam_context *beam, beam_state x)
 {
-    ad_value turning = ad_add(x.force, beam_line_moment(beam));
-    ad_value inertia = ad_scale(beam_time_derivative(beam, x.rotation, 2), beam->rotary_inertia);
+    ad_value turning = ad_add(x.shear, beam_line_moment(beam));
+    ad_value inertia = ad_scale(beam_time_derivative(beam, x.slope, 2), beam->rotary_inertia);
     return ad_sub(ad_add(beam_space_derivative(beam, x.moment, 1), turning), inertia);
 }
 
-static ad_value beam_end_residual(const beam_context *beam, rod_state x, int at)
+static ad_value beam_end_residual(const beam_context *beam, beam_state x, int at)
 {
     beam_end end = beam_end_of(beam, at);
     ad_value along =
-        end.holds_deflection ? ad_sub(x.position, end.deflection) : ad_sub(x.force, end.shear);
-    ad_value around =
-        end.holds_slope ? ad_sub(x.rotation, end.slope) : ad_sub(x.moment, end.moment);
+        end.holds_deflection ? ad_sub(x.deflection, end.deflection) : ad_sub(x.shear, end.shear);
+    ad_value around = end.holds_slope ? ad_sub(x.slope, end.slope) : ad_sub(x.moment, end.moment);
     return ad_stack(2, (ad_value[]){along, around});
 }
 
-static ad_value beam_initial_residual(const beam_context *beam, rod_state x)
+static ad_value beam_initial_residual(const beam_context *beam, beam_state x)
 {
     beam_initial initial = beam_initial_of(beam);
-    ad_value rows[4] = {ad_sub(x.position, initial.deflection),
-                        ad_sub(beam_time_derivative(beam, x.position, 1), initial.velocity),
-                        ad_sub(x.rotation, initial.slope),
-                        ad_sub(beam_time_derivative(beam, x.rotation, 1), initial.slope_rate)};
+    ad_value rows[4] = {ad_sub(x.deflection, initial.deflection),
+                        ad_sub(beam_time_derivative(beam, x.deflection, 1), initial.velocity),
+                        ad_sub(x.slope, initial.slope),
+                        ad_sub(beam_time_derivative(beam, x.slope, 1), initial.slope_rate)};
     return ad_stack(beam->rotary_inertia > 0 ? 4 : 2, rows);
 }
 
@@ -93,14 +92,14 @@ int beam_residual_rows(const scene *beam_scene, rod_residual_kind kind)
     return 0;
 }
 
-ad_value beam_residual(const scene *beam_scene, rod_residual_kind kind, rod_state state, ad_value s,
-                       ad_value t)
+ad_value beam_residual(const scene *beam_scene, rod_residual_kind kind, beam_state state,
+                       const domain_place *at)
 {
-    beam_context beam = beam_in_window(beam_scene, NULL, s, t);
+    beam_context beam = beam_context_of(beam_scene, at);
     if (beam_residual_rows(beam_scene, kind) == 0) {
-        ad_tape_fail(s.tape, AD_BAD_ARGUMENT, "this scene has no residual '%s'",
+        ad_tape_fail(at->tape, AD_BAD_ARGUMENT, "this scene has no residual '%s'",
                      rod_residual_name(kind));
-        return ad_scalar(s.tape, 0);
+        return ad_scalar(at->tape, 0);
     }
     switch (kind) {
     case ROD_STRAIN:
@@ -119,16 +118,16 @@ ad_value beam_residual(const scene *beam_scene, rod_residual_kind kind, rod_stat
     }
 }
 
-void beam_observe(const scene *beam_scene, rod_state state, ad_value s, ad_value t,
+void beam_observe(const scene *beam_scene, beam_state state, const domain_place *at,
                   ad_value values[BEAM_COLUMNS])
 {
-    beam_context beam = beam_in_window(beam_scene, NULL, s, t);
+    beam_context beam = beam_context_of(beam_scene, at);
     const beam_units *unit = &beam.unit;
-    ad_value velocity = beam_time_derivative(&beam, state.position, 1);
-    ad_value turning = beam_time_derivative(&beam, state.rotation, 1);
-    values[0] = ad_scale(state.position, unit->deflection);
-    values[1] = ad_scale(state.rotation, unit->slope);
-    values[2] = ad_scale(state.force, unit->force);
+    ad_value velocity = beam_time_derivative(&beam, state.deflection, 1);
+    ad_value turning = beam_time_derivative(&beam, state.slope, 1);
+    values[0] = ad_scale(state.deflection, unit->deflection);
+    values[1] = ad_scale(state.slope, unit->slope);
+    values[2] = ad_scale(state.shear, unit->force);
     values[3] = ad_scale(state.moment, unit->moment);
     values[4] = ad_scale(velocity, unit->deflection / unit->time);
     values[5] = ad_scale(turning, unit->slope / unit->time);

@@ -10,7 +10,7 @@ typedef struct beam_units {
     double deflection, slope, force, moment;
 } beam_units;
 
-/* A scene at work on a tape, in one window of its time. */
+/* A scene at work on a tape, at a place. */
 typedef struct beam_context {
     const scene *scene;
     ad_tape *tape;
@@ -18,8 +18,8 @@ typedef struct beam_context {
     double shear_compliance; /* EI/(kGA L^2); 0: does not shear */
     double rotary_inertia;   /* rhoI/(rhoA L^2); 0: none, and then psi has no initial state */
     bool dynamic, mixed;
-    double start, span;   /* of the window */
-    const double *origin; /* what the window starts from; NULL: the scene's initial state */
+    domain domain;
+    domain_place at;
     ad_value s, t;
 } beam_context;
 
@@ -35,7 +35,7 @@ typedef struct beam_end {
 } beam_end;
 
 /* beam.c */
-beam_context beam_in_window(const scene *scene, const rod_window *window, ad_value s, ad_value t);
+beam_context beam_context_of(const scene *scene, const domain_place *at);
 ad_value beam_formula(const beam_context *beam, const char *text, double unit, ad_value s,
                       ad_value t);                   /* 0 for NULL */
 ad_value beam_line_moment(const beam_context *beam); /* mu */

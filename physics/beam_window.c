@@ -1,35 +1,33 @@
 /* Moments of time: the state that a window hands on, and whether the ends agree with the one at the
  * beginning. */
 #include "physics/beam_internal.h"
-#include "physics/chebyshev.h"
 
 #include <math.h>
 
-/* w, w_t, psi, psi_t at one dimensionless time, functions of s. */
-static void beam_at_time(const beam_context *beam, rod_state x, double time, ad_value rows[4])
+/* w, w_t, psi, psi_t. */
+static void beam_motion_of(const beam_context *beam, beam_state x, ad_value rows[4])
 {
-    const ad_value moving[4] = {x.position, beam_time_derivative(beam, x.position, 1), x.rotation,
-                                beam_time_derivative(beam, x.rotation, 1)};
-    for (int i = 0; i < 4; i++) {
-        rows[i] = ad_substitute(moving[i], beam->t, ad_scalar(beam->tape, time));
-    }
+    rows[0] = x.deflection;
+    rows[1] = beam_time_derivative(beam, x.deflection, 1);
+    rows[2] = x.slope;
+    rows[3] = beam_time_derivative(beam, x.slope, 1);
 }
 
-ad_status beam_window_end(const scene *beam_scene, const rod_window *window, const nn_mlp *mlp,
-                          const double *x, ad_pool *pool, double *end, ad_error *error)
+int beam_state_rows(const scene *beam_scene)
 {
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    bool turns = scene_properties_of(beam_scene).rotary_inertia[0] > 0;
+    return !scene_is_dynamic(beam_scene) ? 0 : turns ? 4 : 2;
+}
+
+void beam_moving_state(const scene *beam_scene, const domain_place *at, beam_state state,
+                       ad_value *rows)
+{
+    beam_context beam = beam_context_of(beam_scene, at);
+    ad_value all[4];
+    beam_motion_of(&beam, state, all);
+    for (int i = 0; i < beam_state_rows(beam_scene); i++) {
+        rows[i] = all[i];
     }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[4];
-    beam_context beam = beam_in_window(beam_scene, window, s, t);
-    ad_value outputs = nn_mlp_record(mlp, rod_network_input(beam_scene, window, s, t), 0);
-    rod_state state = beam_ansatz(beam_scene, window, outputs, s, t);
-    beam_at_time(&beam, state, beam.start + beam.span, rows);
-    ad_status status = chebyshev_sample(beam.rotary_inertia > 0 ? 4 : 2, rows, x, pool, end, error);
-    ad_tape_free(tape);
-    return status;
 }
 
 /* ---- ends against the initial state ---------------------------------------------------------- */
@@ -40,8 +38,11 @@ static void beam_shifts(const beam_context *beam, ad_value rows[4])
 {
     beam_initial initial = beam_initial_of(beam);
     ad_value still = ad_zeros(beam->tape, beam_network_outputs(beam->scene));
-    rod_state state = beam_ansatz(beam->scene, NULL, still, beam->s, beam->t);
-    beam_at_time(beam, state, 0, rows);
+    beam_state state = beam_ansatz(beam->scene, &beam->at, still);
+    beam_motion_of(beam, state, rows);
+    for (int i = 0; i < 4; i++) {
+        rows[i] = ad_substitute(rows[i], beam->t, ad_scalar(beam->tape, 0));
+    }
     rows[0] = ad_sub(rows[0], initial.deflection);
     rows[1] = ad_sub(rows[1], initial.velocity);
     rows[2] = ad_sub(rows[2], initial.slope);
@@ -65,7 +66,8 @@ static ad_status beam_shift(const scene *beam_scene, double values[4][BEAM_CHECK
     ad_status status = tape && pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
         ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[4];
-        beam_context beam = beam_in_window(beam_scene, NULL, s, t);
+        const domain_place at = rod_place(beam_scene, s, t);
+        beam_context beam = beam_context_of(beam_scene, &at);
         beam_shifts(&beam, rows);
         status = ad_compile(4, rows, NULL, pool, &program, error);
     }

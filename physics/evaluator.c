@@ -17,17 +17,20 @@ struct evaluator {
     int windows, columns;
     double length, time;
     evaluator_column column[EVALUATOR_COLUMNS_MAX];
+    domain domain;
     ad_pool *pool;
-    ad_program **programs;                     /* [windows] */
+    ad_program *programs[2]; /* of the first window, of all later ones */
+    domain_uniforms kinds[2];
+    bool is_uniform[2][EVALUATOR_COLUMNS_MAX]; /* the same at all points */
     double *parameters;                        /* [windows][count], combined */
     size_t count;                              /* of parameters of a window */
-    bool (*is_uniform)[EVALUATOR_COLUMNS_MAX]; /* [windows]: the same at all points */
-    double *times;                             /* [windows], when each ends; dimensionless */
+    const double *starts;                      /* [windows][numbers] */
+    size_t numbers;
 };
 
 /* ---- names --------------------------------------------------------------------------------- */
 
-static int find_column(const physics_model *model, const char *name, size_t length)
+static int find_column(const scene_physics *model, const char *name, size_t length)
 {
     for (int i = 0; i < model->column_count; i++) {
         if (strlen(model->columns[i].name) == length &&
@@ -54,7 +57,7 @@ static void write_unit(const evaluator_column *c, const char *unit, char text[32
              per_time && (!plain || per_length) ? " " : "", by_t);
 }
 
-static ad_status add_column(evaluator *e, const physics_model *model, int column, int by_s,
+static ad_status add_column(evaluator *e, const scene_physics *model, int column, int by_s,
                             int by_t, ad_error *error)
 {
     if (e->columns == EVALUATOR_COLUMNS_MAX) {
@@ -79,7 +82,7 @@ static ad_status add_column(evaluator *e, const physics_model *model, int column
     return AD_OK;
 }
 
-static ad_status refuse_name(const physics_model *model, const char *name, size_t length,
+static ad_status refuse_name(const scene_physics *model, const char *name, size_t length,
                              ad_error *error)
 {
     char known[300] = "";
@@ -97,7 +100,7 @@ static ad_status refuse_name(const physics_model *model, const char *name, size_
 
 /* One name of `length` characters: the longest part of it that is a column or a group of columns is
  * one, what follows its underscore are derivatives. */
-static ad_status add_name(evaluator *e, const physics_model *model, const char *name, size_t length,
+static ad_status add_name(evaluator *e, const scene_physics *model, const char *name, size_t length,
                           ad_error *error)
 {
     size_t stem = length;
@@ -135,7 +138,7 @@ static ad_status add_name(evaluator *e, const physics_model *model, const char *
     return status;
 }
 
-static ad_status read_names(evaluator *e, const physics_model *model, const char *names,
+static ad_status read_names(evaluator *e, const scene_physics *model, const char *names,
                             ad_error *error)
 {
     ad_status status = AD_OK;
@@ -165,31 +168,26 @@ static ad_value differentiated(const evaluator_column *c, ad_value y, ad_value s
     return ad_scale(y, c->to_si);
 }
 
-static ad_status build(evaluator *e, const evaluator_model *model, int index, ad_error *error)
+/* The program of the first window or of the later ones. */
+static ad_status build(evaluator *e, const evaluator_model *model, int later, ad_error *error)
 {
-    const double *start = index > 0 ? model->starts + (size_t)index * ROD_WINDOW_NUMBERS : NULL;
-    const rod_window window = {index, start};
-    const physics_model *physics = model_of(model->scene);
+    const physics_model *physics = model->physics;
     ad_tape *tape = ad_tape_create();
     if (!tape) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
-    ad_value now = e->dynamic ? t : ad_scalar(tape, 0);
-    ad_value input = rod_network_input(model->scene, &window, s, now);
-    ad_value outputs = nn_mlp_record_combined(model->mlp, input, 0);
-    rod_state state = physics->ansatz(model->scene, &window, outputs, s, now);
-    ad_value observed[MODEL_COLUMNS_MAX], values[EVALUATOR_COLUMNS_MAX];
-    physics->observe(model->scene, state, s, now, observed);
+    ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX], values[EVALUATOR_COLUMNS_MAX];
+    e->kinds[later] = model_uniforms(physics, later);
+    domain_place at = domain_record(&e->domain, &e->kinds[later], tape);
+    ad_value outputs = nn_mlp_record_combined(model->mlp, domain_network_input(&e->domain, &at), 0);
+    physics->ansatz(physics, &at, outputs, fields);
+    physics->observe(physics, &at, fields, observed);
     for (int i = 0; i < e->columns; i++) {
-        values[i] = differentiated(&e->column[i], observed[e->column[i].column], s, t);
-        e->is_uniform[index][i] = ad_extent_of(values[i]) == AD_UNIFORM;
+        values[i] = differentiated(&e->column[i], observed[e->column[i].column], at.x[0], at.x[1]);
+        e->is_uniform[later][i] = ad_extent_of(values[i]) == AD_UNIFORM;
     }
-    ad_status status = ad_compile(e->columns, values, NULL, e->pool, &e->programs[index], error);
+    ad_status status = ad_compile(e->columns, values, NULL, e->pool, &e->programs[later], error);
     ad_tape_free(tape);
-    nn_mlp_combine(model->mlp, model->parameters + (size_t)index * nn_mlp_parameters(model->mlp),
-                   e->parameters + (size_t)index * e->count);
-    e->times[index] = rod_window_time(model->scene, index + 1);
     return status;
 }
 
@@ -200,17 +198,24 @@ static ad_status evaluate_run(evaluator *e, int index, size_t count, const doubl
                               const double *t, double *values, size_t stride, ad_error *error)
 {
     double *outputs[EVALUATOR_COLUMNS_MAX];
-    const double *inputs[2] = {s, t};
+    const double *inputs[2] = {s, t}, *uniforms[DOMAIN_UNIFORMS_MAX];
+    double begin = domain_window_time(&e->domain, index);
+    const domain_setting setting = {{begin, domain_window_time(&e->domain, index + 1) - begin},
+                                    e->starts + (size_t)index * e->numbers,
+                                    1};
+    int later = index > 0;
+    domain_list_uniforms(&e->kinds[later], &setting, uniforms);
     for (int c = 0; c < e->columns; c++) {
         outputs[c] = values + (size_t)c * stride;
     }
     const ad_run run = {.points = count,
                         .inputs = inputs,
+                        .uniforms = uniforms,
                         .parameters = e->parameters + (size_t)index * e->count,
                         .outputs = outputs};
-    ad_status status = ad_execute(e->programs[index], &run, error);
+    ad_status status = ad_execute(e->programs[later], &run, error);
     for (int c = 0; c < e->columns && status == AD_OK; c++) {
-        for (size_t k = 1; k < count && e->is_uniform[index][c]; k++) {
+        for (size_t k = 1; k < count && e->is_uniform[later][c]; k++) {
             outputs[c][k] = outputs[c][0];
         }
     }
@@ -222,7 +227,7 @@ static ad_status warm_up(evaluator *e, ad_error *error)
 {
     double zero[CHUNK] = {0}, *values = malloc(CHUNK * (size_t)e->columns * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    for (int i = 0; i < e->windows && status == AD_OK; i++) {
+    for (int i = 0; i < 2 && i < e->windows && status == AD_OK; i++) {
         status = evaluate_run(e, i, CHUNK, zero, zero, values, CHUNK, error);
     }
     free(values);
@@ -232,20 +237,20 @@ static ad_status warm_up(evaluator *e, ad_error *error)
 static ad_status make(evaluator *e, const evaluator_model *model, const char *names,
                       ad_error *error)
 {
-    size_t windows = (size_t)model->windows;
-    ad_status status = read_names(e, model_of(model->scene), names, error);
+    size_t windows = (size_t)model->windows, numbers = nn_mlp_parameters(model->mlp);
+    ad_status status = read_names(e, scene_physics_of(&model->physics->scene), names, error);
     if (status != AD_OK) {
         return status;
     }
     e->pool = ad_pool_create(1);
-    e->programs = calloc(windows, sizeof *e->programs);
     e->parameters = calloc(windows * e->count, sizeof *e->parameters);
-    e->is_uniform = calloc(windows, sizeof *e->is_uniform);
-    e->times = calloc(windows, sizeof *e->times);
-    if (!e->pool || !e->programs || !e->parameters || !e->is_uniform || !e->times) {
+    if (!e->pool || !e->parameters) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the evaluation of a network");
     }
-    for (int i = 0; i < e->windows && status == AD_OK; i++) {
+    for (size_t i = 0; i < windows; i++) {
+        nn_mlp_combine(model->mlp, model->parameters + i * numbers, e->parameters + i * e->count);
+    }
+    for (int i = 0; i < 2 && i < e->windows && status == AD_OK; i++) {
         status = build(e, model, i, error);
     }
     return status == AD_OK ? warm_up(e, error) : status;
@@ -254,16 +259,19 @@ static ad_status make(evaluator *e, const evaluator_model *model, const char *na
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error)
 {
-    const rod_scales scales = rod_scales_of(model->scene);
+    const domain *d = &model->physics->domain;
     evaluator *e = calloc(1, sizeof *e);
     *result = NULL;
     if (!e) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the evaluation of a network");
     }
-    e->dynamic = scene_is_dynamic(model->scene);
+    e->domain = *d;
+    e->dynamic = d->time >= 0;
     e->windows = model->windows;
-    e->length = scales.length;
-    e->time = scales.time;
+    e->length = d->coordinates[0].scale;
+    e->time = e->dynamic ? d->coordinates[d->time].scale : 1;
+    e->starts = model->starts;
+    e->numbers = relay_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
     ad_status status = make(e, model, names, error);
     if (status != AD_OK) {
@@ -279,13 +287,9 @@ void evaluator_free(evaluator *e)
     if (!e) {
         return;
     }
-    for (int i = 0; e->programs && i < e->windows; i++) {
-        ad_program_free(e->programs[i]);
-    }
-    free(e->programs);
+    ad_program_free(e->programs[0]);
+    ad_program_free(e->programs[1]);
     free(e->parameters);
-    free(e->is_uniform);
-    free(e->times);
     ad_pool_free(e->pool);
     free(e);
 }
@@ -309,16 +313,8 @@ const char *evaluator_column_unit(const evaluator *e, int column)
 
 static int window_at(const evaluator *e, double t)
 {
-    int low = 0, high = e->windows - 1; /* the first window that does not end before t */
-    while (low < high) {
-        int middle = (low + high) / 2;
-        if (t <= e->times[middle]) {
-            high = middle;
-        } else {
-            low = middle + 1;
-        }
-    }
-    return low;
+    int window = domain_window_at(&e->domain, t);
+    return window < e->windows ? window : e->windows - 1;
 }
 
 /* Points that follow one another in the same window are computed at once. */

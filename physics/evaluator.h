@@ -6,7 +6,7 @@
 #define PHYSICS_EVALUATOR_H
 
 #include "nn/nn.h"
-#include "physics/model.h"
+#include "physics/relay.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,20 +16,20 @@ typedef struct evaluator evaluator;
 
 enum { EVALUATOR_COLUMNS_MAX = 128, EVALUATOR_ORDER_MAX = 4, EVALUATOR_NAME_MAX = 24 };
 
-/* A network that was trained on a scene. */
+/* A network that was trained on a model. */
 typedef struct evaluator_model {
-    const scene *scene;
+    const physics_model *physics;
     const nn_mlp *mlp;
     int windows;              /* how many have been trained, from t = 0 on */
     const double *parameters; /* [windows][nn_mlp_parameters] */
-    const double *starts;     /* [windows][ROD_WINDOW_NUMBERS], of all but the first */
+    const double *starts;     /* [windows][relay_numbers], of all but the first */
 } evaluator_model;
 
 /* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's
  * model. A name is that of a column ("x", "qw", "m2", of beams "w"), or r or q for all columns of a
  * rod's position or rotation, and behind an underscore s and t as often as it is differentiated,
- * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and nothing of the model
- * is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
+ * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and of the model only
+ * the starts are needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error);
 void evaluator_free(evaluator *e); /* NULL is fine */

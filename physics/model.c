@@ -1,5 +1,13 @@
 #include "physics/model.h"
+
 #include "physics/beam.h"
+#include "physics/relay.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- rods ---------------------------------------------------------------------------------- */
 
 /* One row per observable of a rod: name and unit of the column, member of rod_observables, its row,
  * whether only motion has it. */
@@ -34,48 +42,390 @@
 static const model_column rod_columns[] = {ROD_COLUMN_LIST(COLUMN)};
 #undef COLUMN
 
-static void observe_rod(const scene *scene, rod_state state, ad_value s, ad_value t,
+static rod_state rod_state_of(const ad_value *fields)
+{
+    return (rod_state){fields[0], fields[1], fields[2], fields[3]};
+}
+
+static void rod_fields(rod_state state, ad_value *fields)
+{
+    fields[0] = state.position;
+    fields[1] = state.rotation;
+    fields[2] = state.force;
+    fields[3] = state.moment;
+}
+
+static void ansatz_rod(const physics_model *m, const domain_place *at, ad_value outputs,
+                       ad_value *fields)
+{
+    rod_fields(rod_ansatz(&m->scene, at, outputs), fields);
+}
+
+static void observe_rod(const physics_model *m, const domain_place *at, const ad_value *fields,
                         ad_value *values)
 {
-    rod_observables o = rod_observe(scene, state, s, t);
+    rod_observables o = rod_observe(&m->scene, rod_state_of(fields), at);
 #define VALUE(name, unit, member, row, of_motion) *values++ = ad_row(o.member, row);
     ROD_COLUMN_LIST(VALUE)
 #undef VALUE
 }
 
-static const physics_model rod_in_space = {.fields = {"r", "q", "N", "m"},
-                                           .columns = rod_columns,
-                                           .column_count = sizeof rod_columns / sizeof *rod_columns,
-                                           .position_columns = 3,
-                                           .rotation_columns = 4,
-                                           .network_outputs = rod_network_outputs,
-                                           .ansatz = rod_ansatz,
-                                           .residual_rows = rod_residual_rows,
-                                           .residual = rod_residual,
-                                           .observe = observe_rod,
-                                           .window_end = rod_window_end,
-                                           .check = rod_check,
-                                           .terms = rod_terms};
+static void state_rod(const physics_model *m, const domain_place *at, const ad_value *fields,
+                      ad_value *rows)
+{
+    rod_moving_state(&m->scene, at, rod_state_of(fields), rows);
+}
+
+static ad_value residual_rod(const void *context, const domain_place *at, const ad_value *fields)
+{
+    const struct model_scene_term *term = context;
+    return rod_residual(&term->owner->scene, term->kind, rod_state_of(fields), at);
+}
+
+static int going_rod(const physics_model *m, const double *state)
+{
+    return rod_going_degree(&m->scene, state);
+}
+
+/* ---- beams --------------------------------------------------------------------------------- */
 
 static const model_column beam_columns[BEAM_COLUMNS] = {
     {"w", "m", false},   {"slope", "rad", false}, {"V", "N", false},
     {"M", "N m", false}, {"w_t", "m/s", true},    {"slope_t", "rad/s", true}};
 
-static const physics_model beam = {.fields = {"w", "psi", "V", "M"},
-                                   .columns = beam_columns,
-                                   .column_count = BEAM_COLUMNS,
-                                   .position_columns = 1,
-                                   .rotation_columns = 1,
-                                   .network_outputs = beam_network_outputs,
-                                   .ansatz = beam_ansatz,
-                                   .residual_rows = beam_residual_rows,
-                                   .residual = beam_residual,
-                                   .observe = beam_observe,
-                                   .window_end = beam_window_end,
-                                   .check = beam_check,
-                                   .terms = beam_terms};
-
-const physics_model *model_of(const scene *scene)
+static beam_state beam_state_of(const ad_value *fields)
 {
-    return scene_is_beam(scene) ? &beam : &rod_in_space;
+    return (beam_state){fields[0], fields[1], fields[2], fields[3]};
+}
+
+static void ansatz_beam(const physics_model *m, const domain_place *at, ad_value outputs,
+                        ad_value *fields)
+{
+    beam_state state = beam_ansatz(&m->scene, at, outputs);
+    fields[0] = state.deflection;
+    fields[1] = state.slope;
+    fields[2] = state.shear;
+    fields[3] = state.moment;
+}
+
+static void observe_beam(const physics_model *m, const domain_place *at, const ad_value *fields,
+                         ad_value *values)
+{
+    beam_observe(&m->scene, beam_state_of(fields), at, values);
+}
+
+static void state_beam(const physics_model *m, const domain_place *at, const ad_value *fields,
+                       ad_value *rows)
+{
+    beam_moving_state(&m->scene, at, beam_state_of(fields), rows);
+}
+
+static ad_value residual_beam(const void *context, const domain_place *at, const ad_value *fields)
+{
+    const struct model_scene_term *term = context;
+    return beam_residual(&term->owner->scene, term->kind, beam_state_of(fields), at);
+}
+
+static int going_beam(const physics_model *m, const double *state)
+{
+    (void)m;
+    (void)state;
+    return BEAM_GOING_DEGREE;
+}
+
+/* ---- models of scenes ---------------------------------------------------------------------- */
+
+static const scene_physics rod_physics = {.fields = {"r", "q", "N", "m"},
+                                          .columns = rod_columns,
+                                          .column_count = sizeof rod_columns / sizeof *rod_columns,
+                                          .position_columns = 3,
+                                          .rotation_columns = 4,
+                                          .network_outputs = rod_network_outputs,
+                                          .state_rows = rod_state_rows,
+                                          .residual_rows = rod_residual_rows,
+                                          .residual = residual_rod,
+                                          .ansatz = ansatz_rod,
+                                          .observe = observe_rod,
+                                          .state = state_rod,
+                                          .going_degree = going_rod,
+                                          .check = rod_check,
+                                          .terms = rod_terms};
+
+static const scene_physics beam_physics = {.fields = {"w", "psi", "V", "M"},
+                                           .columns = beam_columns,
+                                           .column_count = BEAM_COLUMNS,
+                                           .position_columns = 1,
+                                           .rotation_columns = 1,
+                                           .network_outputs = beam_network_outputs,
+                                           .state_rows = beam_state_rows,
+                                           .residual_rows = beam_residual_rows,
+                                           .residual = residual_beam,
+                                           .ansatz = ansatz_beam,
+                                           .observe = observe_beam,
+                                           .state = state_beam,
+                                           .going_degree = going_beam,
+                                           .check = beam_check,
+                                           .terms = beam_terms};
+
+const scene_physics *scene_physics_of(const scene *scene)
+{
+    return scene_is_beam(scene) ? &beam_physics : &rod_physics;
+}
+
+static model_set scene_set(const physics_model *m, const char *name, model_points points, int end)
+{
+    model_set set = {.points = points};
+    snprintf(set.name, sizeof set.name, "%s", name);
+    if (points == MODEL_BOUNDARY) {
+        set.holds[0] = true;
+        set.value[0] = end;
+    } else if (points == MODEL_INITIAL) {
+        set.holds[m->domain.time] = true;
+    }
+    return set;
+}
+
+/* The residuals that the scene has, with their weights; a set of points where one is needed. */
+static void add_scene_terms(physics_model *m, const rod_weights *weights)
+{
+    static const struct {
+        const char *name;
+        model_points points;
+        int end;
+        rod_residual_kind first, last;
+    } sets[] = {{"interior", MODEL_INTERIOR, 0, ROD_STRAIN, ROD_MOMENT},
+                {"start", MODEL_BOUNDARY, 0, ROD_START, ROD_START},
+                {"end", MODEL_BOUNDARY, 1, ROD_END, ROD_END},
+                {"initial", MODEL_INITIAL, 0, ROD_INITIAL, ROD_INITIAL}};
+    const scene_physics *physics = scene_physics_of(&m->scene);
+    for (size_t i = 0; i < sizeof sets / sizeof *sets; i++) {
+        bool has_set = false;
+        for (int kind = (int)sets[i].first; kind <= (int)sets[i].last; kind++) {
+            if (physics->residual_rows(&m->scene, (rod_residual_kind)kind) == 0) {
+                continue;
+            }
+            if (!has_set) {
+                m->sets[m->set_count++] = scene_set(m, sets[i].name, sets[i].points, sets[i].end);
+                has_set = true;
+            }
+            m->scene_terms[kind] = (struct model_scene_term){m, (rod_residual_kind)kind};
+            model_add_term(m, rod_residual_name((rod_residual_kind)kind), m->set_count - 1,
+                           rod_weight_of(weights, (rod_residual_kind)kind), physics->residual,
+                           &m->scene_terms[kind]);
+        }
+    }
+}
+
+ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,
+                         ad_error *error)
+{
+    const rod_weights usual = rod_weights_default();
+    const scene_physics *physics = scene_physics_of(scene);
+    bool mixed = scene->formulation == SCENE_MIXED;
+    physics_model *m = *result = model_create();
+    if (!m) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+    }
+    m->scene = *scene;
+    m->has_scene = true;
+    m->domain = rod_domain_of(scene);
+    m->field_count = SCENE_FIELDS;
+    m->unknowns = mixed ? SCENE_FIELDS : SCENE_FIELDS / 2;
+    for (int i = 0; i < SCENE_FIELDS; i++) {
+        snprintf(m->symbols[i], sizeof m->symbols[i], "%s", physics->fields[i]);
+    }
+    m->outputs = physics->network_outputs(scene);
+    m->columns = physics->columns;
+    m->column_count = physics->column_count;
+    m->position_columns = physics->position_columns;
+    m->rotation_columns = physics->rotation_columns;
+    m->takes_load_factor = !scene_is_dynamic(scene) && !scene_is_beam(scene);
+    m->state_rows = physics->state_rows(scene);
+    m->ansatz = physics->ansatz;
+    m->observe = physics->observe;
+    m->state = physics->state;
+    m->going_degree = physics->going_degree;
+    add_scene_terms(m, weights ? weights : &usual);
+    return AD_OK;
+}
+
+/* ---- models of one's own ------------------------------------------------------------------- */
+
+static void outputs_as_fields(const physics_model *m, const domain_place *at, ad_value outputs,
+                              ad_value *fields)
+{
+    (void)at;
+    for (int i = 0, row = 0; i < m->field_count; row += m->field_rows[i++]) {
+        fields[i] = ad_slice(outputs, row, m->field_rows[i]);
+    }
+}
+
+physics_model *model_create(void)
+{
+    physics_model *m = calloc(1, sizeof *m);
+    if (m) {
+        m->domain.time = -1;
+        m->domain.windows = 1;
+        m->ansatz = outputs_as_fields;
+        m->error = (ad_error){AD_OK, ""};
+        scene_defaults(&m->scene);
+    }
+    return m;
+}
+
+void model_free(physics_model *m)
+{
+    free(m);
+}
+
+/* The first error stays. */
+static int refuse(physics_model *m, const char *what, const char *name, const char *allowed)
+{
+    if (m->error.status == AD_OK) {
+        ad_fail(&m->error, AD_BAD_ARGUMENT, "model: %s '%.40s'; allowed: %s", what,
+                name ? name : "", allowed);
+    }
+    return 0;
+}
+
+static bool is_name(const char *name, size_t size)
+{
+    return name && name[0] && strlen(name) < size;
+}
+
+int model_add_coordinate(physics_model *m, const char *name, const char *unit, double low,
+                         double high, double scale)
+{
+    domain *d = &m->domain;
+    if (d->count == DOMAIN_COORDINATES_MAX || !is_name(name, DOMAIN_NAME) ||
+        domain_find(d, name) >= 0 || !(high - low > 0 && high - low < 1e300) || !(scale >= 0)) {
+        return refuse(m, "coordinate", name,
+                      "8 of different names up to 23 letters, low < high, scale 0 or more");
+    }
+    double unit_of = scale > 0 ? scale : high - low;
+    domain_coordinate *c = &d->coordinates[d->count];
+    *c = (domain_coordinate){
+        .unit = unit, .low = low / unit_of, .high = high / unit_of, .scale = unit_of};
+    snprintf(c->name, sizeof c->name, "%s", name);
+    return d->count++;
+}
+
+void model_set_time(physics_model *m, int coordinate)
+{
+    if (coordinate < 0 || coordinate >= m->domain.count) {
+        refuse(m, "time", "", "a coordinate that has been added");
+    } else {
+        m->domain.time = coordinate;
+    }
+}
+
+int model_add_field(physics_model *m, const char *symbol, int rows)
+{
+    int next = m->field_count;
+    if (next == MODEL_FIELDS_MAX || !is_name(symbol, sizeof m->symbols[0]) || rows < 1 ||
+        m->has_scene) {
+        return refuse(
+            m, "field", symbol,
+            "8 of 1 row at least, with symbols of 1 to 7 letters, of a model without scene");
+    }
+    snprintf(m->symbols[next], sizeof m->symbols[next], "%s", symbol);
+    m->field_rows[next] = rows;
+    m->outputs += rows;
+    m->unknowns++;
+    return m->field_count++;
+}
+
+static int add_set(physics_model *m, const char *name, model_points points)
+{
+    if (m->set_count == MODEL_SETS_MAX || !is_name(name, MODEL_NAME)) {
+        return refuse(m, "points", name, "16 sets with names of 1 to 31 letters");
+    }
+    model_set *set = &m->sets[m->set_count];
+    *set = (model_set){.points = points};
+    snprintf(set->name, sizeof set->name, "%s", name);
+    return m->set_count++;
+}
+
+int model_add_interior(physics_model *m, const char *name)
+{
+    return add_set(m, name, MODEL_INTERIOR);
+}
+
+int model_add_face(physics_model *m, const char *name, int coordinate, int end)
+{
+    if (coordinate < 0 || coordinate >= m->domain.count || (end != 0 && end != 1)) {
+        return refuse(m, "face", name, "a coordinate that has been added, end 0 or 1");
+    }
+    bool begins = coordinate == m->domain.time && end == 0;
+    int set = add_set(m, name, begins ? MODEL_INITIAL : MODEL_BOUNDARY);
+    const domain_coordinate *c = &m->domain.coordinates[coordinate];
+    m->sets[set].holds[coordinate] = true;
+    m->sets[set].value[coordinate] = end ? c->high : c->low;
+    return set;
+}
+
+int model_add_term(physics_model *m, const char *name, int set, double weight,
+                   model_residual *residual, const void *context)
+{
+    if (m->term_count == MODEL_TERMS_MAX || !is_name(name, MODEL_NAME) || set < 0 ||
+        set >= m->set_count || !(weight >= 0 && weight < 1e300) || !residual) {
+        return refuse(m, "term", name,
+                      "24 with names of 1 to 31 letters, at points that have been added, with a "
+                      "finite weight of 0 or more and a residual");
+    }
+    model_term *term = &m->terms[m->term_count];
+    *term = (model_term){.set = set, .weight = weight, .residual = residual, .context = context};
+    snprintf(term->name, sizeof term->name, "%s", name);
+    return m->term_count++;
+}
+
+ad_status model_check(const physics_model *m, ad_error *error)
+{
+    double weights = 0;
+    if (m->error.status != AD_OK) {
+        return ad_fail(error, m->error.status, "%s", m->error.message);
+    }
+    for (int i = 0; i < m->term_count; i++) {
+        weights += m->terms[i].weight;
+    }
+    if (m->domain.count == 0 || m->field_count == 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "model: has no %s; it needs one at least",
+                       m->domain.count == 0 ? "coordinate" : "field");
+    }
+    return weights > 0
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT, "every loss term has weight 0: nothing to learn");
+}
+
+/* ---- recording ----------------------------------------------------------------------------- */
+
+domain_uniforms model_uniforms(const physics_model *m, int window)
+{
+    return (domain_uniforms){.window = m->domain.windows > 1,
+                             .state = window > 0 ? (int)relay_numbers(m) : 0,
+                             .load_factor = m->takes_load_factor};
+}
+
+domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
+                          ad_value *fields)
+{
+    domain_uniforms uniforms = model_uniforms(m, window);
+    domain_place at = domain_record(&m->domain, &uniforms, tape);
+    if (mlp) {
+        m->ansatz(m, &at, nn_mlp_record(mlp, domain_network_input(&m->domain, &at), 0), fields);
+    } else {
+        bool moves = scene_is_dynamic(&m->scene);
+        rod_fields(rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),
+                   fields);
+    }
+    return at;
+}
+
+int model_columns(const physics_model *m)
+{
+    int count = 0;
+    while (count < m->column_count && (m->domain.time >= 0 || !m->columns[count].of_motion)) {
+        count++;
+    }
+    return m->observe ? count : m->outputs;
 }

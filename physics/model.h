@@ -1,18 +1,63 @@
-/* The models that a scene may choose from, behind one interface: the rods in space of physics/rod.h
- * and the beams of small deflection of physics/beam.h. Problem, field and checks know a model
- * through it only; scenes, scales, windows of time and kinds of residuals are common to all.
+/* What a problem has to know of the physics: coordinates, fields, residuals, and how the numbers of
+ * a network become fields.
  *
- * Everything on the tape is dimensionless, by rod_scales_of. */
+ * A model is made from a scene of rods or beams (model_of_scene), or put together from one's own
+ * equations (model_create and the functions below it), or both: terms may be added to either.
+ *
+ * Everything on the tape is dimensionless; coordinates in units of their scale. Models of scenes
+ * use rod_scales_of. */
 #ifndef PHYSICS_MODEL_H
 #define PHYSICS_MODEL_H
 
+#include "nn/nn.h"
+#include "physics/domain.h"
 #include "physics/rod.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-enum { MODEL_FIELDS = 4, MODEL_COLUMNS_MAX = 25 };
+enum {
+    MODEL_FIELDS_MAX = 8,
+    MODEL_SETS_MAX = 16,
+    MODEL_TERMS_MAX = 24,
+    MODEL_COLUMNS_MAX = 32,
+    MODEL_NAME = 32,
+    MODEL_STATE_ROWS_MAX = 13
+};
+
+typedef struct physics_model physics_model;
+
+/* ---- points -------------------------------------------------------------------------------- */
+
+/* Which settings of a problem count for a set of points. */
+typedef enum model_points { MODEL_INTERIOR, MODEL_BOUNDARY, MODEL_INITIAL } model_points;
+
+/* Where terms are evaluated: inside, or on the face where some coordinates are held. */
+typedef struct model_set {
+    char name[MODEL_NAME];
+    model_points points;
+    bool holds[DOMAIN_COORDINATES_MAX];   /* this coordinate does not vary */
+    double value[DOMAIN_COORDINATES_MAX]; /* but is this, dimensionless */
+} model_set;
+
+/* ---- terms --------------------------------------------------------------------------------- */
+
+/* A residual, any number of rows, dimensionless and of order one, recorded at a place from the
+ * fields. `context` is borrowed. Errors are sticky on the tape. */
+typedef ad_value model_residual(const void *context, const domain_place *at,
+                                const ad_value *fields);
+
+/* weight * mean over the points of the set of |residual|^2 is added to the loss. */
+typedef struct model_term {
+    char name[MODEL_NAME];
+    int set;
+    double weight; /* 0: left out */
+    model_residual *residual;
+    const void *context;
+} model_term;
+
+/* ---- observables --------------------------------------------------------------------------- */
 
 /* The name of a column, its unit of the SI, and whether only motion has it. */
 typedef struct model_column {
@@ -20,39 +65,129 @@ typedef struct model_column {
     bool of_motion;
 } model_column;
 
-typedef struct physics_model {
-    /* Symbols of position, rotation, force and moment of a rod_state. */
-    const char *fields[MODEL_FIELDS];
+/* ---- models -------------------------------------------------------------------------------- */
+
+struct physics_model {
+    struct domain domain;
+    struct scene scene; /* of models of scenes; else as scene_defaults leaves it */
+    bool has_scene;
+
+    int field_count;
+    char symbols[MODEL_FIELDS_MAX][8]; /* of the fields: "r", "q", "N", "m" */
+    int field_rows[MODEL_FIELDS_MAX];
+    int unknowns; /* the first so many fields come from the network, the others from these */
+    int outputs;  /* of the network */
+
+    int set_count;
+    model_set sets[MODEL_SETS_MAX];
+    int term_count;
+    model_term terms[MODEL_TERMS_MAX];
 
     /* Observables in SI units: position_columns and then rotation_columns come first. */
     const model_column *columns;
     int column_count, position_columns, rotation_columns;
 
+    bool takes_load_factor; /* its loads may come in parts: load_factor is a uniform */
+    int state_rows;         /* what a window of time hands to the next; 0: nothing, one window */
+
+    /* From the outputs of the network at a place to the fields [field_count]. */
+    void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
+                   ad_value *fields);
+
+    /* values [column_count], one row each; zeros for those of motion in a static scene. NULL: the
+     * fields themselves. */
+    void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                    ad_value *values);
+
+    /* The state, functions of s, one row each [state_rows], at the time of the place. */
+    void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                  ad_value *rows);
+
+    /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
+     * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
+    int (*going_degree)(const physics_model *m, const double *state);
+
+    struct model_scene_term {
+        const physics_model *owner;
+        rod_residual_kind kind;
+    } scene_terms[ROD_RESIDUAL_COUNT];
+    ad_error error; /* the first of those that put it together */
+};
+
+/* What is known of the rods or the beams that a scene may have, whatever its numbers. */
+enum { SCENE_FIELDS = 4 };
+
+typedef struct scene_physics {
+    const char *fields[SCENE_FIELDS]; /* symbols */
+    const model_column *columns;
+    int column_count, position_columns, rotation_columns;
     int (*network_outputs)(const scene *scene);
-
-    /* From raw outputs of the window's network to a state, and from a state to residuals; see
-     * rod_ansatz, rod_residual_rows, rod_residual. */
-    rod_state (*ansatz)(const scene *scene, const rod_window *window, ad_value outputs, ad_value s,
-                        ad_value t);
+    int (*state_rows)(const scene *scene);
     int (*residual_rows)(const scene *scene, rod_residual_kind kind);
-    ad_value (*residual)(const scene *scene, rod_residual_kind kind, rod_state state, ad_value s,
-                         ad_value t);
-
-    /* values [column_count], one row each; zeros for those of motion in a static scene. */
-    void (*observe)(const scene *scene, rod_state state, ad_value s, ad_value t, ad_value *values);
-
-    /* The state that a window hands on; see rod_window_end. */
-    ad_status (*window_end)(const scene *scene, const rod_window *window, const nn_mlp *mlp,
-                            const double *x, ad_pool *pool, double *end, ad_error *error);
+    model_residual *residual; /* its context: model_scene_term */
+    void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
+                   ad_value *fields);
+    void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                    ad_value *values);
+    void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                  ad_value *rows);
+    int (*going_degree)(const physics_model *m, const double *state);
 
     /* What only shows when a scene is recorded; see rod_check. */
     ad_status (*check)(const scene *scene, const char **key, ad_error *error);
 
     /* For people; see rod_terms. */
     int (*terms)(const scene *scene, rod_term *terms);
-} physics_model;
+} scene_physics;
 
-const physics_model *model_of(const scene *scene);
+const scene_physics *scene_physics_of(const scene *scene);
+
+/* The model of a scene that passes scene_check, which is copied (its texts must live on); weights:
+ * NULL for the defaults. AD_NO_MEMORY. */
+ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,
+                         ad_error *error);
+
+/* A model without anything, for equations of one's own; NULL when memory runs out. */
+physics_model *model_create(void);
+void model_free(physics_model *m);
+
+/* The functions below return the index of what they add. Their first error is kept, and
+ * problem_create reports it: AD_BAD_ARGUMENT with what is allowed. */
+
+/* A coordinate from low to high in its unit of the SI (static text, may be ""). The tape sees it
+ * from 0 on in units of `scale`, 0: of its range. */
+int model_add_coordinate(physics_model *m, const char *name, const char *unit, double low,
+                         double high, double scale);
+
+/* Says that a coordinate is time: causal weights and `initial` points follow it. */
+void model_set_time(physics_model *m, int coordinate);
+
+/* A field of so many rows. Without an ansatz of its own a model takes its fields from the outputs
+ * of the network, in their order. */
+int model_add_field(physics_model *m, const char *symbol, int rows);
+
+/* All of the domain; or the face where `coordinate` is at its low (0) or high (1) end. */
+int model_add_interior(physics_model *m, const char *name);
+int model_add_face(physics_model *m, const char *name, int coordinate, int end);
+
+int model_add_term(physics_model *m, const char *name, int set, double weight,
+                   model_residual *residual, const void *context);
+
+/* AD_OK, or why the model is not one: an error of the functions above, no field, no term. */
+ad_status model_check(const physics_model *m, ad_error *error);
+
+/* ---- recording ----------------------------------------------------------------------------- */
+
+/* What is set before a run of the model's programs: in window 0 or in a later one. */
+domain_uniforms model_uniforms(const physics_model *m, int window);
+
+/* Inputs and uniforms on a new tape, the network of `mlp` (its parameters from 0 on) and the fields
+ * that it stands for. A model of a manufactured scene has its exact fields without a network. */
+domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
+                          ad_value *fields);
+
+/* How many columns there are to be had: those of motion come last and only motion has them. */
+int model_columns(const physics_model *m);
 
 #ifdef __cplusplus
 }

@@ -2,53 +2,29 @@
 #include "physics/problem_internal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static double weight_of(const problem_settings *settings, rod_residual_kind kind)
+/* The terms of a set are those that carry weight. */
+static void list_terms(problem *p, problem_set *set, int number)
 {
-    switch (kind) {
-    case ROD_STRAIN:
-        return settings->strain_weight;
-    case ROD_CURVATURE:
-        return settings->curvature_weight;
-    case ROD_FORCE:
-        return settings->force_weight;
-    case ROD_MOMENT:
-        return settings->moment_weight;
-    case ROD_INITIAL:
-        return settings->initial_weight;
-    default:
-        return settings->boundary_weight;
-    }
-}
-
-/* The terms of a set are those residuals that the scene has and that carry weight. */
-static void list_terms(problem *p, problem_set *set)
-{
-    static const struct {
-        problem_set_kind kind;
-        rod_residual_kind first, last;
-    } owned[] = {{SET_INTERIOR, ROD_STRAIN, ROD_MOMENT},
-                 {SET_START, ROD_START, ROD_START},
-                 {SET_END, ROD_END, ROD_END},
-                 {SET_INITIAL, ROD_INITIAL, ROD_INITIAL}};
-    for (int kind = (int)owned[set->kind].first; kind <= (int)owned[set->kind].last; kind++) {
-        double weight = weight_of(&p->settings, (rod_residual_kind)kind);
-        if (p->model->residual_rows(&p->scene, (rod_residual_kind)kind) > 0 && weight > 0) {
-            p->terms[p->term_count] = (problem_term){(rod_residual_kind)kind, weight};
+    for (int i = 0; i < p->model->term_count && set->term_count < PROBLEM_SET_TERMS; i++) {
+        const model_term *term = &p->model->terms[i];
+        if (term->set == number && term->weight > 0) {
+            p->terms[p->term_count] = term;
             set->terms[set->term_count++] = p->term_count++;
         }
     }
 }
 
-static ad_status make_set(problem *p, problem_set_kind kind, ad_error *error)
+static ad_status make_set(problem *p, int number, ad_error *error)
 {
     problem_set *set = &p->sets[p->set_count];
-    *set = (problem_set){.kind = kind};
-    list_terms(p, set);
+    *set = (problem_set){.about = &p->model->sets[number], .problem = p};
+    list_terms(p, set, number);
     if (set->term_count == 0) {
         return AD_OK;
     }
@@ -62,12 +38,6 @@ problem_settings problem_settings_default(void)
     static const double epsilons[] = {0.01, 0.1, 1, 10, 100};
     const problem_points points = {256, SAMPLING_SOBOL, 0};
     problem_settings settings = {.interior = points, .boundary = points, .initial = points};
-    /* Errors of the first two add up along s. The rows of shear and stretch are strains, not
-     * forces, so no weight has to follow the slenderness (tests/test_slender.c). */
-    settings.strain_weight = 1000;
-    settings.curvature_weight = 100;
-    settings.force_weight = settings.moment_weight = 1;
-    settings.boundary_weight = settings.initial_weight = 1;
     settings.held_out_points = 256;
     settings.causal_epsilon_count = sizeof epsilons / sizeof *epsilons;
     memcpy(settings.causal_epsilon, epsilons, sizeof epsilons);
@@ -78,31 +48,23 @@ problem_settings problem_settings_default(void)
     return settings;
 }
 
-const char *problem_settings_check(const problem_settings *settings, const scene *scene)
+const char *problem_settings_check(const problem_settings *settings, const physics_model *m)
 {
     const problem_points *sets[] = {&settings->interior, &settings->boundary, &settings->initial};
-    const double weights[] = {settings->strain_weight,   settings->curvature_weight,
-                              settings->force_weight,    settings->moment_weight,
-                              settings->boundary_weight, settings->initial_weight};
     for (int i = 0; i < 3; i++) {
         if (sets[i]->points < 1 || sets[i]->resample_every < 0) {
             return "points: at least 1, resample_every: at least 0";
         }
     }
-    for (int i = 0; i < 6; i++) {
-        if (!(weights[i] >= 0 && isfinite(weights[i]))) {
-            return "weights: finite and at least 0";
-        }
-    }
     if (settings->held_out_points < 1) {
         return "held_out_points: at least 1";
     }
-    return problem_weights_check(settings, scene);
+    return problem_weights_check(settings, m);
 }
 
 static void clear_sets(problem *p)
 {
-    for (int i = 0; i < SET_COUNT; i++) {
+    for (int i = 0; i < MODEL_SETS_MAX; i++) {
         problem_set_clear(&p->sets[i]);
     }
     memset(p->sets, 0, sizeof p->sets);
@@ -110,32 +72,31 @@ static void clear_sets(problem *p)
     p->derivatives[0] = '\0';
 }
 
-ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_settings *settings,
-                         uint64_t seed, ad_pool *pool, problem **result, ad_error *error)
+ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
+                         const problem_settings *settings, uint64_t seed, ad_pool *pool,
+                         problem **result, ad_error *error)
 {
     *result = NULL;
-    const char *wrong = problem_settings_check(settings, scene);
-    if (wrong) {
-        return ad_fail(error, AD_BAD_ARGUMENT, "problem settings: %s", wrong);
+    ad_status sound = model_check(m, error);
+    const char *wrong = sound == AD_OK ? problem_settings_check(settings, m) : NULL;
+    if (sound != AD_OK || wrong) {
+        return sound != AD_OK ? sound
+                              : ad_fail(error, AD_BAD_ARGUMENT, "problem settings: %s", wrong);
     }
     problem *p = calloc(1, sizeof *p);
     if (!p) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
     }
-    p->scene = *scene;
-    p->model = model_of(scene);
+    p->model = m;
     p->settings = *settings;
     p->mlp = mlp;
     p->pool = pool;
     p->seed = seed;
+    p->setting.load_factor = 1;
     p->parameters = nn_mlp_parameters(mlp);
     p->scratch = malloc((p->parameters + 1) * sizeof *p->scratch);
-    rod_scales scales = rod_scales_of(scene);
-    p->length = scales.length;
-    p->time = scales.time;
-    const rod_window first = {0, NULL};
     ad_status status = p->scratch && problem_weights_create(p)
-                           ? problem_enter(p, &first, error)
+                           ? problem_enter(p, 0, NULL, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
     if (status != AD_OK) {
         problem_free(p);
@@ -145,32 +106,52 @@ ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_se
     return AD_OK;
 }
 
-ad_status problem_enter(problem *p, const rod_window *window, ad_error *error)
+/* The sets of a window whose programs are not there yet. */
+static ad_status make_sets(problem *p, ad_error *error)
 {
-    clear_sets(p);
-    p->window = *window;
-    p->start = rod_window_time(&p->scene, window->index);
-    p->end = rod_window_time(&p->scene, window->index + 1);
-    problem_weights_start(p);
     ad_status status = AD_OK;
-    for (int kind = 0; status == AD_OK && kind < SET_COUNT; kind++) {
-        status = make_set(p, (problem_set_kind)kind, error);
+    clear_sets(p);
+    for (int i = 0; status == AD_OK && i < p->model->set_count; i++) {
+        status = make_set(p, i, error);
     }
-    if (status == AD_OK && p->set_count == 0) {
-        status = ad_fail(error, AD_BAD_INPUT, "every loss term has weight 0: nothing to learn");
-    }
-    if (status == AD_OK && p->sets[0].kind != SET_INTERIOR) {
+    if (status == AD_OK && (p->set_count == 0 || p->sets[0].about->points != MODEL_INTERIOR)) {
         p->settings.causal_slices = 0; /* nothing inside to be weighted */
+    }
+    return status;
+}
+
+ad_status problem_enter(problem *p, int window, const double *start, ad_error *error)
+{
+    bool has_programs = p->set_count > 0 && (window > 0) == (p->window > 0);
+    double begin = domain_window_time(&p->model->domain, window);
+    ad_status status = AD_OK;
+    p->window = window;
+    p->kinds = model_uniforms(p->model, window);
+    p->setting.window[0] = begin;
+    p->setting.window[1] = domain_window_time(&p->model->domain, window + 1) - begin;
+    p->setting.state = start;
+    problem_weights_start(p);
+    if (!has_programs) {
+        status = make_sets(p, error);
+    }
+    for (int i = 0; status == AD_OK && has_programs && i < p->set_count; i++) {
+        status = problem_set_sample(p, &p->sets[i], error);
     }
     problem_weights_spread(p);
     return status;
 }
 
-ad_status problem_load(problem *p, double part, ad_error *error)
+void problem_load(problem *p, double factor)
 {
-    const rod_window window = p->window;
-    p->scene.loads.part = part;
-    return problem_enter(p, &window, error);
+    p->setting.load_factor = factor;
+    for (int i = 0; i < p->set_count; i++) {
+        problem_set_refresh(&p->sets[i]);
+    }
+}
+
+problem_compilations problem_compiled(const problem *p)
+{
+    return p->compiled;
 }
 
 void problem_free(problem *p)
@@ -199,12 +180,12 @@ int problem_terms(const problem *p)
 
 const char *problem_term_name(const problem *p, int term)
 {
-    return rod_residual_name(p->terms[term].kind);
+    return p->terms[term]->name;
 }
 
 double problem_term_weight(const problem *p, int term)
 {
-    return p->terms[term].weight;
+    return p->terms[term]->weight;
 }
 
 const double *problem_losses(const problem *p)
@@ -220,7 +201,7 @@ int problem_sets(const problem *p)
 problem_set_info problem_set_inspect(const problem *p, int set)
 {
     const problem_set *s = &p->sets[set];
-    problem_set_info info = {.name = problem_set_names[s->kind],
+    problem_set_info info = {.name = s->about->name,
                              .points = s->trained.count,
                              .held_out = s->held_out.count,
                              .tape = s->counts,
@@ -245,7 +226,8 @@ size_t problem_bytes(const problem *p)
     for (int i = 0; i < p->set_count; i++) {
         const problem_set *s = &p->sets[i];
         const ad_program *programs[3] = {s->gradient, s->value, s->gradient_fixed.program};
-        bytes += 2 * (s->trained.count + s->held_out.count) * sizeof(double);
+        bytes += (size_t)p->model->domain.count * (s->trained.count + s->held_out.count) *
+                 sizeof(double);
         bytes += problem_weights_per_point(s) * s->trained.count * sizeof(double);
         bytes += (size_t)s->gradient_fixed.rows * s->trained.count * sizeof(double);
         for (int k = 0; k < 3 && programs[k]; k++) {
@@ -379,15 +361,16 @@ ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *err
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count)
 {
-    static const char *const points[SET_COUNT] = {"points/interior", "points/start", "points/end",
-                                                  "points/initial"};
     int count = 0;
     *generator_count = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
-        arrays[count++] = (problem_array){points[set->kind], set->trained.s, 2, set->trained.count};
-        generators[(*generator_count)++] =
-            (problem_generator){problem_set_names[set->kind], &set->rng};
+        problem_array *points = &arrays[count++];
+        *points = (problem_array){.data = set->trained.x,
+                                  .rows = (size_t)p->model->domain.count,
+                                  .columns = set->trained.count};
+        snprintf(points->name, sizeof points->name, "points/%s", set->about->name);
+        generators[(*generator_count)++] = (problem_generator){set->about->name, &set->rng};
     }
     return count + problem_weights_state(p, arrays + count);
 }
@@ -395,14 +378,21 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
 ad_status problem_restored(problem *p, ad_error *error)
 {
     for (int i = 0; i < p->set_count; i++) {
-        const problem_cloud *c = &p->sets[i].trained;
-        p->sets[i].gradient_fixed.stale = p->sets[i].normal_fixed.stale = true;
-        p->sets[i].product_fixed.stale = true;
-        for (size_t k = 0; k < c->count; k++) {
-            if (!(c->s[k] >= 0 && c->s[k] <= 1 && c->t[k] >= p->start && c->t[k] <= p->end)) {
-                return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
-            }
+        problem_set_refresh(&p->sets[i]);
+        if (!problem_points_are_inside(p, &p->sets[i].trained)) {
+            return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
         }
     }
     return problem_weights_restored(p, error);
+}
+
+void problem_place_text(const problem *p, const problem_place *place, char *text, size_t size)
+{
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; i < p->model->domain.count && used < size; i++) {
+        const domain_coordinate *c = &p->model->domain.coordinates[i];
+        used += (size_t)snprintf(text + used, size - used, "%s%s = %.6g%s%s", i ? ", " : "",
+                                 c->name, place->x[i], *c->unit ? " " : "", c->unit);
+    }
 }

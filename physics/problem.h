@@ -1,8 +1,8 @@
-/* A scene to be learned: its loss terms, their points, one program each.
+/* A model to be learned: its loss terms, their points, one program each.
  *
  *   loss = sum over terms of weight * mean over points of |residual|^2
  *
- * The residuals are those of the scene's model (physics/model.h), dimensionless. Terms that share
+ * The terms are those of a model (physics/model.h), dimensionless. Terms that share
  * points (the equations inside) share a tape. With causal weighting (Wang, Sankaran, Perdikaris
  * 2024) the points inside carry weights w_i = exp(-epsilon sum_{k<i} L_k) by slice of time i, where
  * L_k is the mean weighted loss of slice k at the last update; the weights are not differentiated.
@@ -50,16 +50,10 @@ typedef enum problem_balance {
 } problem_balance;
 
 typedef struct problem_settings {
-    problem_points interior; /* s and t inside: strain, curvature, force, moment */
-    double strain_weight;    /* R^T r_s = v; mixed form */
-    double curvature_weight; /* 2 vec(q* q_s) = u; mixed form */
-    double force_weight;     /* balance of force */
-    double moment_weight;    /* balance of moment */
-    problem_points boundary; /* t at both ends, where the ansatz leaves conditions open */
-    double boundary_weight;
-    problem_points initial; /* s at t = 0, soft enforcement */
-    double initial_weight;
-    int held_out_points; /* per set, never trained on */
+    problem_points interior; /* sets of all of the domain */
+    problem_points boundary; /* sets on faces, where the ansatz leaves conditions open */
+    problem_points initial;  /* the face where time begins, soft enforcement */
+    int held_out_points;     /* per set, never trained on */
 
     int causal_slices; /* of time; 0: no causal weighting */
     int causal_epsilon_count;
@@ -77,25 +71,34 @@ typedef struct problem_settings {
 problem_settings problem_settings_default(void);
 
 /* NULL, or which field is out of range and what is allowed (static text). */
-const char *problem_settings_check(const problem_settings *settings, const scene *scene);
+const char *problem_settings_check(const problem_settings *settings, const physics_model *m);
 
 typedef struct problem problem;
 
-/* Record, transform, compile and sample; every random number follows from `seed`. `settings` and
- * `scene` are copied (the scene's texts must live on), `mlp` and `pool` must outlive the problem.
- */
-ad_status problem_create(const scene *scene, const nn_mlp *mlp, const problem_settings *settings,
-                         uint64_t seed, ad_pool *pool, problem **result, ad_error *error);
+/* Record, transform, compile and sample; every random number follows from `seed`. `settings` is
+ * copied; the model, `mlp` and `pool` must outlive the problem. */
+ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
+                         const problem_settings *settings, uint64_t seed, ad_pool *pool,
+                         problem **result, ad_error *error);
 void problem_free(problem *p);
 
-/* Go to another window of the scene's time; a problem begins in the first. Points, causal weights
- * and programs are made anew, as by problem_create. `window` is copied, what it points to must live
- * on. After an error the problem can only be freed. */
-ad_status problem_enter(problem *p, const rod_window *window, ad_error *error);
+/* Go to another window of time; a problem begins in the first. Points and causal weights are made
+ * anew, as by problem_create; all windows but the first share their programs. `start`
+ * [relay_numbers] is the state in which the one before ends, borrowed; the first has none. After an
+ * error the problem can only be freed. */
+ad_status problem_enter(problem *p, int window, const double *start, ad_error *error);
 
-/* Let only a part of the scene's loads act, 0 to 1, and its imperfection to the rest; a problem
- * begins with all of them. The rest as above. */
-ad_status problem_load(problem *p, double part, ad_error *error);
+/* Let only a factor of the loads act, 0 to 1, and the imperfection to the rest; a problem begins
+ * with all of them, factor 1. Nothing is made anew. Needs a model that takes a load factor. */
+void problem_load(problem *p, double factor);
+
+/* How often programs have been recorded and compiled so far, and the seconds that took. */
+typedef struct problem_compilations {
+    int count;
+    double seconds;
+} problem_compilations;
+
+problem_compilations problem_compiled(const problem *p);
 
 size_t problem_parameters(const problem *p); /* length of x */
 
@@ -169,11 +172,14 @@ double problem_balance_weight(const problem *p, int term);
 /* The smallest and the largest self-adaptive weight of a point; both 1 without. */
 void problem_self_adaptive_range(const problem *p, double *least, double *greatest);
 
-/* Where a loss term stops being finite at x, in SI units; *term = -1 if every term is finite. */
+/* Where a loss term stops being finite at x; *term = -1 if every term is finite. */
 typedef struct problem_place {
     int term;
-    double s, t; /* m, s */
+    double x[DOMAIN_COORDINATES_MAX]; /* the coordinates, in SI units */
 } problem_place;
+
+/* "s = 0.1 m, t = 2 s", of any coordinates. */
+void problem_place_text(const problem *p, const problem_place *place, char *text, size_t size);
 
 ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_error *error);
 
@@ -182,7 +188,7 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 /* Live memory that a checkpoint writes, and fills in place to restore: point sets
  * [coordinates][points], weights, and the states of the generators. */
 typedef struct problem_array {
-    const char *name;
+    char name[MODEL_NAME + 24];
     double *data;
     size_t rows, columns;
 } problem_array;
@@ -192,7 +198,7 @@ typedef struct problem_generator {
     nn_rng *rng;
 } problem_generator;
 
-enum { PROBLEM_STATE_MAX = 16 };
+enum { PROBLEM_STATE_MAX = 3 * MODEL_SETS_MAX + 8 };
 
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count);

@@ -5,46 +5,37 @@
 #include "physics/problem.h"
 
 enum {
-    PROBLEM_TERMS = ROD_RESIDUAL_COUNT,
-    PROBLEM_SET_TERMS = 4,
+    PROBLEM_TERMS = MODEL_TERMS_MAX,
+    PROBLEM_SET_TERMS = MODEL_TERMS_MAX,
+    PROBLEM_UNIFORMS = DOMAIN_UNIFORMS_MAX + 1,
+    PROBLEM_INPUTS = DOMAIN_COORDINATES_MAX + 1,
     PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2,
     PROBLEM_FIXED_ROWS = 256,
     PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
 };
 
-typedef enum problem_set_kind {
-    SET_INTERIOR,
-    SET_START,
-    SET_END,
-    SET_INITIAL,
-    SET_COUNT
-} problem_set_kind;
-
-typedef struct problem_term {
-    rod_residual_kind kind;
-    double weight;
-} problem_term;
-
-/* Dimensionless; one allocation, `s` owns it. */
+/* Dimensionless, [coordinates][count]. */
 typedef struct problem_cloud {
-    double *s, *t; /* [count] */
+    double *x;
     size_t count;
 } problem_cloud;
 
-/* What depends on the trained points alone: computed once for them, more inputs of a program. */
+/* What depends on the trained points and on what is set before a run: computed once for both, more
+ * inputs of a program. */
 typedef struct problem_fixed {
     ad_program *program; /* NULL: there is nothing worth keeping */
     double *values;      /* [rows][trained] */
     int count, rows;
     int offsets[PROBLEM_FIXED_ROWS]; /* first row of each */
-    bool stale;                      /* the points are new */
+    bool stale;                      /* the points or the setting are new */
 } problem_fixed;
 
 /* Outputs of a set's programs, in this order: the weighted loss; per term the mean of its squared
  * residual; per point the loss by the weights of the settings (gradient, where points have weights)
  * or per term and point the squared residual (value); per view of the parameters the gradient. */
 typedef struct problem_set {
-    problem_set_kind kind;
+    const model_set *about;
+    const problem *problem;
     int terms[PROBLEM_SET_TERMS]; /* numbers of terms of the problem */
     int term_count;
     problem_cloud trained, held_out;
@@ -66,19 +57,18 @@ typedef struct problem_set {
 } problem_set;
 
 struct problem {
-    scene scene;
     const physics_model *model;
     problem_settings settings;
     const nn_mlp *mlp;
     ad_pool *pool;
     uint64_t seed;
     size_t parameters;
-    double length, time; /* scales in SI */
-    rod_window window;
-    double start, end; /* of the window, in units of time */
-    problem_term terms[PROBLEM_TERMS];
+    int window;             /* at work, from 0 */
+    domain_uniforms kinds;  /* of the programs' uniforms */
+    domain_setting setting; /* their numbers */
+    const model_term *terms[PROBLEM_TERMS];
     int term_count;
-    problem_set sets[SET_COUNT];
+    problem_set sets[MODEL_SETS_MAX];
     int set_count;
     double losses[PROBLEM_TERMS];
     double *scratch;                                     /* [parameters] */
@@ -87,18 +77,24 @@ struct problem {
     double epsilon_index;
     double balance[PROBLEM_TERMS]; /* 1 where terms are not balanced */
     double balance_updates;        /* so far */
+    problem_compilations compiled;
     char derivatives[160];
 };
 
 bool problem_all_finite(const double *x, size_t count);
 
-/* problem_set.c */
-extern const char *const problem_set_names[SET_COUNT];
+/* problem_points.c */
 const problem_points *problem_points_of(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
+void problem_set_forget_points(problem_set *set);
+double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point);
+bool problem_points_are_inside(const problem *p, const problem_cloud *cloud);
+
+/* problem_set.c */
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);
 void problem_set_clear(problem_set *set);
+void problem_set_refresh(problem_set *set); /* the points or the setting are new */
 
 /* Run one of the set's programs over a cloud: terms by number, the weighted total, and, when
  * gradient is not NULL, the gradient. */
@@ -126,11 +122,11 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
 problem_set *problem_set_of_term(problem *p, int term);
 
 /* problem_weights.c */
-const char *problem_weights_check(const problem_settings *settings, const scene *scene);
+const char *problem_weights_check(const problem_settings *settings, const physics_model *m);
 bool problem_weights_create(problem *p); /* false: out of memory */
 void problem_weights_start(problem *p);  /* as before the first step of a window */
 void problem_weights_free(problem *p);
-/* Which weights the set has, and memory for them. */
+/* Which weights the set has, memory for them, and as they are at first. */
 ad_status problem_set_weigh_points(problem *p, problem_set *set, ad_error *error);
 size_t problem_weights_per_point(const problem_set *set); /* numbers kept for a point */
 void problem_weights_spread(problem *p);      /* weights of slices to points, of variables too */

@@ -1,96 +1,10 @@
-/* One set of points: sampled, recorded, compiled, run. */
+/* One set of points: recorded, compiled, run. */
 #include "physics/problem_internal.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- points ---------------------------------------------------------------------------------- */
-
-const char *const problem_set_names[SET_COUNT] = {"interior", "start", "end", "initial"};
-
-/* Which of s and t vary over the set; what does not vary is the end or the initial time. */
-static int dimension_of(const problem *p, const problem_set *set, bool *varies_s, bool *varies_t)
-{
-    bool dynamic = scene_is_dynamic(&p->scene);
-    *varies_s = set->kind == SET_INTERIOR || set->kind == SET_INITIAL;
-    *varies_t = dynamic && set->kind != SET_INITIAL;
-    return *varies_s + *varies_t;
-}
-
-static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            sampling_kind kind, nn_rng *rng, ad_error *error)
-{
-    bool varies_s, varies_t;
-    int dimension = dimension_of(p, set, &varies_s, &varies_t);
-    if (dimension > 0) {
-        ad_status status = sampling_fill(kind, rng, dimension, cloud->count, cloud->s, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
-    if (varies_t && !varies_s) {
-        memcpy(cloud->t, cloud->s, cloud->count * sizeof *cloud->t);
-    }
-    for (size_t i = 0; i < cloud->count; i++) {
-        cloud->s[i] = varies_s ? cloud->s[i] : set->kind == SET_END;
-        cloud->t[i] =
-            varies_t ? fmin(p->start + cloud->t[i] * (p->end - p->start), p->end) : p->start;
-    }
-    return AD_OK;
-}
-
-static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            const problem_points *points, nn_rng *rng, ad_error *error)
-{
-    bool varies_s, varies_t;
-    int dimension = dimension_of(p, set, &varies_s, &varies_t);
-    cloud->count = 1;
-    if (dimension > 0) {
-        ad_status status = sampling_count(points->sampler, dimension, (size_t)points->points, NULL,
-                                          &cloud->count, error);
-        if (status != AD_OK) {
-            return status;
-        }
-    }
-    cloud->s = calloc(2 * cloud->count, sizeof *cloud->s);
-    if (!cloud->s) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
-    }
-    cloud->t = cloud->s + cloud->count;
-    return cloud_fill(p, set, cloud, points->sampler, rng, error);
-}
-
-const problem_points *problem_points_of(const problem *p, const problem_set *set)
-{
-    return set->kind == SET_INTERIOR  ? &p->settings.interior
-           : set->kind == SET_INITIAL ? &p->settings.initial
-                                      : &p->settings.boundary;
-}
-
-/* Every set has a generator of its own, and its held-out points another. */
-ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
-{
-    char stream[64];
-    snprintf(stream, sizeof stream, "points/%s", problem_set_names[set->kind]);
-    set->rng = nn_rng_split(p->seed, stream);
-    snprintf(stream, sizeof stream, "held_out/%s", problem_set_names[set->kind]);
-    nn_rng held_out = nn_rng_split(p->seed, stream);
-    problem_points unseen = {p->settings.held_out_points, SAMPLING_SOBOL, 0};
-    ad_status status =
-        cloud_make(p, set, &set->trained, problem_points_of(p, set), &set->rng, error);
-    if (status == AD_OK) {
-        status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
-    }
-    return status == AD_OK ? problem_set_weigh_points(p, set, error) : status;
-}
-
-ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
-{
-    set->gradient_fixed.stale = set->normal_fixed.stale = set->product_fixed.stale = true;
-    return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
-}
 
 static void fixed_clear(problem_fixed *fixed)
 {
@@ -101,11 +15,7 @@ static void fixed_clear(problem_fixed *fixed)
 
 void problem_set_clear(problem_set *set)
 {
-    free(set->trained.s);
-    free(set->held_out.s);
-    free(set->point_weights);
-    free(set->point_losses);
-    free(set->adaptive);
+    problem_set_forget_points(set);
     fixed_clear(&set->gradient_fixed);
     fixed_clear(&set->normal_fixed);
     fixed_clear(&set->product_fixed);
@@ -119,15 +29,22 @@ void problem_set_clear(problem_set *set)
     }
 }
 
+void problem_set_refresh(problem_set *set)
+{
+    set->gradient_fixed.stale = set->normal_fixed.stale = set->product_fixed.stale = true;
+}
+
 /* ---- recording ------------------------------------------------------------------------------- */
 
-/* A recording of the set: inputs s, t and, where points have them, their weights; a uniform with
- * the weights of the set's terms where they are balanced. */
+/* A recording of the set: the coordinates and, where points have them, their weights as inputs;
+ * what is set before a run and, where terms are balanced, the weights of the set's terms as
+ * uniforms. */
 typedef struct recording {
     ad_tape *tape;
-    ad_value s, t, point_weight;
+    domain_place at;
+    ad_value point_weight, weights;
     ad_value balance[PROBLEM_SET_TERMS]; /* per term */
-    rod_state state;
+    ad_value fields[MODEL_FIELDS_MAX];
     ad_value residuals[PROBLEM_SET_TERMS]; /* per point */
     ad_value squares[PROBLEM_SET_TERMS];   /* their squared norms */
     ad_value views[PROBLEM_VIEWS];
@@ -138,15 +55,14 @@ typedef struct recording {
  * squares may be had by a bend of what was wrong at the start that leaves with more velocity than
  * it came with: windows of a rod that turns without shear and stretch then each pass on half again
  * the error, and ten periods are not solved. Larger weights at the end cost accuracy. */
-static ad_value weight_in_window(const problem *p, ad_value t)
+static ad_value weight_in_window(const problem *p, const domain_place *at)
 {
     const double size = sqrt(7.0 / 3);
-    if (p->scene.windows == 1) {
-        return ad_scalar(t.tape, 1);
+    if (p->model->domain.windows == 1) {
+        return ad_scalar(at->tape, 1);
     }
-    ad_value elapsed = ad_sub(t, ad_scalar(t.tape, p->start));
-    ad_value x = ad_scale(elapsed, 1 / (p->end - p->start));
-    return ad_scale(ad_add(ad_scalar(t.tape, 1), x), 1 / size);
+    ad_value x = ad_mul(domain_elapsed(&p->model->domain, at), ad_reciprocal(at->span));
+    return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / size);
 }
 
 static bool record_begin(const problem *p, problem_set *set, recording *r)
@@ -155,23 +71,17 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
     if (!r->tape) {
         return false;
     }
-    r->s = ad_input(r->tape, "s", 1);
-    ad_value t = ad_input(r->tape, "t", 1);
-    r->t = scene_is_dynamic(&p->scene) ? t : ad_scalar(r->tape, 0);
+    r->at = model_record(p->model, p->window, p->mlp, r->tape, r->fields);
     r->point_weight =
         set->point_weights ? ad_input(r->tape, "point weight", 1) : ad_scalar(r->tape, 1);
-    ad_value balance = set->balance ? ad_uniform(r->tape, "balance", set->term_count) : r->s;
+    r->weights = set->balance ? ad_uniform(r->tape, "balance", set->term_count) : r->point_weight;
     for (int i = 0; i < set->term_count; i++) {
-        r->balance[i] = set->balance ? ad_row(balance, i) : ad_scalar(r->tape, 1);
+        r->balance[i] = set->balance ? ad_row(r->weights, i) : ad_scalar(r->tape, 1);
     }
-    ad_value outputs =
-        nn_mlp_record(p->mlp, rod_network_input(&p->scene, &p->window, r->s, r->t), 0);
-    r->state = p->model->ansatz(&p->scene, &p->window, outputs, r->s, r->t);
-    ad_value weight = weight_in_window(p, r->t);
+    ad_value weight = weight_in_window(p, &r->at);
     for (int i = 0; i < set->term_count; i++) {
-        rod_residual_kind kind = p->terms[set->terms[i]].kind;
-        ad_value residual = p->model->residual(&p->scene, kind, r->state, r->s, r->t);
-        residual = ad_mul(weight, residual);
+        const model_term *term = p->terms[set->terms[i]];
+        ad_value residual = ad_mul(weight, term->residual(term->context, &r->at, r->fields));
         r->residuals[i] = residual;
         r->squares[i] = ad_dot(residual, residual);
     }
@@ -193,24 +103,24 @@ static ad_value mean(ad_value per_point)
 enum { PROBLEM_WAYS = 3 };
 
 /* `y` differentiated in the order of `by`: s, t, and S, T for twice at once; a number: so many
- * times by s at once. */
-static ad_value differentiate(const recording *r, ad_value y, const char *by)
+ * times by s at once. s stands for the first coordinate, t for time. */
+static ad_value differentiate(const problem *p, const recording *r, ad_value y, const char *by)
 {
     for (; *by; by++) {
         bool along_t = *by == 't' || *by == 'T', twice = *by == 'S' || *by == 'T';
         int order = *by >= '1' && *by <= '9' ? *by - '0' : 1 + twice;
-        y = ad_derivative(y, along_t ? r->t : r->s, order);
+        y = ad_derivative(y, r->at.x[along_t ? p->model->domain.time : 0], order);
     }
     return y;
 }
 
 /* A derivative is shared with the equations only when it is recorded the way they came to it; and
  * they may need its rows alone. */
-static bool uses_derivative(const recording *r, const problem_set *set, ad_value y,
-                            const char *const *ways)
+static bool uses_derivative(const problem *p, const recording *r, const problem_set *set,
+                            ad_value y, const char *const *ways)
 {
     for (int i = 0; i < PROBLEM_WAYS && ways[i]; i++) {
-        ad_value d = differentiate(r, y, ways[i]);
+        ad_value d = differentiate(p, r, y, ways[i]);
         bool used = ad_uses(set->term_count, r->squares, d);
         for (int row = 0; row < ad_rows(d) && !used; row++) {
             used = ad_uses(set->term_count, r->squares, ad_row(d, row));
@@ -225,8 +135,6 @@ static bool uses_derivative(const recording *r, const problem_set *set, ad_value
 /* Name the derivatives of the fields that appear among what the terms need. */
 static void note_derivatives(problem *p, const recording *r, const problem_set *set)
 {
-    const ad_value fields[MODEL_FIELDS] = {r->state.position, r->state.rotation, r->state.force,
-                                           r->state.moment};
     static const struct {
         const char *name, *ways[PROBLEM_WAYS];
         bool timed;
@@ -234,16 +142,15 @@ static void note_derivatives(problem *p, const recording *r, const problem_set *
                   {"t", {"t"}, true},         {"tt", {"T", "tt"}, true},
                   {"st", {"st", "ts"}, true}, {"sst", {"sts", "sst", "tss"}, true},
                   {"ssss", {"4"}, false}};
-    bool dynamic = scene_is_dynamic(&p->scene);
-    bool mixed = p->scene.formulation == SCENE_MIXED;
+    bool dynamic = p->model->domain.time >= 0;
     size_t used = 0;
-    for (int f = 0; f < (mixed ? 4 : 2); f++) {
+    for (int f = 0; f < p->model->unknowns && p->model->has_scene; f++) {
         for (size_t o = 0; o < sizeof orders / sizeof *orders; o++) {
             if ((dynamic || !orders[o].timed) && used < sizeof p->derivatives &&
-                uses_derivative(r, set, fields[f], orders[o].ways)) {
+                uses_derivative(p, r, set, r->fields[f], orders[o].ways)) {
                 used +=
                     (size_t)snprintf(p->derivatives + used, sizeof p->derivatives - used, "%s%s_%s",
-                                     used ? " " : "", p->model->fields[f], orders[o].name);
+                                     used ? " " : "", p->model->symbols[f], orders[o].name);
             }
         }
     }
@@ -258,8 +165,16 @@ static ad_status compile_fixed(problem *p, problem_set *set, recording *r, int c
     ad_value fixed[PROBLEM_FIXED_ROWS];
     size_t room = PROBLEM_FIXED_BYTES / sizeof(double) / set->trained.count;
     int rows = room < PROBLEM_FIXED_ROWS ? (int)room : PROBLEM_FIXED_ROWS;
-    ad_status status = ad_hoist(count, outputs, set->point_weights != NULL, &r->point_weight,
-                                LEAST_WORK, rows, fixed, &made->count);
+    ad_value varying[2];
+    int varying_count = 0;
+    if (set->point_weights) {
+        varying[varying_count++] = r->point_weight;
+    }
+    if (set->balance) {
+        varying[varying_count++] = r->weights;
+    }
+    ad_status status =
+        ad_hoist(count, outputs, varying_count, varying, LEAST_WORK, rows, fixed, &made->count);
     if (status != AD_OK || made->count == 0) {
         return ad_tape_status(r->tape, error);
     }
@@ -282,7 +197,7 @@ static ad_status compile_gradient(problem *p, problem_set *set, recording *r, ad
     ad_value per_point = ad_zeros(r->tape, 1), balanced = per_point;
     int count = 1;
     for (int i = 0; i < set->term_count; i++) {
-        ad_value weighted = ad_scale(r->squares[i], p->terms[set->terms[i]].weight);
+        ad_value weighted = ad_scale(r->squares[i], p->terms[set->terms[i]]->weight);
         per_point = ad_add(per_point, weighted);
         balanced = ad_add(balanced, ad_mul(r->balance[i], weighted));
         outputs[count++] = mean(r->squares[i]);
@@ -307,7 +222,8 @@ static ad_status compile_value(problem *p, problem_set *set, recording *r, ad_er
     outputs[0] = ad_zeros(r->tape, 1);
     for (int i = 0; i < set->term_count; i++) {
         outputs[count] = mean(r->squares[i]);
-        outputs[0] = ad_add(outputs[0], ad_scale(outputs[count++], p->terms[set->terms[i]].weight));
+        outputs[0] =
+            ad_add(outputs[0], ad_scale(outputs[count++], p->terms[set->terms[i]]->weight));
     }
     for (int i = 0; i < set->term_count; i++) {
         outputs[count++] = r->squares[i];
@@ -344,7 +260,7 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
     for (int i = 0; status == AD_OK && set->balance && i < set->term_count; i++) {
         status = compile_term(p, set, i, true, &set->share_gradient[i], error);
     }
-    if (status == AD_OK && set->kind == SET_INTERIOR) {
+    if (status == AD_OK && set->about->points == MODEL_INTERIOR) {
         note_derivatives(p, &r, set);
     }
     ad_tape_free(r.tape);
@@ -353,13 +269,14 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
 
 /* ---- running --------------------------------------------------------------------------------- */
 
-/* s, t, weights of points if there are any, then what was computed from the points alone. */
+/* The coordinates, weights of points if there are any, then what was computed from the points. */
 static void list_inputs(const problem_set *set, const problem_cloud *cloud,
                         const problem_fixed *fixed, const double **inputs)
 {
     int count = 0;
-    inputs[count++] = cloud->s;
-    inputs[count++] = cloud->t;
+    for (int i = 0; i < set->problem->model->domain.count; i++) {
+        inputs[count++] = cloud->x + (size_t)i * cloud->count;
+    }
     if (set->point_weights) {
         inputs[count++] = set->point_weights;
     }
@@ -368,18 +285,27 @@ static void list_inputs(const problem_set *set, const problem_cloud *cloud,
     }
 }
 
+static void list_uniforms(const problem_set *set, const double **uniforms)
+{
+    const problem *p = set->problem;
+    int count = domain_list_uniforms(&p->kinds, &p->setting, uniforms);
+    uniforms[count] = set->balance;
+}
+
 static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error *error)
 {
-    const double *inputs[3];
+    const double *inputs[PROBLEM_INPUTS], *uniforms[PROBLEM_UNIFORMS];
     double *outputs[PROBLEM_FIXED_ROWS];
     if (!fixed->stale || !fixed->program) {
         return AD_OK;
     }
     list_inputs(set, &set->trained, NULL, inputs);
+    list_uniforms(set, uniforms);
     for (int i = 0; i < fixed->count; i++) {
         outputs[i] = fixed->values + (size_t)fixed->offsets[i] * set->trained.count;
     }
-    ad_run r = {.points = set->trained.count, .inputs = inputs, .outputs = outputs};
+    ad_run r = {
+        .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .outputs = outputs};
     ad_status status = ad_execute(fixed->program, &r, error);
     fixed->stale = status != AD_OK;
     return status;
@@ -388,7 +314,7 @@ static ad_status refresh_fixed(problem_set *set, problem_fixed *fixed, ad_error 
 static ad_status run(problem_set *set, ad_program *program, const problem_cloud *cloud,
                      const double *x, double **outputs, ad_error *error)
 {
-    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     problem_fixed *fixed = program == set->gradient  ? &set->gradient_fixed
                            : program == set->product ? &set->product_fixed
                                                      : NULL;
@@ -397,9 +323,10 @@ static ad_status run(problem_set *set, ad_program *program, const problem_cloud 
         return status;
     }
     list_inputs(set, cloud, fixed, inputs);
+    list_uniforms(set, uniforms);
     ad_run r = {.points = cloud->count,
                 .inputs = inputs,
-                .uniforms = &set->balance,
+                .uniforms = uniforms,
                 .parameters = x,
                 .outputs = outputs};
     return ad_execute(program, &r, error);
@@ -457,7 +384,7 @@ static void record_rows(const problem *p, const problem_set *set, const recordin
 {
     ad_value share = ad_sqrt(ad_div(r->point_weight, ad_points(r->tape)));
     for (int i = 0; i < set->term_count; i++) {
-        double weight = sqrt(p->terms[set->terms[i]].weight);
+        double weight = sqrt(p->terms[set->terms[i]]->weight);
         ad_value factor = ad_mul(share, ad_sqrt(r->balance[i]));
         rows[i] = ad_mul(ad_scale(factor, weight), r->residuals[i]);
     }
@@ -536,30 +463,42 @@ ad_status problem_set_prepare_normal(problem *p, problem_set *set, ad_error *err
 ad_status problem_set_normal(problem_set *set, const double *x, double *loss, double *jtj,
                              double *jtr, ad_error *error)
 {
-    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
     if (status != AD_OK) {
         return status;
     }
     list_inputs(set, &set->trained, &set->normal_fixed, inputs);
+    list_uniforms(set, uniforms);
     ad_run r = {
-        .points = set->trained.count, .inputs = inputs, .uniforms = &set->balance, .parameters = x};
+        .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .parameters = x};
     return ad_normal_add(set->normal, &r, jtj, jtr, loss, error);
 }
 
 ad_status problem_set_jacobian(problem_set *set, const double *x, size_t first, size_t stride,
                                double *jt, double *r, ad_error *error)
 {
-    const double *inputs[3 + PROBLEM_FIXED_ROWS];
+    const double *inputs[PROBLEM_INPUTS + PROBLEM_FIXED_ROWS], *uniforms[PROBLEM_UNIFORMS];
     ad_status status = refresh_fixed(set, &set->normal_fixed, error);
     if (status != AD_OK) {
         return status;
     }
     list_inputs(set, &set->trained, &set->normal_fixed, inputs);
+    list_uniforms(set, uniforms);
     ad_run run = {
-        .points = set->trained.count, .inputs = inputs, .uniforms = &set->balance, .parameters = x};
+        .points = set->trained.count, .inputs = inputs, .uniforms = uniforms, .parameters = x};
     ad_normal_jacobian(set->normal, &run, first, stride, jt, r);
     return AD_OK;
+}
+
+static problem_place found_at(const problem *p, const problem_cloud *cloud, size_t point, int term)
+{
+    problem_place place = {.term = term};
+    for (int i = 0; i < p->model->domain.count; i++) {
+        place.x[i] =
+            cloud->x[(size_t)i * cloud->count + point] * p->model->domain.coordinates[i].scale;
+    }
+    return place;
 }
 
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
@@ -578,8 +517,7 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
     for (int i = 0; status == AD_OK && i < set->term_count && place->term < 0; i++) {
         for (size_t k = 0; k < points && place->term < 0; k++) {
             if (!isfinite(squares[(size_t)i * points + k])) {
-                *place = (problem_place){set->terms[i], set->trained.s[k] * p->length,
-                                         set->trained.t[k] * p->time};
+                *place = found_at(p, &set->trained, k, set->terms[i]);
             }
         }
     }

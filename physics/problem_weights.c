@@ -3,6 +3,7 @@
 #include "physics/problem_internal.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,9 +25,9 @@ static const char *adaptive_check(const problem_settings *settings)
     return NULL;
 }
 
-const char *problem_weights_check(const problem_settings *settings, const scene *scene)
+const char *problem_weights_check(const problem_settings *settings, const physics_model *m)
 {
-    if (settings->causal_slices < 0 || (settings->causal_slices > 0 && !scene_is_dynamic(scene))) {
+    if (settings->causal_slices < 0 || (settings->causal_slices > 0 && m->domain.time < 0)) {
         return "causal_slices: at least 0, and 0 in a static scene";
     }
     if (settings->causal_slices > 0 && (settings->causal_epsilon_count < 1 ||
@@ -79,7 +80,7 @@ ad_status problem_set_weigh_points(problem *p, problem_set *set, ad_error *error
     if (p->settings.balance) {
         set->balance = p->balance + set->terms[0];
     }
-    if (!adaptive && !(set->kind == SET_INTERIOR && p->settings.causal_slices)) {
+    if (!adaptive && !(set->about->points == MODEL_INTERIOR && p->settings.causal_slices)) {
         return AD_OK;
     }
     set->point_weights = calloc(count, sizeof *set->point_weights);
@@ -103,7 +104,8 @@ size_t problem_weights_per_point(const problem_set *set)
 
 static int slice_at(const problem *p, double t)
 {
-    int slice = (int)((t - p->start) / (p->end - p->start) * p->settings.causal_slices);
+    double passed = (t - p->setting.window[0]) / p->setting.window[1];
+    int slice = (int)(passed * p->settings.causal_slices);
     int last = p->settings.causal_slices - 1;
     return slice < 0 ? 0 : slice > last ? last : slice;
 }
@@ -113,9 +115,9 @@ void problem_weights_spread(problem *p)
     for (int k = 0; k < p->set_count; k++) {
         problem_set *set = &p->sets[k];
         for (size_t i = 0; set->point_weights && i < set->trained.count; i++) {
-            set->point_weights[i] = set->adaptive
-                                        ? set->adaptive[i] * set->adaptive[i]
-                                        : p->slice_weights[slice_at(p, set->trained.t[i])];
+            set->point_weights[i] =
+                set->adaptive ? set->adaptive[i] * set->adaptive[i]
+                              : p->slice_weights[slice_at(p, problem_time_of(p, &set->trained, i))];
         }
     }
 }
@@ -130,7 +132,7 @@ void problem_weights_follow_time(problem *p)
     memset(p->slice_losses, 0, (size_t)slices * sizeof *p->slice_losses);
     memset(p->slice_points, 0, (size_t)slices * sizeof *p->slice_points);
     for (size_t i = 0; i < set->trained.count; i++) {
-        int slice = slice_at(p, set->trained.t[i]);
+        int slice = slice_at(p, problem_time_of(p, &set->trained, i));
         p->slice_losses[slice] += set->point_losses[i];
         p->slice_points[slice]++;
     }
@@ -182,7 +184,7 @@ static ad_status balance(problem *p, const double *x, ad_error *error)
         if (status != AD_OK) {
             return status;
         }
-        norms[i] = p->terms[i].weight * length_of(p->scratch, p->parameters);
+        norms[i] = p->terms[i]->weight * length_of(p->scratch, p->parameters);
         sum += norms[i];
     }
     if (!isfinite(sum)) {
@@ -259,34 +261,35 @@ ad_status problem_reweigh(problem *p, int64_t step, const double *x, bool *chang
 
 /* ---- state ----------------------------------------------------------------------------------- */
 
+static problem_array array_of(const char *group, const char *name, const char *what, double *data,
+                              size_t count)
+{
+    problem_array array = {.data = data, .rows = 1, .columns = count};
+    snprintf(array.name, sizeof array.name, "%s/%s%s", group, name, what);
+    return array;
+}
+
 int problem_weights_state(problem *p, problem_array *arrays)
 {
-    static const char *const variables[SET_COUNT] = {"self_adaptive/interior",
-                                                     "self_adaptive/start", "self_adaptive/end",
-                                                     "self_adaptive/initial"};
-    static const char *const losses[SET_COUNT] = {
-        "self_adaptive/interior_losses", "self_adaptive/start_losses", "self_adaptive/end_losses",
-        "self_adaptive/initial_losses"};
     int count = 0;
     if (p->settings.causal_slices) {
         size_t slices = (size_t)p->settings.causal_slices, points = p->sets[0].trained.count;
-        arrays[count++] = (problem_array){"causal/weights", p->slice_weights, 1, slices};
-        arrays[count++] = (problem_array){"causal/epsilon_index", &p->epsilon_index, 1, 1};
-        arrays[count++] =
-            (problem_array){"causal/point_weights", p->sets[0].point_weights, 1, points};
-        arrays[count++] =
-            (problem_array){"causal/point_losses", p->sets[0].point_losses, 1, points};
+        problem_set *set = &p->sets[0];
+        arrays[count++] = array_of("causal", "weights", "", p->slice_weights, slices);
+        arrays[count++] = array_of("causal", "epsilon_index", "", &p->epsilon_index, 1);
+        arrays[count++] = array_of("causal", "point_weights", "", set->point_weights, points);
+        arrays[count++] = array_of("causal", "point_losses", "", set->point_losses, points);
     }
     if (p->settings.balance) {
-        size_t terms = (size_t)p->term_count;
-        arrays[count++] = (problem_array){"balance/weights", p->balance, 1, terms};
-        arrays[count++] = (problem_array){"balance/updates", &p->balance_updates, 1, 1};
+        arrays[count++] = array_of("balance", "weights", "", p->balance, (size_t)p->term_count);
+        arrays[count++] = array_of("balance", "updates", "", &p->balance_updates, 1);
     }
     for (int i = 0; p->settings.self_adaptive_rate > 0 && i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
+        const char *name = set->about->name;
         size_t points = set->trained.count;
-        arrays[count++] = (problem_array){variables[set->kind], set->adaptive, 1, points};
-        arrays[count++] = (problem_array){losses[set->kind], set->point_losses, 1, points};
+        arrays[count++] = array_of("self_adaptive", name, "", set->adaptive, points);
+        arrays[count++] = array_of("self_adaptive", name, "_losses", set->point_losses, points);
     }
     return count;
 }

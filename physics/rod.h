@@ -17,16 +17,16 @@
  *
  * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
  * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene; `s`
- * and `t` below are sigma and tau. They are one-row inputs or uniforms that the caller makes
- * (ad_derivative takes no results of operations); in a static scene t is the constant 0, and every
- * derivative by it is an exact 0. Absent physics (no damping, locked strain, no gravity) enters as
- * a constant 0 and is folded away by the tape; there is one copy of each equation.
+ * and `t` below are sigma and tau, the coordinates of the scene's domain. In a static scene there
+ * is no t, and every derivative by it is an exact 0. Absent physics (no damping, locked strain, no
+ * gravity) enters as a constant 0 and is folded away by the tape; there is one copy of each
+ * equation.
  *
  * Errors are sticky on the tape. Scenes must pass scene_check. */
 #ifndef PHYSICS_ROD_H
 #define PHYSICS_ROD_H
 
-#include "nn/nn.h"
+#include "physics/domain.h"
 #include "physics/scene.h"
 
 #ifdef __cplusplus
@@ -103,9 +103,6 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 
 /* ---- network and state --------------------------------------------------------------------- */
 
-/* 1 (s) for a static scene, else 2 (s, t). */
-int rod_network_inputs(const scene *scene);
-
 /* r[3], rotation, N[3], m[3]; displacement form: r, rotation. Planar, in the plane's frame without
  * the rows that vanish: r[2], rotation, N[2], m[1]. */
 int rod_network_outputs(const scene *scene);
@@ -113,35 +110,20 @@ int rod_network_outputs(const scene *scene);
 /* Of these, for the rotation: a quaternion [4], a rotation vector [3]; planar an angle [1]. */
 int rod_rotation_outputs(const scene *scene);
 
+/* The coordinates of a scene: s, and t in motion, with the scene's windows. */
+domain rod_domain_of(const scene *scene);
+
+/* A place at s and t (in a static scene not read) in the first window, under all of the loads. */
+domain_place rod_place(const scene *scene, ad_value s, ad_value t);
+
 /* ---- windows of time ----
  * scene->windows equal parts of the duration, each with a network of its own. A window starts from
- * the state in which the one before ends: position, rotation, velocity and spin at Chebyshev's
- * points of s, whose polynomial meets fields of up to some ten waves along the rod to rounding. N
- * and m are not state, and meet as far as both windows are solved. Time is that of the scene
- * throughout. */
-enum { ROD_WINDOW_DEGREE = 48, ROD_WINDOW_ROWS = 13 };
-enum { ROD_WINDOW_NUMBERS = (ROD_WINDOW_DEGREE + 1) * ROD_WINDOW_ROWS };
+ * the state in which the one before ends: position, rotation, velocity and spin along the rod
+ * (physics/relay.h). N and m are not state, and meet as far as both windows are solved. Time is
+ * that of the scene throughout. */
+enum { ROD_STATE_ROWS = 13 };
 
-typedef struct rod_window {
-    int index;           /* from 0 */
-    const double *start; /* [ROD_WINDOW_NUMBERS] of rod_window_end, of the one before; the first
-                          * has none */
-} rod_window;
-
-/* The state in which the window ends, for the network with parameters x: end [ROD_WINDOW_NUMBERS].
- */
-ad_status rod_window_end(const scene *scene, const rod_window *window, const nn_mlp *mlp,
-                         const double *x, ad_pool *pool, double *end, ad_error *error);
-
-/* Dimensionless time at which window `index` begins; index = windows: the end. */
-double rod_window_time(const scene *scene, int index);
-
-/* The window of a dimensionless time: an instant between two belongs to the one that it ends. */
-int rod_window_at(const scene *scene, double t);
-
-/* s, t mapped to [-1, 1] over the rod and the window (NULL: the first): [rod_network_inputs] rows.
- */
-ad_value rod_network_input(const scene *scene, const rod_window *window, ad_value s, ad_value t);
+int rod_state_rows(const scene *scene); /* ROD_STATE_ROWS in motion, else 0 */
 
 /* Of a planar scene: in the plane's frame in place of the world, with constant zeros. */
 typedef struct rod_state {
@@ -151,7 +133,7 @@ typedef struct rod_state {
     ad_value moment;   /* m [3], body */
 } rod_state;
 
-/* From the raw outputs of the window's network (NULL: the first) to a state: field = lift + blend
+/* From the raw outputs of the network of the place's window to a state: field = lift + blend
  * network, q normalised.
  *
  * Hard boundary conditions: the lift meets the data of the ends, the blend vanishes there: s,
@@ -173,8 +155,14 @@ typedef struct rod_state {
  *
  * Displacement form: N and m follow from r and q by the constitutive law; ends that give force or
  * moment stay residuals (ROD_START, ROD_END) whatever the enforcement. */
-rod_state rod_ansatz(const scene *scene, const rod_window *window, ad_value outputs, ad_value s,
-                     ad_value t);
+rod_state rod_ansatz(const scene *scene, const domain_place *at, ad_value outputs);
+
+/* The state in motion at the time of the place, functions of s: r, q, r_t, w, one row each
+ * [ROD_STATE_ROWS]. */
+void rod_moving_state(const scene *scene, const domain_place *at, rod_state state, ad_value *rows);
+
+/* Degree of the polynomials of s in which a state [RELAY_POINTS][ROD_STATE_ROWS] goes on. */
+int rod_going_degree(const scene *scene, const double *state);
 
 /* ---- residuals ----------------------------------------------------------------------------- */
 
@@ -200,11 +188,21 @@ const char *rod_residual_name(rod_residual_kind kind);
  * the plane, of strain, force, position and velocity; the 1 along the normal, of the others. */
 int rod_residual_rows(const scene *scene, rod_residual_kind kind);
 
-/* Dimensionless, of order one, unweighted: [rod_residual_rows] rows. The points of `s` and `t` are
+/* Dimensionless, of order one, unweighted: [rod_residual_rows] rows. The points of the place are
  * the caller's: s = 0 for ROD_START, s = 1 for ROD_END, t = 0 for ROD_INITIAL. Asking for a kind
  * that the scene does not have is an error on the tape. */
-ad_value rod_residual(const scene *scene, rod_residual_kind kind, rod_state state, ad_value s,
-                      ad_value t);
+ad_value rod_residual(const scene *scene, rod_residual_kind kind, rod_state state,
+                      const domain_place *at);
+
+/* What the squared norm of each residual counts for in a loss. */
+typedef struct rod_weights {
+    double strain, curvature; /* of the mixed form */
+    double force, moment;     /* of the balances */
+    double boundary, initial; /* of conditions at ends and at t = 0, where they are residuals */
+} rod_weights;
+
+rod_weights rod_weights_default(void);
+double rod_weight_of(const rod_weights *weights, rod_residual_kind kind);
 
 /* ---- manufactured solutions ---------------------------------------------------------------- */
 
@@ -235,7 +233,7 @@ typedef struct rod_observables {
     ad_value angular_velocity; /* w [3] 1/s, body; zeros in a static scene */
 } rod_observables;
 
-rod_observables rod_observe(const scene *scene, rod_state state, ad_value s, ad_value t);
+rod_observables rod_observe(const scene *scene, rod_state state, const domain_place *at);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,6 @@
 /* From raw network outputs to a state that meets the conditions of the scene by construction. */
 #include "nn/nn.h"
-#include "physics/chebyshev.h"
+#include "physics/relay.h"
 #include "physics/rod_internal.h"
 
 int rod_rotation_outputs(const scene *rod_scene)
@@ -18,19 +18,19 @@ int rod_network_outputs(const scene *rod_scene)
     return rod_scene->formulation == SCENE_MIXED ? pose + vector + rod_axial_rows(&plane) : pose;
 }
 
-/* What the network says of each field, the rotation in rows of its own; the displacement form has
- * no force and moment. */
-static rod_state rod_said(const rod_context *rod, ad_value outputs)
+/* The raw outputs of the network by field, those of the rotation as they are; the displacement form
+ * has none of force and moment. */
+static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
 {
     int vector = rod_vector_rows(&rod->plane), axial = rod_axial_rows(&rod->plane);
     int turn = rod_rotation_outputs(rod->scene), pose = vector + turn;
-    rod_state said = {.position = rod_vector_of(rod, ad_slice(outputs, 0, vector)),
-                      .rotation = ad_slice(outputs, vector, turn)};
+    rod_state raw = {.position = rod_vector_of(rod, ad_slice(outputs, 0, vector)),
+                     .rotation = ad_slice(outputs, vector, turn)};
     if (rod->scene->formulation == SCENE_MIXED) {
-        said.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
-        said.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
+        raw.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
+        raw.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
     }
-    return said;
+    return raw;
 }
 
 /* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
@@ -66,49 +66,60 @@ static bool rod_starts_hard(const rod_context *rod)
 
 /* ---- where a window begins ------------------------------------------------------------------- */
 
-/* The fields of one moment as functions of s: t is replaced by a number after the derivatives by it
- * have been taken. */
-static rod_initial_data rod_at_time(const rod_context *rod, rod_pose pose, double time)
+/* The motion of a pose: itself and its rates. */
+static rod_initial_data rod_motion_of(const rod_context *rod, rod_pose pose)
 {
     ad_value turning = rod_time_derivative(rod, pose.rotation, 1);
-    ad_value parts[4] = {pose.position, pose.rotation, rod_time_derivative(rod, pose.position, 1),
-                         rod_rate(pose.rotation, turning)};
-    ad_value state = ad_substitute(ad_stack(4, parts), rod->t, ad_scalar(rod->tape, time));
-    return (rod_initial_data){.position = ad_slice(state, 0, 3),
-                              .rotation = ad_slice(state, 3, 4),
-                              .velocity = ad_slice(state, 7, 3),
-                              .spin = ad_slice(state, 10, 3)};
+    return (rod_initial_data){.position = pose.position,
+                              .rotation = pose.rotation,
+                              .velocity = rod_time_derivative(rod, pose.position, 1),
+                              .spin = rod_rate(pose.rotation, turning)};
 }
 
-/* The polynomial of s that meets the state in which the window starts at Chebyshev's points of that
- * degree, a divisor of ROD_WINDOW_DEGREE. Rows that are 0 at every point are the constant 0, as
- * across the plane of a planar motion. */
-static rod_initial_data rod_window_start(const rod_context *rod, int degree)
+static rod_initial_data rod_unstack(ad_value rows)
 {
-    ad_value rows[ROD_WINDOW_ROWS];
-    chebyshev_fields(rod->s, rod->origin, ROD_WINDOW_ROWS, degree, rows);
-    return (rod_initial_data){.position = ad_stack(3, rows),
-                              .rotation = ad_stack(4, rows + 3),
-                              .velocity = ad_stack(3, rows + 7),
-                              .spin = ad_stack(3, rows + 10)};
+    return (rod_initial_data){.position = ad_slice(rows, 0, 3),
+                              .rotation = ad_slice(rows, 3, 4),
+                              .velocity = ad_slice(rows, 7, 3),
+                              .spin = ad_slice(rows, 10, 3)};
 }
 
-/* A held end is where it is said to be, also when the window begins. */
+static ad_value rod_stack(rod_initial_data motion)
+{
+    const ad_value parts[4] = {motion.position, motion.rotation, motion.velocity, motion.spin};
+    return ad_stack(4, parts);
+}
+
+/* The state in which the window starts, or the part of it that goes on. What leaves the plane of a
+ * planar motion is 0 and made the constant 0. */
+static rod_initial_data rod_window_start(const rod_context *rod, bool going)
+{
+    rod_initial_data state = rod_unstack(relay_state(&rod->at, ROD_STATE_ROWS, going));
+    rod_pose pose = rod_pose_in_plane(rod, (rod_pose){state.position, state.rotation});
+    return (rod_initial_data){.position = pose.position,
+                              .rotation = pose.rotation,
+                              .velocity = rod_keep_in_plane(rod, state.velocity, false),
+                              .spin = rod_keep_in_plane(rod, state.spin, true)};
+}
+
+/* A held end is where it is said to be, also when the window begins: t is replaced by that time
+ * after the derivatives by it have been taken. */
 static rod_initial_data rod_held_at_start(const rod_context *rod, rod_pose held)
 {
-    return rod_at_time(rod, held, rod->start);
+    ad_value state = rod_stack(rod_motion_of(rod, held));
+    return rod_unstack(ad_substitute(state, rod->t, rod->at.start));
 }
 
-/* Degree of the polynomials of s in which the state goes on: half waves that every network follows
- * in time. But where the rod winds along s so much that such a quaternion would come near 0, an
- * angle or a rotation vector has nothing to count from: then all of the state goes on. */
-static int rod_going_degree(const rod_context *rod)
+/* Half waves that every network follows in time. But where the rod winds along s so much that such
+ * a quaternion would come near 0, an angle or a rotation vector has nothing to count from: then all
+ * of the state goes on. */
+int rod_going_degree(const scene *rod_scene, const double *state)
 {
     enum { LOW = 6 };
     static const double near = 0.01; /* far above what networks miss */
-    bool counts = rod_rotation_outputs(rod->scene) < 4;
-    double misfit = counts ? chebyshev_misfit(rod->origin, ROD_WINDOW_ROWS, 3, 4, LOW) : 0;
-    return misfit > near ? ROD_WINDOW_DEGREE : LOW;
+    bool counts = rod_rotation_outputs(rod_scene) < 4;
+    double misfit = counts ? relay_misfit(state, ROD_STATE_ROWS, 3, 4, LOW) : 0;
+    return misfit > near ? RELAY_DEGREE : LOW;
 }
 
 /* One of several windows. Its state at the start goes on, r_k + t v_k and q_k exp(t w_k), but only
@@ -122,10 +133,11 @@ static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *i
                                const rod_initial_data *going)
 {
     ad_value zero = ad_scalar(rod->tape, 0), one = ad_scalar(rod->tape, 1);
-    ad_value t = rod_elapsed(rod), x = ad_scale(t, 1 / rod->span);
+    ad_value t = domain_elapsed(&rod->domain, &rod->at);
+    ad_value x = ad_mul(t, ad_reciprocal(rod->at.span));
     ad_value left = ad_square(ad_sub(one, x));
     ad_value keep = ad_mul(left, ad_add(one, ad_scale(x, 2)));
-    ad_value push = ad_scale(ad_mul(x, left), rod->span);
+    ad_value push = ad_mul(ad_mul(x, left), rod->at.span);
     ad_value turns[2];
     const rod_initial_data *states[2] = {initial, going};
     for (int i = 0; i < 2; i++) {
@@ -154,7 +166,7 @@ static rod_pose rod_lift(const rod_context *rod, const rod_initial_data *initial
         ad_value straight = ad_vector(ad_zeros(s.tape, 1), ad_zeros(s.tape, 1), s);
         return (rod_pose){straight, ad_constant(s.tape, 4, (double[]){1, 0, 0, 0})};
     }
-    if (rod->origin) {
+    if (rod->at.goes_on) {
         return rod_going_lift(rod, initial, going);
     }
     ad_value spun = ad_quaternion_exp(ad_mul(rod->t, initial->spin));
@@ -216,7 +228,7 @@ static rod_pose rod_correction(const rod_context *rod, int end)
         ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_undeformed(rod, s).rotation;
         rotation = rod_align(rotation, first.rotation, near);
     }
-    if (rod->origin) {
+    if (rod->at.goes_on) {
         initial = rod_held_at_start(rod, (rod_pose){data.position, rotation});
     }
     rod_pose lift = rod_lift(rod, &initial, &initial, s); /* p meets the state at the ends */
@@ -237,7 +249,7 @@ static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value
 }
 
 /* r and q from what the window's network answers. */
-static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *said)
+static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
 {
     rod_initial_data initial = {0};
     bool hard = rod_is_hard(rod->scene);
@@ -245,20 +257,20 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *said)
     rod_blend along = rod_blend_of(rod, hard && start.holds_position, hard && end.holds_position);
     rod_blend around = rod_blend_of(rod, hard && start.holds_rotation, hard && end.holds_rotation);
     if (rod_starts_hard(rod)) {
-        initial =
-            rod->origin ? rod_window_start(rod, ROD_WINDOW_DEGREE) : rod_initial_of(rod, rod->s);
+        initial = rod->at.goes_on ? rod_window_start(rod, false) : rod_initial_of(rod, rod->s);
     }
-    rod_initial_data going = rod->origin ? rod_window_start(rod, rod_going_degree(rod)) : initial;
+    rod_initial_data going = rod->at.goes_on ? rod_window_start(rod, true) : initial;
     rod_pose lift = rod_lift(rod, &initial, &going, rod->s);
     rod_pose at_start = rod_correction(rod, 0), at_end = rod_correction(rod, 1);
     if (rod_starts_hard(rod)) {
-        ad_value since = ad_square(ad_scale(rod_elapsed(rod), 1 / rod->span));
+        ad_value elapsed = domain_elapsed(&rod->domain, &rod->at);
+        ad_value since = ad_square(ad_mul(elapsed, ad_reciprocal(rod->at.span)));
         along.factor = ad_mul(since, along.factor);
         around.factor = ad_mul(since, around.factor);
     }
-    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, said->position);
+    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, raw->position);
     ad_value turn = rod_weigh(&around, at_start.rotation, at_end.rotation);
-    ad_value network = ad_mul(around.factor, said->rotation);
+    ad_value network = ad_mul(around.factor, raw->rotation);
     return (rod_pose){.position = ad_add(lift.position, moved),
                       .rotation = rod_turned_on(rod, lift.rotation, turn, network)};
 }
@@ -293,22 +305,21 @@ static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
                        .moment = wrench.moment};
 }
 
-rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value outputs, ad_value s,
-                     ad_value t)
+rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value outputs)
 {
-    rod_context rod = rod_in_window(rod_scene, window, s, t);
+    rod_context rod = rod_context_of(rod_scene, at);
     int rows = rod_network_outputs(rod_scene);
     if (ad_is_valid(outputs) && ad_rows(outputs) != rows) {
-        ad_tape_fail(s.tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
+        ad_tape_fail(at->tape, AD_BAD_SHAPE, "the network has %d outputs, %d are needed",
                      ad_rows(outputs), rows);
     }
-    rod_state said = rod_said(&rod, outputs);
-    rod_pose pose = rod_ansatz_pose(&rod, &said);
+    rod_state raw = rod_raw_outputs(&rod, outputs);
+    rod_pose pose = rod_ansatz_pose(&rod, &raw);
     if (rod_scene->formulation == SCENE_DISPLACEMENT) {
         return rod_displacement_state(&rod, pose);
     }
-    ad_value force = ad_scale(said.force, rod_force_scale(rod_scene));
-    ad_value moment = ad_scale(said.moment, rod_moment_scale(rod_scene));
+    ad_value force = ad_scale(raw.force, rod_force_scale(rod_scene));
+    ad_value moment = ad_scale(raw.moment, rod_moment_scale(rod_scene));
     rod_wrench wrench = rod_ansatz_wrench(&rod, pose.rotation, force, moment);
     return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
@@ -316,25 +327,18 @@ rod_state rod_ansatz(const scene *rod_scene, const rod_window *window, ad_value 
                        .moment = wrench.moment};
 }
 
-ad_status rod_window_end(const scene *rod_scene, const rod_window *window, const nn_mlp *mlp,
-                         const double *x, ad_pool *pool, double *end, ad_error *error)
+int rod_state_rows(const scene *rod_scene)
 {
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    return scene_is_dynamic(rod_scene) ? ROD_STATE_ROWS : 0;
+}
+
+void rod_moving_state(const scene *rod_scene, const domain_place *at, rod_state state,
+                      ad_value *rows)
+{
+    rod_context rod = rod_context_of(rod_scene, at);
+    rod_pose pose = {state.position, state.rotation};
+    ad_value all = rod_stack(rod_motion_of(&rod, pose));
+    for (int i = 0; i < ROD_STATE_ROWS; i++) {
+        rows[i] = ad_row(all, i);
     }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), rows[ROD_WINDOW_ROWS];
-    rod_context rod = rod_in_window(rod_scene, window, s, t);
-    ad_value outputs = nn_mlp_record(mlp, rod_network_input(rod_scene, window, s, t), 0);
-    rod_state said = rod_said(&rod, outputs);
-    rod_pose pose = rod_ansatz_pose(&rod, &said);
-    rod_initial_data state = rod_at_time(&rod, pose, rod.start + rod.span);
-    const ad_value fields[4] = {state.position, state.rotation, state.velocity, state.spin};
-    ad_value stacked = ad_stack(4, fields);
-    for (int i = 0; i < ROD_WINDOW_ROWS; i++) {
-        rows[i] = ad_row(stacked, i);
-    }
-    ad_status status = chebyshev_sample(ROD_WINDOW_ROWS, rows, x, pool, end, error);
-    ad_tape_free(tape);
-    return status;
 }

@@ -30,19 +30,17 @@ static ad_value rod_constants(const rod_context *rod, rod_ratio *ratio, const do
 }
 
 /* u* of the equations. The imperfection is no part of the unloaded shape from which the ansatz
- * starts: parameters mean the same for every part of the loads. */
+ * starts: parameters mean the same for every load factor. */
 static ad_value rod_rest_curvature(const rod_context *rod)
 {
     const double none[3] = {0, 0, 0};
     const scene_rod *given = &rod->scene->rod;
-    double length = rod->scales.length, missing = 1 - rod->scene->loads.part;
+    double length = rod->scales.length;
     ad_value zero = ad_scalar(rod->tape, 0);
     ad_value rest = rod_expressions(rod, 3, given->rest_curvature, none, length, rod->s, zero);
-    if (missing == 0) {
-        return rest;
-    }
-    return ad_add(
-        rest, rod_expressions(rod, 3, given->imperfection, none, missing * length, rod->s, zero));
+    ad_value missing = ad_sub(ad_scalar(rod->tape, 1), rod->at.load_factor);
+    ad_value bent = rod_expressions(rod, 3, given->imperfection, none, length, rod->s, zero);
+    return ad_add(rest, ad_mul(missing, bent));
 }
 
 rod_coefficients rod_coefficients_of(const rod_context *rod)
@@ -57,7 +55,7 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         inertia[i] = rod->properties.rotary_inertia[i] * rate * rate;
         strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
         curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
-        weight[i] = mass * rod_scene->loads.gravity[i] * rod_scene->loads.part * length;
+        weight[i] = mass * rod_scene->loads.gravity[i] * length;
     }
     const double straight[3] = {0, 0, 1};
     ad_value zero = ad_scalar(rod->tape, 0);
@@ -74,7 +72,8 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .curvature_damping = rod_constants(rod, rod_divide, curvature_damping, moment),
         .mass = ad_scalar(rod->tape, rod->dynamic), /* by the choice of the time */
         .rotary_inertia = rod_constants(rod, rod_divide, inertia, force),
-        .weight = rod_from_world(rod, rod_constants(rod, rod_divide, weight, force)),
+        .weight = ad_mul(rod->at.load_factor,
+                         rod_from_world(rod, rod_constants(rod, rod_divide, weight, force))),
         .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
         .rest_strain =
             rod_expressions(rod, 3, rod_scene->rod.rest_strain, straight, 1, rod->s, zero),
@@ -135,8 +134,8 @@ static ad_value rod_distributed(const rod_context *rod, const char *const *text,
                                 ad_value rotation, rod_conversion *from_world)
 {
     const double none[3] = {0, 0, 0};
-    double factor = rod->scene->loads.part / unit;
-    ad_value load = rod_expressions(rod, 3, text, none, factor, rod->s, rod->t);
+    ad_value load =
+        ad_mul(rod->at.load_factor, rod_expressions(rod, 3, text, none, 1 / unit, rod->s, rod->t));
     if (ad_is_constant(load, 0)) {
         return load;
     }

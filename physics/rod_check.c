@@ -88,7 +88,8 @@ static ad_status rod_check_end(const scene *rod_scene, int end, const char **key
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
     ad_value s = ad_input(tape, "s", 1);
-    rod_context rod = rod_context_of(rod_scene, s, ad_input(tape, "t", 1));
+    const domain_place at = rod_place(rod_scene, s, ad_input(tape, "t", 1));
+    rod_context rod = rod_context_of(rod_scene, &at);
     rod_mismatch list[MISMATCHES];
     double sizes[MISMATCHES] = {0};
     rod_mismatches(&rod, end, list);

@@ -36,11 +36,14 @@ static void rod_manufactured_end(const rod_context *rod, int end, ad_value t, ro
 static void rod_loaded_end(const rod_context *rod, int end, ad_value t, rod_end_data *data)
 {
     const scene_load *load = end ? &rod->scene->loads.tip : &rod->scene->loads.base;
-    double sign = (end ? 1 : -1) * rod->scene->loads.part;
-    ad_value s = ad_scalar(rod->tape, end);
-    data->force = rod_expressions(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
-    data->moment =
+    double sign = end ? 1 : -1;
+    ad_value s = ad_scalar(rod->tape, end), factor = rod->at.load_factor;
+    ad_value force =
+        rod_expressions(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
+    ad_value moment =
         rod_expressions(rod, 3, load->moment, ROD_ZEROS, sign / rod->scales.moment, s, t);
+    data->force = ad_mul(factor, force);
+    data->moment = ad_mul(factor, moment);
     data->force_is_body = load->frame == SCENE_FOLLOWER;
     data->moment_is_world = load->frame == SCENE_DEAD;
     if (load->frame == SCENE_DEAD) {

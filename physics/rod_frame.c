@@ -103,6 +103,11 @@ rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose)
     return pose;
 }
 
+ad_value rod_keep_in_plane(const rod_context *rod, ad_value vector, bool axial)
+{
+    return rod->plane.is_planar ? plane_keep(&rod->plane, vector, axial) : vector;
+}
+
 ad_value rod_angle_of(const rod_context *rod, ad_value q)
 {
     return ad_scale(ad_atan2(ad_row(q, rod->plane.director + 1), ad_row(q, 0)), 2);

@@ -13,17 +13,17 @@ typedef struct rod_initial_data {
     ad_value position, rotation, velocity, spin;
 } rod_initial_data;
 
-/* A scene at work on a tape, in one window of its time; the first unless said otherwise. */
+/* A scene at work on a tape, at a place. */
 typedef struct rod_context {
     const scene *scene;
     ad_tape *tape;
     bool dynamic;
     rod_scales scales;
     scene_properties properties; /* SI */
-    double start, span;          /* of the window, in scales.time */
-    const double *origin; /* what the window starts from, see rod_window; NULL: the scene's */
+    domain domain;
+    domain_place at; /* its window and load factor; its state where it goes on from one */
     rod_plane plane;
-    ad_value s, t;
+    ad_value s, t; /* the coordinates; in a static scene t is the constant 0 */
 } rod_context;
 
 /* Constants of the equations; a term that the scene lacks has a constant 0. */
@@ -70,9 +70,7 @@ typedef struct rod_pose {
 } rod_pose;
 
 /* rod_context.c */
-rod_context rod_context_of(const scene *scene, ad_value s, ad_value t);
-rod_context rod_in_window(const scene *scene, const rod_window *window, ad_value s, ad_value t);
-ad_value rod_elapsed(const rod_context *rod); /* t since the window began */
+rod_context rod_context_of(const scene *scene, const domain_place *at);
 
 /* rod_scale.c: the largest internal force and moment to expect, in units of the scales, at least 1.
  */
@@ -104,8 +102,9 @@ ad_value rod_rotation_from_world(const rod_context *rod, ad_value rotation);
 ad_value rod_to_world(const rod_context *rod, ad_value vector);
 ad_value rod_position_to_world(const rod_context *rod, ad_value position);
 ad_value rod_rotation_to_world(const rod_context *rod, ad_value rotation);
-/* A pose already in the plane's frame, with the constant 0 where it numerically is 0. */
+/* What already is in the plane's frame, with the constant 0 where it numerically is 0. */
 rod_pose rod_pose_in_plane(const rod_context *rod, rod_pose pose);
+ad_value rod_keep_in_plane(const rod_context *rod, ad_value vector, bool axial);
 /* A vector in the plane from its 2 rows, an axial vector from its 1, with zeros; in space from the
  * 3 that they are. */
 ad_value rod_vector_of(const rod_context *rod, ad_value rows);

@@ -24,7 +24,8 @@ static ad_value rod_manufactured_rotation(const rod_context *rod)
 
 rod_state rod_manufactured(const scene *rod_scene, ad_value s, ad_value t)
 {
-    rod_context rod = rod_context_of(rod_scene, s, t);
+    const domain_place at = rod_place(rod_scene, s, t);
+    rod_context rod = rod_context_of(rod_scene, &at);
     if (scene_is_locked(&rod.properties)) {
         ad_tape_fail(s.tape, AD_BAD_ARGUMENT,
                      "manufactured: internal force and moment follow from the strains, so every "
@@ -45,7 +46,8 @@ rod_state rod_manufactured(const scene *rod_scene, ad_value s, ad_value t)
 /* The balance laws at the exact state, with the sign turned; the moment turned to the world. */
 rod_load rod_manufactured_load(const scene *rod_scene, ad_value s, ad_value t)
 {
-    rod_context rod = rod_context_of(rod_scene, s, t);
+    const domain_place at = rod_place(rod_scene, s, t);
+    rod_context rod = rod_context_of(rod_scene, &at);
     rod_state exact = rod_manufactured(rod_scene, s, t);
     ad_value moment = ad_neg(rod_moment_balance(&rod, exact));
     return (rod_load){.force = ad_neg(rod_force_balance(&rod, exact)),

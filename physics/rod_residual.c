@@ -118,6 +118,34 @@ static ad_value rod_initial_residual(const rod_context *rod, rod_state state)
     return ad_stack(4, parts);
 }
 
+/* ---- weights --------------------------------------------------------------------------------- */
+
+/* Errors of the first two add up along s. The rows of shear and stretch are strains, not forces, so
+ * no weight has to follow the slenderness (tests/test_slender.c). */
+rod_weights rod_weights_default(void)
+{
+    return (rod_weights){
+        .strain = 1000, .curvature = 100, .force = 1, .moment = 1, .boundary = 1, .initial = 1};
+}
+
+double rod_weight_of(const rod_weights *weights, rod_residual_kind kind)
+{
+    switch (kind) {
+    case ROD_STRAIN:
+        return weights->strain;
+    case ROD_CURVATURE:
+        return weights->curvature;
+    case ROD_FORCE:
+        return weights->force;
+    case ROD_MOMENT:
+        return weights->moment;
+    case ROD_INITIAL:
+        return weights->initial;
+    default:
+        return weights->boundary;
+    }
+}
+
 /* ---- the face -------------------------------------------------------------------------------- */
 
 const char *rod_residual_name(rod_residual_kind kind)
@@ -154,14 +182,14 @@ int rod_residual_rows(const scene *rod_scene, rod_residual_kind kind)
     return 0;
 }
 
-ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state state, ad_value s,
-                      ad_value t)
+ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state state,
+                      const domain_place *at)
 {
-    rod_context rod = rod_context_of(rod_scene, s, t);
+    rod_context rod = rod_context_of(rod_scene, at);
     if (rod_residual_rows(rod_scene, kind) == 0) {
-        ad_tape_fail(s.tape, AD_BAD_ARGUMENT, "this scene has no residual '%s'",
+        ad_tape_fail(at->tape, AD_BAD_ARGUMENT, "this scene has no residual '%s'",
                      rod_residual_name(kind));
-        return ad_scalar(s.tape, 0);
+        return ad_scalar(at->tape, 0);
     }
     switch (kind) {
     case ROD_STRAIN:
@@ -179,9 +207,9 @@ ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state 
     }
 }
 
-rod_observables rod_observe(const scene *rod_scene, rod_state state, ad_value s, ad_value t)
+rod_observables rod_observe(const scene *rod_scene, rod_state state, const domain_place *at)
 {
-    rod_context rod = rod_context_of(rod_scene, s, t);
+    rod_context rod = rod_context_of(rod_scene, at);
     const rod_scales *scale = &rod.scales;
     rod_kinematics k = rod_kinematics_of(&rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);

@@ -43,7 +43,6 @@ void scene_defaults(scene *rod_scene)
 {
     memset(rod_scene, 0, sizeof *rod_scene);
     rod_defaults(&rod_scene->rod);
-    rod_scene->loads.part = 1;
     rod_scene->start.type = SCENE_CLAMPED;
     for (int i = 0; i < 3; i++) {
         rod_scene->start.position[i] = "0";

@@ -90,7 +90,7 @@ typedef struct scene_rod {
 
     const char *rest_strain[3];    /* v*, expressions of s; default 0, 0, 1 */
     const char *rest_curvature[3]; /* u*, expressions of s; 1/m; default 0 */
-    const char *imperfection[3];   /* times 1 - loads.part added to u*; as above */
+    const char *imperfection[3];   /* added to u* times 1 - load factor; as above */
 
     double strain_damping[3];    /* Bse, Kelvin-Voigt; N s */
     double curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s */
@@ -105,7 +105,6 @@ typedef struct scene_load {
 } scene_load;
 
 typedef struct scene_loads {
-    double part;           /* of all loads below that acts, 0 to 1; 1 but in continuation */
     double gravity[3];     /* m/s^2 */
     double drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
     const char *force[3];  /* distributed, expressions of s, t; N/m */
@@ -159,7 +158,7 @@ typedef struct scene_beam {
     const char *slope_rate; /* rad/s */
 } scene_beam;
 
-enum { SCENE_WINDOWS_MAX = 1024 };
+enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
 typedef struct scene {
     scene_rod rod;

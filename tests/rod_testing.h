@@ -18,6 +18,7 @@ static const double unit_s[POINTS] = {0.03, 0.21, 0.4, 0.55, 0.83, 0.98};
 typedef struct recorded {
     ad_tape *tape;
     ad_value s, t; /* dimensionless; t is the constant 0 in a static scene */
+    domain_place at;
 } recorded;
 
 static inline recorded begin(const scene *given)
@@ -25,6 +26,7 @@ static inline recorded begin(const scene *given)
     recorded r = {.tape = ad_tape_create()};
     r.s = ad_input(r.tape, "s", 1);
     r.t = scene_is_dynamic(given) ? ad_input(r.tape, "t", 1) : ad_scalar(r.tape, 0);
+    r.at = rod_place(given, r.s, r.t);
     return r;
 }
 
@@ -74,7 +76,7 @@ static inline void check_interior(const scene *given, const recorded *r, rod_sta
     for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
         if (rod_residual_rows(given, (rod_residual_kind)kind) == 0)
             continue;
-        ad_value residual = rod_residual(given, (rod_residual_kind)kind, exact, r->s, r->t);
+        ad_value residual = rod_residual(given, (rod_residual_kind)kind, exact, &r->at);
         double worst = largest(residual, unit_s, t);
         if (!(worst < tolerance))
             fail_msg("%s: %g", rod_residual_name((rod_residual_kind)kind), worst);

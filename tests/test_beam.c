@@ -97,8 +97,9 @@ static void solve_at(const char *text, const changes *c, double s, double values
     field *f = NULL;
     run r = start(text, c);
     train(&r);
-    if (field_create(r.e->scene, r.e->mlp, false, r.e->pool, &f, &error) != AD_OK ||
-        field_evaluate(f, r.e->parameters, 1, &s, NULL, values, &error) != AD_OK) {
+    if (field_create(r.e->model, r.e->mlp, false, r.e->pool, &f, &error) != AD_OK ||
+        field_evaluate(f, r.e->parameters, 1, (const double *const[]){&s}, values, &error) !=
+            AD_OK) {
         fail_msg("%s", error.message);
     }
     field_free(f);
@@ -174,17 +175,18 @@ static void test_equations(void **state)
         double ratio = beam_deflection_scale(&given) / scales.length;
         ad_tape *tape = ad_tape_create();
         ad_value at = ad_input(tape, "s", 1), when = ad_input(tape, "t", 1);
-        rod_state x = {formula(&given, "sin(2*s)*" CLOCK, ratio * scales.length, at, when),
-                       formula(&given, exact->psi, ratio, at, when),
-                       formula(&given, exact->V, ratio * scales.force, at, when),
-                       formula(&given, exact->M, ratio * scales.moment, at, when)};
+        const domain_place here = rod_place(&given, at, when);
+        beam_state x = {formula(&given, "sin(2*s)*" CLOCK, ratio * scales.length, at, when),
+                        formula(&given, exact->psi, ratio, at, when),
+                        formula(&given, exact->V, ratio * scales.force, at, when),
+                        formula(&given, exact->M, ratio * scales.moment, at, when)};
         for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
             bool wanted = mixed || kind == ROD_FORCE || (shears && kind == ROD_MOMENT);
             assert_int_equal(beam_residual_rows(&given, (rod_residual_kind)kind), wanted);
             if (!wanted) {
                 continue;
             }
-            ad_value residual = beam_residual(&given, (rod_residual_kind)kind, x, at, when);
+            ad_value residual = beam_residual(&given, (rod_residual_kind)kind, x, &here);
             double *values = evaluate_at(residual, POINTS, s, t, NULL);
             for (int i = 0; i < POINTS; i++) {
                 assert_near(values[i], 0, 1e-11);

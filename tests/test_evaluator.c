@@ -41,7 +41,7 @@ static evaluator_model model_of_windows(experiment *e, int windows)
     while (e->window + 1 < windows) {
         assert_int_equal(experiment_next_window(e, NULL), AD_OK);
     }
-    return (evaluator_model){e->scene, e->mlp, windows, e->parameters, e->starts};
+    return (evaluator_model){e->model, e->mlp, windows, e->parameters, e->starts};
 }
 
 static evaluator *make(const evaluator_model *model, const char *names)
@@ -73,7 +73,7 @@ static void test_against_field(void **state)
         const evaluator_model model = model_of_windows(e, rows[row].windows);
         evaluator *all = make(&model, NULL);
         field *f;
-        assert_int_equal(field_create(e->scene, e->mlp, false, e->pool, &f, NULL), AD_OK);
+        assert_int_equal(field_create(e->model, e->mlp, false, e->pool, &f, NULL), AD_OK);
         field_enter(f, e->window, e->parameters, e->starts);
         int columns = evaluator_columns(all);
         assert_int_equal(columns, field_columns(f));
@@ -83,7 +83,8 @@ static void test_against_field(void **state)
             s[i] = e->scene->rod.length * (i * 37 % 101) / 100;
             t[i] = e->scene->duration * (i * 53 % 97) / 96;
         }
-        assert_int_equal(field_evaluate(f, experiment_parameters(e), POINTS, s, t, expected, NULL),
+        assert_int_equal(field_evaluate(f, experiment_parameters(e), POINTS,
+                                        (const double *const[]){s, t}, expected, NULL),
                          AD_OK);
         assert_int_equal(evaluator_evaluate(all, POINTS, s, t, values, NULL), AD_OK);
         for (int c = 0; c < columns; c++) {
@@ -163,14 +164,15 @@ static void test_windows(void **state)
     const evaluator_model model = model_of_windows(e, 3);
     evaluator *x = make(&model, "r v1 u2");
     field *f;
-    assert_int_equal(field_create(e->scene, e->mlp, false, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(e->model, e->mlp, false, e->pool, &f, NULL), AD_OK);
     field_enter(f, 2, e->parameters, e->starts);
     double window = e->scene->duration / e->scene->windows;
     const double at[] = {0, window, 2 * window, 2 * window + 1e-9, 3 * window, e->scene->duration};
     for (size_t i = 0; i < sizeof at / sizeof *at; i++) {
         double s = 0.8, values[5], expected[MODEL_COLUMNS_MAX];
         assert_int_equal(evaluator_evaluate(x, 1, &s, &at[i], values, NULL), AD_OK);
-        assert_int_equal(field_evaluate(f, experiment_parameters(e), 1, &s, &at[i], expected, NULL),
+        assert_int_equal(field_evaluate(f, experiment_parameters(e), 1,
+                                        (const double *const[]){&s, &at[i]}, expected, NULL),
                          AD_OK);
         assert_near(values[0], expected[0], 1e-11);
         assert_near(values[3], expected[7], 1e-10);

@@ -153,13 +153,12 @@ static void test_derivatives(void **state)
     static const char *const names[] = {"r_s", "r_ss", "r_tt", "r_st", "q_sst", "N_s", "m_t"};
     (void)state;
     experiment *e = experiment_of("configs/cantilever_deep.yaml", NULL, NULL);
-    const rod_window window = experiment_window(e);
     nn_rng rng = nn_rng_seed(1);
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
         derivative_check check;
         ad_error error = {.message = ""};
-        if (derivative_check_run(e->scene, &window, e->mlp, e->parameters, names[i], 10, &rng,
-                                 e->pool, &check, &error) != AD_OK) {
+        if (derivative_check_run(e->model, e->window, experiment_start(e), e->mlp, e->parameters,
+                                 names[i], 10, &rng, e->pool, &check, &error) != AD_OK) {
             fail_msg("%s: %s", names[i], error.message);
         }
         /* rounding 1e-16 over a step of 2.5e-4, times some for the third derivative */
@@ -192,11 +191,10 @@ static void test_fast_derivatives(void **state)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         experiment *e = experiment_of(rows[i].path, rows[i].text, rows[i].override);
         nn_rng rng = nn_rng_seed(1);
-        const rod_window window = experiment_window(e);
         derivative_check check;
         ad_error error = {.message = ""};
-        if (derivative_check_run(e->scene, &window, e->mlp, e->parameters, rows[i].name, 10, &rng,
-                                 e->pool, &check, &error) != AD_OK) {
+        if (derivative_check_run(e->model, e->window, experiment_start(e), e->mlp, e->parameters,
+                                 rows[i].name, 10, &rng, e->pool, &check, &error) != AD_OK) {
             fail_msg("%s: %s", rows[i].name, error.message);
         }
         /* (0.03)^6/140 of the difference where a step has 0.03 radians; rounding of 12000 radians
@@ -211,17 +209,17 @@ static void test_refused_derivatives(void **state)
     static const char *const names[] = {"", "r", "r_", "v_s", "r_ts", "r_sx", "r_t"};
     (void)state;
     experiment *e = experiment_of("configs/elastica_deep.yaml", NULL, NULL);
-    const rod_window window = experiment_window(e);
     nn_rng rng = nn_rng_seed(1);
     derivative_check check;
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        assert_int_equal(derivative_check_run(e->scene, &window, e->mlp, e->parameters, names[i],
-                                              10, &rng, e->pool, &check, NULL),
+        assert_int_equal(derivative_check_run(e->model, e->window, experiment_start(e), e->mlp,
+                                              e->parameters, names[i], 10, &rng, e->pool, &check,
+                                              NULL),
                          AD_BAD_ARGUMENT);
     }
     e->parameters[0] = INFINITY;
-    assert_int_equal(derivative_check_run(e->scene, &window, e->mlp, e->parameters, "r_s", 10, &rng,
-                                          e->pool, &check, NULL),
+    assert_int_equal(derivative_check_run(e->model, e->window, experiment_start(e), e->mlp,
+                                          e->parameters, "r_s", 10, &rng, e->pool, &check, NULL),
                      AD_NOT_FINITE);
     experiment_free(e);
 }

@@ -63,8 +63,10 @@ static void test_elastica(void **state)
     double s[AT] = {0, 0.07, 0.15, 0.22, 0.3}, values[MODEL_COLUMNS_MAX * AT];
     field *f = NULL;
     assert_int_equal(
-        field_create(r.made.e->scene, r.made.e->mlp, false, r.made.e->pool, &f, &error), AD_OK);
-    assert_int_equal(field_evaluate(f, r.made.e->parameters, AT, s, NULL, values, &error), AD_OK);
+        field_create(r.made.e->model, r.made.e->mlp, false, r.made.e->pool, &f, &error), AD_OK);
+    assert_int_equal(
+        field_evaluate(f, r.made.e->parameters, AT, (const double *const[]){s}, values, &error),
+        AD_OK);
     static const char *const across[] = {"y", "qw", "qy", "v2", "u1", "u3", "n2", "m1", "m3"};
     int found = 0;
     for (int column = 0; column < field_columns(f); column++) {

@@ -272,7 +272,8 @@ static void test_held_out(void **state)
             assert_int_equal(b->count, 64);
             for (size_t n = 0; n < a->count * b->count; n++) {
                 size_t one = n / b->count, other = n % b->count;
-                assert_false(a->s[one] == b->s[other] && a->t[one] == b->t[other]);
+                assert_false(a->x[one] == b->x[other] &&
+                             a->x[a->count + one] == b->x[b->count + other]);
             }
         }
         made_free(&m);
@@ -302,7 +303,8 @@ static void test_causal(void **state)
         double losses[SLICES] = {0}, counts[SLICES] = {0}, before = 0, loss;
         double epsilon = epsilons[at];
         for (size_t i = 0; i < set->trained.count; i++) {
-            int slice = (int)(set->trained.t[i] / m.p->end * SLICES);
+            int slice =
+                (int)(problem_time_of(m.p, &set->trained, i) / m.p->setting.window[1] * SLICES);
             losses[slice] += set->point_losses[i];
             counts[slice]++;
         }
@@ -319,7 +321,8 @@ static void test_causal(void **state)
         assert_true(problem_causal_epsilon(m.p) == epsilons[at]);
         assert_true(problem_causal_least_weight(m.p) == weights[SLICES - 1]);
         for (size_t i = 0; i < set->trained.count; i++) {
-            int slice = (int)(set->trained.t[i] / m.p->end * SLICES);
+            int slice =
+                (int)(problem_time_of(m.p, &set->trained, i) / m.p->setting.window[1] * SLICES);
             assert_true(set->point_weights[i] == weights[slice]);
         }
         assert_int_equal(problem_evaluate(m.p, m.e->parameters, &loss, NULL, NULL), AD_OK);
@@ -349,8 +352,9 @@ static void test_causal_corners(void **state)
     for (int64_t step = 1; step <= 4; step++) {
         assert_int_equal(problem_advance(m.p, step, &changed, NULL), AD_OK);
         for (size_t i = 0; i < m.p->sets[0].trained.count; i++) {
-            assert_true(m.p->sets[0].point_weights[i] ==
-                        (m.p->sets[0].trained.t[i] < m.p->end / 2));
+            assert_true(
+                m.p->sets[0].point_weights[i] ==
+                (problem_time_of(m.p, &m.p->sets[0].trained, i) < m.p->setting.window[1] / 2));
         }
     }
     assert_true(changed);
@@ -439,7 +443,7 @@ static void test_locate(void **state)
         assert_int_equal(problem_locate(m.p, m.e->parameters, &place, NULL), AD_OK);
         assert_true(place.term >= 0);
         assert_string_equal(problem_term_name(m.p, place.term), "force");
-        assert_true(k ? place.t > 0.25 && place.t <= 1 : place.s > 0.4 && place.s <= 2);
+        assert_true(k ? place.x[1] > 0.25 && place.x[1] <= 1 : place.x[0] > 0.4 && place.x[0] <= 2);
         free(gradient);
         made_free(&m);
     }
@@ -462,8 +466,8 @@ static void test_locate_parameters(void **state)
         assert_int_equal(problem_evaluate(m.p, x, &loss, NULL, NULL), AD_NOT_FINITE);
         assert_int_equal(problem_locate(m.p, x, &place, NULL), AD_OK);
         assert_in_range(place.term, 0, problem_terms(m.p) - 1);
-        assert_true(place.s >= 0 && place.s <= m.e->scene->rod.length);
-        assert_true(place.t >= 0 && place.t <= m.e->scene->duration);
+        assert_true(place.x[0] >= 0 && place.x[0] <= m.e->scene->rod.length);
+        assert_true(place.x[1] >= 0 && place.x[1] <= m.e->scene->duration);
         free(x);
         made_free(&m);
     }
@@ -474,9 +478,9 @@ static void test_nothing_to_learn(void **state)
     (void)state;
     static const char *const changes[] = {NULL};
     experiment *e = make_experiment(DYNAMIC, changes, 1);
-    problem_settings *losses = &e->settings->losses; /* a scene file with these is refused */
-    losses->strain_weight = losses->curvature_weight = 0;
-    losses->force_weight = losses->moment_weight = 0;
+    for (int i = 0; i < e->model->term_count; i++) { /* a scene file with these is refused */
+        e->model->terms[i].weight = 0;
+    }
     problem *p = (problem *)e;
     ad_error error = {AD_OK, ""};
     assert_int_equal(try_problem(e, &p, &error), AD_BAD_INPUT);

@@ -372,14 +372,14 @@ static void test_settings(void **state)
 {
     (void)state;
     experiment *e = make_experiment(DYNAMIC, NULL, 1);
-    const scene *scene = e->scene;
+    const physics_model *m = e->model;
     const problem_settings good = e->settings->losses;
     problem_settings bad[9];
     for (int i = 0; i < 9; i++) {
         bad[i] = good;
         bad[i].self_adaptive_rate = i < 4 ? 0.1 : 0;
     }
-    assert_null(problem_settings_check(&bad[0], scene));
+    assert_null(problem_settings_check(&bad[0], m));
     bad[0].interior.resample_every = 5;
     bad[1].initial.resample_every = 5;
     bad[2].causal_slices = 3;
@@ -390,7 +390,7 @@ static void test_settings(void **state)
     bad[7].balance_memory = 1;
     bad[8].balance_memory = -0.1;
     for (int i = 0; i < 9; i++) {
-        assert_non_null(problem_settings_check(&bad[i], scene));
+        assert_non_null(problem_settings_check(&bad[i], m));
     }
     experiment_free(e);
 }

@@ -110,8 +110,9 @@ static reference_errors expected_errors(const experiment *e, closed_form form)
     for (int i = 0; i < 101; i++) {
         s[i] = length * i / 100;
     }
-    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
-    assert_int_equal(field_evaluate(f, e->parameters, 101, s, NULL, values, NULL), AD_OK);
+    assert_int_equal(field_create(e->model, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(
+        field_evaluate(f, e->parameters, 101, (const double *const[]){s}, values, NULL), AD_OK);
     for (int i = 0; i < 101; i++) {
         analytic_state exact;
         double square = 0, q[4];
@@ -174,12 +175,14 @@ static void test_manufactured(void **state)
     field *f = NULL;
     double off = 0, size = 0, tip = 0;
     assert_int_equal(reference_points(r), 41 * 41);
-    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(e->model, e->mlp, true, e->pool, &f, NULL), AD_OK);
     for (int i = 0; i < 41 * 41; i++) {
         double s = i % 41 / 40.0, t = i / 41 / 40.0, values[POSE], square = 0;
         const double exact[3] = {0.3 * s * s * cos(2 * t) + 0.1 * s * s * s,
                                  0.2 * s * s * sin(3 * t), s + 0.05 * s * s * sin(t)};
-        assert_int_equal(field_evaluate(f, e->parameters, 1, &s, &t, values, NULL), AD_OK);
+        assert_int_equal(
+            field_evaluate(f, e->parameters, 1, (const double *const[]){&s, &t}, values, NULL),
+            AD_OK);
         for (int k = 0; k < 3; k++) {
             square += pow(values[k] - exact[k], 2);
             size += exact[k] * exact[k];
@@ -238,8 +241,9 @@ static void write_field(const experiment *e, double shift, double angle)
     const char *names[2 + POSE] = {"s", "t"};
     const double *columns[2 + POSE] = {s, t};
     field *f = NULL;
-    assert_int_equal(field_create(e->scene, e->mlp, true, e->pool, &f, NULL), AD_OK);
-    assert_int_equal(field_evaluate(f, e->parameters, 4, s, t, values, NULL), AD_OK);
+    assert_int_equal(field_create(e->model, e->mlp, true, e->pool, &f, NULL), AD_OK);
+    assert_int_equal(
+        field_evaluate(f, e->parameters, 4, (const double *const[]){s, t}, values, NULL), AD_OK);
     field_free(f);
     for (int i = 0; i < 4; i++) {
         const double *q = values + 12 + i;

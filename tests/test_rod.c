@@ -105,7 +105,7 @@ static void test_d7_values(void **state)
     scene given = d7_scene(1, 3);
     recorded r = begin(&given);
     rod_state exact = rod_manufactured(&given, r.s, r.t);
-    rod_observables seen = rod_observe(&given, exact, r.s, r.t);
+    rod_observables seen = rod_observe(&given, exact, &r.at);
     rod_load load = rod_manufactured_load(&given, r.s, r.t);
     rod_scales scale = rod_scales_of(&given);
     check_d7(seen.position, d7_position[0], 3);
@@ -387,13 +387,13 @@ static void test_manufactured_residuals(void **state)
         check_interior(&given, &r, exact, 1e-11);
         double t[POINTS], start[POINTS] = {0}, end[POINTS] = {1, 1, 1, 1, 1, 1};
         points_of_time(&given, t);
-        ad_value at_start = rod_residual(&given, ROD_START, exact, r.s, r.t);
-        ad_value at_end = rod_residual(&given, ROD_END, exact, r.s, r.t);
+        ad_value at_start = rod_residual(&given, ROD_START, exact, &r.at);
+        ad_value at_end = rod_residual(&given, ROD_END, exact, &r.at);
         assert_int_equal(ad_rows(at_end), 6);
         assert_near(largest(at_start, start, t), 0, 1e-12);
         assert_near(largest(at_end, end, t), 0, 1e-11);
         if (p.dynamic) {
-            ad_value initial = rod_residual(&given, ROD_INITIAL, exact, r.s, r.t);
+            ad_value initial = rod_residual(&given, ROD_INITIAL, exact, &r.at);
             assert_int_equal(ad_rows(initial), 12);
             assert_near(largest(initial, unit_s, start), 0, 1e-12);
             assert_true(largest(initial, unit_s, t) > 0.1); /* not by accident */

@@ -63,14 +63,15 @@ static scene ends_scene(scene_end_type start, scene_end_type end, bool dynamic, 
 static ad_value random_outputs(const scene *given, const recorded *r)
 {
     enum { WIDTH = 12 };
-    int inputs = rod_network_inputs(given), outputs = rod_network_outputs(given);
+    const domain over = rod_domain_of(given);
+    int inputs = over.count, outputs = rod_network_outputs(given);
     double first[2 * WIDTH], second[13 * WIDTH];
     nn_rng rng = nn_rng_seed(17);
     for (int i = 0; i < inputs * WIDTH; i++)
         first[i] = nn_rng_between(&rng, -2, 2);
     for (int i = 0; i < outputs * WIDTH; i++)
         second[i] = nn_rng_between(&rng, -1, 1);
-    ad_value x = rod_network_input(given, NULL, r->s, r->t);
+    ad_value x = domain_network_input(&over, &r->at);
     assert_int_equal(ad_rows(x), inputs);
     ad_value phase = ad_add(ad_matvec(ad_constant(r->tape, inputs * WIDTH, first), x),
                             ad_constant(r->tape, WIDTH, second));
@@ -85,18 +86,18 @@ static void check_conditions(const scene *hard)
     scene soft = *hard;
     soft.boundary_enforcement = soft.initial_enforcement = SCENE_SOFT;
     recorded r = begin(hard);
-    rod_state state = rod_ansatz(hard, NULL, random_outputs(hard, &r), r.s, r.t);
+    rod_state state = rod_ansatz(hard, &r.at, random_outputs(hard, &r));
     double t[POINTS];
     points_of_time(hard, t);
     /* rounding of data up to 7 in units of EI/L^2; exact otherwise */
-    assert_near(largest(rod_residual(&soft, ROD_START, state, r.s, r.t), at_start, t), 0, 1e-14);
-    assert_near(largest(rod_residual(&soft, ROD_END, state, r.s, r.t), at_end, t), 0, 1e-14);
-    assert_true(largest(rod_residual(&soft, ROD_FORCE, state, r.s, r.t), unit_s, t) > 1e-2);
+    assert_near(largest(rod_residual(&soft, ROD_START, state, &r.at), at_start, t), 0, 1e-14);
+    assert_near(largest(rod_residual(&soft, ROD_END, state, &r.at), at_end, t), 0, 1e-14);
+    assert_true(largest(rod_residual(&soft, ROD_FORCE, state, &r.at), unit_s, t) > 1e-2);
     assert_int_equal(rod_residual_rows(hard, ROD_START), 0);
     assert_int_equal(rod_residual_rows(hard, ROD_END), 0);
     assert_int_equal(rod_residual_rows(hard, ROD_INITIAL), 0);
     if (scene_is_dynamic(hard)) {
-        ad_value initial = rod_residual(&soft, ROD_INITIAL, state, r.s, r.t);
+        ad_value initial = rod_residual(&soft, ROD_INITIAL, state, &r.at);
         assert_near(largest(initial, unit_s, at_start), 0, 1e-14);
         assert_near(largest(initial, at_start, at_start), 0, 1e-14);
         assert_near(largest(initial, at_end, at_start), 0, 1e-14);
@@ -205,14 +206,14 @@ static void test_load_signs(void **state)
     rod_scales scale = rod_scales_of(&given); /* EI = 0.8, L = 1 */
     assert_near(scale.force, 0.8, 1e-15);
     recorded r = begin(&given);
-    rod_state s = rod_ansatz(&given, NULL, random_outputs(&given, &r), r.s, r.t);
+    rod_state s = rod_ansatz(&given, &r.at, random_outputs(&given, &r));
     check_rows(s.force, at_start, (double[]){-3 / 0.8, 1 / 0.8, -2 / 0.8}, 1e-14);
     check_rows(ad_rotate(s.rotation, s.moment), at_start, (double[]){-0.5 / 0.8, 0, 0.7 / 0.8},
                1e-14);
     ad_tape_free(r.tape);
     given = ends_scene(SCENE_CLAMPED, SCENE_LOADED, false, SCENE_FOLLOWER);
     r = begin(&given);
-    s = rod_ansatz(&given, NULL, random_outputs(&given, &r), r.s, r.t);
+    s = rod_ansatz(&given, &r.at, random_outputs(&given, &r));
     check_rows(ad_rotate_inverse(s.rotation, s.force), at_end, (double[]){1 / 0.8, 0, -4 / 0.8},
                1e-14);
     check_rows(s.moment, at_end, (double[]){0.2 / 0.8, 0.3 / 0.8, 0.4 / 0.8}, 1e-14);
@@ -233,25 +234,24 @@ static void test_displacement(void **state)
         assert_int_equal(rod_residual_rows(&hard, ROD_END), rows[type]);
         assert_int_equal(rod_residual_rows(&hard, ROD_STRAIN), 0);
         recorded r = begin(&hard);
-        rod_state made = rod_ansatz(&hard, NULL, random_outputs(&hard, &r), r.s, r.t);
+        rod_state made = rod_ansatz(&hard, &r.at, random_outputs(&hard, &r));
         if (rows[type] > 0) {
-            ad_value natural = rod_residual(&hard, ROD_END, made, r.s, r.t);
+            ad_value natural = rod_residual(&hard, ROD_END, made, &r.at);
             assert_int_equal(ad_rows(natural), rows[type]);
         }
         scene mixed = hard; /* N and m obey the law that the mixed form asks for */
         mixed.formulation = SCENE_MIXED;
         double t[POINTS];
         points_of_time(&hard, t);
-        assert_near(largest(rod_residual(&mixed, ROD_STRAIN, made, r.s, r.t), unit_s, t), 0, 1e-13);
-        assert_near(largest(rod_residual(&mixed, ROD_CURVATURE, made, r.s, r.t), unit_s, t), 0,
-                    1e-12);
+        assert_near(largest(rod_residual(&mixed, ROD_STRAIN, made, &r.at), unit_s, t), 0, 1e-13);
+        assert_near(largest(rod_residual(&mixed, ROD_CURVATURE, made, &r.at), unit_s, t), 0, 1e-12);
         ad_tape_free(r.tape);
     }
     scene locked = ends_scene(SCENE_CLAMPED, SCENE_FREE, false, SCENE_DEAD);
     locked.formulation = SCENE_DISPLACEMENT;
     locked.rod.model = SCENE_KIRCHHOFF;
     recorded r = begin(&locked);
-    rod_ansatz(&locked, NULL, random_outputs(&locked, &r), r.s, r.t);
+    rod_ansatz(&locked, &r.at, random_outputs(&locked, &r));
     assert_int_equal(ad_tape_status(r.tape, NULL), AD_BAD_ARGUMENT);
     ad_tape_free(r.tape);
 }
@@ -266,8 +266,8 @@ static void test_rotation_vector(void **state)
     assert_int_equal(rod_network_outputs(&given), 6);
     recorded r = begin(&given);
     const double outputs[6] = {0, 0, 0, 0.6, 0, 0.8};
-    rod_state still = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
-    rod_state made = rod_ansatz(&given, NULL, ad_constant(r.tape, 6, outputs), r.s, r.t);
+    rod_state still = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 6));
+    rod_state made = rod_ansatz(&given, &r.at, ad_constant(r.tape, 6, outputs));
     ad_value half = ad_scale(r.s, 0.5), sine = ad_sin(half); /* at s by s, held at 0 */
     ad_value turn[4] = {ad_cos(half), ad_scale(sine, 0.6), ad_scalar(r.tape, 0),
                         ad_scale(sine, 0.8)};
@@ -284,12 +284,12 @@ static void test_soft_conditions(void **state)
     scene soft = ends_scene(SCENE_CLAMPED, SCENE_LOADED, true, SCENE_DEAD);
     soft.boundary_enforcement = soft.initial_enforcement = SCENE_SOFT;
     recorded r = begin(&soft);
-    rod_state made = rod_ansatz(&soft, NULL, random_outputs(&soft, &r), r.s, r.t);
+    rod_state made = rod_ansatz(&soft, &r.at, random_outputs(&soft, &r));
     double t[POINTS];
     points_of_time(&soft, t);
-    assert_true(largest(rod_residual(&soft, ROD_START, made, r.s, r.t), at_start, t) > 1e-2);
-    assert_true(largest(rod_residual(&soft, ROD_END, made, r.s, r.t), at_end, t) > 1e-2);
-    assert_true(largest(rod_residual(&soft, ROD_INITIAL, made, r.s, r.t), unit_s, at_start) > 1e-2);
+    assert_true(largest(rod_residual(&soft, ROD_START, made, &r.at), at_start, t) > 1e-2);
+    assert_true(largest(rod_residual(&soft, ROD_END, made, &r.at), at_end, t) > 1e-2);
+    assert_true(largest(rod_residual(&soft, ROD_INITIAL, made, &r.at), unit_s, at_start) > 1e-2);
     assert_int_equal(ad_tape_status(r.tape, NULL), AD_OK);
     ad_tape_free(r.tape);
 }
@@ -314,7 +314,7 @@ static void test_between_pins(void **state)
             chord[i] = strtod(ends[k][i], NULL);
         }
         recorded r = begin(&given);
-        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 13), r.s, r.t);
+        rod_state s = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 13));
         ad_value tangent = ad_rotate(s.rotation, ad_vector_constant(r.tape, 0, 0, 1));
         check_rows(tangent, at_end, chord, 1e-15); /* rounding */
         check_rows(s.position, at_end, chord, 1e-15);
@@ -333,10 +333,10 @@ static void check_undeformed(bool held_at_start, const char *const *strain,
         given.rod.rest_curvature[i] = curvature[i];
     }
     recorded r = begin(&given);
-    rod_state rest = rod_ansatz(&given, NULL, ad_zeros(r.tape, 13), r.s, r.t);
+    rod_state rest = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 13));
     assert_true(ad_is_constant(rest.force, 0));
     for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
-        ad_value residual = rod_residual(&given, (rod_residual_kind)kind, rest, r.s, r.t);
+        ad_value residual = rod_residual(&given, (rod_residual_kind)kind, rest, &r.at);
         assert_near(largest(residual, unit_s, NULL), 0, tolerance);
     }
     const double start[3] = {0.2 / 1.3, 0, 0}, end[3] = {0.3 / 1.3, -0.1 / 1.3, 0.9 / 1.3};
@@ -387,7 +387,7 @@ static ad_value sum_of_squares(const scene *given, const recorded *r, rod_state 
     ad_value sum = ad_scalar(r->tape, 0);
     for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
         if (rod_residual_rows(given, (rod_residual_kind)kind) > 0) {
-            ad_value rows = rod_residual(given, (rod_residual_kind)kind, made, r->s, r->t);
+            ad_value rows = rod_residual(given, (rod_residual_kind)kind, made, &r->at);
             sum = ad_add(sum, ad_sum_points(ad_dot(rows, rows)));
         }
     }
@@ -397,7 +397,8 @@ static ad_value sum_of_squares(const scene *given, const recorded *r, rod_state 
 static void check_loss_gradient(const scene *given)
 {
     nn_mlp_settings settings = nn_mlp_settings_default();
-    settings.inputs = rod_network_inputs(given);
+    const domain over = rod_domain_of(given);
+    settings.inputs = over.count;
     settings.outputs = rod_network_outputs(given);
     settings.hidden_count = 1;
     settings.hidden[0] = 8;
@@ -405,8 +406,8 @@ static void check_loss_gradient(const scene *given)
     nn_mlp *mlp = NULL;
     assert_int_equal(nn_mlp_create(&settings, &rng, &mlp, NULL), AD_OK);
     recorded r = begin(given);
-    ad_value outputs = nn_mlp_record(mlp, rod_network_input(given, NULL, r.s, r.t), 0);
-    ad_value loss = sum_of_squares(given, &r, rod_ansatz(given, NULL, outputs, r.s, r.t));
+    ad_value outputs = nn_mlp_record(mlp, domain_network_input(&over, &r.at), 0);
+    ad_value loss = sum_of_squares(given, &r, rod_ansatz(given, &r.at, outputs));
     double t[POINTS], x[400];
     points_of_time(given, t);
     trained problem = {.inputs = {unit_s, t}, .points = POINTS};

@@ -39,8 +39,8 @@ static void check_helix(const double *couple, double twist_stiffness, const doub
     exact.moment = ad_rotate_inverse(exact.rotation, constant3(r.tape, couple, 1));
     check_interior(&given, &r, exact, 1e-11);
     const double end[POINTS] = {1, 1, 1, 1, 1, 1}, start[POINTS] = {0};
-    assert_near(largest(rod_residual(&given, ROD_END, exact, r.s, r.t), end, NULL), 0, 1e-12);
-    assert_near(largest(rod_residual(&given, ROD_START, exact, r.s, r.t), start, NULL), 0, 1e-14);
+    assert_near(largest(rod_residual(&given, ROD_END, exact, &r.at), end, NULL), 0, 1e-12);
+    assert_near(largest(rod_residual(&given, ROD_START, exact, &r.at), start, NULL), 0, 1e-14);
     double *position = evaluate_at(exact.position, 1, end, NULL, NULL);
     double *rotation = evaluate_at(exact.rotation, 1, end, NULL, NULL);
     for (int i = 0; i < 3; i++)
@@ -99,7 +99,7 @@ static void test_constant_strain(void **state)
     exact.moment = constant3(r.tape, m, 1 / scale.moment);
     check_interior(&given, &r, exact, 1e-11);
     const double end[POINTS] = {1, 1, 1, 1, 1, 1};
-    ad_value at_end = rod_residual(&given, ROD_END, exact, r.s, r.t);
+    ad_value at_end = rod_residual(&given, ROD_END, exact, &r.at);
     assert_near(largest(at_end, end, NULL), 0, 1e-12);
     ad_tape_free(r.tape);
 }
@@ -203,10 +203,10 @@ static void test_locked_strain(void **state)
                           .rotation = ad_constant(r.tape, 4, (double[]){1, 0, 0, 0}),
                           .force = ad_input(r.tape, "force", 3),
                           .moment = ad_input(r.tape, "moment", 3)};
-    ad_value residual = rod_residual(&given, ROD_STRAIN, straight, r.s, r.t);
+    ad_value residual = rod_residual(&given, ROD_STRAIN, straight, &r.at);
     assert_true(ad_is_constant(residual, 0)); /* whatever the force */
     assert_int_equal(ad_tape_status(r.tape, NULL), AD_OK);
-    ad_value refused = rod_residual(&given, ROD_INITIAL, straight, r.s, r.t);
+    ad_value refused = rod_residual(&given, ROD_INITIAL, straight, &r.at);
     assert_false(ad_is_valid(refused));
     assert_int_equal(ad_tape_status(r.tape, NULL), AD_BAD_ARGUMENT);
     ad_tape_free(r.tape);

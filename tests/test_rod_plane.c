@@ -294,8 +294,8 @@ static void test_driven(void **state)
         assert_int_equal(plane.director, rows[k].director);
         assert_true(plane.normal[plane.director] == rows[k].sign);
         recorded r = begin(&given);
-        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
-        rod_context rod = rod_context_of(&given, r.s, r.t);
+        rod_state s = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 6));
+        rod_context rod = rod_context_of(&given, &r.at);
         ad_value turn = rod_rotation_to_world(&rod, s.rotation);
         double at[POINTS] = {0}, t[POINTS] = {0.1, 0.4, 0.9, 0.2, 0.6, 0.8};
         double *q = evaluate_at(turn, POINTS, at, t, NULL);
@@ -325,7 +325,7 @@ static void test_held_ends(void **state)
         given.start.type = given.end.type = SCENE_CLAMPED;
         memcpy(given.end.rotation, turned[half], sizeof given.end.rotation);
         recorded r = begin(&given);
-        rod_state s = rod_ansatz(&given, NULL, ad_zeros(r.tape, 6), r.s, r.t);
+        rod_state s = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 6));
         double at[POINTS] = {0, 0.1, 0.25, 0.5, 0.8, 1}, t[POINTS] = {0};
         double *q = evaluate_at(s.rotation, POINTS, at, t, NULL);
         for (int i = 0; i < POINTS; i++) { /* by no or half a turn in all */
@@ -417,8 +417,8 @@ static void check_against_space(const scene *given)
     rod_plane plane = rod_plane_of(given);
     assert_true(plane.is_planar);
     recorded r = begin(given);
-    rod_context rod = rod_context_of(given, r.s, r.t);
-    rod_state flat = rod_ansatz(given, NULL, some_outputs(given, &r), r.s, r.t);
+    rod_context rod = rod_context_of(given, &r.at);
+    rod_state flat = rod_ansatz(given, &r.at, some_outputs(given, &r));
     rod_state space = {.position = rod_position_to_world(&rod, flat.position),
                        .rotation = rod_rotation_to_world(&rod, flat.rotation),
                        .force = rod_to_world(&rod, flat.force),
@@ -436,8 +436,8 @@ static void check_against_space(const scene *given)
         assert_int_equal(kept, sum);
         if (all == 0)
             continue;
-        ad_value rows[2] = {rod_residual(given, (rod_residual_kind)kind, flat, r.s, r.t),
-                            rod_residual(&spatial, (rod_residual_kind)kind, space, r.s, r.t)};
+        ad_value rows[2] = {rod_residual(given, (rod_residual_kind)kind, flat, &r.at),
+                            rod_residual(&spatial, (rod_residual_kind)kind, space, &r.at)};
         assert_int_equal(ad_rows(rows[0]), kept);
         double *numbers[2] = {evaluate_at(rows[0], POINTS, unit_s, t, NULL),
                               evaluate_at(rows[1], POINTS, unit_s, t, NULL)};
@@ -480,8 +480,8 @@ static void test_observables(void **state)
         cube_rotation(rotation, q);
         planar_scene(&p, q, true, k, DYNAMIC | VARYING, SCENE_LOADED);
         recorded r = begin(&p.scene);
-        rod_state s = rod_ansatz(&p.scene, NULL, some_outputs(&p.scene, &r), r.s, r.t);
-        rod_observables o = rod_observe(&p.scene, s, r.s, r.t);
+        rod_state s = rod_ansatz(&p.scene, &r.at, some_outputs(&p.scene, &r));
+        rod_observables o = rod_observe(&p.scene, s, &r.at);
         while (p.axes[across][k] == 0)
             across++;
         const double height = 0.3 * p.axes[across][k];

@@ -37,10 +37,10 @@ static int count_ways(const experiment *e)
     field *shape;
     ad_error error;
     stability_points(rod_scene, at);
-    assert_int_equal(field_create(rod_scene, e->mlp, false, e->pool, &shape, &error), AD_OK);
-    assert_int_equal(
-        field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS, at, NULL, values, &error),
-        AD_OK);
+    assert_int_equal(field_create(e->model, e->mlp, false, e->pool, &shape, &error), AD_OK);
+    assert_int_equal(field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
+                                    (const double *const[]){at}, values, &error),
+                     AD_OK);
     assert_int_equal(stability_count(rod_scene, values, &ways, &error), AD_OK);
     field_free(shape);
     return ways;

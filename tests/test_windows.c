@@ -4,13 +4,13 @@
 #include "rod_testing.h"
 #include "trainer_testing.h"
 
-#include "physics/chebyshev.h"
 #include "physics/problem_internal.h"
+#include "physics/relay.h"
 
 /* ---- scenes and networks ----------------------------------------------------------------------
  */
 
-enum { WINDOWS = 3, NUMBERS_MAX = 4096 };
+enum { WINDOWS = 3, NUMBERS_MAX = 4096, NUMBERS = 2 * RELAY_POINTS * ROD_STATE_ROWS };
 
 static const char *const moving_end[3] = {"0.2*t^2", "0", "1-0.1*t^2"};
 static const char *const turning_end[4] = {"-cos(0.2*t^2)", "-sin(0.2*t^2)", "0", "0"};
@@ -45,7 +45,7 @@ static scene windows_scene(bool driven, scene_formulation formulation)
 static nn_mlp *network_of(const scene *given)
 {
     nn_mlp_settings settings = nn_mlp_settings_default();
-    settings.inputs = rod_network_inputs(given);
+    settings.inputs = 2; /* s and t */
     settings.outputs = rod_network_outputs(given);
     settings.hidden_count = 2;
     settings.hidden[0] = settings.hidden[1] = 7;
@@ -68,13 +68,8 @@ static void fill(double *x, size_t count)
 typedef struct chain {
     scene given;
     nn_mlp *mlp;
-    double x[NUMBERS_MAX], starts[WINDOWS + 1][ROD_WINDOW_NUMBERS];
+    double x[NUMBERS_MAX], starts[WINDOWS + 1][NUMBERS];
 } chain;
-
-static rod_window window_of(const chain *c, int index)
-{
-    return (rod_window){index, c->starts[index]};
-}
 
 static void chain_make(chain *c, scene given)
 {
@@ -86,22 +81,33 @@ static void chain_make(chain *c, scene given)
     size_t parameters = nn_mlp_parameters(c->mlp);
     fill(c->x, WINDOWS * parameters);
     ad_pool *pool = ad_pool_create(1);
+    physics_model *m = NULL;
+    relay *passed = NULL;
+    assert_int_equal(model_of_scene(&c->given, NULL, &m, NULL), AD_OK);
+    assert_int_equal(relay_numbers(m), NUMBERS);
+    assert_int_equal(relay_create(m, c->mlp, pool, &passed, NULL), AD_OK);
     for (int i = 0; i < WINDOWS; i++) {
-        const rod_window window = window_of(c, i);
-        assert_int_equal(rod_window_end(&c->given, &window, c->mlp, c->x + (size_t)i * parameters,
-                                        pool, c->starts[i + 1], NULL),
+        assert_int_equal(relay_run(passed, i, c->starts[i], c->x + (size_t)i * parameters,
+                                   c->starts[i + 1], NULL),
                          AD_OK);
     }
+    relay_free(passed);
+    model_free(m);
     ad_pool_free(pool);
 }
 
 static rod_state state_of(const chain *c, int index, const recorded *r)
 {
-    const rod_window window = window_of(c, index);
-    ad_value input = rod_network_input(&c->given, &window, r->s, r->t);
+    const domain d = rod_domain_of(&c->given);
+    double from = domain_window_time(&d, index);
+    domain_place at = r->at;
+    at.start = ad_scalar(r->tape, from);
+    at.span = ad_scalar(r->tape, domain_window_time(&d, index + 1) - from);
+    at.goes_on = index > 0;
+    at.state = ad_constant(r->tape, NUMBERS, c->starts[index]);
     size_t offset = (size_t)index * nn_mlp_parameters(c->mlp);
-    ad_value outputs = nn_mlp_record(c->mlp, input, offset);
-    return rod_ansatz(&c->given, &window, outputs, r->s, r->t);
+    ad_value outputs = nn_mlp_record(c->mlp, domain_network_input(&d, &at), offset);
+    return rod_ansatz(&c->given, &at, outputs);
 }
 
 static double largest_of(const chain *c, ad_value y, const double *s, const double *t)
@@ -123,8 +129,8 @@ static double largest_of(const chain *c, ad_value y, const double *s, const doub
 static void check_joint(const chain *c, int index)
 {
     recorded r = begin(&c->given);
-    rod_observables a = rod_observe(&c->given, state_of(c, index - 1, &r), r.s, r.t);
-    rod_observables b = rod_observe(&c->given, state_of(c, index, &r), r.s, r.t);
+    rod_observables a = rod_observe(&c->given, state_of(c, index - 1, &r), &r.at);
+    rod_observables b = rod_observe(&c->given, state_of(c, index, &r), &r.at);
     const struct {
         const char *name;
         ad_value before, after;
@@ -140,8 +146,9 @@ static void check_joint(const chain *c, int index)
                 {"curvature by s", ad_derivative(a.curvature, r.s, 1),
                  ad_derivative(b.curvature, r.s, 1), 1e-9}};
     double t[POINTS];
+    const domain d = rod_domain_of(&c->given);
     for (int i = 0; i < POINTS; i++)
-        t[i] = rod_window_time(&c->given, index);
+        t[i] = domain_window_time(&d, index);
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         double worst = largest_of(c, ad_sub(rows[i].after, rows[i].before), unit_s, t);
         double size = largest_of(c, rows[i].before, unit_s, t);
@@ -184,8 +191,16 @@ static void test_wound(void **state)
         given.rod.rest_curvature[i] = "0";
     }
     chain_make(&c, given);
-    assert_true(chebyshev_misfit(c.starts[1], ROD_WINDOW_ROWS, 3, 4, 6) > 0.1);
-    assert_true(chebyshev_misfit(c.starts[1], ROD_WINDOW_ROWS, 3, 4, 24) < 1e-3);
+    double values[RELAY_POINTS][ROD_STATE_ROWS] = {{0}};
+    for (int j = 0; j < RELAY_POINTS; j++) {
+        for (int k = 0; k < RELAY_POINTS; k++) {
+            for (int i = 0; i < ROD_STATE_ROWS; i++)
+                values[j][i] +=
+                    c.starts[1][k * ROD_STATE_ROWS + i] * cos(PI * j * k / RELAY_DEGREE);
+        }
+    }
+    assert_true(relay_misfit(values[0], ROD_STATE_ROWS, 3, 4, 6) > 0.1);
+    assert_true(relay_misfit(values[0], ROD_STATE_ROWS, 3, 4, 24) < 1e-3);
     for (int index = 1; index < WINDOWS; index++)
         check_joint(&c, index);
     nn_mlp_free(c.mlp);
@@ -196,15 +211,15 @@ static void test_wound(void **state)
 static void test_misfit(void **state)
 {
     (void)state;
-    double values[ROD_WINDOW_DEGREE + 1][2];
-    for (int j = 0; j <= ROD_WINDOW_DEGREE; j++) {
-        double x = cos(PI * j / ROD_WINDOW_DEGREE);
+    double values[RELAY_DEGREE + 1][2];
+    for (int j = 0; j <= RELAY_DEGREE; j++) {
+        double x = cos(PI * j / RELAY_DEGREE);
         values[j][0] = 1 - x + 3 * pow(x, 6);
         values[j][1] = cos(12 * acos(fmax(-1, fmin(1, x)))); /* T_12: 1 at the points of degree 6 */
     }
-    assert_near(chebyshev_misfit(values[0], 2, 0, 1, 6), 0, 1e-14); /* rounding */
-    assert_near(chebyshev_misfit(values[0], 2, 1, 1, 6), 2, 1e-14);
-    assert_near(chebyshev_misfit(values[0], 2, 0, 2, 12), 0, 1e-13);
+    assert_near(relay_misfit(values[0], 2, 0, 1, 6), 0, 1e-14); /* rounding */
+    assert_near(relay_misfit(values[0], 2, 1, 1, 6), 2, 1e-14);
+    assert_near(relay_misfit(values[0], 2, 0, 2, 12), 0, 1e-13);
 }
 
 /* Held ends stay where they are said to be, in every window, whatever the side of the quaternion.
@@ -222,15 +237,15 @@ static void test_ends(void **state)
     for (int index = 0; index < WINDOWS; index++) {
         recorded r = begin(&c.given);
         rod_state made = state_of(&c, index, &r);
-        double from = rod_window_time(&c.given, index), to = rod_window_time(&c.given, index + 1);
+        const domain d = rod_domain_of(&c.given);
+        double from = domain_window_time(&d, index), to = domain_window_time(&d, index + 1);
         for (int i = 0; i < POINTS; i++) {
             t[i] = from + (to - from) * i / (POINTS - 1);
             ends[i] = 1;
         }
-        ad_value start = rod_residual(&soft, ROD_START, made, r.s, r.t);
+        ad_value start = rod_residual(&soft, ROD_START, made, &r.at);
         assert_near(largest_of(&c, start, starts, t), 0, 1e-13); /* rounding */
-        assert_near(largest_of(&c, rod_residual(&soft, ROD_END, made, r.s, r.t), ends, t), 0,
-                    1e-13);
+        assert_near(largest_of(&c, rod_residual(&soft, ROD_END, made, &r.at), ends, t), 0, 1e-13);
         ad_tape_free(r.tape);
     }
     nn_mlp_free(c.mlp);
@@ -244,15 +259,16 @@ static void test_times(void **state)
     for (size_t k = 0; k < sizeof counts / sizeof *counts; k++) {
         given.windows = counts[k];
         double end = rod_numbers_of(&given).duration;
-        assert_true(rod_window_time(&given, 0) == 0);
-        assert_true(rod_window_time(&given, counts[k]) == end);
-        assert_int_equal(rod_window_at(&given, 0), 0);
-        assert_int_equal(rod_window_at(&given, 2 * end), counts[k] - 1);
+        const domain d = rod_domain_of(&given);
+        assert_true(domain_window_time(&d, 0) == 0);
+        assert_true(domain_window_time(&d, counts[k]) == end);
+        assert_int_equal(domain_window_at(&d, 0), 0);
+        assert_int_equal(domain_window_at(&d, 2 * end), counts[k] - 1);
         for (int i = 0; i < counts[k]; i++) {
-            double from = rod_window_time(&given, i), to = rod_window_time(&given, i + 1);
+            double from = domain_window_time(&d, i), to = domain_window_time(&d, i + 1);
             assert_true(from < to);
-            assert_int_equal(rod_window_at(&given, to), i); /* it ends there */
-            assert_int_equal(rod_window_at(&given, nextafter(from, to)), i);
+            assert_int_equal(domain_window_at(&d, to), i); /* it ends there */
+            assert_int_equal(domain_window_at(&d, nextafter(from, to)), i);
         }
     }
 }
@@ -269,8 +285,7 @@ static made make_window(const char *const *changes, int index, int threads)
     fill(m.e->parameters, m.e->count * (size_t)m.e->scene->windows);
     while (m.e->window < index)
         assert_int_equal(experiment_next_window(m.e, NULL), AD_OK);
-    const rod_window window = experiment_window(m.e);
-    assert_int_equal(problem_enter(m.p, &window, NULL), AD_OK);
+    assert_int_equal(problem_enter(m.p, m.e->window, experiment_start(m.e), NULL), AD_OK);
     return m;
 }
 
@@ -325,7 +340,7 @@ static void test_gradients(void **state)
             }
             assert_true(worst < 1e-11 * size);
             for (size_t i = 0; i < m.p->sets[0].trained.count; i++) {
-                double t = m.p->sets[0].trained.t[i];
+                double t = problem_time_of(m.p, &m.p->sets[0].trained, i);
                 assert_true(t >= 2.0 / 3 && t <= 1);
             }
             bool changed;
@@ -458,13 +473,15 @@ static void test_field(void **state)
     enum { SEAMS = 2, SIDES = 2, ALL = SEAMS * SIDES };
     made m = make_window(changes, 2, 1);
     field *f;
-    assert_int_equal(field_create(m.e->scene, m.e->mlp, false, m.e->pool, &f, NULL), AD_OK);
+    assert_int_equal(field_create(m.e->model, m.e->mlp, false, m.e->pool, &f, NULL), AD_OK);
     field_enter(f, 2, m.e->parameters, m.e->starts);
     const double joints[SEAMS] = {1.0 / 3, 2.0 / 3}, s[ALL] = {0.9, 0.7, 0.9, 0.7};
     const double t[ALL] = {joints[1] - 1e-13, joints[0] - 1e-13, joints[1] + 1e-13,
                            joints[0] + 1e-13};
     double values[ALL * MODEL_COLUMNS_MAX], scene_values[MODEL_COLUMNS_MAX];
-    assert_int_equal(field_evaluate(f, experiment_parameters(m.e), ALL, s, t, values, NULL), AD_OK);
+    assert_int_equal(field_evaluate(f, experiment_parameters(m.e), ALL,
+                                    (const double *const[]){s, t}, values, NULL),
+                     AD_OK);
     for (int column = 0; column < field_columns(f); column++) {
         const char *name = field_column_name(f, column);
         for (int k = 0; k < SEAMS && !strchr("nm", name[0]); k++) { /* these are no state */
@@ -473,9 +490,9 @@ static void test_field(void **state)
         }
     }
     for (int k = 0; k < ALL; k++) { /* no point knows of the others */
-        assert_int_equal(
-            field_evaluate(f, experiment_parameters(m.e), 1, &s[k], &t[k], scene_values, NULL),
-            AD_OK);
+        assert_int_equal(field_evaluate(f, experiment_parameters(m.e), 1,
+                                        (const double *const[]){&s[k], &t[k]}, scene_values, NULL),
+                         AD_OK);
         for (int column = 0; column < field_columns(f); column++) {
             assert_true(scene_values[column] == values[column * ALL + k]);
         }

@@ -47,8 +47,7 @@ static inline experiment *make_experiment(const char *path, const char *const *c
 
 static inline ad_status try_problem(const experiment *e, problem **p, ad_error *error)
 {
-    const train_settings *settings = e->settings;
-    return problem_create(e->scene, e->mlp, &settings->losses, settings->seed, e->pool, p, error);
+    return experiment_problem(e, p, error);
 }
 
 static inline made make_problem(const char *path, const char *const *changes, int threads)

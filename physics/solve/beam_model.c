@@ -69,7 +69,8 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
-    const beam_context context = beam_in_window(beam_scene, NULL, s, t);
+    const domain_place at = rod_place(beam_scene, s, t);
+    const beam_context context = beam_context_of(beam_scene, &at);
     beam->deflection = context.unit.deflection;
     beam->turns = context.rotary_inertia > 0;
     const ad_value values[FORMULAS] = {record_sections(&context), record_load(&context),

@@ -103,7 +103,8 @@ static ad_status record(solve_rod *rod, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
     }
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
-    const rod_context context = rod_context_of(&rod->scene, s, t);
+    const domain_place at = rod_place(&rod->scene, s, t);
+    const rod_context context = rod_context_of(&rod->scene, &at);
     const rod_coefficients c = rod_coefficients_of(&context);
     const ad_value load = record_load(&context, &c), rest = record_rest(&context, &c);
     const ad_value values[FORMULAS] = {record_sections(&c),
@@ -142,7 +143,6 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
                        .dynamic = scene_is_dynamic(rod_scene),
                        .formula = f};
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
-    rod->scene.loads.part = 1;
     rod->duration = rod->dynamic ? rod_scene->duration / rod->scales.time : 0;
     ad_status status = record(rod, error);
     if (status != AD_OK) {

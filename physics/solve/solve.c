@@ -137,7 +137,7 @@ void solution_free(solution *x)
 
 int solution_columns(const scene *rod_scene)
 {
-    const physics_model *model = model_of(rod_scene);
+    const scene_physics *model = scene_physics_of(rod_scene);
     int count = 0;
     while (count < model->column_count &&
            (scene_is_dynamic(rod_scene) || !model->columns[count].of_motion)) {
@@ -225,7 +225,7 @@ static ad_status all_states(const solution *x, size_t points, const double *s, c
     return status;
 }
 
-_Static_assert(sizeof(solve_state) == MODEL_COLUMNS_MAX * sizeof(double), "a state is its columns");
+_Static_assert(sizeof(solve_state) <= MODEL_COLUMNS_MAX * sizeof(double), "a state is its columns");
 
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error)

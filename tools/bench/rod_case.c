@@ -76,10 +76,14 @@ static ad_status rod_case_problem(rod_case *c, ad_error *error)
     const scene rod = rod_case_scene();
     problem_settings settings = problem_settings_default();
     settings.interior.points = (int)c->points;
-    settings.force_weight = rod_case_numbers.force_weight;
-    settings.moment_weight = rod_case_numbers.moment_weight;
     settings.held_out_points = 1;
-    ad_status status = problem_create(&rod, c->mlp, &settings, 1, c->pool, &c->problem, error);
+    rod_weights weights = rod_weights_default();
+    weights.force = rod_case_numbers.force_weight;
+    weights.moment = rod_case_numbers.moment_weight;
+    ad_status status = model_of_scene(&rod, &weights, &c->model, error);
+    if (status == AD_OK) {
+        status = problem_create(c->model, c->mlp, &settings, 1, c->pool, &c->problem, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -115,6 +119,7 @@ void rod_case_free(rod_case *c)
 {
     problem_free(c->problem);
     nn_mlp_free(c->mlp);
+    model_free(c->model);
     ad_pool_free(c->pool);
     free(c->x);
     *c = (rod_case){0};

@@ -32,6 +32,7 @@ typedef struct rod_case {
     size_t points, parameters;
     const double *s, *t; /* [points], the problem's own */
     double *x;           /* [parameters]: layer after layer weights [out][in], bias [out] */
+    physics_model *model;
     nn_mlp *mlp;
     ad_pool *pool;
     problem *problem;

@@ -53,8 +53,7 @@ static ad_status enter(entrant *scene, const char *path, const char *text,
         status = config_experiment_create(settings, threads, &scene->e, error);
     }
     if (status == AD_OK) {
-        status = problem_create(scene->e->scene, scene->e->mlp, &scene->e->settings->losses,
-                                scene->e->settings->seed, scene->e->pool, &scene->problem, error);
+        status = experiment_problem(scene->e, &scene->problem, error);
     }
     if (status != AD_OK) {
         return status;
@@ -150,7 +149,7 @@ static int equations_inside(const scene *scene)
 {
     int rows = 0;
     for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
-        rows += model_of(scene)->residual_rows(scene, (rod_residual_kind)kind);
+        rows += scene_physics_of(scene)->residual_rows(scene, (rod_residual_kind)kind);
     }
     return rows;
 }
@@ -160,7 +159,7 @@ static bool any_has(const entrant *scenes, int count, const char *name)
     for (int i = 0; i < count; i++) {
         const scene *scene = scenes[i].e->scene;
         rod_term terms[ROD_TERM_MAX];
-        int all = model_of(scene)->terms(scene, terms);
+        int all = scene_physics_of(scene)->terms(scene, terms);
         for (int k = 0; k < all; k++) {
             if (terms[k].present && strcmp(terms[k].name, name) == 0) {
                 return true;
@@ -174,7 +173,7 @@ static bool any_has(const entrant *scenes, int count, const char *name)
 static void print_left_out(const entrant *scenes, int count, const scene *scene)
 {
     rod_term terms[ROD_TERM_MAX];
-    int all = model_of(scene)->terms(scene, terms), left = 0;
+    int all = scene_physics_of(scene)->terms(scene, terms), left = 0;
     for (int i = 0; i < all; i++) {
         if (!terms[i].present && any_has(scenes, count, terms[i].name)) {
             terms[left++] = terms[i];
@@ -221,7 +220,7 @@ static int report(entrant *scenes, int count, const char *out)
         numbers[1][i] = median(scenes[i].seconds, scenes[count - 1].seconds);
         numbers[2][i] = (double)info->program.instructions;
         numbers[3][i] = (double)info->program.flops_per_point;
-        numbers[4][i] = model_of(scene)->network_outputs(scene);
+        numbers[4][i] = scene_physics_of(scene)->network_outputs(scene);
         numbers[5][i] = equations_inside(scene);
     }
     for (int i = 0; i < count; i++) {

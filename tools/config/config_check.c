@@ -50,7 +50,7 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
     ad_error reason;
     const char *key = "";
     const scene *rod_scene = &experiment->scene;
-    ad_status status = model_of(rod_scene)->check(rod_scene, &key, &reason);
+    ad_status status = scene_physics_of(rod_scene)->check(rod_scene, &key, &reason);
     if (status == AD_BAD_INPUT) {
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }

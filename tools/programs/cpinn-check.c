@@ -213,18 +213,19 @@ static ad_status check_term(session *s, int term, ad_error *error)
 
 static ad_status check_derivative(session *s, const char *name, nn_rng *rng, ad_error *error)
 {
+    const domain *d = &s->e->model->domain;
     derivative_check check;
     char where[96];
-    const rod_window window = experiment_window(s->e);
-    ad_status status = derivative_check_run(s->e->scene, &window, s->e->mlp, s->x, name,
-                                            DERIVATIVE_POINTS, rng, s->e->pool, &check, error);
+    ad_status status =
+        derivative_check_run(s->e->model, s->e->window, experiment_start(s->e), s->e->mlp, s->x,
+                             name, DERIVATIVE_POINTS, rng, s->e->pool, &check, error);
     if (status != AD_OK) {
         return print_failure(s, "derivative", name, error);
     }
-    int length =
-        snprintf(where, sizeof where, "row %d, s = %.4g m", check.worst_row, check.worst_s);
-    if (scene_is_dynamic(s->e->scene)) {
-        snprintf(where + length, sizeof where - (size_t)length, ", t = %.4g s", check.worst_t);
+    int length = snprintf(where, sizeof where, "row %d", check.worst_row);
+    for (int i = 0; i < d->count && length < (int)sizeof where; i++) {
+        length += snprintf(where + length, sizeof where - (size_t)length, ", %s = %.4g %s",
+                           d->coordinates[i].name, check.worst_at[i], d->coordinates[i].unit);
     }
     print_row(s, "derivative", name, check.worst_error, where, check.worst_derivative,
               check.worst_difference);
@@ -294,8 +295,7 @@ static ad_status prepare(session *s, ad_error *error)
         status = config_experiment_create(settings, s->asked.threads, &s->e, error);
     }
     if (status == AD_OK) {
-        status = problem_create(s->e->scene, s->e->mlp, &s->e->settings->losses,
-                                s->e->settings->seed, s->e->pool, &s->problem, error);
+        status = experiment_problem(s->e, &s->problem, error);
     }
     if (status != AD_OK) {
         return status;
@@ -338,8 +338,9 @@ static ad_status enter_second_window(session *s, ad_error *error)
 {
     memcpy(s->e->parameters, s->x, s->e->count * sizeof *s->x);
     ad_status status = experiment_next_window(s->e, error);
-    const rod_window window = experiment_window(s->e);
-    status = status == AD_OK ? problem_enter(s->problem, &window, error) : status;
+    if (status == AD_OK) {
+        status = problem_enter(s->problem, s->e->window, experiment_start(s->e), error);
+    }
     if (status != AD_OK) {
         return status;
     }

@@ -154,8 +154,8 @@ static ad_status read_progress(session *x, ad_error *error)
 static ad_status evaluate(session *x, samples *p, ad_error *error)
 {
     size_t numbers = (size_t)p->columns * p->count, bad = 0;
-    ad_status status = field_evaluate(x->field, experiment_parameters(x->e), p->count, p->s, p->t,
-                                      p->values, error);
+    ad_status status = field_evaluate(x->field, experiment_parameters(x->e), p->count,
+                                      (const double *const[]){p->s, p->t}, p->values, error);
     for (size_t i = 0; status == AD_OK && i < numbers; i++) {
         p->values[i] += 0.0; /* no -0 in a table */
         bad += !isfinite(p->values[i]);
@@ -191,11 +191,12 @@ static ad_status measure(session *x, ad_error *error)
         s[i] = p->s[i % p->count];
         t[i] = p->t[i % p->count];
     }
-    ad_status status =
-        field_evaluate(x->field, experiment_parameters(x->e), batch, s, t, values, error);
+    ad_status status = field_evaluate(x->field, experiment_parameters(x->e), batch,
+                                      (const double *const[]){s, t}, values, error);
     double start = wall_seconds(), spent = 0;
     while (status == AD_OK && spent < TIMED_SECONDS) {
-        status = field_evaluate(x->field, experiment_parameters(x->e), batch, s, t, values, error);
+        status = field_evaluate(x->field, experiment_parameters(x->e), batch,
+                                (const double *const[]){s, t}, values, error);
         spent = wall_seconds() - start;
         done += batch;
     }
@@ -276,7 +277,7 @@ static void print_tip(const session *x)
 {
     const scene *scene = x->e->scene;
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
-    for (int i = 0; i < model_of(scene)->position_columns; i++) {
+    for (int i = 0; i < scene_physics_of(scene)->position_columns; i++) {
         printf(" %.9g", x->tip.values[i]);
     }
     printf(" m");
@@ -318,7 +319,7 @@ static void print_json_tip(json *to, const session *x)
     json_open(to, "tip", '{');
     json_number(to, "s", *x->tip.s);
     json_number(to, "t", *x->tip.t);
-    for (int i = 0; i < model_of(x->e->scene)->position_columns; i++) {
+    for (int i = 0; i < scene_physics_of(x->e->scene)->position_columns; i++) {
         json_number(to, field_column_name(x->field, i), x->tip.values[i]);
     }
     json_close(to, '}');
@@ -359,7 +360,7 @@ static ad_status open_field(session *x, ad_error *error)
         status = read_progress(x, error);
     }
     if (status == AD_OK) {
-        status = field_create(x->e->scene, x->e->mlp, false, x->e->pool, &x->field, error);
+        status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
     }
     if (status == AD_OK) {
         field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);

@@ -217,7 +217,7 @@ static ad_status print_report(session *x, ad_error *error)
     const solve_report *r = &x->report;
     double tip[MODEL_COLUMNS_MAX];
     const double *s = &x->scene->rod.length, *t = &x->scene->duration;
-    int columns = model_of(x->scene)->position_columns;
+    int columns = scene_physics_of(x->scene)->position_columns;
     ad_status status = solution_evaluate(x->solved, columns, 1, s, t, tip, error);
     if (status != AD_OK) {
         return status;
@@ -333,7 +333,8 @@ static ad_status sweep_write(const session *x, const sweep *rows, ad_error *erro
 static ad_status work_precision(session *x, ad_error *error)
 {
     sweep rows = {.x = x};
-    rows.numbers = (size_t)model_of(x->scene)->position_columns * x->grid.count; /* come first */
+    rows.numbers =
+        (size_t)scene_physics_of(x->scene)->position_columns * x->grid.count; /* come first */
     rows.exact = malloc(rows.numbers * sizeof *rows.exact);
     if (!rows.exact) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);

@@ -71,8 +71,7 @@ static ad_status prepare(session *s, const options *o, config *settings, double 
 {
     ad_status status = config_experiment_create(settings, o->threads, &s->e, error);
     if (status == AD_OK) {
-        status = problem_create(s->e->scene, s->e->mlp, &s->e->settings->losses,
-                                s->e->settings->seed, s->e->pool, &s->problem, error);
+        status = experiment_problem(s->e, &s->problem, error);
     }
     double spent = wall_seconds() - started; /* the reference, which only measures, is not part */
     if (status == AD_OK) {

@@ -200,7 +200,8 @@ static void print_end(FILE *file, const scene *scene, bool at_start)
 {
     const scene_end *end = at_start ? &scene->start : &scene->end;
     bool hard = scene->boundary_enforcement == SCENE_HARD;
-    bool residual = model_of(scene)->residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
+    bool residual =
+        scene_physics_of(scene)->residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
     fprintf(file, "%s %s: ", at_start ? "start" : "end", scene_end_names()[end->type]);
     if (!hard || !residual) {
         fputs(hard ? "hard" : "soft, a loss term", file);
@@ -318,7 +319,7 @@ static void print_left_out(FILE *file, const rod_term *terms, int count, int fir
 static void print_terms(FILE *file, const scene *scene)
 {
     rod_term terms[ROD_TERM_MAX];
-    int count = model_of(scene)->terms(scene, terms), left = 0;
+    int count = scene_physics_of(scene)->terms(scene, terms), left = 0;
     heading(file, "Physics");
     paragraph line = paragraph_begin(file, "present");
     for (int i = 0; i < count; i++) {

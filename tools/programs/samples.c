@@ -46,7 +46,7 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
 
 ad_status samples_write(const samples *p, const scene *scene, const char *path, ad_error *error)
 {
-    const model_column *model = model_of(scene)->columns;
+    const model_column *model = scene_physics_of(scene)->columns;
     const char *names[2 + MODEL_COLUMNS_MAX] = {"s", "t"};
     const char *units[2 + MODEL_COLUMNS_MAX] = {"m", "s"};
     const double *columns[2 + MODEL_COLUMNS_MAX] = {p->s, p->t};

@@ -18,16 +18,21 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     train_settings *settings = e->settings;
     const scene *scene = e->scene;
     nn_rng rng = nn_rng_split(settings->seed, "network");
-    settings->network.inputs = rod_network_inputs(scene);
-    settings->network.outputs = model_of(scene)->network_outputs(scene);
-    ad_status status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
+    ad_status status = model_of_scene(scene, &settings->weights, &e->model, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    settings->network.inputs = e->model->domain.count;
+    settings->network.outputs = e->model->outputs;
+    status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {
         return status;
     }
     e->count = nn_mlp_parameters(e->mlp);
     size_t numbers = e->count * (size_t)scene->windows;
     e->parameters = calloc(numbers, sizeof *e->parameters);
-    e->starts = calloc((size_t)scene->windows * ROD_WINDOW_NUMBERS, sizeof *e->starts);
+    size_t states = (size_t)scene->windows * relay_numbers(e->model);
+    e->starts = calloc(states + 1, sizeof *e->starts);
     if (!e->parameters || !e->starts) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", numbers);
     }
@@ -37,7 +42,7 @@ static ad_status build(experiment *e, int threads, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
                        thread_count(threads));
     }
-    return AD_OK;
+    return relay_create(e->model, e->mlp, e->pool, &e->relay, error);
 }
 
 static void free_origin(const train_origin *origin)
@@ -72,8 +77,10 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
 void experiment_free(experiment *e)
 {
     if (e) {
+        relay_free(e->relay);
         ad_pool_free(e->pool);
         nn_mlp_free(e->mlp);
+        model_free(e->model);
         free_origin(&e->origin);
         free(e->parameters);
         free(e->starts);
@@ -111,18 +118,22 @@ double *experiment_parameters(const experiment *e)
     return e->parameters + (size_t)e->window * e->count;
 }
 
-rod_window experiment_window(const experiment *e)
+const double *experiment_start(const experiment *e)
 {
-    return (rod_window){e->window, e->starts + (size_t)e->window * ROD_WINDOW_NUMBERS};
+    return e->starts + (size_t)e->window * relay_numbers(e->model);
+}
+
+ad_status experiment_problem(const experiment *e, problem **result, ad_error *error)
+{
+    return problem_create(e->model, e->mlp, &e->settings->losses, e->settings->seed, e->pool,
+                          result, error);
 }
 
 ad_status experiment_next_window(experiment *e, ad_error *error)
 {
-    const scene *scene = e->scene;
-    const rod_window window = experiment_window(e);
-    ad_status status = model_of(scene)->window_end(
-        scene, &window, e->mlp, experiment_parameters(e), e->pool,
-        e->starts + ((size_t)e->window + 1) * ROD_WINDOW_NUMBERS, error);
+    double *end = e->starts + ((size_t)e->window + 1) * relay_numbers(e->model);
+    ad_status status =
+        relay_run(e->relay, e->window, experiment_start(e), experiment_parameters(e), end, error);
     e->window += status == AD_OK;
     return status;
 }

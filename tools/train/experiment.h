@@ -18,6 +18,7 @@
 
 #include "physics/field.h"
 #include "physics/problem.h"
+#include "physics/relay.h"
 #include "tools/files/checkpoint.h"
 #include "tools/train/settings.h"
 
@@ -41,9 +42,11 @@ typedef struct experiment {
     train_settings *settings;
     train_origin origin; /* owned */
     ad_pool *pool;
+    physics_model *model;
     nn_mlp *mlp;
+    relay *relay;       /* from window to window */
     double *parameters; /* [windows][count]; the first window's are initialised from the seed */
-    double *starts;     /* [windows][ROD_WINDOW_NUMBERS], of the windows begun but the first */
+    double *starts;     /* [windows][relay_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
     char *text;        /* that experiment_put lent to a checkpoint */
@@ -58,9 +61,13 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
                             ad_error *error);
 void experiment_free(experiment *e);
 
-/* The window at work: its network's parameters [count], and what the physics knows of it. */
+/* The problem that its model and losses are, in the first window. */
+ad_status experiment_problem(const experiment *e, problem **result, ad_error *error);
+
+/* Of the window at work: its network's parameters [count], and the state from which it starts
+ * [relay_numbers], which the first window has not. */
 double *experiment_parameters(const experiment *e);
-rod_window experiment_window(const experiment *e);
+const double *experiment_start(const experiment *e);
 
 /* Go to the next window, from the state in which the one at work ends. */
 ad_status experiment_next_window(experiment *e, ad_error *error);

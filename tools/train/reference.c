@@ -16,7 +16,7 @@ struct reference {
     double length, duration;
     size_t points, left_out;
     reference_solution about; /* of a classical solution */
-    const physics_model *model;
+    const scene_physics *model;
     size_t pose;                         /* columns: of position, then of rotation */
     bool rotations;                      /* known */
     double *s, *t;                       /* [points] m, s; `s` owns everything up to `part` */
@@ -126,9 +126,10 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
 static ad_status make_manufactured(reference *r, const experiment *e, ad_error *error)
 {
     field *exact = NULL;
-    ad_status status = field_create(e->scene, NULL, true, e->pool, &exact, error);
+    ad_status status = field_create(e->model, NULL, true, e->pool, &exact, error);
     if (status == AD_OK) {
-        status = field_evaluate(exact, NULL, r->points, r->s, r->t, r->poses, error);
+        status = field_evaluate(exact, NULL, r->points, (const double *const[]){r->s, r->t},
+                                r->poses, error);
     }
     field_free(exact);
     return status;
@@ -192,7 +193,7 @@ typedef struct file_columns {
 } file_columns;
 
 /* "x, y, z" */
-static void list_columns(const physics_model *model, int first, int count, char text[64])
+static void list_columns(const scene_physics *model, int first, int count, char text[64])
 {
     int length = 0;
     for (int k = first; k < first + count; k++) {
@@ -201,7 +202,7 @@ static void list_columns(const physics_model *model, int first, int count, char 
     }
 }
 
-static ad_status blame_missing(const char *path, const char *missing, const physics_model *model,
+static ad_status blame_missing(const char *path, const char *missing, const scene_physics *model,
                                bool dynamic, ad_error *error)
 {
     char positions[64], rotations[64];
@@ -325,15 +326,15 @@ static ad_status make_file(reference *r, const experiment *e, ad_error *error)
 /* ---- windows of time ----------------------------------------------------------------------- */
 
 /* Bring the points into the order of their windows; within one they keep theirs. */
-static void sort_points(reference *r, const scene *scene)
+static void sort_points(reference *r, const domain *d)
 {
-    double time = rod_scales_of(scene).time;
+    double time = d->time < 0 ? 1 : d->coordinates[d->time].scale;
     size_t taken = 0;
     double *s = r->values, *t = r->values + r->points; /* not in use yet */
-    for (int window = 0; window < scene->windows; window++) {
+    for (int window = 0; window < d->windows; window++) {
         r->first[window] = taken;
         for (size_t i = 0; i < r->points; i++) {
-            if (scene->windows > 1 && rod_window_at(scene, r->t[i] / time) != window) {
+            if (d->windows > 1 && domain_window_at(d, r->t[i] / time) != window) {
                 continue;
             }
             s[taken] = r->s[i];
@@ -344,7 +345,7 @@ static void sort_points(reference *r, const scene *scene)
             taken++;
         }
     }
-    r->first[scene->windows] = taken;
+    r->first[d->windows] = taken;
     memcpy(r->s, s, r->points * sizeof *s);
     memcpy(r->t, t, r->points * sizeof *t);
     memcpy(r->poses, r->part, r->pose * r->points * sizeof *r->part);
@@ -355,7 +356,8 @@ static ad_status evaluate(reference *r, const double *x, size_t first, size_t en
 {
     size_t count = end - first;
     ad_status status =
-        count ? field_evaluate(r->candidate, x, count, r->s + first, r->t + first, r->part, error)
+        count ? field_evaluate(r->candidate, x, count,
+                               (const double *const[]){r->s + first, r->t + first}, r->part, error)
               : AD_OK;
     for (size_t k = 0; status == AD_OK && count && k < r->pose; k++) {
         memcpy(r->values + k * r->points + first, r->part + k * count, count * sizeof *r->values);
@@ -405,7 +407,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     if (!r) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reference");
     }
-    r->model = model_of(e->scene);
+    r->model = scene_physics_of(e->scene);
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
     r->length = e->scene->rod.length;
     r->duration = e->scene->duration;
@@ -418,8 +420,8 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
         status = check_size(r, error);
     }
     if (status == AD_OK) {
-        sort_points(r, e->scene);
-        status = field_create(e->scene, e->mlp, true, e->pool, &r->candidate, error);
+        sort_points(r, &e->model->domain);
+        status = field_create(e->model, e->mlp, true, e->pool, &r->candidate, error);
     }
     if (status == AD_OK) {
         status = reference_enter(r, e, 0, error);

@@ -9,8 +9,7 @@ ad_status session_prepare(const scene *rod_scene, train_settings *settings,
     double before = wall_seconds();
     ad_status status = experiment_create(rod_scene, settings, origin, threads, &s->e, error);
     if (status == AD_OK) {
-        status = problem_create(rod_scene, s->e->mlp, &settings->losses, settings->seed, s->e->pool,
-                                &s->problem, error);
+        status = experiment_problem(s->e, &s->problem, error);
     }
     s->prepared = wall_seconds() - before;
     return status == AD_OK ? reference_create(s->e, &s->known, error) : status;

@@ -50,6 +50,7 @@ train_settings train_settings_default(void)
                                .fourier_wavenumber = NAN,
                                .fourier_frequency = NAN,
                                .rotation = TRAIN_OPEN,
+                               .weights = rod_weights_default(),
                                .losses = losses_default(),
                                .stage_count = 1,
                                .checkpoint_every = 1000,

@@ -82,6 +82,7 @@ typedef struct train_settings {
     double fourier_frequency;  /* largest in time; rad/s; NaN: open, and in a static scene */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
     uint64_t seed;             /* fixes everything random */

@@ -35,21 +35,13 @@ static ad_status check_stage(const train_settings *settings, int index, char *ke
 /* Some equation has to count. */
 static bool has_weight(const train_settings *settings, const scene *rod_scene)
 {
-    const problem_settings *losses = &settings->losses;
-    const physics_model *model = model_of(rod_scene);
-    const struct {
-        rod_residual_kind kind;
-        double weight;
-    } rows[] = {{ROD_STRAIN, losses->strain_weight},  {ROD_CURVATURE, losses->curvature_weight},
-                {ROD_FORCE, losses->force_weight},    {ROD_MOMENT, losses->moment_weight},
-                {ROD_START, losses->boundary_weight}, {ROD_END, losses->boundary_weight},
-                {ROD_INITIAL, losses->initial_weight}};
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].weight > 0 && model->residual_rows(rod_scene, rows[i].kind) > 0) {
-            return true;
-        }
+    bool has = false;
+    for (int kind = 0; kind < ROD_RESIDUAL_COUNT; kind++) {
+        rod_residual_kind k = (rod_residual_kind)kind;
+        has = has || (rod_weight_of(&settings->weights, k) > 0 &&
+                      scene_physics_of(rod_scene)->residual_rows(rod_scene, k) > 0);
     }
-    return false;
+    return has;
 }
 
 /* Weights that follow training, and what they cannot be combined with. */

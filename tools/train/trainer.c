@@ -72,13 +72,12 @@ ad_status trainer_start_stage(trainer *t, ad_error *error)
 
 /* ---- parts of the loads -------------------------------------------------------------------- */
 
-ad_status trainer_apply_loads(trainer *t, ad_error *error)
+void trainer_apply_loads(trainer *t)
 {
-    bool changed = t->loads.solved && t->info.part != t->loads.part;
-    if (changed) {
+    if (t->loads.solved && t->info.part != t->loads.part) {
         t->info.part = t->loads.part;
+        problem_load(t->problem, t->info.part);
     }
-    return changed ? problem_load(t->problem, t->info.part, error) : AD_OK;
 }
 
 static ad_status start_loads(trainer *t, ad_error *error)
@@ -91,7 +90,8 @@ static ad_status start_loads(trainer *t, ad_error *error)
     if (!optim_continuation_create(&t->loads, t->e->count, gradual)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for training");
     }
-    return trainer_apply_loads(t, error);
+    trainer_apply_loads(t);
+    return AD_OK;
 }
 
 /* Another part of the loads, for which the stage begins again? Not where the user's limit ended it
@@ -292,7 +292,7 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
 {
     problem_place place = {.term = -1};
     ad_error inner = {AD_OK, ""};
-    char advice[160];
+    char advice[160], where[160];
     long long step = (long long)t->info.step + 1;
     problem_locate(t->problem, current_x(t), &place, &inner);
     if (t->info.step > 0) {
@@ -301,6 +301,7 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
         snprintf(advice, sizeof advice,
                  "look for a formula or number of the scene that is not finite there");
     }
+    problem_place_text(t->problem, &place, where, sizeof where);
     t->info.state = TRAINER_NOT_FINITE;
     if (place.term < 0) {
         return ad_fail(error, AD_NOT_FINITE,
@@ -308,9 +309,8 @@ static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
                        "step itself or the gradient is not; try: %s",
                        step, optim_status_name(why), advice);
     }
-    return ad_fail(error, AD_NOT_FINITE,
-                   "step %lld: loss term '%s' is not finite at s = %.6g m, t = %.6g s; try: %s",
-                   step, problem_term_name(t->problem, place.term), place.s, place.t, advice);
+    return ad_fail(error, AD_NOT_FINITE, "step %lld: loss term '%s' is not finite at %s; try: %s",
+                   step, problem_term_name(t->problem, place.term), where, advice);
 }
 
 /* An optimiser may keep another point than the one it evaluated last: a line search that gives up
@@ -378,8 +378,7 @@ static const char *reason_to_end(trainer *t, optim_status status)
 
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
 {
-    const rod_window window = experiment_window(t->e);
-    ad_status status = problem_enter(t->problem, &window, error);
+    ad_status status = problem_enter(t->problem, t->e->window, experiment_start(t->e), error);
     return status == AD_OK && t->known ? reference_enter(t->known, t->e, from, error) : status;
 }
 
@@ -419,8 +418,8 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     if (goes_on_with_loads(t, result)) {
         t->best_held_out = INFINITY;
         t->info.stage_step = t->rows_apart = 0;
-        ad_status status = trainer_apply_loads(t, error);
-        return status == AD_OK ? trainer_start_stage(t, error) : status;
+        trainer_apply_loads(t);
+        return trainer_start_stage(t, error);
     }
     t->info.stage++;
     t->info.stage_step = 0;

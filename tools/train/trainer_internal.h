@@ -18,8 +18,8 @@ struct trainer {
     double started; /* wall clock of this process, less the seconds before */
     double stage_started;
     bool losses_compare; /* points and weights stay, so the best point is the best */
-    char balance_names[ROD_RESIDUAL_COUNT][32]; /* of columns, per term */
-    double best_held_out;                       /* of all rows of the window */
+    char balance_names[MODEL_TERMS_MAX][32]; /* of columns, per term */
+    double best_held_out;                    /* of all rows of the window */
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
     char account[160];
@@ -39,7 +39,7 @@ int trainer_row_window(const trainer *t, size_t row);
 void trainer_watch(trainer *t, size_t row);
 
 /* Apply the part of the loads that is at work, if it is not all of them. */
-ad_status trainer_apply_loads(trainer *t, ad_error *error);
+void trainer_apply_loads(trainer *t);
 
 /* Of the weighted loss: residuals of 1e-10, a few digits above what rounding leaves of equations
  * with second derivatives. Below, a ratio of losses is one of rounding errors. */

@@ -178,7 +178,10 @@ static ad_status restore_loads(trainer *t, const checkpoint *file, ad_error *err
     if (status == AD_OK && loads->solved && !optim_continuation_is_sound(loads)) {
         return ad_fail(error, AD_BAD_INPUT, "checkpoint: training/loads holds impossible numbers");
     }
-    return status == AD_OK ? trainer_apply_loads(t, error) : status;
+    if (status == AD_OK) {
+        trainer_apply_loads(t);
+    }
+    return status;
 }
 
 /* Where the run stands, and the stage at work with the state of its optimiser. */

@@ -55,7 +55,7 @@ static double worst_held_out(const trainer *t, int *window)
 int trainer_unstable_modes(const trainer *t)
 {
     const experiment *e = t->e;
-    scene at_work = *e->scene, *rod_scene = &at_work;
+    const scene *rod_scene = e->scene;
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     ad_error ignored;
     int modes = -1;
@@ -63,12 +63,12 @@ int trainer_unstable_modes(const trainer *t)
     if (scene_is_dynamic(rod_scene)) {
         return modes;
     }
-    at_work.loads.part = t->info.part;
     stability_points(rod_scene, s);
-    ad_status status = field_create(rod_scene, e->mlp, false, e->pool, &shape, &ignored);
+    ad_status status = field_create(e->model, e->mlp, false, e->pool, &shape, &ignored);
     if (status == AD_OK) {
-        status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS, s, NULL, values,
-                                &ignored);
+        field_load(shape, t->info.part);
+        status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
+                                (const double *const[]){s}, values, &ignored);
     }
     if (status == AD_OK) {
         stability_count(rod_scene, values, &modes, &ignored);

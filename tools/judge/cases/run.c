@@ -69,7 +69,7 @@ static bool is_absent(const rod_term *terms, int count, int part)
 static void tell_left_out(const scene *scene, cases_row *row)
 {
     rod_term terms[ROD_TERM_MAX];
-    int count = model_of(scene)->terms(scene, terms);
+    int count = scene_physics_of(scene)->terms(scene, terms);
     if (!scene_is_dynamic(scene)) {
         add_word(row->left_out, "time");
     }
@@ -92,10 +92,10 @@ static void describe(const session *s, cases_row *row)
 {
     const scene *scene = s->e->scene;
     static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE, ROD_MOMENT};
-    row->unknowns = model_of(scene)->network_outputs(scene);
+    row->unknowns = scene_physics_of(scene)->network_outputs(scene);
     row->equations = row->instructions = 0;
     for (int i = 0; i < 4; i++) {
-        row->equations += model_of(scene)->residual_rows(scene, inside[i]);
+        row->equations += scene_physics_of(scene)->residual_rows(scene, inside[i]);
     }
     for (int i = 0; i < problem_sets(s->problem); i++) {
         row->instructions += (double)problem_set_inspect(s->problem, i).program.instructions;

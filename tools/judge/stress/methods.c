@@ -76,7 +76,8 @@ reference_errors stress_errors(const stress_answer *a)
 ad_status stress_values(const stress_answer *a, size_t points, const double *s, const double *t,
                         double *values, ad_error *error)
 {
-    return a->trained ? field_evaluate(a->trained, a->parameters, points, s, t, values, error)
+    return a->trained ? field_evaluate(a->trained, a->parameters, points,
+                                       (const double *const[]){s, t}, values, error)
                       : solution_evaluate(a->solved, solution_columns(a->scene), points, s, t,
                                           values, error);
 }
@@ -138,7 +139,7 @@ static ad_status judge_training(const stress_row *row, session *s, stress_result
     if (s->known) {
         answer.errors = info.errors;
     }
-    ad_status status = field_create(answer.scene, e->mlp, false, e->pool, &answer.trained, error);
+    ad_status status = field_create(e->model, e->mlp, false, e->pool, &answer.trained, error);
     if (status == AD_OK) {
         field_enter(answer.trained, e->window, e->parameters, e->starts);
         snprintf(result->text, sizeof result->text, "held-out loss %.1e", info.held_out);

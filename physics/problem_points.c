@@ -1,0 +1,144 @@
+/* The points of a set: drawn in the unit cube, moved to the domain and to the window at work. */
+#include "physics/problem_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Coordinates that vary over the set, in their order. */
+static int varying(const problem *p, const problem_set *set, int *which)
+{
+    int count = 0;
+    for (int i = 0; i < p->model->domain.count; i++) {
+        if (!set->about->holds[i]) {
+            which[count++] = i;
+        }
+    }
+    return count;
+}
+
+/* From the unit interval to the range of a coordinate, of time to the window at work. */
+static double placed(const problem *p, int coordinate, double x)
+{
+    const domain *d = &p->model->domain;
+    double low = d->coordinates[coordinate].low, high = d->coordinates[coordinate].high;
+    if (coordinate == d->time) {
+        low = domain_window_time(d, p->window);
+        high = domain_window_time(d, p->window + 1);
+    }
+    return fmin(low + x * (high - low), high);
+}
+
+/* What a coordinate is that does not vary; at the beginning of time, that of the window. */
+static double held(const problem *p, const problem_set *set, int coordinate)
+{
+    bool begins = coordinate == p->model->domain.time && set->about->points == MODEL_INITIAL;
+    return begins ? domain_window_time(&p->model->domain, p->window)
+                  : set->about->value[coordinate];
+}
+
+static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            sampling_kind kind, nn_rng *rng, ad_error *error)
+{
+    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which), next = dimension;
+    size_t count = cloud->count;
+    if (dimension > 0) {
+        ad_status status = sampling_fill(kind, rng, dimension, count, cloud->x, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    for (int i = p->model->domain.count - 1; i >= 0; i--) {
+        bool varies = !set->about->holds[i];
+        const double *from = cloud->x + (size_t)(varies ? --next : 0) * count;
+        double *to = cloud->x + (size_t)i * count;
+        for (size_t k = 0; k < count; k++) {
+            to[k] = varies ? placed(p, i, from[k]) : held(p, set, i);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            const problem_points *points, nn_rng *rng, ad_error *error)
+{
+    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
+    cloud->count = 1;
+    if (dimension > 0) {
+        ad_status status = sampling_count(points->sampler, dimension, (size_t)points->points, NULL,
+                                          &cloud->count, error);
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    cloud->x = calloc((size_t)p->model->domain.count * cloud->count, sizeof *cloud->x);
+    if (!cloud->x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
+    }
+    return cloud_fill(p, set, cloud, points->sampler, rng, error);
+}
+
+const problem_points *problem_points_of(const problem *p, const problem_set *set)
+{
+    return set->about->points == MODEL_INTERIOR  ? &p->settings.interior
+           : set->about->points == MODEL_INITIAL ? &p->settings.initial
+                                                 : &p->settings.boundary;
+}
+
+/* Every set has a generator of its own, and its held-out points another. */
+ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
+{
+    char stream[MODEL_NAME + 16];
+    problem_set_forget_points(set);
+    snprintf(stream, sizeof stream, "points/%s", set->about->name);
+    set->rng = nn_rng_split(p->seed, stream);
+    snprintf(stream, sizeof stream, "held_out/%s", set->about->name);
+    nn_rng held_out = nn_rng_split(p->seed, stream);
+    problem_points unseen = {p->settings.held_out_points, SAMPLING_SOBOL, 0};
+    ad_status status =
+        cloud_make(p, set, &set->trained, problem_points_of(p, set), &set->rng, error);
+    if (status == AD_OK) {
+        status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+    }
+    problem_set_refresh(set);
+    return status == AD_OK ? problem_set_weigh_points(p, set, error) : status;
+}
+
+ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
+{
+    problem_set_refresh(set);
+    return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
+}
+
+void problem_set_forget_points(problem_set *set)
+{
+    free(set->trained.x);
+    free(set->held_out.x);
+    free(set->point_weights);
+    free(set->point_losses);
+    free(set->adaptive);
+    set->trained.x = set->held_out.x = NULL;
+    set->point_weights = set->point_losses = set->adaptive = NULL;
+}
+
+double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point)
+{
+    int time = p->model->domain.time;
+    return time < 0 ? 0 : cloud->x[(size_t)time * cloud->count + point];
+}
+
+bool problem_points_are_inside(const problem *p, const problem_cloud *cloud)
+{
+    const domain *d = &p->model->domain;
+    for (int i = 0; i < d->count; i++) {
+        double low = placed(p, i, 0), high = placed(p, i, 1);
+        for (size_t k = 0; k < cloud->count; k++) {
+            double x = cloud->x[(size_t)i * cloud->count + k];
+            if (!(x >= low && x <= high)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}

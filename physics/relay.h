@@ -1,0 +1,49 @@
+/* What one window of time hands to the next: the state in which it ends, as polynomials of s
+ * through its values at Chebyshev's points, the ends of the rod among them. They meet fields of up
+ * to some ten waves along the rod to rounding.
+ *
+ * A state is [2][RELAY_POINTS][rows of the model], coefficients of T_k(2s - 1): all of it, and the
+ * part of it that goes on through the window, a polynomial of low degree (physics/rod_ansatz.c says
+ * why). */
+#ifndef PHYSICS_RELAY_H
+#define PHYSICS_RELAY_H
+
+#include "nn/nn.h"
+#include "physics/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { RELAY_DEGREE = 48, RELAY_POINTS = RELAY_DEGREE + 1 };
+
+/* Numbers of a state; 0 for a model that hands on nothing. */
+size_t relay_numbers(const physics_model *m);
+
+/* On the tape: the rows [state_rows] of the state that the place's window starts from, as functions
+ * of s; all of it, or the part that goes on. */
+ad_value relay_state(const domain_place *at, int rows, bool going);
+
+/* Carries states over windows: at most two programs are compiled, for the first window and for all
+ * later ones, each when it is first needed. */
+typedef struct relay relay;
+
+/* Borrows all three, which must outlive it. AD_NO_MEMORY. */
+ad_status relay_create(const physics_model *m, const nn_mlp *mlp, ad_pool *pool, relay **result,
+                       ad_error *error);
+void relay_free(relay *r);
+
+/* end [relay_numbers]: the state in which window `index` ends for the parameters x of its network,
+ * when it starts from `start` (of the first window it is not read). */
+ad_status relay_run(relay *r, int index, const double *start, const double *x, double *end,
+                    ad_error *error);
+
+/* Largest error, at those points, of polynomials of `degree` through every so many of the values
+ * [RELAY_POINTS][rows], over the rows first to first + count - 1. */
+double relay_misfit(const double *values, int rows, int first, int count, int degree);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
