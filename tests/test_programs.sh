@@ -66,6 +66,19 @@ for program in cpinn-train cpinn-eval cpinn-check cpinn-bench; do
     refused '--threads: a value is missing' "$program" "$elastica" --threads
 done
 
+# Output that cannot be written is an error, whether it stays in the buffer or not.
+if [ -c /dev/full ]; then
+    for command in 'cpinn-train --help' "cpinn-train $elastica --print-config" 'cpinn-eval a' \
+        'cpinn-eval a --json' 'cpinn-check --version' 'cpinn-bench --help' 'cpinn-solve --help' \
+        'cpinn-cases --help' 'cpinn-stress --list'; do
+        got=0
+        $command >/dev/full 2>stderr.txt || got=$?
+        check "exit 1 of $command" -- test "$got" -eq 1
+        check "one line of $command" -- test "$(wc -l <stderr.txt)" -eq 1
+        said stderr.txt "^${command%% *}: what it prints could not be written"
+    done
+fi
+
 cat >column.yaml <<'END'
 rod:
   length: 1

@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 const char *cli_version(void)
 {
@@ -57,6 +58,29 @@ void cli_warn(const char *program, const char *format, ...)
     va_start(arguments, format);
     print_line(program, "warning: ", format, arguments);
     va_end(arguments);
+}
+
+/* ---- the end ------------------------------------------------------------------------------- */
+
+static const char *program_name; /* for check_output, which takes no arguments */
+
+static void check_output(void)
+{
+    int reason = fflush(stdout) != 0 ? errno : 0; /* 0 also where an earlier write has failed */
+    if (reason || ferror(stdout)) {
+        fprintf(stderr, "%s: what it prints could not be written%s%s\n", program_name,
+                reason ? ": " : "", reason ? strerror(reason) : "");
+        _exit(1);
+    }
+}
+
+static void check_output_at_exit(const char *name)
+{
+    bool first = !program_name;
+    program_name = name;
+    if (first && atexit(check_output) != 0) {
+        cli_warn(name, "no memory to check what it prints");
+    }
 }
 
 /* ---- help ---------------------------------------------------------------------------------- */
@@ -194,6 +218,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
               char **argv, const char **operand)
 {
     bool only_operands = false;
+    check_output_at_exit(program->name);
     *operand = NULL;
     if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {
         print_help(program, options, count);

@@ -48,7 +48,8 @@ typedef struct cli_program {
 /* `options` [count], without --help and --version, which every program has. Values are given as
  * "--out FILE" or "--out=FILE"; "--" ends the options. The texts are those of argv. Returns CLI_RUN
  * with *operand set (the last of several), or the exit status after having printed help, version or
- * one line of error. */
+ * one line of error. From then on a program whose output cannot be written says so when it ends,
+ * and its exit status is 1. */
 int cli_parse(const cli_program *program, const cli_option *options, int count, int argc,
               char **argv, const char **operand);
 
