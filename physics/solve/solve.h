@@ -1,5 +1,20 @@
-/* Classical solutions of a scene: the face of tools/solve. SI units here; within, everything is
- * dimensionless, see rod_model.h and beam_model.h. */
+/* Classical solutions of a scene, without a network: the face of the library cpinn_solve.
+ *
+ * Rods at rest: collocation at Gauss points along the rod, Newton's method, continuation of the
+ * loads from 0. Rods in motion: spectral elements along the rod, Runge-Kutta steps of time. Beams
+ * of small deflection: collocation along the beam and in time, linear. Stiffness, inertia and
+ * damping may vary along the rod, loads, gravity, prescribed ends and the rest shape with time.
+ *
+ *   solve_settings settings = solve_settings_default(&scene);    of a scene that scene_check and
+ *   solution_create(&scene, &settings, count, times,             the check of its model passed
+ *                   &solution, &report, &error);
+ *   solution_verdict(solution, &scene, &settings, &report, &verdict);
+ *   solution_evaluate(solution, solution_columns(&scene), points, s, t, values, &error);
+ *   solution_free(solution);
+ *
+ * Everything is in SI units. Functions that can fail return AD_OK or a status, with a sentence in
+ * `error`; a result is then NULL. Nothing is printed, and nothing is shared between solutions, so
+ * that threads may make and use one each; one solution is for one thread at a time. */
 #ifndef PHYSICS_SOLVE_SOLVE_H
 #define PHYSICS_SOLVE_SOLVE_H
 
@@ -10,17 +25,21 @@
 extern "C" {
 #endif
 
-/* Raised when solutions change by more than their estimated error: kept ones are solved anew. */
+/* Raised when solutions change by more than their estimated error, so that those kept in files are
+ * solved anew. */
 #define SOLUTION_VERSION 4
 
 typedef struct solve_settings {
-    double tolerance;    /* of the position over the length, or a beam's deflection over the
+    double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
                           * largest, everywhere; of rods in motion also of a tenth of the rotation
-                          * in rad; refined until estimated to be met */
-    int nodes;           /* along the rod, exactly these and no refinement; 0: by the tolerance */
-    double perturbation; /* static rod: a force per length of so many EI/L^3 across the rod while
-                          * the load grows, removed again at full load: leaves a straight column for
-                          * a buckled one; 0: none */
+                          * in rad. The solution is refined until its error is estimated to be
+                          * below. */
+    int nodes;           /* along the rod: so many or a few more, without refinement; 0: as
+                          * many as the tolerance asks for. Of a rod in motion the tolerance is then
+                          * that of steps of time. */
+    double perturbation; /* rods at rest: a force per length of so many EI/L^3 pushes across the rod
+                          * while the load grows and is gone at full load. A straight column so
+                          * finds its buckled shape. 0: none. */
 } solve_settings;
 
 typedef struct solve_report {
@@ -53,23 +72,29 @@ typedef struct solve_energy {
 
 typedef struct solution solution;
 
-/* Solve a scene that passes scene_check and the check of its model. A dynamic one at times [count]
- * in s, within its duration and in any order, and at its end; a static one needs none. AD_OK also
- * where the load could not be reached or the tolerance not met, which the report says: the solution
- * is then that of the load reached, or less accurate. AD_BAD_ARGUMENT for a scene that no solver
- * takes, AD_NO_MEMORY. */
+/* Solve a scene that passes scene_check and the check of its model; the scene is copied, and what
+ * its formulas belong to must outlive the solution. A scene in motion is solved at times [count] in
+ * s, within its duration and in any order, and at its end; a scene at rest needs none (NULL).
+ *
+ * AD_OK also where the load could not be reached or the tolerance not met: the solution is then
+ * that of the load reached, or less accurate, and the report and the verdict say so.
+ * AD_BAD_ARGUMENT for a scene that no solver takes (a rod in motion without rotary inertia, a beam
+ * that is free to move at rest), AD_NOT_FINITE when time steps fail or a formula is not finite,
+ * AD_NO_BLAS without LAPACK, AD_NO_MEMORY. */
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error);
-void solution_free(solution *x);
+void solution_free(solution *x); /* NULL is allowed */
 
-/* Values [columns][points] of the scene's model (physics/model.h), its first `columns`, in SI, at s
- * [points] (m, taken to lie within the rod) and t [points] (s, of the times given; a static scene
- * takes NULL). Quicker where points of one time follow one another. */
+/* Values [columns][points] of the first `columns` observables of the scene's model
+ * (physics/model.h), in SI units, at s [points] (m; what lies beyond an end is taken at the end)
+ * and t [points] (s; the nearest of the times that were solved; of a scene at rest NULL). Quicker
+ * where points of one time follow one another. AD_NO_MEMORY. */
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
 
-/* Of a rod, not of a beam, at t (s, of the times given; a static scene does not look at it). */
+/* Of a rod, not of a beam, at t (s; the nearest of the times that were solved; a scene at rest does
+ * not look at it). AD_NO_MEMORY. */
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
 
 /* What speaks against a solution: that it is not that of the whole load, that its estimated error
