@@ -217,6 +217,7 @@ static ad_status interrupted(session *s, const options *o, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
+    trainer_verdict(s->trainer, &s->verdict);
     s->verdict.signal = signals_caught();
     verdict_add(&s->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
                 (long long)s->saved_step);
