@@ -1,6 +1,5 @@
 /* Scales, numbers, formulas and ends of a beam. */
 #include "physics/beam_internal.h"
-#include "physics/expression.h"
 
 #include <math.h>
 
@@ -8,17 +7,17 @@ enum { BEAM_SPACE_SAMPLES = 8, BEAM_TIME_SAMPLES = 16 }; /* a scale does not nee
 
 /* ---- scales ---------------------------------------------------------------------------------- */
 
-/* Largest |formula|, 0 for NULL, over samples of what varies. */
-static double beam_largest(const scene *beam_scene, const char *text, bool along_s, bool in_time)
+/* Largest absolute value over samples of what varies; 0 of what is not given. */
+static double beam_largest(const scene *beam_scene, quantity q, bool along_s, bool in_time)
 {
     int space = along_s ? BEAM_SPACE_SAMPLES : 0;
     int time = in_time && scene_is_dynamic(beam_scene) ? BEAM_TIME_SAMPLES : 0;
     double largest = 0;
-    for (int i = 0; text && i <= space; i++) {
+    for (int i = 0; q.is_given && i <= space; i++) {
         for (int j = 0; j <= time; j++) {
-            double s = beam_scene->rod.length * i / BEAM_SPACE_SAMPLES;
-            double t = beam_scene->duration * j / BEAM_TIME_SAMPLES;
-            largest = fmax(largest, fabs(expression_evaluate(text, s, t)));
+            double s = scene_length(beam_scene) * i / BEAM_SPACE_SAMPLES;
+            double t = scene_duration(beam_scene) * j / BEAM_TIME_SAMPLES;
+            largest = fmax(largest, fabs(quantity_value(q, s, t)));
         }
     }
     return largest;
@@ -32,7 +31,7 @@ double beam_deflection_scale(const scene *beam_scene)
     double by_force = length / scales.force,
            by_moment = length / scales.moment; /* L^3/EI, L^2/EI */
     const struct {
-        const char *text;
+        quantity value;
         double factor; /* to m */
         bool along_s, in_time;
     } rows[] = {{beam->force, by_force * length / 8, true, true},
@@ -47,7 +46,7 @@ double beam_deflection_scale(const scene *beam_scene)
                 {beam->slope_rate, length * time, true, false}};
     double largest = 0;
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        double value = beam_largest(beam_scene, rows[i].text, rows[i].along_s, rows[i].in_time);
+        double value = beam_largest(beam_scene, rows[i].value, rows[i].along_s, rows[i].in_time);
         largest = fmax(largest, rows[i].factor * value);
     }
     return largest > 0 && isfinite(largest) ? largest : length;
@@ -57,13 +56,40 @@ beam_numbers beam_numbers_of(const scene *beam_scene)
 {
     scene_properties properties = scene_properties_of(beam_scene);
     rod_scales scales = rod_scales_of(beam_scene);
-    double length = scales.length, mass = properties.mass_per_length;
+    double length = scales.length, mass = scene_mean(beam_scene, properties.mass_per_length);
+    double inertia = scene_mean(beam_scene, properties.rotary_inertia[0]);
     double foundation = beam_largest(beam_scene, beam_scene->beam.foundation, true, false);
-    return (beam_numbers){
-        .deflection = beam_deflection_scale(beam_scene) / length,
-        .shear_ratio = properties.strain_stiffness[1] / scales.force,
-        .rotary_inertia = mass > 0 ? properties.rotary_inertia[0] / (mass * length * length) : 0,
-        .foundation = foundation * length * length / scales.force};
+    return (beam_numbers){.deflection = beam_deflection_scale(beam_scene) / length,
+                          .shear_ratio =
+                              scene_mean_stiffness(beam_scene, properties.strain_stiffness[1]) /
+                              scales.force,
+                          .rotary_inertia = mass > 0 ? inertia / (mass * length * length) : 0,
+                          .foundation = foundation * length * length / scales.force};
+}
+
+/* A quantity of s in `unit`; the number `otherwise` where it is the same all along. */
+static ad_value beam_along(const beam_context *beam, quantity q, double unit, double otherwise)
+{
+    return quantity_is_number(q, NULL) ? ad_scalar(beam->tape, otherwise)
+                                       : beam_formula(beam, q, unit, beam->s, beam->t);
+}
+
+static void beam_coefficients(beam_context *beam, const beam_numbers *numbers)
+{
+    const scene *given = beam->scene;
+    scene_properties properties = scene_properties_of(given);
+    rod_scales scales = rod_scales_of(given);
+    double mass = scene_mean(given, properties.mass_per_length);
+    quantity shear = quantity_divide(quantity_number(scales.force), properties.strain_stiffness[1]);
+    beam->bending =
+        beam_along(beam, properties.curvature_stiffness[0], scales.moment * scales.length, 1);
+    beam->softness = quantity_is_number(properties.curvature_stiffness[0], NULL)
+                         ? beam->bending
+                         : ad_reciprocal(beam->bending);
+    beam->shear_compliance = beam_along(beam, shear, 1, 1 / numbers->shear_ratio);
+    beam->mass = beam_along(beam, properties.mass_per_length, mass, 1);
+    beam->inertia = beam_along(beam, properties.rotary_inertia[0],
+                               mass * scales.length * scales.length, beam->rotary_inertia);
 }
 
 beam_context beam_context_of(const scene *beam_scene, const domain_place *at)
@@ -80,7 +106,6 @@ beam_context beam_context_of(const scene *beam_scene, const domain_place *at)
                                   .slope = ratio,
                                   .force = ratio * scales.force,
                                   .moment = ratio * scales.moment},
-                         .shear_compliance = 1 / numbers.shear_ratio, /* 0 of infinity */
                          .dynamic = dynamic,
                          .mixed = beam_scene->formulation == SCENE_MIXED,
                          .domain = rod_domain_of(beam_scene),
@@ -88,19 +113,24 @@ beam_context beam_context_of(const scene *beam_scene, const domain_place *at)
                          .s = at->x[0],
                          .t = dynamic ? at->x[1] : ad_scalar(at->tape, 0)};
     beam.rotary_inertia = beam.dynamic ? numbers.rotary_inertia : 0;
+    beam_coefficients(&beam, &numbers);
     return beam;
+}
+
+bool beam_turns(const scene *beam_scene)
+{
+    return quantity_is_something(scene_properties_of(beam_scene).rotary_inertia[0]);
 }
 
 /* ---- formulas -------------------------------------------------------------------------------- */
 
-ad_value beam_formula(const beam_context *beam, const char *text, double unit, ad_value s,
-                      ad_value t)
+ad_value beam_formula(const beam_context *beam, quantity q, double unit, ad_value s, ad_value t)
 {
-    if (!text) {
+    if (!q.is_given) {
         return ad_scalar(beam->tape, 0);
     }
     ad_value length = ad_scale(s, beam->unit.length), time = ad_scale(t, beam->unit.time);
-    return ad_scale(expression_record(text, length, time), 1 / unit);
+    return ad_scale(quantity_record_at(q, length, time), 1 / unit);
 }
 
 ad_value beam_line_moment(const beam_context *beam)
@@ -108,9 +138,40 @@ ad_value beam_line_moment(const beam_context *beam)
     return beam_formula(beam, beam->scene->beam.moment, beam->unit.force, beam->s, beam->t);
 }
 
+ad_value beam_foundation(const beam_context *beam)
+{
+    const beam_units *unit = &beam->unit;
+    double line_force = unit->force / unit->length;
+    return beam_formula(beam, beam->scene->beam.foundation, line_force / unit->deflection, beam->s,
+                        beam->t);
+}
+
+ad_value beam_drag(const beam_context *beam)
+{
+    const beam_units *unit = &beam->unit;
+    double line_force = unit->force / unit->length;
+    quantity drag = quantity_scale(beam->scene->loads.drag, unit->deflection);
+    return beam_formula(beam, drag, line_force * unit->time, beam->s, beam->t);
+}
+
 ad_value beam_space_derivative(const beam_context *beam, ad_value y, int order)
 {
     return order > 0 ? ad_derivative(y, beam->s, order) : y;
+}
+
+/* Leibniz's rule; where EI does not vary one term is left of it. */
+ad_value beam_bent(const beam_context *beam, ad_value w, int order)
+{
+    static const int binomial[3][3] = {{1}, {1, 1}, {1, 2, 1}};
+    ad_value sum = ad_scalar(beam->tape, 0);
+    for (int i = order; i >= 0; i--) {
+        ad_value stiffness = beam_space_derivative(beam, beam->bending, i);
+        if (!ad_is_constant(stiffness, 0)) {
+            ad_value bent = beam_space_derivative(beam, w, 2 + order - i);
+            sum = ad_add(sum, ad_scale(ad_mul(stiffness, bent), binomial[order][i]));
+        }
+    }
+    return sum;
 }
 
 ad_value beam_time_derivative(const beam_context *beam, ad_value y, int order)
@@ -126,11 +187,12 @@ beam_initial beam_initial_of(const beam_context *beam)
     beam_initial initial = {
         .deflection = beam_formula(beam, given->deflection, unit->deflection, s, zero),
         .velocity = beam_formula(beam, given->velocity, unit->deflection / unit->time, s, zero)};
-    initial.slope = given->slope ? beam_formula(beam, given->slope, unit->slope, s, zero)
-                                 : beam_space_derivative(beam, initial.deflection, 1);
+    initial.slope = given->slope.is_given ? beam_formula(beam, given->slope, unit->slope, s, zero)
+                                          : beam_space_derivative(beam, initial.deflection, 1);
     initial.slope_rate =
-        given->slope_rate ? beam_formula(beam, given->slope_rate, unit->slope / unit->time, s, zero)
-                          : beam_space_derivative(beam, initial.velocity, 1);
+        given->slope_rate.is_given
+            ? beam_formula(beam, given->slope_rate, unit->slope / unit->time, s, zero)
+            : beam_space_derivative(beam, initial.velocity, 1);
     return initial;
 }
 
@@ -152,11 +214,9 @@ beam_end beam_end_of(const beam_context *beam, int end)
 
 /* ---- terms, for people ----------------------------------------------------------------------- */
 
-static const char *beam_given(const char *text)
+static const char *beam_given(quantity q)
 {
-    double number = 0;
-    bool zero = !text || (expression_is_number(text, &number) && number == 0);
-    return zero ? "not given" : NULL;
+    return quantity_is_something(q) ? NULL : "not given";
 }
 
 static const char *beam_load_reason(scene_end_type type, const scene_beam_load *load)
@@ -170,9 +230,9 @@ int beam_terms(const scene *beam_scene, rod_term *terms)
     const scene_beam *beam = &beam_scene->beam;
     scene_properties properties = scene_properties_of(beam_scene);
     const char *still = scene_is_dynamic(beam_scene) ? NULL : "static scene";
-    const char *rigid = isinf(properties.strain_stiffness[1]) ? "infinite stiffness" : NULL;
-    const char *pointlike = properties.rotary_inertia[0] == 0 ? "rho I = 0" : NULL;
-    const char *undamped = beam_scene->loads.drag == 0 ? "not given" : NULL;
+    const char *rigid = scene_locks(properties.strain_stiffness[1]) ? "infinite stiffness" : NULL;
+    const char *pointlike = quantity_is(properties.rotary_inertia[0], 0) ? "rho I = 0" : NULL;
+    const char *undamped = beam_given(beam_scene->loads.drag);
     const rod_term rows[] = {
         {"bending", true, NULL},
         {"shear", !rigid, rigid},

@@ -208,42 +208,59 @@ static beam_state beam_mixed_state(const beam_context *beam, const ad_value *fie
                         .moment = beam_hold(beam, fields[3], &ends[3])};
 }
 
-/* w alone: psi = w_s, M = w_ss, V = -(w_sss + mu). */
+/* A function of s at an end. */
+static ad_value beam_at(const beam_context *beam, ad_value y, int end)
+{
+    return ad_substitute(y, beam->s, ad_scalar(beam->tape, end));
+}
+
+/* w_sss where the end gives shear and moment: -(V + mu) = EI_s w_ss + EI w_sss, w_ss = M/EI. */
+static beam_condition beam_sheared(const beam_context *beam, const beam_end *end, int at)
+{
+    ad_value mu = beam_at(beam, beam_line_moment(beam), at);
+    ad_value softness = beam_at(beam, beam->softness, at);
+    ad_value slope = beam_at(beam, beam_space_derivative(beam, beam->bending, 1), at);
+    ad_value turned = ad_mul(slope, ad_mul(softness, end->moment));
+    ad_value bent = ad_neg(ad_add(ad_add(end->shear, mu), turned));
+    return (beam_condition){at, 3, ad_mul(softness, bent)};
+}
+
+/* w alone: psi = w_s, M = EI w_ss, V = -(M_s + mu). An end that gives the shear gives the moment.
+ */
 static beam_state beam_bending_state(const beam_context *beam, ad_value w)
 {
     beam_condition conditions[4];
-    ad_value mu = beam_line_moment(beam);
     bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
     for (int i = 0; i <= 1; i++) {
         beam_end end = beam_end_of(beam, i);
-        ad_value mu_there = ad_substitute(mu, beam->s, ad_scalar(beam->tape, i));
-        conditions[2 * i] = end.holds_deflection
-                                ? (beam_condition){i, 0, end.deflection}
-                                : (beam_condition){i, 3, ad_neg(ad_add(end.shear, mu_there))};
-        conditions[2 * i + 1] = end.holds_slope ? (beam_condition){i, 1, end.slope}
-                                                : (beam_condition){i, 2, end.moment};
+        ad_value bent = ad_mul(beam_at(beam, beam->softness, i), end.moment);
+        conditions[2 * i] = end.holds_deflection ? (beam_condition){i, 0, end.deflection}
+                                                 : beam_sheared(beam, &end, i);
+        conditions[2 * i + 1] =
+            end.holds_slope ? (beam_condition){i, 1, end.slope} : (beam_condition){i, 2, bent};
     }
     w = beam_meet(beam, w, hard ? 4 : 0, conditions);
     return (beam_state){.deflection = w,
                         .slope = beam_space_derivative(beam, w, 1),
-                        .shear = ad_neg(ad_add(beam_space_derivative(beam, w, 3), mu)),
-                        .moment = beam_space_derivative(beam, w, 2)};
+                        .shear = ad_neg(ad_add(beam_bent(beam, w, 1), beam_line_moment(beam))),
+                        .moment = beam_bent(beam, w, 0)};
 }
 
-/* w and psi: M = psi_s, V = kGA (w_s - psi). */
+/* w and psi: M = EI psi_s, V = kGA (w_s - psi). */
 static beam_state beam_shearing_state(const beam_context *beam, ad_value w, ad_value psi)
 {
     beam_condition conditions[2];
     beam_end ends[2] = {beam_end_of(beam, 0), beam_end_of(beam, 1)};
     int count = beam->scene->boundary_enforcement == SCENE_HARD ? 2 : 0;
     for (int i = 0; i <= 1; i++) {
+        ad_value bent = ad_mul(beam_at(beam, beam->softness, i), ends[i].moment);
         conditions[i] = ends[i].holds_slope ? (beam_condition){i, 0, ends[i].slope}
-                                            : (beam_condition){i, 1, ends[i].moment};
+                                            : (beam_condition){i, 1, bent};
     }
     psi = beam_meet(beam, psi, count, conditions);
     for (int i = 0; i <= 1; i++) {
-        ad_value there = ad_substitute(psi, beam->s, ad_scalar(beam->tape, i));
-        ad_value sheared = ad_scale(ends[i].shear, beam->shear_compliance);
+        ad_value there = beam_at(beam, psi, i);
+        ad_value sheared = ad_mul(beam_at(beam, beam->shear_compliance, i), ends[i].shear);
         conditions[i] = ends[i].holds_deflection ? (beam_condition){i, 0, ends[i].deflection}
                                                  : (beam_condition){i, 1, ad_add(there, sheared)};
     }
@@ -251,8 +268,8 @@ static beam_state beam_shearing_state(const beam_context *beam, ad_value w, ad_v
     ad_value shear = ad_sub(beam_space_derivative(beam, w, 1), psi);
     return (beam_state){.deflection = w,
                         .slope = psi,
-                        .shear = ad_scale(shear, 1 / beam->shear_compliance),
-                        .moment = beam_space_derivative(beam, psi, 1)};
+                        .shear = ad_mul(ad_reciprocal(beam->shear_compliance), shear),
+                        .moment = ad_mul(beam->bending, beam_space_derivative(beam, psi, 1))};
 }
 
 static beam_state beam_fields(const beam_context *beam, ad_value outputs)

@@ -4,12 +4,13 @@
 static ad_value beam_strain_residual(const beam_context *beam, beam_state x)
 {
     ad_value slope = beam_space_derivative(beam, x.deflection, 1);
-    return ad_sub(ad_sub(slope, x.slope), ad_scale(x.shear, beam->shear_compliance));
+    return ad_sub(ad_sub(slope, x.slope), ad_mul(beam->shear_compliance, x.shear));
 }
 
 static ad_value beam_curvature_residual(const beam_context *beam, beam_state x)
 {
-    return ad_sub(beam_space_derivative(beam, x.slope, 1), x.moment);
+    ad_value bent = ad_mul(beam->softness, x.moment);
+    return ad_sub(beam_space_derivative(beam, x.slope, 1), bent);
 }
 
 /* V_s; in the strong form of Euler and Bernoulli by one derivative of fourth order. */
@@ -19,7 +20,7 @@ static ad_value beam_shear_slope(const beam_context *beam, beam_state x)
         return beam_space_derivative(beam, x.shear, 1);
     }
     ad_value turning = beam_space_derivative(beam, beam_line_moment(beam), 1);
-    return ad_neg(ad_add(beam_space_derivative(beam, x.deflection, 4), turning));
+    return ad_neg(ad_add(beam_bent(beam, x.deflection, 2), turning));
 }
 
 /* V_s + q - k w - c w_t - rhoA w_tt */
@@ -28,22 +29,18 @@ static ad_value beam_force_balance(const beam_context *beam, beam_state x)
     const scene *given = beam->scene;
     const beam_units *unit = &beam->unit;
     double line_force = unit->force / unit->length;
-    double drag =
-        beam->dynamic ? given->loads.drag * unit->deflection / (line_force * unit->time) : 0;
     ad_value q = beam_formula(beam, given->beam.force, line_force, beam->s, beam->t);
-    ad_value k =
-        beam_formula(beam, given->beam.foundation, line_force / unit->deflection, beam->s, beam->t);
-    ad_value resisting = ad_add(ad_mul(k, x.deflection),
-                                ad_scale(beam_time_derivative(beam, x.deflection, 1), drag));
+    ad_value drag = ad_mul(beam_drag(beam), beam_time_derivative(beam, x.deflection, 1));
+    ad_value resisting = ad_add(ad_mul(beam_foundation(beam), x.deflection), drag);
     ad_value loaded = ad_add(beam_shear_slope(beam, x), ad_sub(q, resisting));
-    return ad_sub(loaded, beam_time_derivative(beam, x.deflection, 2));
+    return ad_sub(loaded, ad_mul(beam->mass, beam_time_derivative(beam, x.deflection, 2)));
 }
 
 /* M_s + V + mu - rhoI psi_tt */
 static ad_value beam_moment_balance(const beam_context *beam, beam_state x)
 {
     ad_value turning = ad_add(x.shear, beam_line_moment(beam));
-    ad_value inertia = ad_scale(beam_time_derivative(beam, x.slope, 2), beam->rotary_inertia);
+    ad_value inertia = ad_mul(beam->inertia, beam_time_derivative(beam, x.slope, 2));
     return ad_sub(ad_add(beam_space_derivative(beam, x.moment, 1), turning), inertia);
 }
 
@@ -70,7 +67,7 @@ int beam_residual_rows(const scene *beam_scene, rod_residual_kind kind)
 {
     bool mixed = beam_scene->formulation == SCENE_MIXED;
     bool soft_ends = beam_scene->boundary_enforcement == SCENE_SOFT;
-    bool turns = scene_properties_of(beam_scene).rotary_inertia[0] > 0;
+    bool turns = beam_turns(beam_scene);
     switch (kind) {
     case ROD_STRAIN:
     case ROD_CURVATURE:

@@ -15,8 +15,11 @@ typedef struct beam_context {
     const scene *scene;
     ad_tape *tape;
     beam_units unit;
-    double shear_compliance; /* EI/(kGA L^2); 0: does not shear */
-    double rotary_inertia;   /* rhoI/(rhoA L^2); 0: none, and then psi has no initial state */
+    double rotary_inertia;     /* rhoI/(rhoA L^2); 0: none, and then psi has no initial state */
+    ad_value bending;          /* EI(s) over the EI of the units; 1 where it does not vary */
+    ad_value softness;         /* one over that */
+    ad_value shear_compliance; /* EI/(kGA(s) L^2); 0: does not shear */
+    ad_value mass, inertia;    /* rhoA(s) over its mean, rhoI(s)/(rhoA L^2) */
     bool dynamic, mixed;
     domain domain;
     domain_place at;
@@ -35,11 +38,16 @@ typedef struct beam_end {
 } beam_end;
 
 /* beam.c */
+bool beam_turns(const scene *scene); /* whether sections have rotary inertia */
 beam_context beam_context_of(const scene *scene, const domain_place *at);
-ad_value beam_formula(const beam_context *beam, const char *text, double unit, ad_value s,
-                      ad_value t);                   /* 0 for NULL */
+/* 0 of what is not given */
+ad_value beam_formula(const beam_context *beam, quantity q, double unit, ad_value s, ad_value t);
 ad_value beam_line_moment(const beam_context *beam); /* mu */
+ad_value beam_foundation(const beam_context *beam);  /* k */
+ad_value beam_drag(const beam_context *beam);        /* c; nothing without time */
 ad_value beam_space_derivative(const beam_context *beam, ad_value y, int order);
+/* (EI w_ss) differentiated `order` times by s, from derivatives of w of one order each */
+ad_value beam_bent(const beam_context *beam, ad_value w, int order);
 ad_value beam_time_derivative(const beam_context *beam, ad_value y, int order);
 beam_end beam_end_of(const beam_context *beam, int end);
 beam_initial beam_initial_of(const beam_context *beam);

@@ -15,7 +15,7 @@ static void beam_motion_of(const beam_context *beam, beam_state x, ad_value rows
 
 int beam_state_rows(const scene *beam_scene)
 {
-    bool turns = scene_properties_of(beam_scene).rotary_inertia[0] > 0;
+    bool turns = beam_turns(beam_scene);
     return !scene_is_dynamic(beam_scene) ? 0 : turns ? 4 : 2;
 }
 
@@ -92,7 +92,7 @@ ad_status beam_check(const scene *beam_scene, const char **key, ad_error *error)
                                            "beam.initial.slope", "beam.initial.slope_rate"};
     static const char *const bending[4] = {"beam.initial.deflection", "beam.initial.velocity",
                                            "beam.initial.deflection", "beam.initial.deflection"};
-    bool turns = scene_properties_of(beam_scene).rotary_inertia[0] > 0;
+    bool turns = beam_turns(beam_scene);
     static const double SHIFT = 1e-8; /* of the scale; well above rounding */
     double values[4][BEAM_CHECKED] = {{0}};
     if (!scene_is_dynamic(beam_scene) || beam_scene->initial_enforcement == SCENE_SOFT ||

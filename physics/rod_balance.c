@@ -3,13 +3,22 @@
 
 #include <math.h>
 
-/* ---- constants of the equations -------------------------------------------------------------- */
+/* ---- coefficients of the equations ----------------------------------------------------------- */
 
-typedef double rod_ratio(double x, double unit);
+/* What becomes of a quantity in SI when it is counted in units: as a number and on the tape. */
+typedef struct rod_ratio {
+    double (*number)(double x, double unit);
+    ad_value (*record)(ad_value x, double unit);
+} rod_ratio;
 
 static double rod_divide(double x, double unit)
 {
     return x / unit;
+}
+
+static ad_value rod_record_divide(ad_value x, double unit)
+{
+    return ad_scale(x, 1 / unit);
 }
 
 /* 0 for a locked strain. */
@@ -23,10 +32,39 @@ static double rod_compliance(double x, double unit)
     return isfinite(x) ? unit / x : 0;
 }
 
-static ad_value rod_constants(const rod_context *rod, rod_ratio *ratio, const double *x,
-                              double unit)
+static ad_value rod_record_compliance(ad_value x, double unit)
 {
-    return ad_vector_constant(rod->tape, ratio(x[0], unit), ratio(x[1], unit), ratio(x[2], unit));
+    return ad_scale(ad_reciprocal(x), unit);
+}
+
+static const rod_ratio ROD_DIVIDE = {rod_divide, rod_record_divide};
+static const rod_ratio ROD_STIFFNESS = {rod_stiffness, rod_record_divide};
+static const rod_ratio ROD_COMPLIANCE = {rod_compliance, rod_record_compliance};
+
+static ad_value rod_record_ratio(const rod_context *rod, rod_ratio ratio, quantity q, double unit)
+{
+    double number = 0;
+    if (quantity_is_number(q, &number)) {
+        return ad_scalar(rod->tape, ratio.number(number, unit));
+    }
+    ad_value s = ad_scale(rod->s, rod->scales.length), t = ad_scale(rod->t, rod->scales.time);
+    return ratio.record(quantity_record_at(q, s, t), unit);
+}
+
+/* [3] */
+static ad_value rod_ratios(const rod_context *rod, rod_ratio ratio, const quantity *q, double unit)
+{
+    ad_value rows[3];
+    double x[3];
+    if (quantity_is_number(q[0], &x[0]) && quantity_is_number(q[1], &x[1]) &&
+        quantity_is_number(q[2], &x[2])) {
+        return ad_vector_constant(rod->tape, ratio.number(x[0], unit), ratio.number(x[1], unit),
+                                  ratio.number(x[2], unit));
+    }
+    for (int i = 0; i < 3; i++) {
+        rows[i] = rod_record_ratio(rod, ratio, q[i], unit);
+    }
+    return ad_stack(3, rows);
 }
 
 /* u* of the equations. The imperfection is no part of the unloaded shape from which the ansatz
@@ -36,47 +74,55 @@ static ad_value rod_rest_curvature(const rod_context *rod)
     const double none[3] = {0, 0, 0};
     const scene_rod *given = &rod->scene->rod;
     double length = rod->scales.length;
-    ad_value zero = ad_scalar(rod->tape, 0);
-    ad_value rest = rod_expressions(rod, 3, given->rest_curvature, none, length, rod->s, zero);
+    ad_value rest = rod_quantities(rod, 3, given->rest_curvature, none, length, rod->s, rod->t);
     ad_value missing = ad_sub(ad_scalar(rod->tape, 1), rod->at.load_factor);
-    ad_value bent = rod_expressions(rod, 3, given->imperfection, none, length, rod->s, zero);
+    ad_value bent = rod_quantities(rod, 3, given->imperfection, none, length, rod->s, rod->t);
     return ad_add(rest, ad_mul(missing, bent));
+}
+
+/* rhoA over its mean, by the choice of the time. */
+static ad_value rod_mass(const rod_context *rod)
+{
+    quantity mass = rod->properties.mass_per_length;
+    return !rod->dynamic || quantity_is_number(mass, NULL)
+               ? ad_scalar(rod->tape, rod->dynamic)
+               : rod_record_ratio(rod, ROD_DIVIDE, mass, scene_mean(rod->scene, mass));
 }
 
 rod_coefficients rod_coefficients_of(const rod_context *rod)
 {
-    const scene *rod_scene = rod->scene;
+    const scene *given = rod->scene;
+    const scene_properties *properties = &rod->properties;
     const rod_scales *scale = &rod->scales;
-    double length = scale->length, force = scale->force, moment = scale->moment;
+    double length = scale->length, force = scale->force, bending = scale->moment * length;
     double rate = rod->dynamic ? 1 / scale->time : 0; /* 0: what needs time is absent */
-    double mass = rod->properties.mass_per_length;
-    double inertia[3], strain_damping[3], curvature_damping[3], weight[3];
+    quantity inertia[3], strain_damping[3], curvature_damping[3], weight[3];
     for (int i = 0; i < 3; i++) {
-        inertia[i] = rod->properties.rotary_inertia[i] * rate * rate;
-        strain_damping[i] = rod_scene->rod.strain_damping[i] * rate;
-        curvature_damping[i] = rod_scene->rod.curvature_damping[i] * rate / length;
-        weight[i] = mass * rod_scene->loads.gravity[i] * length;
+        inertia[i] = quantity_scale(quantity_scale(properties->rotary_inertia[i], rate), rate);
+        strain_damping[i] = quantity_scale(given->rod.strain_damping[i], rate);
+        curvature_damping[i] = quantity_divide(
+            quantity_scale(given->rod.curvature_damping[i], rate), quantity_number(length));
+        quantity pull = quantity_multiply(properties->mass_per_length, given->loads.gravity[i]);
+        weight[i] = quantity_scale(pull, length);
     }
+    quantity drag =
+        quantity_scale(quantity_scale(quantity_scale(given->loads.drag, length), length), rate);
     const double straight[3] = {0, 0, 1};
-    ad_value zero = ad_scalar(rod->tape, 0);
+    ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
     return (rod_coefficients){
-        .strain_compliance =
-            rod_constants(rod, rod_compliance, rod->properties.strain_stiffness, force),
-        .curvature_compliance = rod_constants(rod, rod_compliance,
-                                              rod->properties.curvature_stiffness, moment * length),
-        .strain_stiffness =
-            rod_constants(rod, rod_stiffness, rod->properties.strain_stiffness, force),
+        .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
+        .curvature_compliance =
+            rod_ratios(rod, ROD_COMPLIANCE, properties->curvature_stiffness, bending),
+        .strain_stiffness = rod_ratios(rod, ROD_STIFFNESS, properties->strain_stiffness, force),
         .curvature_stiffness =
-            rod_constants(rod, rod_stiffness, rod->properties.curvature_stiffness, moment * length),
-        .strain_damping = rod_constants(rod, rod_divide, strain_damping, force),
-        .curvature_damping = rod_constants(rod, rod_divide, curvature_damping, moment),
-        .mass = ad_scalar(rod->tape, rod->dynamic), /* by the choice of the time */
-        .rotary_inertia = rod_constants(rod, rod_divide, inertia, force),
-        .weight = ad_mul(rod->at.load_factor,
-                         rod_from_world(rod, rod_constants(rod, rod_divide, weight, force))),
-        .drag = ad_scalar(rod->tape, rod_scene->loads.drag * length * length * rate / force),
-        .rest_strain =
-            rod_expressions(rod, 3, rod_scene->rod.rest_strain, straight, 1, rod->s, zero),
+            rod_ratios(rod, ROD_STIFFNESS, properties->curvature_stiffness, bending),
+        .strain_damping = rod_ratios(rod, ROD_DIVIDE, strain_damping, force),
+        .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
+        .mass = rod_mass(rod),
+        .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
+        .weight = ad_mul(rod->at.load_factor, rod_from_world(rod, pull)),
+        .drag = rod_record_ratio(rod, ROD_DIVIDE, drag, force),
+        .rest_strain = rod_quantities(rod, 3, given->rod.rest_strain, straight, 1, rod->s, rod->t),
         .rest_curvature = rod_rest_curvature(rod)};
 }
 
@@ -128,14 +174,14 @@ rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
 
 typedef ad_value rod_conversion(const rod_context *rod, ad_value vector);
 
-/* The scene's distributed force, moment (expressions of s, t), from the rod's or the world's frame
+/* The scene's distributed force, moment (formulas of s, t), from the rod's or the world's frame
  * to that of the equations. */
-static ad_value rod_distributed(const rod_context *rod, const char *const *text, double unit,
+static ad_value rod_distributed(const rod_context *rod, const quantity *given, double unit,
                                 ad_value rotation, rod_conversion *from_world)
 {
     const double none[3] = {0, 0, 0};
     ad_value load =
-        ad_mul(rod->at.load_factor, rod_expressions(rod, 3, text, none, 1 / unit, rod->s, rod->t));
+        ad_mul(rod->at.load_factor, rod_quantities(rod, 3, given, none, 1 / unit, rod->s, rod->t));
     if (ad_is_constant(load, 0)) {
         return load;
     }

@@ -114,9 +114,8 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
 {
     static const double large = 1e12, locked = 1e30;
     rod_numbers n = rod_numbers_of(rod_scene);
-    const double *gravity = rod_scene->loads.gravity;
     bool at_base = rod_scene->start.type == SCENE_LOADED;
-    bool heavy = gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0;
+    bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
     const struct {
         const char *key, *formula;
         double value, low, high;
@@ -150,7 +149,7 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
-                   !rod_scene->initial.position[0];
+                   !rod_scene->initial.position[0].is_given;
     bool both_exact = rod_scene->boundary_enforcement == SCENE_HARD &&
                       rod_scene->initial_enforcement == SCENE_HARD;
     const char *ignored = NULL;

@@ -7,7 +7,7 @@ domain rod_domain_of(const scene *rod_scene)
     domain d = {.count = 1, .time = -1, .windows = 1};
     d.coordinates[0] = (domain_coordinate){"s", "m", 0, 1, scales.length};
     if (scene_is_dynamic(rod_scene)) {
-        double duration = rod_scene->duration / scales.time;
+        double duration = scene_duration(rod_scene) / scales.time;
         d.coordinates[1] = (domain_coordinate){"t", "s", 0, duration, scales.time};
         d.count = 2;
         d.time = 1;

@@ -38,10 +38,9 @@ static void rod_loaded_end(const rod_context *rod, int end, ad_value t, rod_end_
     const scene_load *load = end ? &rod->scene->loads.tip : &rod->scene->loads.base;
     double sign = end ? 1 : -1;
     ad_value s = ad_scalar(rod->tape, end), factor = rod->at.load_factor;
-    ad_value force =
-        rod_expressions(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
+    ad_value force = rod_quantities(rod, 3, load->force, ROD_ZEROS, sign / rod->scales.force, s, t);
     ad_value moment =
-        rod_expressions(rod, 3, load->moment, ROD_ZEROS, sign / rod->scales.moment, s, t);
+        rod_quantities(rod, 3, load->moment, ROD_ZEROS, sign / rod->scales.moment, s, t);
     data->force = ad_mul(factor, force);
     data->moment = ad_mul(factor, moment);
     data->force_is_body = load->frame == SCENE_FOLLOWER;
@@ -65,8 +64,8 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
     }
     ad_value s = ad_scalar(rod->tape, end);
     data.position =
-        rod_expressions(rod, 3, given->position, ROD_ZEROS, 1 / rod->scales.length, s, t);
-    data.rotation = ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
+        rod_quantities(rod, 3, given->position, ROD_ZEROS, 1 / rod->scales.length, s, t);
+    data.rotation = ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
     data.position = rod_from_world(rod, data.position);
     data.rotation = rod_rotation_from_world(rod, data.rotation);
     if (given->type == SCENE_LOADED) {
@@ -101,19 +100,19 @@ rod_initial_data rod_initial_of(const rod_context *rod, ad_value s)
     const rod_scales *scale = &rod->scales;
     ad_value zero = ad_scalar(rod->tape, 0);
     rod_pose pose = rod_undeformed(rod, s);
-    if (given->position[0]) {
+    if (given->position[0].is_given) {
         pose.position = rod_from_world(
-            rod, rod_expressions(rod, 3, given->position, ROD_ZEROS, 1 / scale->length, s, zero));
+            rod, rod_quantities(rod, 3, given->position, ROD_ZEROS, 1 / scale->length, s, zero));
     }
-    if (given->rotation[0]) {
+    if (given->rotation[0].is_given) {
         pose.rotation = rod_rotation_from_world(
-            rod, ad_normalize(rod_expressions(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, zero)));
+            rod, ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, zero)));
     }
     ad_value velocity =
-        rod_expressions(rod, 3, given->velocity, ROD_ZEROS, scale->time / scale->length, s, zero);
+        rod_quantities(rod, 3, given->velocity, ROD_ZEROS, scale->time / scale->length, s, zero);
     return (rod_initial_data){
         .position = pose.position,
         .rotation = pose.rotation,
         .velocity = rod_from_world(rod, velocity),
-        .spin = rod_expressions(rod, 3, given->angular_velocity, ROD_ZEROS, scale->time, s, zero)};
+        .spin = rod_quantities(rod, 3, given->angular_velocity, ROD_ZEROS, scale->time, s, zero)};
 }

@@ -26,7 +26,7 @@ typedef struct rod_context {
     ad_value s, t; /* the coordinates; in a static scene t is the constant 0 */
 } rod_context;
 
-/* Constants of the equations; a term that the scene lacks has a constant 0. */
+/* Coefficients of the equations, of s and t; a term that the scene lacks has a constant 0. */
 typedef struct rod_coefficients {
     ad_value strain_compliance;    /* [3] Kse^-1, 0: locked */
     ad_value curvature_compliance; /* [3] Kbt^-1, 0: locked */
@@ -34,12 +34,12 @@ typedef struct rod_coefficients {
     ad_value curvature_stiffness;  /* [3] Kbt, 0 where locked */
     ad_value strain_damping;       /* [3] Bse */
     ad_value curvature_damping;    /* [3] Bbt */
-    ad_value mass;                 /* rhoA: 1, static: 0 */
+    ad_value mass;                 /* rhoA over its mean, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
     ad_value weight;               /* [3] rhoA g */
     ad_value drag;                 /* c */
-    ad_value rest_strain;          /* [3] v*(s) */
-    ad_value rest_curvature;       /* [3] u*(s) */
+    ad_value rest_strain;          /* [3] v* */
+    ad_value rest_curvature;       /* [3] u* */
 } rod_coefficients;
 
 /* Strains and rates of a pose field. Rates are constant zeros in a static scene. */
@@ -77,10 +77,10 @@ rod_context rod_context_of(const scene *scene, const domain_place *at);
 double rod_force_scale(const scene *scene);
 double rod_moment_scale(const scene *scene);
 
-/* `count` expressions at dimensionless s, t as one value, times factor; `fallback` [count] are the
+/* `count` quantities at dimensionless s, t as one value, times factor; `fallback` [count] are the
  * numbers, already dimensionless, of those that are not given. */
-ad_value rod_expressions(const rod_context *rod, int count, const char *const *text,
-                         const double *fallback, double factor, ad_value s, ad_value t);
+ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,
+                        const double *fallback, double factor, ad_value s, ad_value t);
 
 /* rod_shape.c: the unloaded rod, held at one end where the scene holds it at t = 0; between two
  * pinned ends it is turned along the line through them. */

@@ -12,10 +12,10 @@ static ad_value rod_manufactured_rotation(const rod_context *rod)
 {
     const scene_manufactured *exact = &rod->scene->manufactured;
     const double none[4] = {1, 0, 0, 0};
-    if (exact->rotation[0]) {
-        return ad_normalize(rod_expressions(rod, 4, exact->rotation, none, 1, rod->s, rod->t));
+    if (exact->rotation[0].is_given) {
+        return ad_normalize(rod_quantities(rod, 4, exact->rotation, none, 1, rod->s, rod->t));
     }
-    ad_value angles = rod_expressions(rod, 3, exact->angles, none + 1, 1, rod->s, rod->t);
+    ad_value angles = rod_quantities(rod, 3, exact->angles, none + 1, 1, rod->s, rod->t);
     ad_value first = rod_axis_rotation(ad_row(angles, 0), 0);
     ad_value second = rod_axis_rotation(ad_row(angles, 1), 1);
     ad_value third = rod_axis_rotation(ad_row(angles, 2), 2);
@@ -33,8 +33,8 @@ rod_state rod_manufactured(const scene *rod_scene, ad_value s, ad_value t)
     }
     const double none[3] = {0, 0, 0};
     rod_state exact;
-    exact.position = rod_expressions(&rod, 3, rod_scene->manufactured.position, none,
-                                     1 / rod.scales.length, s, t);
+    exact.position = rod_quantities(&rod, 3, rod_scene->manufactured.position, none,
+                                    1 / rod.scales.length, s, t);
     exact.rotation = rod_manufactured_rotation(&rod);
     rod_kinematics k = rod_kinematics_of(&rod, exact.position, exact.rotation);
     rod_wrench wrench = rod_constitutive(&rod, &k);

@@ -3,7 +3,6 @@
  * By symmetry: the mirror image of the scene in the plane is the scene itself, so the equations
  * have a solution that is its own mirror image. Its normal is a body director d1 or d2 all along
  * the rod; vectors lie in the plane, axial vectors (moment, curvature, spin) along the normal. */
-#include "physics/expression.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -41,24 +40,23 @@ typedef struct plane_list {
 } plane_list;
 
 static void plane_add(plane_list *list, const char *key, plane_kind kind, bool is_body,
-                      const char *const *text, const double *numbers)
+                      const quantity *given, const double *otherwise)
 {
     plane_item *item = &list->items[list->count++];
     *item = (plane_item){.key = key, .kind = kind, .is_body = is_body};
     for (int i = 0; i < (kind == PLANE_ROTATION ? 4 : 3); i++) {
         plane_entry *x = &item->x[i];
-        bool given = text && text[i];
-        *x = (plane_entry){true, numbers ? numbers[i] : 0};
-        if (given) {
-            x->is_number = expression_is_number(text[i], &x->value);
+        *x = (plane_entry){true, otherwise ? otherwise[i] : 0};
+        if (given[i].is_given) {
+            x->is_number = quantity_is_number(given[i], &x->value);
         }
     }
 }
 
-static void plane_add_text(plane_list *list, const char *key, plane_kind kind, bool is_body,
-                           const char *const *text)
+static void plane_add_vector(plane_list *list, const char *key, plane_kind kind, bool is_body,
+                             const quantity *given)
 {
-    plane_add(list, key, kind, is_body, text, NULL);
+    plane_add(list, key, kind, is_body, given, NULL);
 }
 
 static void plane_add_end(plane_list *list, const scene *rod_scene, int end)
@@ -75,30 +73,30 @@ static void plane_add_end(plane_list *list, const scene *rod_scene, int end)
         plane_add(list, keys[end][0], PLANE_ROTATION, false, given->rotation, upright);
     }
     if (scene_end_holds_position(given->type)) {
-        plane_add_text(list, keys[end][1], PLANE_POSITION, false, given->position);
+        plane_add_vector(list, keys[end][1], PLANE_POSITION, false, given->position);
     }
     if (given->type == SCENE_LOADED) {
-        plane_add_text(list, keys[end][2], PLANE_VECTOR, body, load->force);
-        plane_add_text(list, keys[end][3], PLANE_AXIAL, body, load->moment);
+        plane_add_vector(list, keys[end][2], PLANE_VECTOR, body, load->force);
+        plane_add_vector(list, keys[end][3], PLANE_AXIAL, body, load->moment);
     }
 }
 
 static bool plane_starts_from_given(const scene *rod_scene)
 {
-    return scene_is_dynamic(rod_scene) && rod_scene->initial.rotation[0];
+    return scene_is_dynamic(rod_scene) && rod_scene->initial.rotation[0].is_given;
 }
 
 static void plane_add_initial(plane_list *list, const scene *rod_scene)
 {
     const scene_initial *given = &rod_scene->initial;
     if (plane_starts_from_given(rod_scene)) {
-        plane_add_text(list, "initial.rotation", PLANE_ROTATION, false, given->rotation);
+        plane_add_vector(list, "initial.rotation", PLANE_ROTATION, false, given->rotation);
     }
-    if (given->position[0]) {
-        plane_add_text(list, "initial.position", PLANE_POSITION, false, given->position);
+    if (given->position[0].is_given) {
+        plane_add_vector(list, "initial.position", PLANE_POSITION, false, given->position);
     }
-    plane_add_text(list, "initial.velocity", PLANE_VECTOR, false, given->velocity);
-    plane_add_text(list, "initial.angular_velocity", PLANE_AXIAL, true, given->angular_velocity);
+    plane_add_vector(list, "initial.velocity", PLANE_VECTOR, false, given->velocity);
+    plane_add_vector(list, "initial.angular_velocity", PLANE_AXIAL, true, given->angular_velocity);
 }
 
 /* The rotation that the normal is found from: of the unstressed rod, unless that is used nowhere.
@@ -112,8 +110,8 @@ static void plane_add_origin(plane_list *list, const scene *rod_scene)
     rod_shape_upright(rod_scene, upright);
     if (plane_starts_from_given(rod_scene) && rod_scene->initial_enforcement == SCENE_HARD &&
         !scene_end_holds_rotation(end->type)) {
-        plane_add_text(list, "initial.rotation", PLANE_ROTATION, false,
-                       rod_scene->initial.rotation);
+        plane_add_vector(list, "initial.rotation", PLANE_ROTATION, false,
+                         rod_scene->initial.rotation);
     } else {
         plane_add(list, keys[anchor], PLANE_ROTATION, false, end->rotation, upright);
     }
@@ -125,18 +123,18 @@ static plane_list plane_list_of(const scene *rod_scene)
     const scene_rod *rod = &rod_scene->rod;
     plane_list list = {0};
     plane_add_origin(&list, rod_scene);
-    plane_add_text(&list, "rod.rest.strain", PLANE_VECTOR, true, rod->rest_strain);
-    plane_add_text(&list, "rod.rest.curvature", PLANE_AXIAL, true, rod->rest_curvature);
-    plane_add_text(&list, "rod.rest.imperfection", PLANE_AXIAL, true, rod->imperfection);
+    plane_add_vector(&list, "rod.rest.strain", PLANE_VECTOR, true, rod->rest_strain);
+    plane_add_vector(&list, "rod.rest.curvature", PLANE_AXIAL, true, rod->rest_curvature);
+    plane_add_vector(&list, "rod.rest.imperfection", PLANE_AXIAL, true, rod->imperfection);
     plane_add_end(&list, rod_scene, 0);
     plane_add_end(&list, rod_scene, 1);
     if (scene_is_dynamic(rod_scene)) {
         plane_add_initial(&list, rod_scene);
     }
     bool body = loads->frame == SCENE_FOLLOWER;
-    plane_add(&list, "loads.gravity", PLANE_VECTOR, false, NULL, loads->gravity);
-    plane_add_text(&list, "loads.force", PLANE_VECTOR, body, loads->force);
-    plane_add_text(&list, "loads.moment", PLANE_AXIAL, body, loads->moment);
+    plane_add_vector(&list, "loads.gravity", PLANE_VECTOR, false, loads->gravity);
+    plane_add_vector(&list, "loads.force", PLANE_VECTOR, body, loads->force);
+    plane_add_vector(&list, "loads.moment", PLANE_AXIAL, body, loads->moment);
     return list;
 }
 

@@ -35,7 +35,8 @@ static ad_value rod_by_stiffness(const rod_context *rod, ad_value moment)
     }
     double unit = rod->scales.moment * rod->scales.length, factor[3];
     for (int i = 0; i < 3; i++) {
-        factor[i] = fmax(1, unit / rod->properties.curvature_stiffness[i]);
+        double stiffness = scene_mean_stiffness(rod->scene, rod->properties.curvature_stiffness[i]);
+        factor[i] = fmax(1, unit / stiffness);
     }
     return ad_mul(ad_vector_constant(rod->tape, factor[0], factor[1], factor[2]), moment);
 }

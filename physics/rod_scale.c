@@ -1,6 +1,5 @@
 /* Scales, formulas made dimensionless, and the numbers that decide how hard a scene is. */
 #include "physics/constants.h"
-#include "physics/expression.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -11,16 +10,18 @@ static const double ROD_FIRST_MODE = 3.516015268523;
 enum { ROD_TIME_SAMPLES = 64, ROD_SPACE_SAMPLES = 8 };
 
 /* The smaller one: scene_check lets at most one of the two be infinite. */
-static double rod_bending_stiffness(const scene_properties *properties)
+static double rod_bending_stiffness(const scene *rod_scene, const scene_properties *properties)
 {
-    return fmin(properties->curvature_stiffness[0], properties->curvature_stiffness[1]);
+    return fmin(scene_mean_stiffness(rod_scene, properties->curvature_stiffness[0]),
+                scene_mean_stiffness(rod_scene, properties->curvature_stiffness[1]));
 }
 
 rod_scales rod_scales_of(const scene *rod_scene)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    double stiffness = rod_bending_stiffness(&properties);
-    double length = rod_scene->rod.length, mass = properties.mass_per_length;
+    double stiffness = rod_bending_stiffness(rod_scene, &properties);
+    double length = scene_length(rod_scene);
+    double mass = scene_mean(rod_scene, properties.mass_per_length);
     rod_scales scales = {.length = length,
                          .time = 1,
                          .force = stiffness / (length * length),
@@ -31,34 +32,35 @@ rod_scales rod_scales_of(const scene *rod_scene)
     return scales;
 }
 
-ad_value rod_expressions(const rod_context *rod, int count, const char *const *text,
-                         const double *fallback, double factor, ad_value s, ad_value t)
+ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,
+                        const double *fallback, double factor, ad_value s, ad_value t)
 {
     ad_value arc_length = ad_scale(s, rod->scales.length), time = ad_scale(t, rod->scales.time);
     ad_value parts[4];
     for (int i = 0; i < count; i++) {
-        parts[i] = text[i] ? ad_scale(expression_record(text[i], arc_length, time), factor)
-                           : ad_scalar(rod->tape, fallback[i]);
+        parts[i] = given[i].is_given
+                       ? ad_scale(quantity_record_at(given[i], arc_length, time), factor)
+                       : ad_scalar(rod->tape, fallback[i]);
     }
     return ad_stack(count, parts);
 }
 
 /* ---- numbers --------------------------------------------------------------------------------- */
 
-/* Largest norm of a vector expression over samples of arc length and time (SI). */
-static double rod_largest(const scene *rod_scene, const char *const *text, int space_samples)
+/* Largest norm of a vector over samples of arc length and time (SI). */
+static double rod_largest(const scene *rod_scene, const quantity *given, int space_samples)
 {
-    if (!text[0] && !text[1] && !text[2]) {
+    if (!quantity_any_given(3, given)) {
         return 0;
     }
     int time_samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
     double largest = 0;
     for (int i = 0; i <= space_samples; i++) {
-        double s = space_samples ? rod_scene->rod.length * i / space_samples : 0;
+        double s = space_samples ? scene_length(rod_scene) * i / space_samples : 0;
         for (int j = 0; j <= time_samples; j++) {
-            double t = time_samples ? rod_scene->duration * j / time_samples : 0, square = 0;
+            double t = time_samples ? scene_duration(rod_scene) * j / time_samples : 0, square = 0;
             for (int k = 0; k < 3; k++) {
-                double x = text[k] ? expression_evaluate(text[k], s, t) : 0;
+                double x = given[k].is_given ? quantity_value(given[k], s, t) : 0;
                 square += x * x;
             }
             largest = fmax(largest, sqrt(square));
@@ -67,8 +69,7 @@ static double rod_largest(const scene *rod_scene, const char *const *text, int s
     return largest;
 }
 
-static double rod_largest_end(const scene *rod_scene, const char *const *base,
-                              const char *const *tip)
+static double rod_largest_end(const scene *rod_scene, const quantity *base, const quantity *tip)
 {
     double at_base = rod_scene->start.type == SCENE_LOADED ? rod_largest(rod_scene, base, 0) : 0;
     double at_tip = rod_scene->end.type == SCENE_LOADED ? rod_largest(rod_scene, tip, 0) : 0;
@@ -80,14 +81,14 @@ static double rod_largest_end(const scene *rod_scene, const char *const *base,
 static double rod_compression_at(const scene *rod_scene, bool at_tip, double t)
 {
     const scene_end *held = at_tip ? &rod_scene->start : &rod_scene->end;
-    const char *const *force = at_tip ? rod_scene->loads.tip.force : rod_scene->loads.base.force;
+    const quantity *force = at_tip ? rod_scene->loads.tip.force : rod_scene->loads.base.force;
     double q[4], f[3], square = 0;
     for (int i = 0; i < 4; i++) {
-        q[i] = held->rotation[i] ? expression_evaluate(held->rotation[i], 0, t) : i == 0;
+        q[i] = quantity_value(quantity_or(held->rotation[i], quantity_number(i == 0)), 0, t);
         square += q[i] * q[i];
     }
     for (int i = 0; i < 3; i++) {
-        f[i] = force[i] ? expression_evaluate(force[i], 0, t) : 0;
+        f[i] = quantity_value(quantity_or(force[i], quantity_number(0)), 0, t);
     }
     double pull = 2 * (q[1] * q[3] + q[0] * q[2]) * f[0] + 2 * (q[2] * q[3] - q[0] * q[1]) * f[1] +
                   (q[0] * q[0] - q[1] * q[1] - q[2] * q[2] + q[3] * q[3]) * f[2];
@@ -106,7 +107,7 @@ static double rod_compression(const scene *rod_scene)
         return 0;
     }
     for (int j = 0; j <= samples; j++) {
-        double t = samples ? rod_scene->duration * j / samples : 0;
+        double t = samples ? scene_duration(rod_scene) * j / samples : 0;
         largest = fmax(largest, rod_compression_at(rod_scene, at_tip, t));
     }
     return largest;
@@ -116,20 +117,24 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
                                 rod_numbers *numbers)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    double mass = properties.mass_per_length, length = scale->length;
+    double mass = scene_mean(rod_scene, properties.mass_per_length), length = scale->length;
     double stiffness = scale->moment * length, frequency = ROD_FIRST_MODE / scale->time;
     for (int i = 0; i < 3; i++) {
-        double strain = rod_scene->rod.strain_damping[i] / (scale->force * scale->time);
-        double curvature = rod_scene->rod.curvature_damping[i] * frequency / (2 * stiffness);
+        const scene_rod *rod = &rod_scene->rod;
+        double strain =
+            scene_range_of(rod_scene, rod->strain_damping[i]).high / (scale->force * scale->time);
+        double curvature =
+            scene_mean(rod_scene, rod->curvature_damping[i]) * frequency / (2 * stiffness);
         numbers->strain_damping = fmax(numbers->strain_damping, strain);
         if (i < 2) {
             numbers->curvature_damping = fmax(numbers->curvature_damping, curvature);
         }
     }
-    double inertia = fmax(properties.rotary_inertia[0], properties.rotary_inertia[1]);
+    double inertia = fmax(scene_mean(rod_scene, properties.rotary_inertia[0]),
+                          scene_mean(rod_scene, properties.rotary_inertia[1]));
     numbers->rotary_inertia = inertia / (mass * length * length);
-    numbers->drag = rod_scene->loads.drag / (2 * mass * frequency);
-    numbers->duration = rod_scene->duration / scale->time;
+    numbers->drag = scene_mean(rod_scene, rod_scene->loads.drag) / (2 * mass * frequency);
+    numbers->duration = scene_duration(rod_scene) / scale->time;
     numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * PI);
 }
 
@@ -137,13 +142,16 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
 {
     rod_scales scale = rod_scales_of(rod_scene);
     scene_properties properties = scene_properties_of(rod_scene);
-    const double *strain = properties.strain_stiffness, *gravity = rod_scene->loads.gravity;
-    double mass = properties.mass_per_length;
-    double pull = sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
+    double mass = scene_mean(rod_scene, properties.mass_per_length), strain[3];
+    double pull = rod_largest(rod_scene, rod_scene->loads.gravity, 0);
+    for (int i = 0; i < 3; i++) {
+        strain[i] = scene_mean_stiffness(rod_scene, properties.strain_stiffness[i]);
+    }
     rod_numbers numbers = {
         .shear_ratio = fmin(strain[0], strain[1]) / scale.force,
         .axial_ratio = strain[2] / scale.force,
-        .torsion_ratio = properties.curvature_stiffness[2] / (scale.moment * scale.length),
+        .torsion_ratio = scene_mean_stiffness(rod_scene, properties.curvature_stiffness[2]) /
+                         (scale.moment * scale.length),
         .tip_force =
             rod_largest_end(rod_scene, rod_scene->loads.base.force, rod_scene->loads.tip.force) /
             scale.force,

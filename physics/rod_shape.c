@@ -1,7 +1,6 @@
 /* The unloaded rod: v = v*, u = u* from a held end on. Exact exponentials for constant v*, u*; for
  * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. */
 #include "physics/constants.h"
-#include "physics/expression.h"
 #include "physics/rod_internal.h"
 
 #include <math.h>
@@ -75,16 +74,16 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
 static shape_twist shape_rest(const scene *rod_scene, double s)
 {
     const scene_rod *given = &rod_scene->rod;
-    double length = given->length;
+    double length = scene_length(rod_scene);
     shape_twist twist;
     for (int i = 0; i < 3; i++) {
-        const char *strain = given->rest_strain[i];
-        const char *curvatures[2] = {given->rest_curvature[i], given->imperfection[i]};
-        twist.v[i] = strain ? expression_evaluate(strain, s * length, 0) : i == 2;
+        quantity strain = quantity_or(given->rest_strain[i], quantity_number(i == 2));
+        const quantity curvatures[2] = {given->rest_curvature[i], given->imperfection[i]};
+        twist.v[i] = quantity_value(strain, s * length, 0);
         twist.u[i] = 0;
         for (int k = 0; k < 2; k++) {
             twist.u[i] +=
-                curvatures[k] ? length * expression_evaluate(curvatures[k], s * length, 0) : 0;
+                curvatures[k].is_given ? length * quantity_value(curvatures[k], s * length, 0) : 0;
         }
     }
     return twist;
@@ -174,19 +173,12 @@ static rod_pose shape_helix(const shape_twist *twist, ad_value s)
     return (rod_pose){.position = ad_mul(s, mean), .rotation = ad_quaternion_exp(turn)};
 }
 
-/* Constant strains: no expression mentions s, and none may mention t. */
+/* Constant strains at t = 0. */
 static bool shape_is_uniform(const scene_rod *rod)
 {
-    for (int i = 0; i < 3; i++) {
-        const char *texts[3] = {rod->rest_strain[i], rod->rest_curvature[i], rod->imperfection[i]};
-        double value = 0;
-        for (int k = 0; k < 3; k++) {
-            if (texts[k] && !expression_is_number(texts[k], &value)) {
-                return false;
-            }
-        }
-    }
-    return true;
+    return !quantity_any_depends_on(3, rod->rest_strain, "s") &&
+           !quantity_any_depends_on(3, rod->rest_curvature, "s") &&
+           !quantity_any_depends_on(3, rod->imperfection, "s");
 }
 
 bool rod_shape_is_resolved(const scene *rod_scene)
@@ -242,16 +234,16 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     const scene_end *start = &rod_scene->start, *end = &rod_scene->end;
     q[0] = 1;
     q[1] = q[2] = q[3] = 0;
-    if (start->type != SCENE_PINNED || end->type != SCENE_PINNED || !start->position[0] ||
-        !end->position[0]) {
+    if (start->type != SCENE_PINNED || end->type != SCENE_PINNED || !start->position[0].is_given ||
+        !end->position[0].is_given) {
         return;
     }
     shape_solve(rod_scene, values);
     const double *rest = values[SHAPE_DEGREE];
     double dot = 0, size = 0, square = 0;
     for (int i = 0; i < 3; i++) {
-        chord[i] = expression_evaluate(end->position[i], rod_scene->rod.length, 0) -
-                   expression_evaluate(start->position[i], 0, 0);
+        chord[i] = quantity_value(end->position[i], scene_length(rod_scene), 0) -
+                   quantity_value(start->position[i], 0, 0);
         dot += rest[i] * chord[i];
         size += rest[i] * rest[i];
         square += chord[i] * chord[i];
@@ -286,8 +278,8 @@ rod_pose rod_undeformed(const rod_context *rod, ad_value s)
     rod_shape_upright(rod->scene, upright);
     ad_value zero = ad_scalar(rod->tape, 0), at = ad_scalar(rod->tape, anchor);
     ad_value position =
-        rod_expressions(rod, 3, end->position, origin, 1 / rod->scales.length, at, zero);
-    ad_value rotation = ad_normalize(rod_expressions(rod, 4, end->rotation, upright, 1, at, zero));
+        rod_quantities(rod, 3, end->position, origin, 1 / rod->scales.length, at, zero);
+    ad_value rotation = ad_normalize(rod_quantities(rod, 4, end->rotation, upright, 1, at, zero));
     position = rod_from_world(rod, position);
     rotation = rod_rotation_from_world(rod, rotation);
     rod_pose poses[2];

@@ -1,5 +1,4 @@
 /* Which physical terms a scene has, for people: the tape drops the others by folding constants. */
-#include "physics/expression.h"
 #include "physics/rod.h"
 
 #include <math.h>
@@ -23,30 +22,31 @@ static const char *reason_if(bool applies, const char *reason, const char *other
     return applies ? reason : otherwise;
 }
 
-/* Whether a formula is the number `value` for all s and t. */
-static bool text_is(const char *text, double fallback, double value)
+/* Whether it is the number `value` for all s and t, or not given. */
+static bool is_only(quantity q, double value)
 {
-    double number = fallback;
-    return (!text || expression_is_number(text, &number)) && number == value;
+    return !q.is_given || quantity_is(q, value);
 }
 
-static bool texts_are_zero(const char *const *text)
+static bool are_zero(const quantity *x)
 {
-    return text_is(text[0], 0, 0) && text_is(text[1], 0, 0) && text_is(text[2], 0, 0);
+    return !quantity_any_something(3, x);
 }
 
-static bool numbers_are_zero(const double *x)
+/* Whether two are the same for all s. */
+static bool are_same(quantity a, quantity b)
 {
-    return x[0] == 0 && x[1] == 0 && x[2] == 0;
+    return a.node == b.node && (a.node || a.number == b.number);
 }
 
 /* `across` [3]: by symmetry there is none of this strain. */
-static void terms_of_stiffness(term_list *list, const char *const *names, const double *stiffness,
+static void terms_of_stiffness(term_list *list, const char *const *names, const quantity *stiffness,
                                const bool *across)
 {
     for (int i = 0; i < 3; i++) {
         const char *symmetry = reason_if(across[i], planar_motion, NULL);
-        term_add(list, names[i], reason_if(isinf(stiffness[i]), "infinite stiffness", symmetry));
+        term_add(list, names[i],
+                 reason_if(scene_locks(stiffness[i]), "infinite stiffness", symmetry));
     }
 }
 
@@ -64,21 +64,20 @@ static void terms_of_strains(const scene *rod_scene, term_list *list)
     terms_of_stiffness(list, strains, properties.strain_stiffness, strain_across);
     terms_of_stiffness(list, curvatures, properties.curvature_stiffness, curvature_across);
     const scene_rod *rod = &rod_scene->rod;
-    bool unstrained = text_is(rod->rest_strain[0], 0, 0) && text_is(rod->rest_strain[1], 0, 0) &&
-                      text_is(rod->rest_strain[2], 1, 1);
+    bool unstrained = is_only(rod->rest_strain[0], 0) && is_only(rod->rest_strain[1], 0) &&
+                      is_only(rod->rest_strain[2], 1);
     term_add(list, "rest strain", reason_if(unstrained, "not given", NULL));
-    term_add(list, "rest curvature",
-             reason_if(texts_are_zero(rod->rest_curvature), "not given", NULL));
+    term_add(list, "rest curvature", reason_if(are_zero(rod->rest_curvature), "not given", NULL));
 }
 
 static void terms_of_time(const scene *rod_scene, term_list *list)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    const double *inertia = properties.rotary_inertia;
+    const quantity *inertia = properties.rotary_inertia;
     const scene_rod *rod = &rod_scene->rod;
     const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
-    bool pointlike = numbers_are_zero(inertia);
-    bool round = inertia[0] == inertia[1] && inertia[1] == inertia[2];
+    bool pointlike = are_zero(inertia);
+    bool round = are_same(inertia[0], inertia[1]) && are_same(inertia[1], inertia[2]);
     const char *no_inertia = reason_if(pointlike, "rho I = 0", still);
     const char *about_normal = reason_if(rod_plane_of(rod_scene).is_planar, planar_motion, NULL);
     term_add(list, "translational inertia", still);
@@ -88,12 +87,11 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
                    : reason_if(round, "rho I equal about all axes",
                                no_inertia ? no_inertia : about_normal));
     term_add(list, "strain damping",
-             still ? still : reason_if(numbers_are_zero(rod->strain_damping), "not given", NULL));
+             still ? still : reason_if(are_zero(rod->strain_damping), "not given", NULL));
     term_add(list, "curvature damping",
-             still ? still
-                   : reason_if(numbers_are_zero(rod->curvature_damping), "not given", NULL));
+             still ? still : reason_if(are_zero(rod->curvature_damping), "not given", NULL));
     term_add(list, "drag",
-             still ? still : reason_if(rod_scene->loads.drag == 0, "not given", NULL));
+             still ? still : reason_if(is_only(rod_scene->loads.drag, 0), "not given", NULL));
 }
 
 static const char *load_reason(scene_end_type type, const scene_load *load)
@@ -101,17 +99,16 @@ static const char *load_reason(scene_end_type type, const scene_load *load)
     if (type != SCENE_LOADED) {
         return "the end is not loaded";
     }
-    return reason_if(texts_are_zero(load->force) && texts_are_zero(load->moment), "zero", NULL);
+    return reason_if(are_zero(load->force) && are_zero(load->moment), "zero", NULL);
 }
 
 static void terms_of_loads(const scene *rod_scene, term_list *list)
 {
     const scene_loads *loads = &rod_scene->loads;
-    bool weightless = numbers_are_zero(loads->gravity);
+    bool weightless = are_zero(loads->gravity);
     term_add(list, "gravity", reason_if(weightless, "not given", NULL));
-    term_add(list, "distributed force", reason_if(texts_are_zero(loads->force), "not given", NULL));
-    term_add(list, "distributed moment",
-             reason_if(texts_are_zero(loads->moment), "not given", NULL));
+    term_add(list, "distributed force", reason_if(are_zero(loads->force), "not given", NULL));
+    term_add(list, "distributed moment", reason_if(are_zero(loads->moment), "not given", NULL));
     if (scene_is_manufactured(rod_scene)) {
         term_add(list, "manufactured loads", NULL);
         return;

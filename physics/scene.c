@@ -2,8 +2,6 @@
  * from section and material. */
 #include "physics/scene.h"
 
-#include "physics/expression.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -24,114 +22,153 @@ SCENE_NAMES(scene_rotation_names, SCENE_ROTATION_LIST)
 SCENE_NAMES(scene_enforcement_names, SCENE_ENFORCEMENT_LIST)
 SCENE_NAMES(scene_motion_names, SCENE_MOTION_LIST)
 
-static void rod_defaults(scene_rod *rod)
-{
-    rod->length = NAN;
-    rod->radius = rod->inner_radius = rod->width = rod->height = NAN;
-    rod->youngs_modulus = rod->poissons_ratio = rod->density = rod->shear_correction = NAN;
-    rod->shear_stiffness[0] = rod->shear_stiffness[1] = NAN;
-    rod->bending_stiffness[0] = rod->bending_stiffness[1] = NAN;
-    rod->axial_stiffness = rod->torsional_stiffness = rod->mass_per_length = NAN;
-    for (int i = 0; i < 3; i++) {
-        rod->rotary_inertia[i] = NAN;
-        rod->rest_strain[i] = i == 2 ? "1" : "0";
-        rod->rest_curvature[i] = rod->imperfection[i] = "0";
-    }
-}
-
 void scene_defaults(scene *rod_scene)
 {
     memset(rod_scene, 0, sizeof *rod_scene);
-    rod_defaults(&rod_scene->rod);
-    rod_scene->start.type = SCENE_CLAMPED;
+    scene_rod *rod = &rod_scene->rod;
     for (int i = 0; i < 3; i++) {
-        rod_scene->start.position[i] = "0";
+        rod->rest_strain[i] = quantity_number(i == 2);
+        rod->rest_curvature[i] = rod->imperfection[i] = quantity_number(0);
+        rod->strain_damping[i] = rod->curvature_damping[i] = quantity_number(0);
+        rod_scene->loads.gravity[i] = quantity_number(0);
+        rod_scene->start.position[i] = quantity_number(0);
     }
+    rod_scene->loads.drag = quantity_number(0);
+    rod_scene->duration = quantity_number(0);
+    rod_scene->start.type = SCENE_CLAMPED;
     for (int i = 0; i < 4; i++) {
-        rod_scene->start.rotation[i] = i == 0 ? "1" : "0";
+        rod_scene->start.rotation[i] = quantity_number(i == 0);
     }
     rod_scene->end.type = SCENE_FREE;
     rod_scene->windows = 1;
 }
 
+/* ---- along the rod and in time ----------------------------------------------------------------
+ */
+
+enum { SCENE_SAMPLES = 64 };
+
+scene_range scene_range_of(const scene *rod_scene, quantity q)
+{
+    int along = quantity_depends_on(q, "s") ? SCENE_SAMPLES : 0;
+    int in_time = quantity_depends_on(q, "t") ? SCENE_SAMPLES : 0;
+    scene_range range = {INFINITY, -INFINITY};
+    for (int i = 0; i <= along; i++) {
+        for (int j = 0; j <= in_time; j++) {
+            double value = quantity_value(q, scene_length(rod_scene) * i / SCENE_SAMPLES,
+                                          scene_duration(rod_scene) * j / SCENE_SAMPLES);
+            range.low = !(value >= range.low) ? value : range.low;
+            range.high = !(value <= range.high) ? value : range.high;
+            if (isnan(value)) {
+                return (scene_range){NAN, NAN};
+            }
+        }
+    }
+    return range;
+}
+
+/* By the midpoint rule. */
+static double scene_integral(const scene *rod_scene, quantity q, bool of_inverse)
+{
+    double sum = 0;
+    for (int i = 0; i < SCENE_SAMPLES; i++) {
+        double s = scene_length(rod_scene) * (i + 0.5) / SCENE_SAMPLES;
+        double value = quantity_value(q, s, 0);
+        sum += (of_inverse ? 1 / value : value) / SCENE_SAMPLES;
+    }
+    return sum;
+}
+
+double scene_mean_stiffness(const scene *rod_scene, quantity stiffness)
+{
+    double value = 0;
+    return quantity_is_number(stiffness, &value) ? value
+                                                 : 1 / scene_integral(rod_scene, stiffness, true);
+}
+
+double scene_mean(const scene *rod_scene, quantity q)
+{
+    double value = 0;
+    return quantity_is_number(q, &value) ? value : scene_integral(rod_scene, q, false);
+}
+
+/* ---- the scene --------------------------------------------------------------------------------
+ */
+
 bool scene_is_manufactured(const scene *rod_scene)
 {
-    return rod_scene->manufactured.position[0] != NULL;
+    return rod_scene->manufactured.position[0].is_given;
 }
 
 bool scene_locks_strains(const scene *rod_scene)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    const double *stiffness = properties.strain_stiffness;
+    const quantity *stiffness = properties.strain_stiffness;
     return !scene_is_beam(rod_scene) &&
-           (isinf(stiffness[0]) || isinf(stiffness[1]) || isinf(stiffness[2]));
+           (scene_locks(stiffness[0]) || scene_locks(stiffness[1]) || scene_locks(stiffness[2]));
 }
 
 bool scene_is_imperfect(const scene *rod_scene)
 {
-    bool given = false;
-    for (int i = 0; i < 3; i++) {
-        const char *text = rod_scene->rod.imperfection[i];
-        double value = 0;
-        given = given || (text && !(expression_is_number(text, &value) && value == 0));
-    }
-    return given;
-}
-
-static double given_or(double given, double otherwise)
-{
-    return isnan(given) ? otherwise : given;
+    return quantity_any_something(3, rod_scene->rod.imperfection);
 }
 
 static void stiffness_of(const scene_rod *rod, const scene_section_geometry *section,
                          scene_properties *properties)
 {
-    double youngs = rod->youngs_modulus;
-    double shear = youngs / (2 * (1 + rod->poissons_ratio));
-    double correction = given_or(rod->shear_correction, scene_shear_correction(rod));
+    const quantity one = quantity_number(1), infinity = quantity_number(INFINITY);
+    quantity youngs = rod->youngs_modulus;
+    quantity shear = quantity_divide(
+        youngs, quantity_multiply(quantity_number(2), quantity_add(one, rod->poissons_ratio)));
+    quantity correction = quantity_or(rod->shear_correction, scene_shear_correction(rod));
+    quantity corrected = quantity_multiply(quantity_multiply(correction, shear), section->area);
     for (int i = 0; i < 2; i++) {
-        properties->strain_stiffness[i] =
-            given_or(rod->shear_stiffness[i], correction * shear * section->area);
-        properties->curvature_stiffness[i] =
-            given_or(rod->bending_stiffness[i], youngs * section->second_moment[i]);
+        properties->strain_stiffness[i] = quantity_or(rod->shear_stiffness[i], corrected);
+        properties->curvature_stiffness[i] = quantity_or(
+            rod->bending_stiffness[i], quantity_multiply(youngs, section->second_moment[i]));
     }
-    properties->strain_stiffness[2] = given_or(rod->axial_stiffness, youngs * section->area);
+    properties->strain_stiffness[2] =
+        quantity_or(rod->axial_stiffness, quantity_multiply(youngs, section->area));
     properties->curvature_stiffness[2] =
-        given_or(rod->torsional_stiffness, shear * section->torsion_constant);
+        quantity_or(rod->torsional_stiffness, quantity_multiply(shear, section->torsion_constant));
     if (rod->model != SCENE_COSSERAT) {
-        properties->strain_stiffness[2] = INFINITY;
+        properties->strain_stiffness[2] = infinity;
     }
     if (rod->model == SCENE_KIRCHHOFF) {
-        properties->strain_stiffness[0] = properties->strain_stiffness[1] = INFINITY;
+        properties->strain_stiffness[0] = properties->strain_stiffness[1] = infinity;
     }
 }
 
 /* A beam bends about d1 and shears along d2; an Euler-Bernoulli beam has no rotary inertia. */
 static void lock_beam(const scene_rod *rod, scene_properties *properties)
 {
+    const quantity zero = quantity_number(0), infinity = quantity_number(INFINITY);
     bool shears = rod->model == SCENE_TIMOSHENKO;
-    properties->strain_stiffness[0] = INFINITY;
-    properties->curvature_stiffness[1] = properties->curvature_stiffness[2] = INFINITY;
-    properties->rotary_inertia[1] = properties->rotary_inertia[2] = 0;
+    properties->strain_stiffness[0] = infinity;
+    properties->curvature_stiffness[1] = properties->curvature_stiffness[2] = infinity;
+    properties->rotary_inertia[1] = properties->rotary_inertia[2] = zero;
     if (!shears) {
-        properties->strain_stiffness[1] = INFINITY;
-        properties->rotary_inertia[0] = 0;
+        properties->strain_stiffness[1] = infinity;
+        properties->rotary_inertia[0] = zero;
     }
 }
 
 scene_properties scene_properties_of(const scene *rod_scene)
 {
     const scene_rod *rod = &rod_scene->rod;
+    const quantity zero = quantity_number(0); /* static and weightless: never used */
     scene_section_geometry section = scene_section_geometry_of(rod);
     scene_properties properties;
     stiffness_of(rod, &section, &properties);
-    double mass = given_or(rod->mass_per_length, rod->density * section.area);
-    double polar = section.second_moment[0] + section.second_moment[1];
-    double moments[3] = {section.second_moment[0], section.second_moment[1], polar};
-    properties.mass_per_length = given_or(mass, 0); /* static and weightless: never used */
+    quantity mass =
+        quantity_or(rod->mass_per_length, quantity_multiply(rod->density, section.area));
+    quantity polar = quantity_add(section.second_moment[0], section.second_moment[1]);
+    const quantity moments[3] = {section.second_moment[0], section.second_moment[1], polar};
+    properties.mass_per_length = quantity_or(mass, zero);
     for (int i = 0; i < 3; i++) {
-        double inertia = given_or(rod->rotary_inertia[i], rod->density * moments[i]);
-        properties.rotary_inertia[i] = given_or(inertia, 0);
+        quantity inertia = quantity_multiply(rod->density, moments[i]);
+        properties.rotary_inertia[i] =
+            quantity_or(quantity_or(rod->rotary_inertia[i], inertia), zero);
     }
     if (scene_is_beam(rod_scene)) {
         lock_beam(rod, &properties);
@@ -142,7 +179,8 @@ scene_properties scene_properties_of(const scene *rod_scene)
 bool scene_is_locked(const scene_properties *properties)
 {
     for (int i = 0; i < 3; i++) {
-        if (isinf(properties->strain_stiffness[i]) || isinf(properties->curvature_stiffness[i])) {
+        if (scene_locks(properties->strain_stiffness[i]) ||
+            scene_locks(properties->curvature_stiffness[i])) {
             return true;
         }
     }

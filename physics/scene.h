@@ -2,16 +2,17 @@
  *
  * Arc length s in [0, length] of the undeformed rod (m), time t in [0, duration] (s). Vectors are
  * in the world frame unless a field says body. Quaternions are scalar first (w, x, y, z), unit,
- * body to world; director d3 is the tangent of the undeformed rod. An `expression` is a formula of
- * s and t in SI units, as text (physics/expression.h); NULL means not given. Strings belong to
- * whoever fills the scene and must outlive it. */
+ * body to world; director d3 is the tangent of the undeformed rod.
+ *
+ * Every number is a quantity (physics/quantity.h): a number, or a formula of s and t in SI units
+ * where the field says so. Scenes are copied by value; the names with which their formulas were
+ * made belong to whoever fills the scene and must outlive it. */
 #ifndef PHYSICS_SCENE_H
 #define PHYSICS_SCENE_H
 
-#include "autodiff/error.h"
+#include "physics/quantity.h"
 
-#include <stdbool.h>
-#include <stddef.h>
+#include <math.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -66,96 +67,98 @@ typedef enum scene_motion { SCENE_MOTION_LIST(SCENE_ENUM) } scene_motion;
 
 typedef struct scene_rod {
     scene_model model;
-    double length; /* m, > 0 */
+    quantity length; /* m, > 0; a number */
 
+    /* Sizes of the section; of s. */
     scene_section section;
-    double radius;       /* m: circle, tube (outer) */
-    double inner_radius; /* m: tube */
-    double width;        /* m: rectangle, along d1 */
-    double height;       /* m: rectangle, along d2 */
+    quantity radius;       /* m: circle, tube (outer) */
+    quantity inner_radius; /* m: tube */
+    quantity width;        /* m: rectangle, along d1 */
+    quantity height;       /* m: rectangle, along d2 */
 
-    double youngs_modulus;   /* Pa */
-    double poissons_ratio;   /* -1 < nu <= 0.5 */
-    double density;          /* kg/m^3 */
-    double shear_correction; /* kappa; NaN: Cowper's for the section */
+    /* Of s. */
+    quantity youngs_modulus;   /* Pa */
+    quantity poissons_ratio;   /* -1 < nu <= 0.5 */
+    quantity density;          /* kg/m^3 */
+    quantity shear_correction; /* kappa; not given: Cowper's for the section */
 
-    /* Given instead of section and material, or to override what follows from them; NaN: not
-     * given. Infinite stiffness is allowed: that strain is then locked. */
-    double shear_stiffness[2];   /* kappa G A along d1, d2; N */
-    double axial_stiffness;      /* E A; N */
-    double bending_stiffness[2]; /* E I about d1, d2; N m^2 */
-    double torsional_stiffness;  /* G J; N m^2 */
-    double mass_per_length;      /* rho A; kg/m */
-    double rotary_inertia[3];    /* rho I about d1, d2, d3; kg m */
+    /* Given instead of section and material, or to override what follows from them; of s. Infinite
+     * stiffness is allowed, as a number: that strain is then locked. */
+    quantity shear_stiffness[2];   /* kappa G A along d1, d2; N */
+    quantity axial_stiffness;      /* E A; N */
+    quantity bending_stiffness[2]; /* E I about d1, d2; N m^2 */
+    quantity torsional_stiffness;  /* G J; N m^2 */
+    quantity mass_per_length;      /* rho A; kg/m */
+    quantity rotary_inertia[3];    /* rho I about d1, d2, d3; kg m */
 
-    const char *rest_strain[3];    /* v*, expressions of s; default 0, 0, 1 */
-    const char *rest_curvature[3]; /* u*, expressions of s; 1/m; default 0 */
-    const char *imperfection[3];   /* added to u* times 1 - load factor; as above */
+    quantity rest_strain[3];    /* v*, of s; default 0, 0, 1 */
+    quantity rest_curvature[3]; /* u*, of s; 1/m; default 0 */
+    quantity imperfection[3];   /* added to u* times 1 - load factor; as above */
 
-    double strain_damping[3];    /* Bse, Kelvin-Voigt; N s */
-    double curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s */
+    quantity strain_damping[3];    /* Bse, Kelvin-Voigt; N s; default 0 */
+    quantity curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s; default 0 */
 } scene_rod;
 
-/* A concentrated load at one end; expressions of t. The force and moment that the outside exerts
- * on the rod. */
+/* A concentrated load at one end; formulas of t. The force and moment that the outside exerts on
+ * the rod. */
 typedef struct scene_load {
-    const char *force[3];  /* N */
-    const char *moment[3]; /* N m */
+    quantity force[3];  /* N */
+    quantity moment[3]; /* N m */
     scene_frame frame;
 } scene_load;
 
 typedef struct scene_loads {
-    double gravity[3];     /* m/s^2 */
-    double drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
-    const char *force[3];  /* distributed, expressions of s, t; N/m */
-    const char *moment[3]; /* distributed, expressions of s, t; N m/m */
-    scene_frame frame;     /* of the distributed force and moment */
-    scene_load base;       /* at s = 0 */
-    scene_load tip;        /* at s = length */
+    quantity gravity[3]; /* m/s^2; default 0 */
+    quantity drag;       /* force per length against the velocity, f = -drag r_t; N s/m^2 */
+    quantity force[3];   /* distributed, formulas of s, t; N/m */
+    quantity moment[3];  /* distributed, formulas of s, t; N m/m */
+    scene_frame frame;   /* of the distributed force and moment */
+    scene_load base;     /* at s = 0 */
+    scene_load tip;      /* at s = length */
 } scene_loads;
 
 typedef struct scene_end {
     scene_end_type type;
-    const char *position[3]; /* m; numbers, for a driven end expressions of t */
-    const char *rotation[4]; /* quaternion, normalised when read; numbers, or expressions of t */
+    quantity position[3]; /* m; numbers, for a driven end formulas of t */
+    quantity rotation[4]; /* quaternion, normalised when read; numbers, or formulas of t */
 } scene_end;
 
-/* The state at t = 0; expressions of s. All NULL: at rest in the undeformed shape that the clamped
- * end implies. */
+/* The state at t = 0; formulas of s. Nothing given: at rest in the undeformed shape that the
+ * clamped end implies. */
 typedef struct scene_initial {
-    const char *position[3];         /* m */
-    const char *rotation[4];         /* quaternion */
-    const char *velocity[3];         /* m/s, world frame */
-    const char *angular_velocity[3]; /* 1/s, body frame */
+    quantity position[3];         /* m */
+    quantity rotation[4];         /* quaternion */
+    quantity velocity[3];         /* m/s, world frame */
+    quantity angular_velocity[3]; /* 1/s, body frame */
 } scene_initial;
 
 /* A solution chosen by the author; loads, ends and initial state that make it exact are derived on
  * the tape. rotation: quaternion, or three angles (rad) of rotations about body axes 1, 2, 3 in
- * turn: q = q1(a) q2(b) q3(c). All NULL: none. */
+ * turn: q = q1(a) q2(b) q3(c). Nothing given: none. */
 typedef struct scene_manufactured {
-    const char *position[3]; /* m */
-    const char *rotation[4];
-    const char *angles[3];
+    quantity position[3]; /* m */
+    quantity rotation[4];
+    quantity angles[3];
 } scene_manufactured;
 
-/* What the outside does to a loaded end of a beam; expressions of t. */
+/* What the outside does to a loaded end of a beam; formulas of t. */
 typedef struct scene_beam_load {
-    const char *force;  /* N */
-    const char *moment; /* N m */
+    quantity force;  /* N */
+    quantity moment; /* N m */
 } scene_beam_load;
 
 /* A beam of small deflection: everything along its one deflection w and its one slope, signs as in
- * physics/beam.h. All may be NULL: zero, and for the slope the derivative of the deflection. */
+ * physics/beam.h. What is not given is zero, and the slope the derivative of the deflection. */
 typedef struct scene_beam {
-    const char *force;      /* q, distributed; of s, t; N/m */
-    const char *moment;     /* mu, distributed; of s, t; N m/m */
-    const char *foundation; /* k, force per length and deflection; of s; N/m^2 */
-    scene_beam_load base;   /* at s = 0 */
-    scene_beam_load tip;    /* at s = length */
-    const char *deflection; /* the state at t = 0, of s; m */
-    const char *velocity;   /* m/s */
-    const char *slope;      /* rad; of a timoshenko beam, whose slope has inertia */
-    const char *slope_rate; /* rad/s */
+    quantity force;       /* q, distributed; of s, t; N/m */
+    quantity moment;      /* mu, distributed; of s, t; N m/m */
+    quantity foundation;  /* k, force per length and deflection; of s; N/m^2 */
+    scene_beam_load base; /* at s = 0 */
+    scene_beam_load tip;  /* at s = length */
+    quantity deflection;  /* the state at t = 0, of s; m */
+    quantity velocity;    /* m/s */
+    quantity slope;       /* rad; of a timoshenko beam, whose slope has inertia */
+    quantity slope_rate;  /* rad/s */
 } scene_beam;
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
@@ -165,10 +168,10 @@ typedef struct scene {
     scene_loads loads;
     scene_beam
         beam; /* beams only; they have drag alone of the loads, and types alone of the ends */
-    scene_end start; /* s = 0 */
-    scene_end end;   /* s = length */
-    double duration; /* s; 0: static */
-    int windows;     /* of time: equal parts of the duration, each with a network of its own */
+    scene_end start;   /* s = 0 */
+    scene_end end;     /* s = length */
+    quantity duration; /* s, a number; not given or 0: static */
+    int windows;       /* of time: equal parts of the duration, each with a network of its own */
     scene_initial initial;
     scene_manufactured manufactured;
     scene_formulation formulation;
@@ -182,14 +185,14 @@ typedef struct scene {
  * A beam bends about d1 and so deflects along d2, the height of a rectangle; everything else is
  * locked, and has no inertia. */
 typedef struct scene_properties {
-    double strain_stiffness[3];    /* Kse; N */
-    double curvature_stiffness[3]; /* Kbt; N m^2 */
-    double mass_per_length;        /* rho A; kg/m */
-    double rotary_inertia[3];      /* rho J; kg m */
+    quantity strain_stiffness[3];    /* Kse; N */
+    quantity curvature_stiffness[3]; /* Kbt; N m^2 */
+    quantity mass_per_length;        /* rho A; kg/m */
+    quantity rotary_inertia[3];      /* rho J; kg m */
 } scene_properties;
 
 /* Defaults: a straight Cosserat rod, clamped at s = 0 at the origin along +z, free at the other
- * end, static, mixed form, hard enforcement. Numbers without a default are NaN. */
+ * end, static, mixed form, hard enforcement. Numbers without a default are not given. */
 void scene_defaults(scene *rod_scene);
 
 /* AD_BAD_INPUT for a scene that contradicts itself or lacks something: `key` receives the dotted
@@ -202,10 +205,40 @@ scene_properties scene_properties_of(const scene *rod_scene);
 /* Whether any stiffness is infinite: that strain has no constitutive law. */
 bool scene_is_locked(const scene_properties *properties);
 
+/* In m and s; 0 for a static scene. */
+static inline double scene_length(const scene *rod_scene)
+{
+    return rod_scene->rod.length.number;
+}
+
+static inline double scene_duration(const scene *rod_scene)
+{
+    return rod_scene->duration.number;
+}
+
 static inline bool scene_is_dynamic(const scene *rod_scene)
 {
-    return rod_scene->duration > 0;
+    return scene_duration(rod_scene) > 0;
 }
+
+/* Whether a stiffness is infinite, so that its strain is locked. */
+static inline bool scene_locks(quantity stiffness)
+{
+    return quantity_is(stiffness, INFINITY);
+}
+
+/* Smallest and largest value over samples of s and t, as far as it depends on them; NaN where a
+ * value is not a number. */
+typedef struct scene_range {
+    double low, high;
+} scene_range;
+
+scene_range scene_range_of(const scene *rod_scene, quantity q);
+
+/* One number for what varies along the rod, at t = 0: of a stiffness that of the uniform rod which
+ * a constant force or moment deforms as much (the harmonic mean), of anything else the mean. */
+double scene_mean_stiffness(const scene *rod_scene, quantity stiffness);
+double scene_mean(const scene *rod_scene, quantity q);
 
 bool scene_is_manufactured(const scene *rod_scene);
 
@@ -254,18 +287,18 @@ const char *const *scene_motion_names(void);
 
 /* ---- cross-sections (section.c) ------------------------------------------------------------ */
 
-/* Geometry of a filled-in section; all NaN for SCENE_SECTION_NONE. */
+/* Geometry of a filled-in section, of s; nothing given for SCENE_SECTION_NONE. */
 typedef struct scene_section_geometry {
-    double area;             /* m^2 */
-    double second_moment[2]; /* about d1, d2; m^4 */
-    double torsion_constant; /* m^4; Saint-Venant */
+    quantity area;             /* m^2 */
+    quantity second_moment[2]; /* about d1, d2; m^4 */
+    quantity torsion_constant; /* m^4; Saint-Venant */
 } scene_section_geometry;
 
 scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
 
-/* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; NaN
- * when either is missing. */
-double scene_shear_correction(const scene_rod *rod);
+/* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; not
+ * given when either is missing. */
+quantity scene_shear_correction(const scene_rod *rod);
 
 #ifdef __cplusplus
 }

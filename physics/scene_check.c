@@ -1,6 +1,5 @@
 /* What a scene has to satisfy before physics is recorded from it. Every refusal names the YAML key
  * to blame and says what is allowed. */
-#include "physics/expression.h"
 #include "physics/scene_internal.h"
 
 #include <math.h>
@@ -18,52 +17,31 @@ static bool is_dynamic(const scene_checker *check)
     return scene_is_dynamic(check->scene);
 }
 
-/* ---- expressions --------------------------------------------------------------------------- */
+/* ---- formulas ------------------------------------------------------------------------------ */
 
-static bool any_given(int count, const char *const *texts)
+ad_status scene_check_group(const scene_checker *check, const scene_group *group)
 {
-    for (int i = 0; i < count; i++) {
-        if (texts[i]) {
-            return true;
-        }
-    }
-    return false;
-}
-
-static bool all_zero(int count, const char *const *texts)
-{
-    for (int i = 0; i < count; i++) {
-        double value = 0;
-        if (texts[i] && (!expression_is_number(texts[i], &value) || value != 0)) {
-            return false;
-        }
-    }
-    return true;
-}
-
-ad_status scene_check_group(const scene_checker *check, const scene_group *entries)
-{
-    if (!any_given(entries->count, entries->texts)) {
+    if (!quantity_any_given(group->count, group->entries)) {
         return AD_OK;
     }
-    for (int i = 0; i < entries->count; i++) {
-        expression_use use = {false, false};
-        if (!entries->texts[i]) {
-            return scene_refuse(check, entries->key, "some entries are missing; give all or none");
+    for (int i = 0; i < group->count; i++) {
+        quantity entry = group->entries[i];
+        if (!entry.is_given) {
+            return scene_refuse(check, group->key, "some entries are missing; give all or none");
         }
-        ad_status status = expression_check(entries->texts[i], &use, check->error);
+        ad_status status = quantity_check(entry, check->error);
         if (status != AD_OK) {
-            *check->key = entries->key;
+            *check->key = group->key;
             return status;
         }
-        if (use.s && !entries->s_allowed) {
-            return scene_refuse(check, entries->key, entries->s_sentence);
+        if (quantity_depends_on(entry, "s") && !group->s_allowed) {
+            return scene_refuse(check, group->key, group->s_sentence);
         }
-        if (use.t && !entries->t_allowed) {
-            return scene_refuse(check, entries->key, entries->t_sentence);
+        if (quantity_depends_on(entry, "t") && !group->t_allowed) {
+            return scene_refuse(check, group->key, group->t_sentence);
         }
-        if (use.t && !is_dynamic(check)) {
-            return scene_refuse(check, entries->key,
+        if (quantity_depends_on(entry, "t") && !is_dynamic(check)) {
+            return scene_refuse(check, group->key,
                                 "depends on t, but the scene is static; give time.duration, or a "
                                 "formula without t");
         }
@@ -82,18 +60,74 @@ static ad_status check_groups(const scene_checker *check, int count, const scene
 
 #define AT_END           "depends on s, but it belongs to one end; allowed: a formula of t"
 #define AT_START_OF_TIME "depends on t, but it holds at t = 0; allowed: a formula of s"
-#define AT_REST          "depends on t, but the unstressed shape is fixed; allowed: a formula of s"
+#define IN_SPACE         "depends on s, but it is the same all along; allowed: a formula of t"
+#define ALONG            "depends on t, but it may not change with time; allowed: a formula of s"
+#define ONE_NUMBER       "depends on s or t; allowed: one number"
 
-static ad_status check_expressions(const scene_checker *check)
+/* What is looked at before any other number: everything is sampled over the length and duration. */
+static ad_status check_extent(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    const scene_group groups[] = {
+        {"rod.length", 1, &given->rod.length, false, false, ONE_NUMBER, ONE_NUMBER},
+        {"time.duration", 1, &given->duration, false, false, ONE_NUMBER, ONE_NUMBER},
+    };
+    double length = 0, duration = 0;
+    ad_status status = check_groups(check, 2, groups);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!given->rod.length.is_given) {
+        return scene_refuse(check, "rod.length", "missing; the length of the undeformed rod in m");
+    }
+    if (!quantity_is_number(given->rod.length, &length) || !(length > 0 && isfinite(length))) {
+        return scene_refuse(check, "rod.length", "must be a finite number > 0");
+    }
+    quantity_is_number(given->duration, &duration);
+    return duration >= 0 && isfinite(duration)
+               ? AD_OK
+               : scene_refuse(check, "time.duration",
+                              "must be finite and >= 0; 0 is a static scene");
+}
+
+/* Section, material and what follows from them: of s. */
+static ad_status check_numbers(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    const scene_rod *rod = &given->rod;
+    const scene_group groups[] = {
+        {"rod.section.radius", 1, &rod->radius, true, false, NULL, ALONG},
+        {"rod.section.inner_radius", 1, &rod->inner_radius, true, false, NULL, ALONG},
+        {"rod.section.width", 1, &rod->width, true, false, NULL, ALONG},
+        {"rod.section.height", 1, &rod->height, true, false, NULL, ALONG},
+        {"rod.material.youngs_modulus", 1, &rod->youngs_modulus, true, false, NULL, ALONG},
+        {"rod.material.poissons_ratio", 1, &rod->poissons_ratio, true, false, NULL, ALONG},
+        {"rod.material.density", 1, &rod->density, true, false, NULL, ALONG},
+        {"rod.material.shear_correction", 1, &rod->shear_correction, true, false, NULL, ALONG},
+        {"rod.stiffness.shear", 2, rod->shear_stiffness, true, false, NULL, ALONG},
+        {"rod.stiffness.axial", 1, &rod->axial_stiffness, true, false, NULL, ALONG},
+        {"rod.stiffness.bending", 2, rod->bending_stiffness, true, false, NULL, ALONG},
+        {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, true, false, NULL, ALONG},
+        {"rod.inertia.mass_per_length", 1, &rod->mass_per_length, true, false, NULL, ALONG},
+        {"rod.inertia.rotary", 3, rod->rotary_inertia, true, false, NULL, ALONG},
+        {"rod.damping.strain", 3, rod->strain_damping, true, false, NULL, ALONG},
+        {"rod.damping.curvature", 3, rod->curvature_damping, true, false, NULL, ALONG},
+        {"loads.gravity", 3, given->loads.gravity, false, true, IN_SPACE, NULL},
+        {"loads.drag", 1, &given->loads.drag, true, false, NULL, ALONG},
+    };
+    return check_groups(check, (int)(sizeof groups / sizeof *groups), groups);
+}
+
+static ad_status check_formulas(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
     const scene_loads *loads = &rod_scene->loads;
     const scene_initial *initial = &rod_scene->initial;
     const scene_manufactured *exact = &rod_scene->manufactured;
     const scene_group groups[] = {
-        {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, false, NULL, AT_REST},
-        {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, false, NULL, AT_REST},
-        {"rod.rest.imperfection", 3, rod_scene->rod.imperfection, true, false, NULL, AT_REST},
+        {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, true, NULL, NULL},
+        {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, true, NULL, NULL},
+        {"rod.rest.imperfection", 3, rod_scene->rod.imperfection, true, false, NULL, ALONG},
         {"loads.force", 3, loads->force, true, true, NULL, NULL},
         {"loads.moment", 3, loads->moment, true, true, NULL, NULL},
         {"loads.base.force", 3, loads->base.force, false, true, AT_END, NULL},
@@ -114,22 +148,30 @@ static ad_status check_expressions(const scene_checker *check)
 
 /* ---- loads and ends ------------------------------------------------------------------------ */
 
+ad_status scene_check_drag(const scene_checker *check)
+{
+    scene_range drag = scene_range_of(check->scene, check->scene->loads.drag);
+    return drag.low >= 0 && isfinite(drag.high)
+               ? AD_OK
+               : scene_refuse(check, "loads.drag", "must be finite and >= 0");
+}
+
 static ad_status check_frames(const scene_checker *check)
 {
     const scene_loads *loads = &check->scene->loads;
     const struct {
         const char *key;
         scene_frame frame;
-        const char *const *force;
-        const char *const *moment;
+        const quantity *force;
+        const quantity *moment;
     } rows[] = {
         {"loads.frame", loads->frame, loads->force, loads->moment},
         {"loads.base.frame", loads->base.frame, loads->base.force, loads->base.moment},
         {"loads.tip.frame", loads->tip.frame, loads->tip.force, loads->tip.moment},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].frame == SCENE_FOLLOWER && !any_given(3, rows[i].force) &&
-            !any_given(3, rows[i].moment)) {
+        if (rows[i].frame == SCENE_FOLLOWER && !quantity_any_given(3, rows[i].force) &&
+            !quantity_any_given(3, rows[i].moment)) {
             return scene_refuse(
                 check, rows[i].key,
                 "follower, but there is no force or moment to follow; give one, or leave "
@@ -137,14 +179,12 @@ static ad_status check_frames(const scene_checker *check)
         }
     }
     for (int i = 0; i < 3; i++) {
-        if (!isfinite(loads->gravity[i])) {
+        scene_range gravity = scene_range_of(check->scene, loads->gravity[i]);
+        if (!isfinite(gravity.low) || !isfinite(gravity.high)) {
             return scene_refuse(check, "loads.gravity", "must be finite");
         }
     }
-    if (!(loads->drag >= 0 && isfinite(loads->drag))) {
-        return scene_refuse(check, "loads.drag", "must be finite and >= 0");
-    }
-    return AD_OK;
+    return scene_check_drag(check);
 }
 
 /* One end with the keys that speak of it. */
@@ -161,8 +201,8 @@ typedef struct end_keys {
 static ad_status check_end_load(const scene_checker *check, const end_keys *keys)
 {
     scene_end_type type = keys->end->type;
-    bool force = any_given(3, keys->load->force);
-    bool moment = any_given(3, keys->load->moment);
+    bool force = quantity_any_given(3, keys->load->force);
+    bool moment = quantity_any_given(3, keys->load->moment);
     const char *held = "acts on an end that is held against it; allowed: an end of type loaded";
     const char *free_end = "acts on an end declared free; allowed: an end of type loaded";
     if (type == SCENE_LOADED) {
@@ -183,7 +223,7 @@ static ad_status check_rotation_number(const scene_checker *check, const end_key
     double square = 0;
     for (int i = 0; i < 4; i++) {
         double value = 0;
-        if (!expression_is_number(keys->end->rotation[i], &value)) {
+        if (!quantity_is_number(keys->end->rotation[i], &value)) {
             return AD_OK;
         }
         square += value * value;
@@ -209,10 +249,10 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
         return status;
     }
     if (!scene_is_manufactured(check->scene)) {
-        if (scene_end_holds_position(end->type) && !end->position[0]) {
+        if (scene_end_holds_position(end->type) && !end->position[0].is_given) {
             return scene_refuse(check, keys->position, "missing; the type of this end needs it");
         }
-        if (scene_end_holds_rotation(end->type) && !end->rotation[0]) {
+        if (scene_end_holds_rotation(end->type) && !end->rotation[0].is_given) {
             return scene_refuse(check, keys->rotation, "missing; the type of this end needs it");
         }
         status = scene_end_holds_rotation(end->type) ? check_rotation_number(check, keys) : AD_OK;
@@ -224,8 +264,8 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
 static void chord_at(const scene *rod_scene, double t, double chord[3])
 {
     for (int i = 0; i < 3; i++) {
-        chord[i] = expression_evaluate(rod_scene->end.position[i], 0, t) -
-                   expression_evaluate(rod_scene->start.position[i], 0, t);
+        chord[i] = quantity_value(rod_scene->end.position[i], 0, t) -
+                   quantity_value(rod_scene->start.position[i], 0, t);
     }
 }
 
@@ -239,18 +279,21 @@ static double norm(const double a[3])
 static bool resists_spin(const scene *rod_scene)
 {
     const scene_loads *loads = &rod_scene->loads;
-    const double *g = loads->gravity;
-    double chord[3], moment[3];
+    double g[3], chord[3], moment[3];
     bool dead = loads->frame == SCENE_DEAD;
     if (scene_is_manufactured(rod_scene)) {
         return false;
     }
     chord_at(rod_scene, 0, chord);
     for (int i = 0; i < 3; i++) {
+        g[i] = quantity_value(loads->gravity[i], 0, 0);
+    }
+    for (int i = 0; i < 3; i++) {
         moment[i] = g[(i + 1) % 3] * chord[(i + 2) % 3] - g[(i + 2) % 3] * chord[(i + 1) % 3];
     }
     return norm(moment) > 1e-9 * norm(g) * norm(chord) ||
-           (dead && (!all_zero(3, loads->force) || !all_zero(3, loads->moment)));
+           (dead &&
+            (quantity_any_something(3, loads->force) || quantity_any_something(3, loads->moment)));
 }
 
 /* Static equilibrium has to be unique up to buckling: no rigid motion may be left free. The spin of
@@ -288,12 +331,12 @@ static ad_status check_rigid_motion(const scene_checker *check)
 static double locked_length(const scene *rod_scene)
 {
     enum { PIECES = 1000 };
-    double length = rod_scene->rod.length, sum = 0;
+    double length = scene_length(rod_scene), sum = 0;
     for (int k = 0; k < PIECES; k++) {
         double strain[3];
         for (int i = 0; i < 3; i++) {
-            const char *text = rod_scene->rod.rest_strain[i];
-            strain[i] = text ? expression_evaluate(text, (k + 0.5) / PIECES * length, 0) : i == 2;
+            quantity given = quantity_or(rod_scene->rod.rest_strain[i], quantity_number(i == 2));
+            strain[i] = quantity_value(given, (k + 0.5) / PIECES * length, 0);
         }
         sum += norm(strain) / PIECES;
     }
@@ -308,7 +351,7 @@ static ad_status check_reach(const scene_checker *check)
     const scene *rod_scene = check->scene;
     scene_properties properties = scene_properties_of(rod_scene);
     for (int i = 0; i < 3; i++) {
-        if (!isinf(properties.strain_stiffness[i])) {
+        if (!scene_locks(properties.strain_stiffness[i])) {
             return AD_OK;
         }
     }
@@ -319,7 +362,7 @@ static ad_status check_reach(const scene_checker *check)
     double length = locked_length(rod_scene);
     for (int k = 0; k <= (is_dynamic(check) ? INSTANTS : 0); k++) {
         double chord[3];
-        chord_at(rod_scene, rod_scene->duration * k / INSTANTS, chord);
+        chord_at(rod_scene, scene_duration(rod_scene) * k / INSTANTS, chord);
         if (norm(chord) > (1 + 1e-6) * length) { /* of the midpoint rule */
             return scene_refuse(check, "boundary.end.position",
                                 "the held ends are farther apart than the rod is long, and "
@@ -355,11 +398,11 @@ static ad_status check_initial(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
     const scene_initial *initial = &rod_scene->initial;
-    bool position = any_given(3, initial->position);
-    bool rotation = any_given(4, initial->rotation);
-    bool velocity = any_given(3, initial->velocity);
+    bool position = quantity_any_given(3, initial->position);
+    bool rotation = quantity_any_given(4, initial->rotation);
+    bool velocity = quantity_any_given(3, initial->velocity);
     if (!is_dynamic(check) &&
-        (position || rotation || velocity || any_given(3, initial->angular_velocity))) {
+        (position || rotation || velocity || quantity_any_given(3, initial->angular_velocity))) {
         return scene_refuse(
             check, "initial",
             "a static scene has no initial state; give time.duration, or leave it out");
@@ -383,9 +426,6 @@ static ad_status check_initial(const scene_checker *check)
 static ad_status check_time(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
-    if (!(rod_scene->duration >= 0 && isfinite(rod_scene->duration))) {
-        return scene_refuse(check, "time.duration", "must be finite and >= 0; 0 is a static scene");
-    }
     if (rod_scene->windows < 1 || rod_scene->windows > SCENE_WINDOWS_MAX) {
         return scene_refuse(check, "time.windows", "must be 1 to 1024");
     }
@@ -418,21 +458,25 @@ static ad_status check_manufactured(const scene_checker *check)
     const scene_manufactured *exact = &rod_scene->manufactured;
     const scene_loads *loads = &rod_scene->loads;
     const scene_initial *initial = &rod_scene->initial;
-    bool rotation = any_given(4, exact->rotation);
-    bool angles = any_given(3, exact->angles);
+    bool rotation = quantity_any_given(4, exact->rotation);
+    bool angles = quantity_any_given(3, exact->angles);
     const char *derived = "follows from the manufactured solution; leave it out";
     const struct {
         const char *key;
         bool is_given;
     } rows[] = {
-        {"loads.force", any_given(3, loads->force)},
-        {"loads.moment", any_given(3, loads->moment)},
-        {"loads.base", any_given(3, loads->base.force) || any_given(3, loads->base.moment)},
-        {"loads.tip", any_given(3, loads->tip.force) || any_given(3, loads->tip.moment)},
-        {"initial", any_given(3, initial->position) || any_given(4, initial->rotation) ||
-                        any_given(3, initial->velocity) || any_given(3, initial->angular_velocity)},
-        {"boundary.end",
-         any_given(3, rod_scene->end.position) || any_given(4, rod_scene->end.rotation)},
+        {"loads.force", quantity_any_given(3, loads->force)},
+        {"loads.moment", quantity_any_given(3, loads->moment)},
+        {"loads.base",
+         quantity_any_given(3, loads->base.force) || quantity_any_given(3, loads->base.moment)},
+        {"loads.tip",
+         quantity_any_given(3, loads->tip.force) || quantity_any_given(3, loads->tip.moment)},
+        {"initial", quantity_any_given(3, initial->position) ||
+                        quantity_any_given(4, initial->rotation) ||
+                        quantity_any_given(3, initial->velocity) ||
+                        quantity_any_given(3, initial->angular_velocity)},
+        {"boundary.end", quantity_any_given(3, rod_scene->end.position) ||
+                             quantity_any_given(4, rod_scene->end.rotation)},
     };
     if (!scene_is_manufactured(rod_scene)) {
         return rotation || angles
@@ -458,9 +502,11 @@ typedef ad_status scene_part(const scene_checker *check);
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     static scene_part *const of_rods[] = {
-        scene_check_rod, scene_check_no_beam, check_expressions, check_manufactured, check_frames,
-        check_ends,      check_initial,       check_time,        check_imperfection, NULL};
-    static scene_part *const of_beams[] = {scene_check_rod, scene_check_beam, check_time, NULL};
+        check_extent,   check_numbers,      scene_check_rod,    scene_check_no_beam,
+        check_formulas, check_manufactured, check_frames,       check_ends,
+        check_initial,  check_time,         check_imperfection, NULL};
+    static scene_part *const of_beams[] = {check_extent,     check_numbers, scene_check_rod,
+                                           scene_check_beam, check_time,    NULL};
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, key ? key : &ignored, error};
     ad_status status = AD_OK;

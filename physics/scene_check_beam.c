@@ -1,5 +1,4 @@
 /* What the scene of a beam has to satisfy, and what it cannot have that rods in space can. */
-#include "physics/expression.h"
 #include "physics/scene_internal.h"
 
 #include <math.h>
@@ -9,7 +8,7 @@ enum { BEAM_FORMULAS = 11 };
 
 typedef struct beam_formula_row {
     const char *key;
-    const char *const *text;
+    const quantity *formula;
     bool s_allowed, t_allowed;
 } beam_formula_row;
 
@@ -38,7 +37,7 @@ ad_status scene_check_no_beam(const scene_checker *check)
     beam_formula_row rows[BEAM_FORMULAS];
     list_formulas(&check->scene->beam, rows);
     for (int i = 0; i < BEAM_FORMULAS; i++) {
-        if (*rows[i].text) {
+        if (rows[i].formula->is_given) {
             return scene_refuse(check, rows[i].key,
                                 "belongs to a beam of small deflection; leave it out, or take "
                                 "rod.model euler_bernoulli or timoshenko");
@@ -56,7 +55,7 @@ static ad_status check_formulas(const scene_checker *check)
         const scene_group group = {
             rows[i].key,
             1,
-            rows[i].text,
+            rows[i].formula,
             rows[i].s_allowed,
             rows[i].t_allowed,
             "depends on s, but it belongs to one end; allowed: a formula of t",
@@ -66,15 +65,15 @@ static ad_status check_formulas(const scene_checker *check)
     return status;
 }
 
-static bool is_number(const char *text, double value)
+/* Whether it is given and something else. */
+static bool differ(const quantity q[3], double a, double b, double c)
 {
-    double number = 0;
-    return !text || (expression_is_number(text, &number) && number == value);
-}
-
-static bool are_numbers(const char *const *texts, double a, double b, double c)
-{
-    return is_number(texts[0], a) && is_number(texts[1], b) && is_number(texts[2], c);
+    const double numbers[3] = {a, b, c};
+    bool differs = false;
+    for (int i = 0; i < 3; i++) {
+        differs = differs || (q[i].is_given && !quantity_is(q[i], numbers[i]));
+    }
+    return differs;
 }
 
 /* Keys of rods in space that a beam does not have. */
@@ -87,34 +86,36 @@ static ad_status check_rods_keys(const scene_checker *check)
         "belongs to a rod in space; leave it out, or take another rod.model";
     const scene *given = check->scene;
     const scene_loads *l = &given->loads;
-    const double *g = l->gravity;
-    const double *viscous[2] = {given->rod.strain_damping, given->rod.curvature_damping};
     const struct {
         const char *key;
         bool is_given;
         const char *sentence;
     } rows[] = {
-        {"rod.rest.strain", !are_numbers(given->rod.rest_strain, 0, 0, 1), shape},
-        {"rod.rest.curvature", !are_numbers(given->rod.rest_curvature, 0, 0, 0), shape},
+        {"rod.rest.strain", differ(given->rod.rest_strain, 0, 0, 1), shape},
+        {"rod.rest.curvature", differ(given->rod.rest_curvature, 0, 0, 0), shape},
         {"rod.rest.imperfection", scene_is_imperfect(given), shape},
-        {"rod.damping.strain", viscous[0][0] != 0 || viscous[0][1] != 0 || viscous[0][2] != 0,
+        {"rod.damping.strain", quantity_any_something(3, given->rod.strain_damping),
          "belongs to a rod in space; a beam is damped by loads.drag"},
-        {"rod.damping.curvature", viscous[1][0] != 0 || viscous[1][1] != 0 || viscous[1][2] != 0,
+        {"rod.damping.curvature", quantity_any_something(3, given->rod.curvature_damping),
          "belongs to a rod in space; a beam is damped by loads.drag"},
-        {"loads.gravity", g[0] != 0 || g[1] != 0 || g[2] != 0,
+        {"loads.gravity", quantity_any_something(3, l->gravity),
          "acts on a rod in space; a beam has its weight across the axis in beam.force"},
-        {"loads.force", l->force[0], loads},
-        {"loads.moment", l->moment[0], loads},
+        {"loads.force", l->force[0].is_given, loads},
+        {"loads.moment", l->moment[0].is_given, loads},
         {"loads.frame", l->frame != SCENE_DEAD, loads},
-        {"loads.base", l->base.force[0] || l->base.moment[0] || l->base.frame != SCENE_DEAD, loads},
-        {"loads.tip", l->tip.force[0] || l->tip.moment[0] || l->tip.frame != SCENE_DEAD, loads},
-        {"initial.position", given->initial.position[0], state},
-        {"initial.rotation", given->initial.rotation[0], state},
-        {"initial.velocity", given->initial.velocity[0], state},
-        {"initial.angular_velocity", given->initial.angular_velocity[0], state},
+        {"loads.base",
+         l->base.force[0].is_given || l->base.moment[0].is_given || l->base.frame != SCENE_DEAD,
+         loads},
+        {"loads.tip",
+         l->tip.force[0].is_given || l->tip.moment[0].is_given || l->tip.frame != SCENE_DEAD,
+         loads},
+        {"initial.position", given->initial.position[0].is_given, state},
+        {"initial.rotation", given->initial.rotation[0].is_given, state},
+        {"initial.velocity", given->initial.velocity[0].is_given, state},
+        {"initial.angular_velocity", given->initial.angular_velocity[0].is_given, state},
         {"manufactured",
-         scene_is_manufactured(given) || given->manufactured.rotation[0] ||
-             given->manufactured.angles[0],
+         scene_is_manufactured(given) || given->manufactured.rotation[0].is_given ||
+             given->manufactured.angles[0].is_given,
          "makes loads of a rod in space; for a beam give beam.force and reference.deflection"},
         {"motion", given->motion != SCENE_AUTOMATIC, shape},
     };
@@ -123,9 +124,7 @@ static ad_status check_rods_keys(const scene_checker *check)
             return scene_refuse(check, rows[i].key, rows[i].sentence);
         }
     }
-    return l->drag >= 0 && isfinite(l->drag)
-               ? AD_OK
-               : scene_refuse(check, "loads.drag", "must be finite and >= 0");
+    return scene_check_drag(check);
 }
 
 static ad_status check_theory(const scene_checker *check)
@@ -135,13 +134,13 @@ static ad_status check_theory(const scene_checker *check)
     const scene_beam *beam = &given->beam;
     scene_properties properties = scene_properties_of(given);
     bool shears = rod->model == SCENE_TIMOSHENKO;
-    if (!shears && !isnan(rod->rotary_inertia[0])) {
+    if (!shears && rod->rotary_inertia[0].is_given) {
         return scene_refuse(check, "rod.inertia.rotary",
                             "euler_bernoulli has no rotary inertia; leave it out, or take "
                             "timoshenko");
     }
     if (shears && given->formulation == SCENE_DISPLACEMENT &&
-        isinf(properties.strain_stiffness[1])) {
+        scene_locks(properties.strain_stiffness[1])) {
         return scene_refuse(check, "formulation",
                             "displacement computes the shear from its strain and needs finite "
                             "stiffness; allowed for this beam: mixed");
@@ -152,8 +151,10 @@ static ad_status check_theory(const scene_checker *check)
                             "state that a window hands on, too many for rounding; allowed: 1, or "
                             "formulation mixed");
     }
-    if ((beam->slope || beam->slope_rate) && properties.rotary_inertia[0] == 0) {
-        return scene_refuse(check, beam->slope ? "beam.initial.slope" : "beam.initial.slope_rate",
+    if ((beam->slope.is_given || beam->slope_rate.is_given) &&
+        !quantity_is_something(properties.rotary_inertia[0])) {
+        return scene_refuse(check,
+                            beam->slope.is_given ? "beam.initial.slope" : "beam.initial.slope_rate",
                             "follows from the deflection, since this beam has no rotary inertia; "
                             "leave it out");
     }
@@ -166,7 +167,7 @@ static ad_status check_end(const scene_checker *check, bool at_tip)
     const scene_beam *beam = &check->scene->beam;
     const scene_beam_load *load = at_tip ? &beam->tip : &beam->base;
     const char *type = at_tip ? "boundary.end.type" : "boundary.start.type";
-    bool given = load->force || load->moment;
+    bool given = load->force.is_given || load->moment.is_given;
     if (end->type == SCENE_DRIVEN) {
         return scene_refuse(check, type,
                             "driven ends are for rods in space; allowed for a beam: clamped, "
@@ -185,21 +186,16 @@ static ad_status check_end(const scene_checker *check, bool at_tip)
 /* Static equilibrium has to be unique. */
 static ad_status check_support(const scene_checker *check)
 {
-    enum { SAMPLES = 64 };
     const scene *given = check->scene;
-    const char *foundation = given->beam.foundation;
+    quantity foundation = given->beam.foundation;
     scene_end_type start = given->start.type, end = given->end.type;
     bool clamped = scene_end_holds_rotation(start) || scene_end_holds_rotation(end);
     bool on_two = scene_end_holds_position(start) && scene_end_holds_position(end);
-    double most = 0;
-    for (int i = 0; foundation && i <= SAMPLES; i++) {
-        double k = expression_evaluate(foundation, given->rod.length * i / SAMPLES, 0);
-        most = fmax(most, k);
-        if (!(k >= 0 && isfinite(k))) {
-            return scene_refuse(check, "beam.foundation", "must be finite and >= 0 all along");
-        }
+    scene_range range = scene_range_of(given, quantity_or(foundation, quantity_number(0)));
+    if (!(range.low >= 0 && isfinite(range.high))) {
+        return scene_refuse(check, "beam.foundation", "must be finite and >= 0 all along");
     }
-    if (scene_is_dynamic(given) || clamped || on_two || most > 0) {
+    if (scene_is_dynamic(given) || clamped || on_two || range.high > 0) {
         return AD_OK;
     }
     return scene_refuse(check, "boundary",
@@ -210,7 +206,8 @@ static ad_status check_support(const scene_checker *check)
 static ad_status check_initial(const scene_checker *check)
 {
     const scene_beam *beam = &check->scene->beam;
-    bool given = beam->deflection || beam->velocity || beam->slope || beam->slope_rate;
+    bool given = beam->deflection.is_given || beam->velocity.is_given || beam->slope.is_given ||
+                 beam->slope_rate.is_given;
     return scene_is_dynamic(check->scene) || !given
                ? AD_OK
                : scene_refuse(check, "beam.initial",

@@ -4,14 +4,17 @@
 
 #include <math.h>
 
-static bool given(double value)
+/* All along. */
+static bool is_finite_positive(const scene_checker *check, quantity q)
 {
-    return !isnan(value);
+    scene_range range = scene_range_of(check->scene, q);
+    return range.low > 0 && isfinite(range.high);
 }
 
-static bool is_finite_positive(double value)
+static bool is_finite_not_negative(const scene_checker *check, quantity q)
 {
-    return value > 0 && isfinite(value);
+    scene_range range = scene_range_of(check->scene, q);
+    return range.low >= 0 && isfinite(range.high);
 }
 
 /* A dimension of the section: the shapes (bits) that have it. */
@@ -20,7 +23,7 @@ static ad_status check_section(const scene_checker *check)
     const scene_rod *rod = &check->scene->rod;
     const struct {
         const char *key;
-        double value;
+        quantity value;
         unsigned shapes;
     } rows[] = {
         {"rod.section.radius", rod->radius, 1U << SCENE_CIRCLE | 1U << SCENE_TUBE},
@@ -30,19 +33,20 @@ static ad_status check_section(const scene_checker *check)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         bool has = rows[i].shapes >> rod->section & 1;
-        if (has && !is_finite_positive(rows[i].value)) {
+        if (has && !(rows[i].value.is_given && is_finite_positive(check, rows[i].value))) {
             return scene_refuse(check, rows[i].key,
-                                given(rows[i].value) ? "must be a finite number > 0"
-                                                     : "missing; the section's shape needs it");
+                                rows[i].value.is_given ? "must be finite and > 0"
+                                                       : "missing; the section's shape needs it");
         }
-        if (!has && given(rows[i].value)) {
+        if (!has && rows[i].value.is_given) {
             return scene_refuse(
                 check, rows[i].key,
                 "the section's shape has no such size; circle: radius, tube: radius and "
                 "inner_radius, rectangle: width and height");
         }
     }
-    if (rod->section == SCENE_TUBE && !(rod->inner_radius < rod->radius)) {
+    quantity wall = quantity_subtract(rod->radius, rod->inner_radius);
+    if (rod->section == SCENE_TUBE && !is_finite_positive(check, wall)) {
         return scene_refuse(check, "rod.section.inner_radius",
                             "must be less than rod.section.radius");
     }
@@ -54,7 +58,7 @@ static ad_status check_section(const scene_checker *check)
 typedef struct stiffness_row {
     const char *key;
     int count;
-    const double *values;
+    const quantity *values;
     bool locked;
     bool needs_poisson;
 } stiffness_row;
@@ -66,11 +70,11 @@ static ad_status check_derived_stiffness(const scene_checker *check, const stiff
         return scene_refuse(check, row->key,
                             "missing; give rod.section and rod.material, or this stiffness itself");
     }
-    if (!given(rod->youngs_modulus)) {
+    if (!rod->youngs_modulus.is_given) {
         return scene_refuse(check, "rod.material.youngs_modulus",
                             "missing; the stiffness of the section follows from it");
     }
-    if (row->needs_poisson && !given(rod->poissons_ratio)) {
+    if (row->needs_poisson && !rod->poissons_ratio.is_given) {
         return scene_refuse(check, "rod.material.poissons_ratio",
                             "missing; shear and torsional stiffness follow from it");
     }
@@ -81,12 +85,12 @@ static ad_status check_stiffness_row(const scene_checker *check, const stiffness
 {
     int found = 0;
     for (int i = 0; i < row->count; i++) {
-        double value = row->values[i];
-        found += given(value);
-        if (given(value) && !(value > 0)) {
+        quantity value = row->values[i];
+        found += value.is_given;
+        if (value.is_given && !scene_locks(value) && !is_finite_positive(check, value)) {
             return scene_refuse(check, row->key, "must be > 0; .inf locks that strain");
         }
-        if (row->locked && given(value) && isfinite(value)) {
+        if (row->locked && value.is_given && !scene_locks(value)) {
             return scene_refuse(
                 check, row->key,
                 "contradicts rod.model, which locks this strain; leave it out, or take "
@@ -120,7 +124,8 @@ static ad_status check_stiffness(const scene_checker *check)
     }
     scene_properties properties = scene_properties_of(check->scene);
     bool locked = scene_is_locked(&properties);
-    if (isinf(properties.curvature_stiffness[0]) && isinf(properties.curvature_stiffness[1])) {
+    if (scene_locks(properties.curvature_stiffness[0]) &&
+        scene_locks(properties.curvature_stiffness[1])) {
         return scene_refuse(check, "rod.stiffness.bending",
                             "at least one of the two must be finite");
     }
@@ -142,34 +147,30 @@ static ad_status check_material(const scene_checker *check)
     const scene_rod *rod = &check->scene->rod;
     const struct {
         const char *key;
-        double value;
+        quantity value;
     } rows[] = {
         {"rod.material.youngs_modulus", rod->youngs_modulus},
         {"rod.material.shear_correction", rod->shear_correction},
         {"rod.material.density", rod->density},
         {"rod.inertia.mass_per_length", rod->mass_per_length},
     };
-    if (!is_finite_positive(rod->length)) {
-        return scene_refuse(check, "rod.length",
-                            given(rod->length) ? "must be a finite number > 0"
-                                               : "missing; the length of the undeformed rod in m");
-    }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (given(rows[i].value) && !is_finite_positive(rows[i].value)) {
-            return scene_refuse(check, rows[i].key, "must be a finite number > 0");
+        if (rows[i].value.is_given && !is_finite_positive(check, rows[i].value)) {
+            return scene_refuse(check, rows[i].key, "must be finite and > 0");
         }
     }
-    if (given(rod->poissons_ratio) && !(rod->poissons_ratio > -1 && rod->poissons_ratio <= 0.5)) {
+    scene_range nu = scene_range_of(check->scene, rod->poissons_ratio);
+    if (rod->poissons_ratio.is_given && !(nu.low > -1 && nu.high <= 0.5)) {
         return scene_refuse(check, "rod.material.poissons_ratio", "must be > -1 and <= 0.5");
     }
     return AD_OK;
 }
 
 /* No damping of what is locked. */
-static bool damping_moves(const double damping[3], const double stiffness[3])
+static bool damping_moves(const quantity damping[3], const quantity stiffness[3])
 {
     for (int i = 0; i < 3; i++) {
-        if (damping[i] != 0 && isinf(stiffness[i])) {
+        if (quantity_is_something(damping[i]) && scene_locks(stiffness[i])) {
             return false;
         }
     }
@@ -180,22 +181,23 @@ static ad_status check_inertia(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
     const scene_rod *rod = &rod_scene->rod;
-    const double *gravity = rod_scene->loads.gravity;
-    bool heavy = gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0;
-    bool follows = rod->section != SCENE_SECTION_NONE && given(rod->density);
+    bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
+    bool follows = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
+    bool massive = follows || rod->mass_per_length.is_given;
     const char *locked =
         "damps a strain that rod.model or an infinite stiffness locks; allowed for it: 0";
     scene_properties properties = scene_properties_of(rod_scene);
     int rotary = 0;
     for (int i = 0; i < 3; i++) {
-        rotary += given(rod->rotary_inertia[i]);
-        if (rod->rotary_inertia[i] < 0 || isinf(rod->rotary_inertia[i])) {
+        rotary += rod->rotary_inertia[i].is_given;
+        if (rod->rotary_inertia[i].is_given &&
+            !is_finite_not_negative(check, rod->rotary_inertia[i])) {
             return scene_refuse(check, "rod.inertia.rotary", "must be finite and >= 0");
         }
-        if (!(rod->strain_damping[i] >= 0 && isfinite(rod->strain_damping[i]))) {
+        if (!is_finite_not_negative(check, rod->strain_damping[i])) {
             return scene_refuse(check, "rod.damping.strain", "must be finite and >= 0");
         }
-        if (!(rod->curvature_damping[i] >= 0 && isfinite(rod->curvature_damping[i]))) {
+        if (!is_finite_not_negative(check, rod->curvature_damping[i])) {
             return scene_refuse(check, "rod.damping.curvature", "must be finite and >= 0");
         }
     }
@@ -209,7 +211,7 @@ static ad_status check_inertia(const scene_checker *check)
         return scene_refuse(check, "rod.inertia.rotary",
                             "some entries are missing; give all or none");
     }
-    if ((heavy || scene_is_dynamic(check->scene)) && !follows && !given(rod->mass_per_length)) {
+    if ((heavy || scene_is_dynamic(check->scene)) && !massive) {
         return scene_refuse(check,
                             rod->section == SCENE_SECTION_NONE ? "rod.inertia.mass_per_length"
                                                                : "rod.material.density",
@@ -233,24 +235,28 @@ static ad_status check_units(const scene_checker *check)
 {
     const scene_rod *rod = &check->scene->rod;
     scene_properties properties = scene_properties_of(check->scene);
-    const double *bending = properties.curvature_stiffness;
-    bool made = !given(rod->bending_stiffness[0]);
-    bool odd_material = made && !(rod->youngs_modulus >= 1e-30 && rod->youngs_modulus <= 1e30);
+    scene_range bending[2], youngs = scene_range_of(check->scene, rod->youngs_modulus);
+    bool made = !rod->bending_stiffness[0].is_given;
+    bool odd_material = made && !(youngs.low >= 1e-30 && youngs.high <= 1e30);
     bool dynamic = scene_is_dynamic(check->scene);
     double unit_of_time = dynamic ? rod_scales_of(check->scene).time : 1;
+    for (int i = 0; i < 2; i++) {
+        bending[i] = scene_range_of(check->scene, properties.curvature_stiffness[i]);
+    }
     const struct {
         const char *key, *what, *unit;
         double value, low, high;
     } rows[] = {
-        {"rod.length", "length", "m", rod->length, 1e-30, 1e30},
+        {"rod.length", "length", "m", scene_length(check->scene), 1e-30, 1e30},
         {odd_material ? "rod.material.youngs_modulus"
          : made       ? "rod.section"
                       : "rod.stiffness.bending",
-         "bending stiffness", "N m^2", fmin(bending[0], bending[1]), 1e-60, 1e60},
-        {given(rod->mass_per_length) ? "rod.inertia.mass_per_length" : "rod.material.density",
-         "mass", "kg/m", dynamic ? properties.mass_per_length : 1, 1e-60, 1e60},
+         "bending stiffness", "N m^2", fmin(bending[0].low, bending[1].low), 1e-60, 1e60},
+        {rod->mass_per_length.is_given ? "rod.inertia.mass_per_length" : "rod.material.density",
+         "mass", "kg/m", dynamic ? scene_mean(check->scene, properties.mass_per_length) : 1, 1e-60,
+         1e60},
         {"time.duration", "motion", "L^2 (rhoA/EI)^(1/2) long",
-         dynamic ? check->scene->duration / unit_of_time : 1, 1e-12, 1e12},
+         dynamic ? scene_duration(check->scene) / unit_of_time : 1, 1e-12, 1e12},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (!(rows[i].value >= rows[i].low && rows[i].value <= rows[i].high)) {

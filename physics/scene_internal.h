@@ -13,18 +13,21 @@ typedef struct scene_checker {
 /* Write key and sentence, return AD_BAD_INPUT. */
 ad_status scene_refuse(const scene_checker *check, const char *key, const char *sentence);
 
-/* Expressions under one key: all given or none, each parses, and uses only the variables it may. */
+/* Quantities under one key: all given or none, each parses, and uses only the coordinates it may.
+ */
 typedef struct scene_group {
     const char *key;
     int count;
-    const char *const *texts;
+    const quantity *entries;
     bool s_allowed;
     bool t_allowed;
     const char *s_sentence; /* what to say when s is used all the same */
     const char *t_sentence;
 } scene_group;
 
-ad_status scene_check_group(const scene_checker *check, const scene_group *entries);
+ad_status scene_check_group(const scene_checker *check, const scene_group *group);
+
+ad_status scene_check_drag(const scene_checker *check);
 
 /* A beam; and that a rod in space has nothing of one (scene_check_beam.c). */
 ad_status scene_check_beam(const scene_checker *check);

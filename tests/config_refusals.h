@@ -35,15 +35,15 @@ static const refusal refusals[] = {
      "rod: {}\n",
      NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
     {"just text\n", NULL,
-     "scene.yaml:1:1: is a single value; allowed: a section with the keys name, rod, loads, "
+     "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
+     "rod, loads, "
      "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
      "losses, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
-     "scene.yaml:1:1: is a list; allowed: a section with the keys name, rod, loads, beam, "
-     "boundary, initial, time, manufactured, formulation, motion, enforcement, network, losses, "
-     "training, "
-     "checkpoint, output, reference"},
+     "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, rod, "
+     "loads, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
+     "network, losses, training, checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
      NULL, "scene.yaml:2:3: not valid YAML: control characters are not allowed"},
@@ -71,10 +71,9 @@ static const refusal refusals[] = {
     {"a: &a [x, x]\n"
      "b: &b [*a, *a]\n",
      NULL,
-     "scene.yaml:1:1: a: unknown key; allowed in the file: name, rod, loads, beam, boundary, "
-     "initial, time, manufactured, formulation, motion, enforcement, network, losses, training, "
-     "checkpoint, output, "
-     "reference"},
+     "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, rod, loads, "
+     "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
+     "losses, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
     {BASE "name: a/b\n", NULL,
@@ -221,15 +220,17 @@ static const refusal refusals[] = {
      "finite "
      "number > 0, in rad/m"},
     {BASE "loads: {gravity: [0, 0]}\n", NULL,
-     "scene.yaml:4:18: loads.gravity: has 2 entries; allowed: a list of 3 finite numbers, in "
-     "m/s^2"},
+     "scene.yaml:4:18: loads.gravity: has 2 entries; allowed: a list of 3 numbers or "
+     "formulas, in m/s^2"},
     {BASE "loads: {gravity: [0, 0, x]}\n", NULL,
-     "scene.yaml:4:25: loads.gravity[2]: is x, which is not a number; allowed: a finite number, in "
-     "m/s^2"},
+     "scene.yaml:4:25: loads.gravity[2]: column 1 of 'x': unknown name 'x'; allowed are s, t, "
+     "pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, min, "
+     "max, step, where"},
     {BASE "loads: {gravity: 9.81}\n", NULL,
-     "scene.yaml:4:18: loads.gravity: is 9.81; allowed: a list of 3 finite numbers, in m/s^2"},
+     "scene.yaml:4:18: loads.gravity: is 9.81; allowed: a list of 3 numbers or formulas, in "
+     "m/s^2"},
     {BASE "loads: {gravity: [0, 0, null]}\n", NULL,
-     "scene.yaml:4:25: loads.gravity[2]: is null; allowed: a finite number, in m/s^2"},
+     "scene.yaml:4:25: loads.gravity[2]: is null; allowed: a number or a formula, in m/s^2"},
     {BASE "loads: {gravity: [0, 0, -9.81]}\n", NULL,
      "scene.yaml:2:3: rod.inertia.mass_per_length: missing; loads.gravity needs the rod's mass"},
     {BASE "loads: {tip: {force: [0, 0, sin(]}}\n", NULL,
@@ -263,8 +264,8 @@ static const refusal refusals[] = {
     {BASE "radius: 5\n", NULL,
      "scene.yaml:4:1: radius: unknown key; did you mean rod.section.radius?"},
     {BASE "time: {duration: -1}\n", NULL,
-     "scene.yaml:4:18: time.duration: is -1, which is out of range; allowed: a finite number >= 0, "
-     "in s"},
+     "scene.yaml:4:18: time.duration: is -1, which is out of range; allowed: a number or a "
+     "formula >= 0, in s"},
     {BASE "losses: {interior: {sampler: random}}\n", NULL,
      "scene.yaml:4:30: losses.interior.sampler: is random; allowed: one of uniform, "
      "latin_hypercube, sobol, chebyshev, chebyshev_lobatto, grid"},
@@ -320,14 +321,15 @@ static const refusal refusals[] = {
     {BASE, "rod.lenght=5", "--set rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
     {BASE, "rod.length=", "--set rod.length=: is empty; allowed: key=value"},
     {BASE, "rod.length=-5",
-     "--set rod.length=-5: rod.length: is -5, which is out of range; allowed: a finite number > 0, "
-     "in m"},
+     "--set rod.length=-5: rod.length: is -5, which is out of range; allowed: a number or a "
+     "formula > 0, in m"},
     {BASE, "rod.length=[1",
      "--set rod.length=[1: not valid YAML: did not find expected ',' or ']' while parsing a flow "
      "sequence"},
     {BASE, "rod={length: x}",
-     "--set rod={length: x}: rod.length: is x, which is not a number; allowed: a finite number > "
-     "0, in m"},
+     "--set rod={length: x}: rod.length: column 1 of 'x': unknown name 'x'; allowed are s, t, "
+     "pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, min, "
+     "max, step, where"},
     {BASE, "rod={lenght: 2}",
      "--set rod={lenght: 2}: rod.lenght: unknown key; did you mean rod.length?"},
     {BASE, "network.hidden=[64,-1]",

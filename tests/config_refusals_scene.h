@@ -92,16 +92,15 @@ static const refusal scene_refusals[] = {
      "they do only for a network without hidden layers and gauss_newton; leave out network.hidden "
      "and training.stages, or this"},
     {BASE, "rod.rest.imperfection=[t, 0, 0]",
-     "--set rod.rest.imperfection=[t, 0, 0]: rod.rest.imperfection: depends on t, but the "
-     "unstressed "
-     "shape is fixed; allowed: a formula of s"},
+     "--set rod.rest.imperfection=[t, 0, 0]: rod.rest.imperfection: depends on t, but it "
+     "may not change with time; allowed: a formula of s"},
     {"rod:\n"
      "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
      "  rest: {curvature: [t, 0, 0]}\n",
      NULL,
-     "scene.yaml:4:21: rod.rest.curvature: depends on t, but the unstressed shape is fixed; "
-     "allowed: a formula of s"},
+     "scene.yaml:4:21: rod.rest.curvature: depends on t, but the scene is static; give "
+     "time.duration, or a formula without t"},
     {"rod:\n"
      "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
@@ -124,7 +123,7 @@ static const refusal scene_refusals[] = {
      "  material: {youngs_modulus: 1e6, poissons_ratio: 0.7}\n",
      NULL,
      "scene.yaml:4:51: rod.material.poissons_ratio: is 0.7, which is out of range; allowed: a "
-     "finite number > -1 and <= 0.5"},
+     "number or a formula > -1 and <= 0.5"},
     {"rod:\n"
      "  length: 1\n"
      "  section: {shape: circle, radius: 1e-2}\n"

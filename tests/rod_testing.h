@@ -5,12 +5,11 @@
 #include "evaluate.h"
 
 #include "physics/rod.h"
-
-#include <stdio.h>
+#include "quantity_testing.h"
 
 #define PI 3.14159265358979323846
 
-enum { POINTS = 6, TEXT = 64 };
+enum { POINTS = 6 };
 
 /* Dimensionless points; sets[0] s, sets[1] t. */
 static const double unit_s[POINTS] = {0.03, 0.21, 0.4, 0.55, 0.83, 0.98};
@@ -54,16 +53,16 @@ static inline scene stiff_scene(double length, const double *kse, const double *
     scene made;
     scene_defaults(&made);
     made.motion = SCENE_SPATIAL;
-    made.rod.length = length;
+    made.rod.length = Q(length);
     for (int i = 0; i < 2; i++) {
-        made.rod.shear_stiffness[i] = kse[i];
-        made.rod.bending_stiffness[i] = kbt[i];
+        made.rod.shear_stiffness[i] = Q(kse[i]);
+        made.rod.bending_stiffness[i] = Q(kbt[i]);
     }
-    made.rod.axial_stiffness = kse[2];
-    made.rod.torsional_stiffness = kbt[2];
-    made.rod.mass_per_length = mass;
+    made.rod.axial_stiffness = Q(kse[2]);
+    made.rod.torsional_stiffness = Q(kbt[2]);
+    made.rod.mass_per_length = Q(mass);
     for (int i = 0; i < 3; i++)
-        made.rod.rotary_inertia[i] = inertia[i];
+        made.rod.rotary_inertia[i] = Q(inertia[i]);
     return made;
 }
 
@@ -80,15 +79,6 @@ static inline void check_interior(const scene *given, const recorded *r, rod_sta
         double worst = largest(residual, unit_s, t);
         if (!(worst < tolerance))
             fail_msg("%s: %g", rod_residual_name((rod_residual_kind)kind), worst);
-    }
-}
-
-static inline void set_texts(const char **field, char (*store)[TEXT], int count,
-                             const double *numbers)
-{
-    for (int i = 0; i < count; i++) {
-        snprintf(store[i], TEXT, "%.17g", numbers[i]);
-        field[i] = store[i];
     }
 }
 

@@ -4,7 +4,7 @@
 #include "training_testing.h"
 
 #include "physics/beam.h"
-#include "physics/expression.h"
+#include "quantity_testing.h"
 #include "tools/config/config_experiment.h"
 #include "tools/train/reference.h"
 #include "tools/train/trainer.h"
@@ -134,22 +134,22 @@ static scene general_scene(bool shears, bool mixed, double duration)
     const by_hand *exact = shears ? &timoshenko : &euler;
     scene_defaults(&made);
     made.rod.model = shears ? SCENE_TIMOSHENKO : SCENE_EULER_BERNOULLI;
-    made.rod.length = 1.7;
-    made.rod.bending_stiffness[0] = 2.3;
-    made.rod.bending_stiffness[1] = 9.9;
-    made.rod.mass_per_length = 0.6;
+    made.rod.length = Q(1.7);
+    made.rod.bending_stiffness[0] = Q(2.3);
+    made.rod.bending_stiffness[1] = Q(9.9);
+    made.rod.mass_per_length = Q(0.6);
     if (shears) {
-        made.rod.shear_stiffness[0] = 7;
-        made.rod.shear_stiffness[1] = 41;
-        made.rod.rotary_inertia[0] = 0.05;
-        made.rod.rotary_inertia[1] = made.rod.rotary_inertia[2] = 7;
+        made.rod.shear_stiffness[0] = Q(7);
+        made.rod.shear_stiffness[1] = Q(41);
+        made.rod.rotary_inertia[0] = Q(0.05);
+        made.rod.rotary_inertia[1] = made.rod.rotary_inertia[2] = Q(7);
     }
-    made.loads.drag = 0.4;
-    made.duration = duration;
+    made.loads.drag = Q(0.4);
+    made.duration = Q(duration);
     made.formulation = mixed ? SCENE_MIXED : SCENE_DISPLACEMENT;
-    made.beam.force = exact->q;
-    made.beam.moment = exact->mu;
-    made.beam.foundation = "3+s";
+    made.beam.force = Q(exact->q);
+    made.beam.moment = Q(exact->mu);
+    made.beam.foundation = Q("3+s");
     return made;
 }
 
@@ -157,7 +157,7 @@ static ad_value formula(const scene *given, const char *text, double unit, ad_va
 {
     rod_scales scales = rod_scales_of(given);
     ad_value length = ad_scale(s, scales.length), time = ad_scale(t, scales.time);
-    return ad_scale(expression_record(text, length, time), 1 / unit);
+    return ad_scale(quantity_record_at(Q(text), length, time), 1 / unit);
 }
 
 /* Residuals of what is known to be exact are rounding: of derivatives of fourth order, of terms up
@@ -519,14 +519,14 @@ static void test_initial(void **state)
     scene given = general_scene(false, true, 1);
     const char *key = NULL;
     ad_error error;
-    given.beam.moment = given.beam.force = NULL;
-    given.beam.deflection = "0.1*s^2";
+    given.beam.moment = given.beam.force = Q(NULL);
+    given.beam.deflection = Q("0.1*s^2");
     assert_int_equal(beam_check(&given, &key, &error), AD_OK);
     given.formulation = SCENE_DISPLACEMENT;
     assert_int_equal(beam_check(&given, &key, &error), AD_BAD_INPUT);
     assert_string_equal(key, "beam.initial.deflection");
     given.formulation = SCENE_MIXED;
-    given.beam.velocity = "0.1+s";
+    given.beam.velocity = Q("0.1+s");
     assert_int_equal(beam_check(&given, &key, &error), AD_BAD_INPUT);
     assert_string_equal(key, "beam.initial.velocity");
     given.initial_enforcement = SCENE_SOFT;

@@ -80,8 +80,8 @@ static void test_against_field(void **state)
         static double s[POINTS], t[POINTS], expected[MODEL_COLUMNS_MAX * POINTS],
             values[MODEL_COLUMNS_MAX * POINTS], alone[MODEL_COLUMNS_MAX];
         for (int i = 0; i < POINTS; i++) {
-            s[i] = e->scene->rod.length * (i * 37 % 101) / 100;
-            t[i] = e->scene->duration * (i * 53 % 97) / 96;
+            s[i] = scene_length(e->scene) * (i * 37 % 101) / 100;
+            t[i] = scene_duration(e->scene) * (i * 53 % 97) / 96;
         }
         assert_int_equal(field_evaluate(f, experiment_parameters(e), POINTS,
                                         (const double *const[]){s, t}, expected, NULL),
@@ -123,11 +123,11 @@ static void test_derivatives(void **state)
         evaluator *derivative = make(&model, rows[row].name),
                   *below = make(&model, rows[row].below);
         assert_int_equal(evaluator_columns(derivative), rows[row].columns);
-        double h =
-            1e-3 * (rows[row].by_s ? e->scene->rod.length : e->scene->duration / e->scene->windows);
+        double h = 1e-3 * (rows[row].by_s ? scene_length(e->scene)
+                                          : scene_duration(e->scene) / e->scene->windows);
         for (int i = 0; i < 20; i++) {
             double s = 0.1 + 0.09 * i,
-                   t = e->scene->duration / e->scene->windows * (0.1 + 0.04 * i);
+                   t = scene_duration(e->scene) / e->scene->windows * (0.1 + 0.04 * i);
             double values[4], low[4], high[4], difference[4] = {0};
             assert_int_equal(evaluator_evaluate(derivative, 1, &s, &t, values, NULL), AD_OK);
             for (int k = 1; k <= 3; k++) {
@@ -166,8 +166,9 @@ static void test_windows(void **state)
     field *f;
     assert_int_equal(field_create(e->model, e->mlp, false, e->pool, &f, NULL), AD_OK);
     field_enter(f, 2, e->parameters, e->starts);
-    double window = e->scene->duration / e->scene->windows;
-    const double at[] = {0, window, 2 * window, 2 * window + 1e-9, 3 * window, e->scene->duration};
+    double window = scene_duration(e->scene) / e->scene->windows;
+    const double at[] = {
+        0, window, 2 * window, 2 * window + 1e-9, 3 * window, scene_duration(e->scene)};
     for (size_t i = 0; i < sizeof at / sizeof *at; i++) {
         double s = 0.8, values[5], expected[MODEL_COLUMNS_MAX];
         assert_int_equal(evaluator_evaluate(x, 1, &s, &at[i], values, NULL), AD_OK);

@@ -466,8 +466,8 @@ static void test_locate_parameters(void **state)
         assert_int_equal(problem_evaluate(m.p, x, &loss, NULL, NULL), AD_NOT_FINITE);
         assert_int_equal(problem_locate(m.p, x, &place, NULL), AD_OK);
         assert_in_range(place.term, 0, problem_terms(m.p) - 1);
-        assert_true(place.x[0] >= 0 && place.x[0] <= m.e->scene->rod.length);
-        assert_true(place.x[1] >= 0 && place.x[1] <= m.e->scene->duration);
+        assert_true(place.x[0] >= 0 && place.x[0] <= scene_length(m.e->scene));
+        assert_true(place.x[1] >= 0 && place.x[1] <= scene_duration(m.e->scene));
         free(x);
         made_free(&m);
     }

@@ -106,7 +106,7 @@ static reference_errors expected_errors(const experiment *e, closed_form form)
     double s[101], values[POSE * 101], off = 0, size = 0, angles = 0;
     reference_errors expected = {0};
     field *f = NULL;
-    double length = e->scene->rod.length;
+    double length = scene_length(e->scene);
     for (int i = 0; i < 101; i++) {
         s[i] = length * i / 100;
     }

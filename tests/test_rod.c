@@ -14,12 +14,12 @@ static scene d7_scene(double length, double duration)
     static const char *const angles[3] = {"0.7*sin(pi*s/2)*cos(2*t) + 0.4*s^2", "0.5*s*sin(3*t+s)",
                                           "0.9*s*(1+s*sin(t))"};
     scene made = stiff_scene(length, d7_kse, d7_kbt, d7_mass, d7_inertia);
-    made.duration = duration;
+    made.duration = Q(duration);
     made.start.type = SCENE_DRIVEN;
     made.end.type = SCENE_LOADED;
     for (int i = 0; i < 3; i++) {
-        made.manufactured.position[i] = position[i];
-        made.manufactured.angles[i] = angles[i];
+        made.manufactured.position[i] = Q(position[i]);
+        made.manufactured.angles[i] = Q(angles[i]);
     }
     return made;
 }
@@ -309,18 +309,18 @@ static scene full_scene(const plain *p, double length, scene_frame frame)
     static const char *const moment[3] = {"0.3", "s^2", "0.5*cos(t)"};
     for (int i = 0; i < 3; i++) {
         if (!p->dynamic) {
-            made.manufactured.position[i] = still[0][i];
-            made.manufactured.angles[i] = still[1][i];
+            made.manufactured.position[i] = Q(still[0][i]);
+            made.manufactured.angles[i] = Q(still[1][i]);
         }
-        made.rod.rest_strain[i] = strain[i];
-        made.rod.rest_curvature[i] = curvature[i];
-        made.rod.strain_damping[i] = p->bse[i];
-        made.rod.curvature_damping[i] = p->bbt[i];
-        made.loads.gravity[i] = p->gravity[i];
-        made.loads.force[i] = force[i];
-        made.loads.moment[i] = moment[i];
+        made.rod.rest_strain[i] = Q(strain[i]);
+        made.rod.rest_curvature[i] = Q(curvature[i]);
+        made.rod.strain_damping[i] = Q(p->bse[i]);
+        made.rod.curvature_damping[i] = Q(p->bbt[i]);
+        made.loads.gravity[i] = Q(p->gravity[i]);
+        made.loads.force[i] = Q(force[i]);
+        made.loads.moment[i] = Q(moment[i]);
     }
-    made.loads.drag = p->drag;
+    made.loads.drag = Q(p->drag);
     made.loads.frame = frame;
     return made;
 }

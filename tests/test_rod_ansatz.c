@@ -33,26 +33,26 @@ static scene ends_scene(scene_end_type start, scene_end_type end, bool dynamic, 
 {
     const double kse[3] = {40, 50, 90}, kbt[3] = {1.2, 0.8, 0.5}, inertia[3] = {0.03, 0.02, 0.05};
     scene made = stiff_scene(1, kse, kbt, 1.3, inertia);
-    made.duration = dynamic ? 2.5 : 0;
+    made.duration = Q(dynamic ? 2.5 : 0);
     made.start.type = start;
     made.end.type = end;
     int moves = start == SCENE_DRIVEN, ends = end == SCENE_DRIVEN;
     for (int i = 0; i < 4; i++) {
-        made.start.rotation[i] = start_rotation[moves][i];
-        made.end.rotation[i] = end_rotation[ends][i];
-        made.initial.rotation[i] = dynamic ? initial_rotation[i] : NULL;
+        made.start.rotation[i] = Q(start_rotation[moves][i]);
+        made.end.rotation[i] = Q(end_rotation[ends][i]);
+        made.initial.rotation[i] = Q(dynamic ? initial_rotation[i] : NULL);
     }
     for (int i = 0; i < 3; i++) {
-        made.start.position[i] = start_position[moves][i];
-        made.end.position[i] = end_position[ends][i];
-        made.loads.base.force[i] = loads[0][i];
-        made.loads.base.moment[i] = loads[1][i];
-        made.loads.tip.force[i] = loads[2][i];
-        made.loads.tip.moment[i] = loads[3][i];
+        made.start.position[i] = Q(start_position[moves][i]);
+        made.end.position[i] = Q(end_position[ends][i]);
+        made.loads.base.force[i] = Q(loads[0][i]);
+        made.loads.base.moment[i] = Q(loads[1][i]);
+        made.loads.tip.force[i] = Q(loads[2][i]);
+        made.loads.tip.moment[i] = Q(loads[3][i]);
         if (dynamic) {
-            made.initial.position[i] = initial_position[i];
-            made.initial.velocity[i] = (moves ? driven_velocity : resting_velocity)[i];
-            made.initial.angular_velocity[i] = (moves ? driven_spin : resting_spin)[i];
+            made.initial.position[i] = Q(initial_position[i]);
+            made.initial.velocity[i] = Q((moves ? driven_velocity : resting_velocity)[i]);
+            made.initial.angular_velocity[i] = Q((moves ? driven_spin : resting_spin)[i]);
         }
     }
     made.loads.base.frame = made.loads.tip.frame = frame;
@@ -127,7 +127,7 @@ static void test_rotation_sign(void **state)
     (void)state;
     scene hard = ends_scene(SCENE_CLAMPED, SCENE_CLAMPED, true, SCENE_DEAD);
     for (int i = 0; i < 4; i++)
-        hard.initial.rotation[i] = flipped_rotation[i];
+        hard.initial.rotation[i] = Q(flipped_rotation[i]);
     check_conditions(&hard);
     hard.rotation = SCENE_VECTOR;
     check_conditions(&hard);
@@ -141,8 +141,8 @@ static void test_manufactured_conditions(void **state)
     for (int type = SCENE_CLAMPED; type <= SCENE_DRIVEN; type++) {
         scene hard = ends_scene(SCENE_DRIVEN, (scene_end_type)type, true, SCENE_DEAD);
         for (int i = 0; i < 3; i++) {
-            hard.manufactured.position[i] = position[i];
-            hard.manufactured.angles[i] = angles[i];
+            hard.manufactured.position[i] = Q(position[i]);
+            hard.manufactured.angles[i] = Q(angles[i]);
         }
         check_conditions(&hard);
     }
@@ -157,10 +157,10 @@ static void test_incompatible(void **state)
     scene fine = ends_scene(SCENE_DRIVEN, SCENE_CLAMPED, true, SCENE_DEAD);
     assert_int_equal(rod_check(&fine, &key, &error), AD_OK);
     for (int i = 0; i < 4; i++)
-        fine.initial.rotation[i] = flipped_rotation[i];
+        fine.initial.rotation[i] = Q(flipped_rotation[i]);
     assert_int_equal(rod_check(&fine, &key, &error), AD_OK); /* the same rotation */
     const struct {
-        const char **text;
+        quantity *text;
         const char *wrong, *key;
     } mistakes[] = {
         {&fine.start.position[1], "0.1+t^2", "initial.position"},
@@ -169,8 +169,8 @@ static void test_incompatible(void **state)
         {&fine.initial.angular_velocity[1], "0.1*s", "initial.angular_velocity"},
     };
     for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
-        const char *right = *mistakes[i].text;
-        *mistakes[i].text = mistakes[i].wrong;
+        quantity right = *mistakes[i].text;
+        *mistakes[i].text = Q(mistakes[i].wrong);
         assert_int_equal(rod_check(&fine, &key, &error), AD_BAD_INPUT);
         assert_string_equal(key, mistakes[i].key);
         fine.initial_enforcement = SCENE_SOFT;
@@ -178,12 +178,12 @@ static void test_incompatible(void **state)
         fine.initial_enforcement = SCENE_HARD;
         *mistakes[i].text = right;
     }
-    fine.end.rotation[0] = "-sin(0.35)"; /* half a turn about d1 */
-    fine.end.rotation[1] = "cos(0.35)";
+    fine.end.rotation[0] = Q("-sin(0.35)"); /* half a turn about d1 */
+    fine.end.rotation[1] = Q("cos(0.35)");
     assert_int_equal(rod_check(&fine, &key, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "the rotation differs by 3.14 rad"));
     fine.start.type = fine.end.type = SCENE_FREE;
-    fine.start.position[0] = "7";
+    fine.start.position[0] = Q("7");
     assert_int_equal(rod_check(&fine, &key, &error), AD_OK); /* nothing is held */
 }
 
@@ -307,10 +307,10 @@ static void test_between_pins(void **state)
         given.boundary_enforcement = SCENE_SOFT;
         double chord[3];
         for (int i = 0; i < 4; i++)
-            given.start.rotation[i] = given.end.rotation[i] = NULL;
+            given.start.rotation[i] = given.end.rotation[i] = Q(NULL);
         for (int i = 0; i < 3; i++) {
-            given.start.position[i] = "0";
-            given.end.position[i] = ends[k][i];
+            given.start.position[i] = Q("0");
+            given.end.position[i] = Q(ends[k][i]);
             chord[i] = strtod(ends[k][i], NULL);
         }
         recorded r = begin(&given);
@@ -327,10 +327,10 @@ static void check_undeformed(bool held_at_start, const char *const *strain,
 {
     scene given = ends_scene(held_at_start ? SCENE_CLAMPED : SCENE_FREE,
                              held_at_start ? SCENE_FREE : SCENE_CLAMPED, false, SCENE_DEAD);
-    given.rod.length = 1.3;
+    given.rod.length = Q(1.3);
     for (int i = 0; i < 3; i++) {
-        given.rod.rest_strain[i] = strain[i];
-        given.rod.rest_curvature[i] = curvature[i];
+        given.rod.rest_strain[i] = Q(strain[i]);
+        given.rod.rest_curvature[i] = Q(curvature[i]);
     }
     recorded r = begin(&given);
     rod_state rest = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 13));
@@ -442,10 +442,10 @@ static void test_loss_gradient(void **state)
         scene given = ends_scene(SCENE_DRIVEN, SCENE_LOADED, true, SCENE_FOLLOWER);
         given.formulation = variant & 1 ? SCENE_DISPLACEMENT : SCENE_MIXED;
         given.rotation = variant & 2 ? SCENE_VECTOR : SCENE_QUATERNION;
-        given.loads.drag = 0.3;
+        given.loads.drag = Q(0.3);
         for (int i = 0; i < 3; i++) {
-            given.rod.strain_damping[i] = given.rod.curvature_damping[i] = 0.1 + 0.1 * i;
-            given.loads.gravity[i] = 1;
+            given.rod.strain_damping[i] = given.rod.curvature_damping[i] = Q(0.1 + 0.1 * i);
+            given.loads.gravity[i] = Q(1);
         }
         check_loss_gradient(&given);
     }
@@ -459,9 +459,9 @@ static scene dynamic_cantilever(void)
     const double kse[3] = {545.4545454545455, 545.4545454545455, 1600}, kbt[3] = {1, 1, 1 / 1.3};
     const double inertia[3] = {0.000625, 0.000625, 0.00125};
     scene made = stiff_scene(1, kse, kbt, 1, inertia);
-    made.duration = 2;
+    made.duration = Q(2);
     made.end.type = SCENE_LOADED;
-    made.loads.tip.force[2] = "where(0.5-t, -4*sin(pi*t)^2, -4)";
+    made.loads.tip.force[2] = Q("where(0.5-t, -4*sin(pi*t)^2, -4)");
     return made;
 }
 
@@ -478,15 +478,15 @@ static void test_numbers(void **state)
     assert_near(numbers.duration, 2, 1e-14);
     assert_near(numbers.periods, 2 * 3.516 / (2 * PI), 1e-5); /* 3.516 is rounded */
     assert_near(numbers.weight + numbers.drag + numbers.curvature_damping, 0, 0);
-    given.rod.length = 2; /* ratios grow with L^2, time too */
-    given.loads.gravity[1] = -3;
+    given.rod.length = Q(2); /* ratios grow with L^2, time too */
+    given.loads.gravity[1] = Q(-3);
     numbers = rod_numbers_of(&given);
     assert_near(numbers.axial_ratio, 6400, 1e-9);
     assert_near(numbers.duration, 0.5, 1e-14);
     assert_near(numbers.weight, 24, 1e-12);
     assert_near(numbers.tip_force, 16, 1e-12);
     assert_near(rod_moment_scale(&given), 16, 1e-12); /* the tip force on a lever of the length */
-    given.loads.moment[0] = "-5*s*t";                 /* 20 N at s = 2, t = 2; times L^2/EI = 4 */
+    given.loads.moment[0] = Q("-5*s*t");              /* 20 N at s = 2, t = 2; times L^2/EI = 4 */
     numbers = rod_numbers_of(&given);
     assert_near(numbers.distributed_moment, 80, 1e-12);
     assert_near(rod_moment_scale(&given), 80, 1e-12);
@@ -519,14 +519,14 @@ static void test_terms(void **state)
     assert_string_equal(reason_of(&given, "rest curvature"), "not given");
     assert_string_equal(reason_of(&given, "curvature damping"), "not given");
     given.rod.model = SCENE_KIRCHHOFF;
-    given.rod.rest_curvature[0] = "0.1*s";
-    given.duration = 0;
+    given.rod.rest_curvature[0] = Q("0.1*s");
+    given.duration = Q(0);
     assert_string_equal(reason_of(&given, "stretch"), "infinite stiffness");
     assert_string_equal(reason_of(&given, "rest curvature"), "present");
     assert_string_equal(reason_of(&given, "translational inertia"), "static scene");
-    given.duration = 1;
+    given.duration = Q(1);
     for (int i = 0; i < 3; i++)
-        given.rod.rotary_inertia[i] = 0;
+        given.rod.rotary_inertia[i] = Q(0);
     assert_string_equal(reason_of(&given, "rotary inertia"), "rho I = 0");
 }
 

@@ -25,9 +25,8 @@ static void check_helix(const double *couple, double twist_stiffness, const doub
 {
     const double kse[3] = {300, 300, 700}, kbt[3] = {1, 1, twist_stiffness}, none[3] = {0, 0, 0};
     scene given = stiff_scene(1, kse, kbt, 1, none);
-    char texts[3][TEXT];
     given.end.type = SCENE_LOADED;
-    set_texts(given.loads.tip.moment, texts, 3, couple);
+    set_numbers(given.loads.tip.moment, 3, couple);
     given.boundary_enforcement = SCENE_SOFT;
     recorded r = begin(&given);
     const double along[3] = {0, 0, 1};
@@ -86,10 +85,9 @@ static void test_constant_strain(void **state)
         rest[i] = u[i] - m[i] / kbt[i];
     }
     scene given = stiff_scene(1, kse, kbt, 1, none);
-    char texts[9][TEXT];
-    set_texts(given.rod.rest_curvature, texts, 3, rest);
-    set_texts(given.loads.tip.force, texts + 3, 3, tip_force);
-    set_texts(given.loads.tip.moment, texts + 6, 3, tip_moment);
+    set_numbers(given.rod.rest_curvature, 3, rest);
+    set_numbers(given.loads.tip.force, 3, tip_force);
+    set_numbers(given.loads.tip.moment, 3, tip_moment);
     given.end.type = SCENE_LOADED;
     given.boundary_enforcement = SCENE_SOFT;
     rod_scales scale = rod_scales_of(&given);
@@ -121,7 +119,7 @@ static void test_torsion_wave(void **state)
     const double kse[3] = {500, 500, 1600}, kbt[3] = {1, 1, 1 / 1.3};
     const double inertia[3] = {0.000625, 0.000625, 0.00125};
     scene given = stiff_scene(1, kse, kbt, 1, inertia);
-    given.duration = 0.2;
+    given.duration = Q(0.2);
     recorded r = begin(&given);
     double time = rod_scales_of(&given).time, speed = sqrt(kbt[2] / inertia[2]);
     ad_value beat = ad_cos(ad_scale(r.t, PI * speed * time / 2));
@@ -143,7 +141,7 @@ static void test_spinning_rod(void **state)
     const double kse[3] = {40, 50, 90}, kbt[3] = {1.2, 0.8, 0.5}, inertia[3] = {0.03, 0.02, 0.05};
     const double spin = 4, k = 4 * sqrt(1.3 / 90);
     scene given = stiff_scene(1, kse, kbt, 1.3, inertia);
-    given.duration = 2;
+    given.duration = Q(2);
     given.start.type = given.end.type = SCENE_FREE;
     recorded r = begin(&given);
     ad_value zero = ad_scalar(r.tape, 0);
@@ -174,9 +172,8 @@ static void test_travelling_helix(void **state)
         rest[i] = u[i] - m[i] / kbt[i];
     }
     scene given = stiff_scene(1, kse, kbt, mass, inertia);
-    char texts[3][TEXT];
-    set_texts(given.rod.rest_curvature, texts, 3, rest);
-    given.duration = 1;
+    set_numbers(given.rod.rest_curvature, 3, rest);
+    given.duration = Q(1);
     for (int form = SCENE_MIXED; form <= SCENE_DISPLACEMENT; form++) {
         given.formulation = (scene_formulation)form;
         recorded r = begin(&given);

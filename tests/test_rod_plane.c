@@ -1,7 +1,8 @@
 /* Motion in a plane: which scenes have it, and that the equations left are those of space. */
 #include "rod_testing.h"
 
-#include "physics/expression.h"
+#include <stdio.h>
+
 #include "physics/rod_internal.h"
 
 /* ---- a scene in any plane -------------------------------------------------------------------- */
@@ -20,8 +21,6 @@ typedef enum variant {
 typedef struct planar {
     scene scene;
     double q[4], axes[3][3]; /* rotation of the clamp; columns d1, d2, d3 */
-    char texts[SCENE_TEXTS][TEXT];
-    int used;
 } planar;
 
 /* Those that map the world axes to world axes: the unit Hurwitz quaternions, and (1, e_i), ... */
@@ -53,19 +52,17 @@ static void axes_of(const double q[4], double axes[3][3], bool exact)
 }
 
 /* numbers [count], each followed by `factor` ("" for none) unless it is 0. */
-static void write_texts(planar *p, const char **field, int count, const double *numbers,
-                        const char *factor)
+static void write_texts(quantity *field, int count, const double *numbers, const char *factor)
 {
     for (int i = 0; i < count; i++) {
-        assert_true(p->used < SCENE_TEXTS);
-        char *text = p->texts[p->used++];
-        snprintf(text, TEXT, "%.17g%s", numbers[i] + 0.0, numbers[i] != 0 ? factor : "");
-        field[i] = text;
+        char text[64];
+        snprintf(text, sizeof text, "%.17g%s", numbers[i] + 0.0, numbers[i] != 0 ? factor : "");
+        field[i] = Q(text);
     }
 }
 
 /* A vector of the plane, or its normal, in the world (or, `body`, as it is). */
-static void write_vector(planar *p, const char **field, bool body, double along_side,
+static void write_vector(planar *p, quantity *field, bool body, double along_side,
                          double along_tangent, double along_normal, int director,
                          const char *factor)
 {
@@ -75,7 +72,7 @@ static void write_vector(planar *p, const char **field, bool body, double along_
     parts[2] = along_tangent;
     for (int i = 0; i < 3; i++)
         world[i] = p->axes[i][0] * parts[0] + p->axes[i][1] * parts[1] + p->axes[i][2] * parts[2];
-    write_texts(p, field, 3, body ? parts : world, factor);
+    write_texts(field, 3, body ? parts : world, factor);
 }
 
 static void add_ends(planar *p, int director, int end_type, bool follower)
@@ -84,7 +81,7 @@ static void add_ends(planar *p, int director, int end_type, bool follower)
     made->start.type = SCENE_CLAMPED;
     made->end.type = (scene_end_type)end_type;
     made->loads.tip.frame = follower ? SCENE_FOLLOWER : SCENE_DEAD;
-    write_texts(p, made->start.rotation, 4, p->q, "");
+    write_texts(made->start.rotation, 4, p->q, "");
     write_vector(p, made->start.position, false, 0.1, 0.2, 0.3, director, "");
     write_vector(p, made->loads.tip.force, follower, 2, -1.5, 0, director, "");
     write_vector(p, made->loads.tip.moment, follower, 0, 0, 0.7, director, "");
@@ -99,7 +96,7 @@ static void add_ends(planar *p, int director, int end_type, bool follower)
         turned[i + 1] =
             a[0] * b[i + 1] + b[0] * a[i + 1] + a[j + 1] * b[k + 1] - a[k + 1] * b[j + 1];
     }
-    write_texts(p, made->end.rotation, 4, turned, "");
+    write_texts(made->end.rotation, 4, turned, "");
     write_vector(p, made->end.position, false, 0.2, 1.1, 0.3, director, "");
 }
 
@@ -110,17 +107,16 @@ static void planar_scene(planar *p, const double q[4], bool exact, int director,
     bool varying = variants & VARYING, follower = variants & FOLLOWER;
     memcpy(p->q, q, sizeof p->q);
     axes_of(q, p->axes, exact);
-    p->used = 0;
     p->scene = stiff_scene(1.2, kse, kbt, 1.3, inertia);
     scene *made = &p->scene;
     made->motion = SCENE_AUTOMATIC;
-    made->duration = variants & DYNAMIC ? 1.5 : 0;
+    made->duration = Q(variants & DYNAMIC ? 1.5 : 0);
     made->formulation = variants & BY_DISPLACEMENT ? SCENE_DISPLACEMENT : SCENE_MIXED;
     made->boundary_enforcement = made->initial_enforcement =
         variants & SOFT ? SCENE_SOFT : SCENE_HARD;
     add_ends(p, director, end_type, follower);
     made->loads.frame = follower ? SCENE_FOLLOWER : SCENE_DEAD;
-    made->loads.drag = 0.2;
+    made->loads.drag = Q(0.2);
     const char *factor = varying && (exact || follower) ? "*(1+s*t)" : "";
     write_vector(p, made->loads.force, follower, 0.6, -0.4, 0, director, factor);
     write_vector(p, made->loads.moment, follower, 0, 0, 0.35, director, factor);
@@ -128,9 +124,9 @@ static void planar_scene(planar *p, const double q[4], bool exact, int director,
                  varying ? "*(1+0.1*s)" : "");
     write_vector(p, made->rod.rest_curvature, true, 0, 0, 0.4, director, varying ? "*cos(s)" : "");
     for (int i = 0; i < 3; i++) {
-        made->loads.gravity[i] = 3 * p->axes[i][2] - 2 * p->axes[i][1 - director];
-        made->rod.strain_damping[i] = 0.3 + 0.1 * i;
-        made->rod.curvature_damping[i] = 0.02 + 0.01 * i;
+        made->loads.gravity[i] = Q(3 * p->axes[i][2] - 2 * p->axes[i][1 - director]);
+        made->rod.strain_damping[i] = Q(0.3 + 0.1 * i);
+        made->rod.curvature_damping[i] = Q(0.02 + 0.01 * i);
     }
     if (variants & DYNAMIC) {
         write_vector(p, made->initial.velocity, false, 0.3, 0.1, 0, director, exact ? "*s" : "");
@@ -182,7 +178,7 @@ typedef struct change {
 #define CHANGE(key, field, ...)                                                                    \
     {                                                                                              \
         key, {__VA_ARGS__}, offsetof(scene, field),                                                \
-            (int)(sizeof(((scene *)0)->field) / sizeof(char *))                                    \
+            (int)(sizeof(((scene *)0)->field) / sizeof(quantity))                                  \
     }
 
 static const change changes[] = {
@@ -217,9 +213,9 @@ static void test_what_leaves(void **state)
     for (size_t i = 0; i < sizeof changes / sizeof *changes; i++) {
         planar p;
         scene given = upright_scene(&p);
-        const char **field = (const char **)(void *)((char *)&given + changes[i].offset);
+        quantity *field = (quantity *)(void *)((char *)&given + changes[i].offset);
         for (int k = 0; k < changes[i].count; k++)
-            field[k] = changes[i].texts[k];
+            field[k] = Q(changes[i].texts[k]);
         rod_plane plane = rod_plane_of(&given);
         const char *wanted = changes[i].key ? changes[i].key : "no key";
         const char *found = plane.leaves ? plane.leaves : "no key";
@@ -242,26 +238,26 @@ static void test_other_reasons(void **state)
     (void)state;
     planar p;
     scene given = upright_scene(&p);
-    given.loads.gravity[1] = -9.81;
+    given.loads.gravity[1] = Q(-9.81);
     assert_string_equal(leaves(&given), "loads.gravity");
     given = upright_scene(&p);
     given.motion = SCENE_SPATIAL;
     assert_string_equal(leaves(&given), "motion");
     given = upright_scene(&p);
-    given.start.rotation[3] = "0.1"; /* turned about the tangent: then the loads lie askew */
+    given.start.rotation[3] = Q("0.1"); /* turned about the tangent: then the loads lie askew */
     assert_string_not_equal(leaves(&given), "no key");
     given = upright_scene(&p);
     given.end.type = SCENE_CLAMPED;
     static const char *const turned[4] = {"1", "0.1", "0", "0"}, *const aside[3] = {"0", "0", "1"};
     for (int i = 0; i < 4; i++)
-        given.end.rotation[i] = turned[i];
+        given.end.rotation[i] = Q(turned[i]);
     assert_string_equal(leaves(&given), "boundary.end.rotation");
     given.end.type = SCENE_PINNED;
     for (int i = 0; i < 3; i++)
-        given.end.position[i] = aside[i]; /* the plane is at y = 0.3 */
+        given.end.position[i] = Q(aside[i]); /* the plane is at y = 0.3 */
     assert_string_equal(leaves(&given), "boundary.end.position");
-    given.manufactured.position[0] = given.manufactured.position[1] = "0";
-    given.manufactured.position[2] = "s";
+    given.manufactured.position[0] = given.manufactured.position[1] = Q("0");
+    given.manufactured.position[2] = Q("s");
     assert_string_equal(leaves(&given), "manufactured");
 }
 
@@ -283,10 +279,10 @@ static void test_driven(void **state)
         const double kse[3] = {40, 50, 90}, kbt[3] = {1.2, 0.8, 0.5}, none[3] = {0, 0, 0};
         scene given = stiff_scene(1, kse, kbt, 1, none);
         given.motion = SCENE_AUTOMATIC;
-        given.duration = 1;
+        given.duration = Q(1);
         given.start.type = SCENE_DRIVEN;
-        memcpy(given.start.rotation, rows[k].q, sizeof given.start.rotation);
-        memcpy(given.start.position, rows[k].r, sizeof given.start.position);
+        set_quantities(given.start.rotation, 4, rows[k].q);
+        set_quantities(given.start.position, 3, rows[k].r);
         rod_plane plane = rod_plane_of(&given);
         assert_int_equal(plane.is_planar, rows[k].sign != 0);
         if (!plane.is_planar)
@@ -302,7 +298,7 @@ static void test_driven(void **state)
         for (int i = 0; i < POINTS; i++) {
             double wanted[4], size = 0;
             for (int j = 0; j < 4; j++) {
-                wanted[j] = expression_evaluate(rows[k].q[j], 0, t[i] * rod.scales.time);
+                wanted[j] = quantity_value(given.start.rotation[j], 0, t[i] * rod.scales.time);
                 size += wanted[j] * wanted[j];
             }
             for (int j = 0; j < 4; j++) /* the clamp is met with its sign */
@@ -323,7 +319,7 @@ static void test_held_ends(void **state)
         scene given = stiff_scene(1, kse, kbt, 1, none);
         given.motion = SCENE_AUTOMATIC;
         given.start.type = given.end.type = SCENE_CLAMPED;
-        memcpy(given.end.rotation, turned[half], sizeof given.end.rotation);
+        set_quantities(given.end.rotation, 4, turned[half]);
         recorded r = begin(&given);
         rod_state s = rod_ansatz(&given, &r.at, ad_zeros(r.tape, 6));
         double at[POINTS] = {0, 0.1, 0.25, 0.5, 0.8, 1}, t[POINTS] = {0};

@@ -5,8 +5,8 @@
 #include "near.h"
 
 #include "physics/beam.h"
-#include "physics/expression.h"
 #include "physics/solve/solve.h"
+#include "quantity_testing.h"
 #include "tools/config/config.h"
 
 #include <string.h>
@@ -45,7 +45,7 @@ static void evaluate(const solved *x, double time, double *s, double *values)
 {
     double t[POINTS];
     for (int i = 0; i < POINTS; i++) {
-        s[i] = x->settings->scene.rod.length * i / (POINTS - 1);
+        s[i] = scene_length(&x->settings->scene) * i / (POINTS - 1);
         t[i] = time;
     }
     ad_error error = {.message = ""};
@@ -55,17 +55,22 @@ static void evaluate(const solved *x, double time, double *s, double *values)
 }
 
 /* Largest error of a column against a formula of s and t, relative to its largest value. */
-static double error_of(const solved *x, const char *formula, int column, double time)
+static double error_from(const solved *x, quantity formula, int column, double time)
 {
     double s[POINTS], values[BEAM_COLUMNS * POINTS], off = 0, size = 0;
     evaluate(x, time, s, values);
     for (int i = 0; i < POINTS; i++) {
-        double exact = expression_evaluate(formula, s[i], time);
+        double exact = quantity_value(formula, s[i], time);
         double here = fabs(values[column * POINTS + i] - exact);
         off = here <= off ? off : here;
         size = fmax(size, fabs(exact));
     }
     return size > 0 ? off / size : off;
+}
+
+static double error_of(const solved *x, const char *formula, int column, double time)
+{
+    return error_from(x, Q(formula), column, time);
 }
 
 /* ---- at rest --------------------------------------------------------------------------------- */
@@ -177,12 +182,12 @@ static void test_free_vibration(void **state)
         ad_error error = {.message = ""};
         config *settings;
         assert_int_equal(config_read(paths[which], NULL, 0, NULL, &settings, &error), AD_OK);
-        double period = settings->scene.duration;
+        double period = scene_duration(&settings->scene);
         const double times[3] = {0.3 * period, 0.71 * period, period};
         solved x = solve_with(paths[which], NULL, (solve_settings){.tolerance = 1e-11}, 3, times);
         assert_true(x.report.estimate <= 1e-11);
         for (int i = 0; i < 3; i++) {
-            assert_near(error_of(&x, settings->settings.reference_deflection, 0, times[i]), 0,
+            assert_near(error_from(&x, settings->settings.reference_deflection, 0, times[i]), 0,
                         1e-11);
             for (int column = 0; column < BEAM_COLUMNS && which == 1 && i < 2; column++) {
                 double off = error_of(&x, columns[column], column, times[i]);

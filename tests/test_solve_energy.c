@@ -27,10 +27,10 @@ static void solve(solved *x, const char *path, const char *text, int nodes, doub
     }
     const scene *given = &x->settings->scene;
     for (int i = 0; i < 11; i++) {
-        times[i] = given->duration * i / 10;
+        times[i] = scene_duration(given) * i / 10;
     }
     if (solution_create(given, &settings, 11, times, &x->solution, &x->report, &error) != AD_OK ||
-        solution_energy(x->solution, given->duration, &x->energy, &error) != AD_OK) {
+        solution_energy(x->solution, scene_duration(given), &x->energy, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
 }

@@ -24,20 +24,20 @@ static scene windows_scene(bool driven, scene_formulation formulation)
 {
     const double kse[3] = {40, 50, 90}, kbt[3] = {1.2, 0.8, 0.5}, inertia[3] = {0.03, 0.02, 0.05};
     scene made = stiff_scene(1, kse, kbt, 1.3, inertia);
-    made.duration = 2.1;
+    made.duration = Q(2.1);
     made.windows = WINDOWS;
     made.formulation = formulation;
     made.end.type = driven ? SCENE_DRIVEN : SCENE_LOADED;
     for (int i = 0; i < 3; i++) {
-        made.start.position[i] = origin[i];
-        made.end.position[i] = driven ? moving_end[i] : NULL;
-        made.loads.tip.force[i] = driven ? NULL : pull[i];
-        made.rod.rest_curvature[i] = driven ? "0" : curved[i];
-        made.rod.curvature_damping[i] = 0.01;
+        made.start.position[i] = Q(origin[i]);
+        made.end.position[i] = Q(driven ? moving_end[i] : NULL);
+        made.loads.tip.force[i] = Q(driven ? NULL : pull[i]);
+        made.rod.rest_curvature[i] = Q(driven ? "0" : curved[i]);
+        made.rod.curvature_damping[i] = Q(0.01);
     }
     for (int i = 0; i < 4; i++) {
-        made.start.rotation[i] = still[i];
-        made.end.rotation[i] = driven ? turning_end[i] : NULL;
+        made.start.rotation[i] = Q(still[i]);
+        made.end.rotation[i] = Q(driven ? turning_end[i] : NULL);
     }
     return made;
 }
@@ -185,10 +185,10 @@ static void test_wound(void **state)
     scene given = windows_scene(false, SCENE_MIXED);
     given.rotation = SCENE_VECTOR;
     for (int i = 0; i < 4; i++)
-        given.initial.rotation[i] = twisted[i];
+        given.initial.rotation[i] = Q(twisted[i]);
     for (int i = 0; i < 3; i++) {
-        given.initial.position[i] = straight[i];
-        given.rod.rest_curvature[i] = "0";
+        given.initial.position[i] = Q(straight[i]);
+        given.rod.rest_curvature[i] = Q("0");
     }
     chain_make(&c, given);
     double values[RELAY_POINTS][ROD_STATE_ROWS] = {{0}};

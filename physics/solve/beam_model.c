@@ -21,16 +21,10 @@ typedef struct beam_functions {
 
 static ad_value record_sections(const beam_context *beam)
 {
-    const beam_units *unit = &beam->unit;
-    double line_force = unit->force / unit->length;
-    double drag =
-        beam->dynamic ? beam->scene->loads.drag * unit->deflection / (line_force * unit->time) : 0;
-    const double numbers[5] = {1, beam->shear_compliance, beam->dynamic, beam->rotary_inertia,
-                               drag};
-    ad_value foundation =
-        beam_formula(beam, beam->scene->beam.foundation, line_force / unit->deflection, beam->s,
-                     ad_scalar(beam->tape, 0));
-    return ad_stack(2, (ad_value[]){ad_constant(beam->tape, 5, numbers), foundation});
+    ad_value moves = ad_scalar(beam->tape, beam->dynamic);
+    return ad_stack(6, (ad_value[]){beam->softness, beam->shear_compliance,
+                                    ad_mul(moves, beam->mass), beam->inertia,
+                                    ad_mul(moves, beam_drag(beam)), beam_foundation(beam)});
 }
 
 static ad_value record_load(const beam_context *beam)
@@ -100,7 +94,7 @@ ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_err
     f->pool = pool;
     *beam = (solve_beam){
         .scales = rod_scales_of(beam_scene), .dynamic = scene_is_dynamic(beam_scene), .formula = f};
-    beam->duration = beam->dynamic ? beam_scene->duration / beam->scales.time : 0;
+    beam->duration = beam->dynamic ? scene_duration(beam_scene) / beam->scales.time : 0;
     ad_status status = record(beam, beam_scene, error);
     if (status != AD_OK) {
         solve_beam_free(beam);

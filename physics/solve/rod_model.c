@@ -34,8 +34,8 @@ static ad_value record_sections(const rod_coefficients *c)
 
 static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)
 {
-    ad_value imperfection = rod_expressions(rod, 3, rod->scene->rod.imperfection, zeros,
-                                            rod->scales.length, rod->s, ad_scalar(rod->tape, 0));
+    ad_value imperfection = rod_quantities(rod, 3, rod->scene->rod.imperfection, zeros,
+                                           rod->scales.length, rod->s, rod->t);
     return STACK(c->rest_strain, c->rest_curvature, imperfection,
                  rod_time_derivative(rod, c->rest_strain, 1),
                  rod_time_derivative(rod, c->rest_curvature, 1));
@@ -49,8 +49,8 @@ static ad_value record_load(const rod_context *rod, const rod_coefficients *c)
     bool follows = loads->frame == SCENE_FOLLOWER;
     for (int i = 0; i < 2; i++) {
         double factor = scale->length / (i == 0 ? scale->force : scale->moment);
-        ad_value given = rod_expressions(rod, 3, i == 0 ? loads->force : loads->moment, zeros,
-                                         factor, rod->s, rod->t);
+        ad_value given = rod_quantities(rod, 3, i == 0 ? loads->force : loads->moment, zeros,
+                                        factor, rod->s, rod->t);
         world[i] = follows ? none : given;
         body[i] = follows ? given : none;
     }
@@ -143,7 +143,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
                        .dynamic = scene_is_dynamic(rod_scene),
                        .formula = f};
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
-    rod->duration = rod->dynamic ? rod_scene->duration / rod->scales.time : 0;
+    rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
     if (status != AD_OK) {
         solve_rod_free(rod);

@@ -91,7 +91,7 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
     ad_status status = AD_OK;
     x->scales = rod_scales_of(rod_scene);
     if (scene_is_dynamic(rod_scene)) {
-        x->duration = rod_scene->duration / x->scales.time;
+        x->duration = scene_duration(rod_scene) / x->scales.time;
         status = gather_times(x, count, times, error);
     }
     if (status != AD_OK) {

@@ -22,7 +22,7 @@ typedef struct variation {
     int pulls;         /* components of nu: 0, 2 or 3 */
     int size;
     double *matrix;                   /* [size][size], symmetric */
-    double stiffness[3], softness[3]; /* K, C */
+    double stiffness[3], softness[3]; /* K, C of the element */
     double step;                      /* length of an element */
 } variation;
 
@@ -42,7 +42,8 @@ static double dot(const double a[3], const double b[3])
 static bool is_asked(const scene *rod_scene, bool planar)
 {
     const scene_loads *loads = &rod_scene->loads;
-    bool moments = loads->moment[0] || loads->tip.moment[0] || loads->base.moment[0];
+    bool moments = loads->moment[0].is_given || loads->tip.moment[0].is_given ||
+                   loads->base.moment[0].is_given;
     bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
                      loads->base.frame == SCENE_FOLLOWER;
     bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
@@ -134,25 +135,32 @@ static void hold_rotation(variation *x, int node)
 
 static variation variation_of(const scene *rod_scene, const rod_plane *plane)
 {
-    scene_properties p = scene_properties_of(rod_scene);
     bool held = scene_end_holds_position(rod_scene->start.type) &&
                 scene_end_holds_position(rod_scene->end.type);
     variation x = {.axes = plane->is_planar ? 1 : 3,
                    .axis = {plane->is_planar ? plane->director : 0, 1, 2},
-                   .step = rod_scene->rod.length / ELEMENTS};
-    double soft = fmin(p.curvature_stiffness[0], p.curvature_stiffness[1]);
+                   .step = scene_length(rod_scene) / ELEMENTS};
     x.pulls = !held ? 0 : plane->is_planar ? 2 : 3;
     x.size = (ELEMENTS + 1) * x.axes + x.pulls;
-    for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
-        x.stiffness[i] = fmin(p.curvature_stiffness[i], 1e6 * soft);
-        x.softness[i] = 1 / p.strain_stiffness[i];
-    }
     return x;
+}
+
+static void take_section(variation *x, const scene *rod_scene, const scene_properties *p, int k)
+{
+    double s = scene_length(rod_scene) * (k + 0.5) / ELEMENTS, bending[3];
+    for (int i = 0; i < 3; i++) {
+        bending[i] = quantity_value(p->curvature_stiffness[i], s, 0);
+    }
+    for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
+        x->stiffness[i] = fmin(bending[i], 1e6 * fmin(bending[0], bending[1]));
+        x->softness[i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
+    }
 }
 
 /* values [columns][ELEMENTS] in the middles of the elements. */
 static void assemble(variation *x, const scene *rod_scene, const double *values)
 {
+    const scene_properties properties = scene_properties_of(rod_scene);
     double base[4] = {1, 0, 0, 0};
     for (int k = 0; k < ELEMENTS; k++) {
         double state[4][3], rotation[4];
@@ -166,6 +174,7 @@ static void assemble(variation *x, const scene *rod_scene, const double *values)
             rotation[i] = values[(ROTATION + i) * ELEMENTS + k];
             base[i] = k ? base[i] : rotation[i];
         }
+        take_section(x, rod_scene, &properties, k);
         add_element(x, k, (const double(*)[3])state, base, rotation);
     }
     if (scene_end_holds_rotation(rod_scene->start.type)) {
@@ -179,7 +188,7 @@ static void assemble(variation *x, const scene *rod_scene, const double *values)
 void stability_points(const scene *rod_scene, double *s)
 {
     for (int k = 0; k < ELEMENTS; k++) {
-        s[k] = rod_scene->rod.length * (k + 0.5) / ELEMENTS;
+        s[k] = scene_length(rod_scene) * (k + 0.5) / ELEMENTS;
     }
 }
 

@@ -16,24 +16,26 @@ const rod_case_constants rod_case_numbers = {
 static scene rod_case_scene(void)
 {
     const rod_case_constants *numbers = &rod_case_numbers;
-    static const char *const position[3] = {"0", "0", "1"};
-    static const char *const rotation[4] = {"1", "0", "0", "0"};
     scene rod;
     scene_defaults(&rod);
-    rod.rod.length = 1;
-    rod.rod.mass_per_length = 1;
-    memcpy(rod.rod.shear_stiffness, numbers->strain_stiffness, sizeof rod.rod.shear_stiffness);
-    rod.rod.axial_stiffness = numbers->strain_stiffness[2];
-    memcpy(rod.rod.bending_stiffness, numbers->curvature_stiffness,
-           sizeof rod.rod.bending_stiffness);
-    rod.rod.torsional_stiffness = numbers->curvature_stiffness[2];
-    memcpy(rod.rod.rotary_inertia, numbers->rotary_inertia, sizeof rod.rod.rotary_inertia);
-    memcpy(rod.loads.gravity, numbers->weight, sizeof rod.loads.gravity);
-    rod.duration = numbers->duration;
+    rod.rod.length = rod.rod.mass_per_length = quantity_number(1);
+    for (int i = 0; i < 3; i++) {
+        if (i < 2) {
+            rod.rod.shear_stiffness[i] = quantity_number(numbers->strain_stiffness[i]);
+            rod.rod.bending_stiffness[i] = quantity_number(numbers->curvature_stiffness[i]);
+        }
+        rod.rod.rotary_inertia[i] = quantity_number(numbers->rotary_inertia[i]);
+        rod.loads.gravity[i] = quantity_number(numbers->weight[i]);
+        rod.end.position[i] = quantity_number(i == 2);
+    }
+    rod.rod.axial_stiffness = quantity_number(numbers->strain_stiffness[2]);
+    rod.rod.torsional_stiffness = quantity_number(numbers->curvature_stiffness[2]);
+    rod.duration = quantity_number(numbers->duration);
     rod.formulation = SCENE_DISPLACEMENT;
     rod.end.type = SCENE_CLAMPED;
-    memcpy(rod.end.position, position, sizeof position);
-    memcpy(rod.end.rotation, rotation, sizeof rotation);
+    for (int i = 0; i < 4; i++) {
+        rod.end.rotation[i] = quantity_number(i == 0);
+    }
     return rod;
 }
 

@@ -9,6 +9,7 @@ void config_free(config *experiment)
 {
     if (experiment) {
         config_source_free(experiment->source);
+        quantities_free(experiment->names);
         free(experiment);
     }
 }
@@ -55,7 +56,7 @@ static ad_status read_override(config *experiment, const char *file, const char 
 
 static ad_status resolve_and_check(config *experiment, ad_error *error)
 {
-    ad_status status = config_check_expressions(experiment, error);
+    ad_status status = config_parse_formulas(experiment, error);
     if (status == AD_OK) {
         status = config_resolve_choices(experiment, error);
     }
@@ -102,8 +103,9 @@ ad_status config_read(const char *path, const char *text, int count, const char 
     if (experiment) {
         config_defaults(experiment);
         experiment->source = config_source_create(path);
+        experiment->names = quantities_create();
     }
-    if (!experiment || !experiment->source || !c_locale) {
+    if (!experiment || !experiment->source || !experiment->names || !c_locale) {
         config_free(experiment);
         if (c_locale) {
             freelocale(c_locale);

@@ -13,7 +13,18 @@
  * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
 typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_units;
 
+enum { CONFIG_PARAMETERS_MAX = 64, CONFIG_PARAMETER_BYTES = 48 };
+
+/* A name for the formulas of the scene. */
+typedef struct config_parameter {
+    char name[CONFIG_PARAMETER_BYTES];
+    quantity value;
+} config_parameter;
+
 typedef struct config {
+    quantities *names; /* of the formulas of the scene */
+    int parameter_count;
+    config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
     scene scene; /* loads in SI, whatever the YAML scaled; what section and material determine is
                   * left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
@@ -24,7 +35,7 @@ typedef struct config {
 /* Read `path` (or `text` of that name when text is not NULL), then apply `count` overrides
  * "key=value" in order; the value is YAML, so lists are [a, b], and null takes a key, or every
  * key of a section, back to its default. Keys of a list count from 0: training.stages[0].steps,
- * loads.tip.force[2]. Everything is checked, expressions and contradictions included. On failure
+ * loads.tip.force[2]. Everything is checked, formulas and contradictions included. On failure
  * *config is NULL and error->message is the whole line: `file:line:column: key: what is wrong; what
  * is allowed`, where
  * `--set key=value` stands for file:line:column when the override is to blame.

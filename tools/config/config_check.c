@@ -1,34 +1,70 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training. */
 #include "tools/config/config_parts.h"
 
-#include "physics/expression.h"
-
+#include <stdlib.h>
 #include <string.h>
 
-ad_status config_check_expressions(const config *experiment, ad_error *error)
+/* What is wrong with the formula is told in `error`. */
+static ad_status parse(const config *experiment, const config_key *key, const char *path,
+                       quantity *q, ad_error *error)
 {
     ad_error reason;
+    double number = 0;
+    char allowed[300];
+    if (!q->node) {
+        return AD_OK; /* a number, which was looked at when it was read */
+    }
+    *q = quantity_parsed(*q);
+    ad_status status = quantity_check(*q, &reason);
+    if (status == AD_BAD_INPUT) {
+        return config_blame(experiment->source, error, path, "%s", reason.message);
+    }
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s", reason.message);
+    }
+    if (quantity_is_number(*q, &number) && !config_in_range(key, number)) {
+        config_key_entry_allowed(key, allowed, sizeof allowed);
+        return config_blame(experiment->source, error, path,
+                            "is the formula of a number %g, which is out of range; allowed: %s",
+                            number, allowed);
+    }
+    return AD_OK;
+}
+
+static ad_status define_parameters(config *experiment, ad_error *error)
+{
+    const config_key *key = config_key_find(CONFIG_PARAMETER_PATH);
     char path[CONFIG_PATH_MAX];
-    for (int i = 0; i < config_key_count; i++) {
-        const config_key *key = &config_keys[i];
-        const char *texts[4] = {NULL};
-        int count = key->entries_max ? key->entries_max : 1;
-        if (key->type != CONFIG_EXPRESSION) {
-            continue;
+    for (int i = 0; i < experiment->parameter_count; i++) {
+        config_parameter *parameter = &experiment->parameters[i];
+        ad_error reason;
+        snprintf(path, sizeof path, "parameters.%s", parameter->name);
+        ad_status status = parse(experiment, key, path, &parameter->value, error);
+        if (status == AD_OK &&
+            quantities_define(experiment->names, parameter->name, parameter->value, &reason)) {
+            status = config_blame(experiment->source, error, path, "%s", reason.message);
         }
-        memcpy(texts, (const char *)experiment + key->offset, (size_t)count * sizeof *texts);
-        for (int k = 0; k < count && texts[k]; k++) {
-            ad_status status = expression_check(texts[k], NULL, &reason);
-            if (status == AD_NO_MEMORY) {
-                return ad_fail(error, status, "%s", reason.message);
-            }
-            if (status != AD_OK) {
-                snprintf(path, sizeof path, key->entries_max ? "%s[%d]" : "%s", key->path, k);
-                return config_blame(experiment->source, error, path, "%s", reason.message);
-            }
+        if (status != AD_OK) {
+            return status;
         }
     }
     return AD_OK;
+}
+
+ad_status config_parse_formulas(config *experiment, ad_error *error)
+{
+    char path[CONFIG_PATH_MAX];
+    ad_status status = define_parameters(experiment, error);
+    for (int i = 0; i < config_key_count && status == AD_OK; i++) {
+        const config_key *key = &config_keys[i];
+        int count = key->entries_max ? key->entries_max : 1;
+        for (int k = 0; key->type == CONFIG_QUANTITY && k < count && status == AD_OK; k++) {
+            quantity *field = config_field(experiment, key, key->path);
+            snprintf(path, sizeof path, key->entries_max ? "%s[%d]" : "%s", key->path, k);
+            status = parse(experiment, key, path, field + k, error);
+        }
+    }
+    return status;
 }
 
 ad_status config_check_scene(const config *experiment, ad_error *error)

@@ -24,7 +24,7 @@ static char *value_text(const config_key *key, const void *base, const config *e
     if (!file) {
         return NULL;
     }
-    config_write_value(file, key, base, (const char *)experiment);
+    config_write_value(file, key, base, (const char *)experiment, false);
     if (fclose(file) != 0) {
         free(text);
         return NULL;
@@ -82,7 +82,7 @@ ad_status config_continues(const config *before, const config *now, int stage, a
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!config_key_in_stage(key) && !always_free(key->path)) {
+        if (!config_key_in_stage(key) && key->type != CONFIG_PARAMETER && !always_free(key->path)) {
             status =
                 compare(key, before, now, 0, "a run keeps its scene, network and points", error);
         }

@@ -1,19 +1,11 @@
 /* Searching the table of keys, and what it says about a key in words. */
 #include "tools/config/config_keys.h"
 
+#include "physics/spelling.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-
-const config_key *config_key_find(const char *pattern)
-{
-    for (int i = 0; i < config_key_count; i++) {
-        if (strcmp(config_keys[i].path, pattern) == 0) {
-            return &config_keys[i];
-        }
-    }
-    return NULL;
-}
 
 /* What follows `section` in `path` ("length" for "rod"), NULL when path does not lie below it. */
 static const char *below(const char *path, const char *section)
@@ -23,6 +15,23 @@ static const char *below(const char *path, const char *section)
         return path;
     }
     return strncmp(path, section, length) == 0 && path[length] == '.' ? path + length + 1 : NULL;
+}
+
+const char *config_parameter_of(const char *path)
+{
+    return below(path, "parameters");
+}
+
+const config_key *config_key_find(const char *pattern)
+{
+    const char *named = config_parameter_of(pattern);
+    pattern = named && !strchr(named, '.') ? CONFIG_PARAMETER_PATH : pattern;
+    for (int i = 0; i < config_key_count; i++) {
+        if (strcmp(config_keys[i].path, pattern) == 0) {
+            return &config_keys[i];
+        }
+    }
+    return NULL;
 }
 
 const config_key *config_key_by_name(const char *section)
@@ -97,30 +106,6 @@ void config_key_optimizers(const config_key *key, char *text, size_t size)
     }
 }
 
-/* Levenshtein distance of two short texts; large for long ones. */
-static int distance(const char *a, size_t a_length, const char *b, size_t b_length)
-{
-    enum { LONGEST = 40 };
-    int row[LONGEST + 1];
-    if (a_length > LONGEST || b_length > LONGEST) {
-        return 1000;
-    }
-    for (size_t j = 0; j <= b_length; j++) {
-        row[j] = (int)j;
-    }
-    for (size_t i = 1; i <= a_length; i++) {
-        int diagonal = row[0];
-        row[0] = (int)i;
-        for (size_t j = 1; j <= b_length; j++) {
-            int replace = diagonal + (a[i - 1] != b[j - 1]);
-            int change = row[j] < row[j - 1] ? row[j] + 1 : row[j - 1] + 1;
-            diagonal = row[j];
-            row[j] = replace < change ? replace : change;
-        }
-    }
-    return row[b_length];
-}
-
 static size_t part_length(const char *part)
 {
     return strcspn(part, ".[");
@@ -143,7 +128,7 @@ void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX])
              pattern);
     for (int i = 0; i < config_key_count; i++) {
         const char *part = below(config_keys[i].path, section);
-        int far = part ? distance(name, length, part, part_length(part)) : 1000;
+        int far = part ? spelling_distance(name, length, part, part_length(part)) : 1000;
         if (far < best || (far == best && !*suggestion)) {
             best = far;
             snprintf(suggestion, CONFIG_PATH_MAX, "%.*s",
@@ -179,8 +164,7 @@ void config_key_range(const config_key *key, char *text, size_t size)
 {
     const char *more = key->flags & CONFIG_LOW_OPEN ? ">" : ">=";
     const char *less = key->flags & CONFIG_HIGH_OPEN ? "<" : "<=";
-    bool numeric =
-        key->type == CONFIG_NUMBER || key->type == CONFIG_INTEGER || key->type == CONFIG_LONG;
+    bool numeric = key->type != CONFIG_CHOICE && key->type != CONFIG_TEXT;
     text[0] = '\0';
     if (!numeric || (isinf(key->low) && isinf(key->high))) {
         return;
@@ -203,7 +187,8 @@ static const char *type_text(config_type type, bool many)
     case CONFIG_INTEGER:
     case CONFIG_LONG:
         return many ? "whole numbers" : "a whole number";
-    case CONFIG_EXPRESSION:
+    case CONFIG_QUANTITY:
+    case CONFIG_PARAMETER:
         return many ? "numbers or formulas" : "a number or a formula";
     case CONFIG_CHOICE:
         return "one of";
@@ -218,7 +203,7 @@ static void describe(const config_key *key, bool many, char *text, size_t size)
     char range[80];
     const char *type = type_text(key->type, many);
     config_key_range(key, range, sizeof range);
-    if (key->flags & CONFIG_INFINITE) {
+    if ((key->flags & CONFIG_INFINITE) && key->type == CONFIG_NUMBER) {
         type = many ? "numbers" : "a number";
     }
     size_t at = (size_t)snprintf(text, size, "%s%s%s%s%s", type, *range ? " " : "", range,
@@ -257,8 +242,10 @@ size_t config_key_entry_size(const config_key *key)
     case CONFIG_INTEGER:
     case CONFIG_CHOICE:
         return sizeof(int);
+    case CONFIG_QUANTITY:
+        return sizeof(quantity);
     case CONFIG_TEXT:
-    case CONFIG_EXPRESSION:
+    case CONFIG_PARAMETER:
         break;
     }
     return sizeof(const char *);

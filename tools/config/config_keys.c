@@ -32,8 +32,8 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 #define ENTRIES(least, most)  .entries_min = (least), .entries_max = (most)
 #define VECTOR                ENTRIES(3, 3)
 #define QUATERNION            ENTRIES(4, 4)
-#define FORMULAS(path, field) path, CONFIG_EXPRESSION, VECTOR, AT(field)
-#define FORMULA(path, field)  path, CONFIG_EXPRESSION, AT(field)
+#define FORMULAS(path, field) path, CONFIG_QUANTITY, VECTOR, AT(field), ANY
+#define FORMULA(path, field)  path, CONFIG_QUANTITY, AT(field), ANY
 #define ADAM                  .flags = CONFIG_FOR_ADAM
 #define LBFGS                 .flags = CONFIG_FOR_LBFGS
 #define GAUSS_NEWTON          .flags = CONFIG_FOR_GAUSS_NEWTON
@@ -45,44 +45,49 @@ const config_key config_keys[] = {
     {"name", CONFIG_TEXT, AT(settings.name), .fallback = "the file's name without .yaml",
      .help = "Name of the experiment; results go to runs/<name>."},
 
+    {CONFIG_PARAMETER_PATH, CONFIG_PARAMETER, ANY,
+     .help = "A name for the formulas of the scene, as in parameters: {load: 0.3} and then "
+             "\"-load*s\"; --set parameters.load=0.5 changes it. Formulas of s, t and of the "
+             "parameters before it."},
+
     {"rod.model", CONFIG_CHOICE, AT(scene.rod.model), .names = scene_model_names,
      .help = "cosserat: bends, twists, shears, stretches; inextensible: no stretch; kirchhoff: "
              "neither shear nor stretch; beams of small deflection, see beam: euler_bernoulli "
              "bends, timoshenko also shears."},
-    {"rod.length", CONFIG_NUMBER, AT(scene.rod.length), .unit = "m", POSITIVE,
+    {"rod.length", CONFIG_QUANTITY, AT(scene.rod.length), .unit = "m", POSITIVE,
      .fallback = "required", .help = "Length of the undeformed rod."},
     {"rod.section.shape", CONFIG_CHOICE, AT(scene.rod.section), .names = scene_section_names,
      .help = "Cross-section; none: give stiffness and inertia instead."},
-    {"rod.section.radius", CONFIG_NUMBER, AT(scene.rod.radius), .unit = "m", POSITIVE,
+    {"rod.section.radius", CONFIG_QUANTITY, AT(scene.rod.radius), .unit = "m", POSITIVE,
      .help = "Radius of a circle, outer radius of a tube."},
-    {"rod.section.inner_radius", CONFIG_NUMBER, AT(scene.rod.inner_radius), .unit = "m", POSITIVE,
+    {"rod.section.inner_radius", CONFIG_QUANTITY, AT(scene.rod.inner_radius), .unit = "m", POSITIVE,
      .help = "Inner radius of a tube."},
-    {"rod.section.width", CONFIG_NUMBER, AT(scene.rod.width), .unit = "m", POSITIVE,
+    {"rod.section.width", CONFIG_QUANTITY, AT(scene.rod.width), .unit = "m", POSITIVE,
      .help = "Side of a rectangle along d1."},
-    {"rod.section.height", CONFIG_NUMBER, AT(scene.rod.height), .unit = "m", POSITIVE,
+    {"rod.section.height", CONFIG_QUANTITY, AT(scene.rod.height), .unit = "m", POSITIVE,
      .help = "Side of a rectangle along d2."},
-    {"rod.material.youngs_modulus", CONFIG_NUMBER, AT(scene.rod.youngs_modulus), .unit = "Pa",
+    {"rod.material.youngs_modulus", CONFIG_QUANTITY, AT(scene.rod.youngs_modulus), .unit = "Pa",
      POSITIVE, .help = "Young's modulus E."},
-    {"rod.material.poissons_ratio", CONFIG_NUMBER, AT(scene.rod.poissons_ratio),
+    {"rod.material.poissons_ratio", CONFIG_QUANTITY, AT(scene.rod.poissons_ratio),
      BETWEEN(-1, 0.5), .flags = CONFIG_LOW_OPEN,
      .help = "Poisson's ratio nu; G = E/(2(1 + nu)). 0.5: incompressible, as rubber."},
-    {"rod.material.density", CONFIG_NUMBER, AT(scene.rod.density), .unit = "kg/m^3", POSITIVE,
+    {"rod.material.density", CONFIG_QUANTITY, AT(scene.rod.density), .unit = "kg/m^3", POSITIVE,
      .help = "Needed for gravity and for dynamics."},
-    {"rod.material.shear_correction", CONFIG_NUMBER, AT(scene.rod.shear_correction), POSITIVE,
+    {"rod.material.shear_correction", CONFIG_QUANTITY, AT(scene.rod.shear_correction), POSITIVE,
      .fallback = "Cowper's for the section", .help = "kappa in the shear stiffness kappa G A."},
-    {"rod.stiffness.shear", CONFIG_NUMBER, ENTRIES(2, 2), AT(scene.rod.shear_stiffness),
+    {"rod.stiffness.shear", CONFIG_QUANTITY, ENTRIES(2, 2), AT(scene.rod.shear_stiffness),
      .unit = "N", STIFFNESS, .fallback = "from section, material and model",
      .help = "kappa G A along d1, d2; replaces what follows from section and material."},
-    {"rod.stiffness.axial", CONFIG_NUMBER, AT(scene.rod.axial_stiffness), .unit = "N", STIFFNESS,
+    {"rod.stiffness.axial", CONFIG_QUANTITY, AT(scene.rod.axial_stiffness), .unit = "N", STIFFNESS,
      .fallback = "from section, material and model", .help = "E A."},
-    {"rod.stiffness.bending", CONFIG_NUMBER, ENTRIES(2, 2), AT(scene.rod.bending_stiffness),
+    {"rod.stiffness.bending", CONFIG_QUANTITY, ENTRIES(2, 2), AT(scene.rod.bending_stiffness),
      .unit = "N m^2", STIFFNESS, .fallback = "from section and material",
      .help = "E I about d1, d2."},
-    {"rod.stiffness.torsion", CONFIG_NUMBER, AT(scene.rod.torsional_stiffness), .unit = "N m^2",
+    {"rod.stiffness.torsion", CONFIG_QUANTITY, AT(scene.rod.torsional_stiffness), .unit = "N m^2",
      STIFFNESS, .fallback = "from section and material", .help = "G J."},
-    {"rod.inertia.mass_per_length", CONFIG_NUMBER, AT(scene.rod.mass_per_length), .unit = "kg/m",
+    {"rod.inertia.mass_per_length", CONFIG_QUANTITY, AT(scene.rod.mass_per_length), .unit = "kg/m",
      POSITIVE, .fallback = "from section and density", .help = "rho A."},
-    {"rod.inertia.rotary", CONFIG_NUMBER, VECTOR, AT(scene.rod.rotary_inertia), .unit = "kg m",
+    {"rod.inertia.rotary", CONFIG_QUANTITY, VECTOR, AT(scene.rod.rotary_inertia), .unit = "kg m",
      NOT_NEGATIVE, .fallback = "from section and density",
      .help = "rho I about d1, d2, d3; [0, 0, 0] leaves rotary inertia out."},
     {FORMULAS("rod.rest.strain", scene.rod.rest_strain),
@@ -92,17 +97,17 @@ const config_key config_keys[] = {
     {FORMULAS("rod.rest.imperfection", scene.rod.imperfection), .unit = "1/m",
      .help = "Curvature added to it while the loads grow, gone when all of them act: it says to "
              "which side a column buckles. Static scenes without hidden layers."},
-    {"rod.damping.strain", CONFIG_NUMBER, VECTOR, AT(scene.rod.strain_damping), .unit = "N s",
+    {"rod.damping.strain", CONFIG_QUANTITY, VECTOR, AT(scene.rod.strain_damping), .unit = "N s",
      NOT_NEGATIVE, .help = "Kelvin-Voigt damping of shear, shear, stretch."},
-    {"rod.damping.curvature", CONFIG_NUMBER, VECTOR, AT(scene.rod.curvature_damping),
+    {"rod.damping.curvature", CONFIG_QUANTITY, VECTOR, AT(scene.rod.curvature_damping),
      .unit = "N m^2 s", NOT_NEGATIVE, .help = "Kelvin-Voigt damping of bending, bending, twist."},
 
     {"loads.units", CONFIG_CHOICE, AT(load_units), .names = unit_names,
      .help = "Of the forces and moments below: SI, or multiples of EI/L^2 and EI/L at the ends and "
              "of EI/L^3 and EI/L^2 along the rod (EI about d1)."},
-    {"loads.gravity", CONFIG_NUMBER, VECTOR, AT(scene.loads.gravity), .unit = "m/s^2", ANY,
+    {"loads.gravity", CONFIG_QUANTITY, VECTOR, AT(scene.loads.gravity), .unit = "m/s^2", ANY,
      .help = "Acceleration of gravity, world frame."},
-    {"loads.drag", CONFIG_NUMBER, AT(scene.loads.drag), .unit = "N s/m^2", NOT_NEGATIVE,
+    {"loads.drag", CONFIG_QUANTITY, AT(scene.loads.drag), .unit = "N s/m^2", NOT_NEGATIVE,
      .help = "Force per length against the velocity, f = -drag r_t."},
     {FORMULAS("loads.force", scene.loads.force), .unit = "N/m",
      .help = "Distributed force; formulas of s and t."},
@@ -152,7 +157,7 @@ const config_key config_keys[] = {
              "(loads.base, beam.base), driven (formulas of t)."},
     {FORMULAS("boundary.start.position", scene.start.position), .unit = "m",
      .fallback = "[0, 0, 0] where the type holds it", .help = "Position of a held end."},
-    {"boundary.start.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.start.rotation),
+    {"boundary.start.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.start.rotation),
      .fallback = "[1, 0, 0, 0] where the type holds it",
      .help = "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read."},
     {"boundary.end.type", CONFIG_CHOICE, AT(scene.end.type), .names = scene_end_names,
@@ -160,12 +165,12 @@ const config_key config_keys[] = {
      .help = "What holds s = length; loaded: loads.tip, beam.tip."},
     {FORMULAS("boundary.end.position", scene.end.position), .unit = "m",
      .help = "Position of a held end."},
-    {"boundary.end.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.end.rotation),
+    {"boundary.end.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.end.rotation),
      .help = "Quaternion (w, x, y, z) of a held end."},
 
     {FORMULAS("initial.position", scene.initial.position), .unit = "m",
      .fallback = "at rest in the unstressed shape", .help = "Position at t = 0; formulas of s."},
-    {"initial.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.initial.rotation),
+    {"initial.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.initial.rotation),
      .fallback = "at rest in the unstressed shape",
      .help = "Quaternion (w, x, y, z) at t = 0; formulas of s."},
     {FORMULAS("initial.velocity", scene.initial.velocity), .unit = "m/s", .fallback = "zero",
@@ -173,7 +178,7 @@ const config_key config_keys[] = {
     {FORMULAS("initial.angular_velocity", scene.initial.angular_velocity), .unit = "1/s",
      .fallback = "zero", .help = "Angular velocity at t = 0, body frame; formulas of s."},
 
-    {"time.duration", CONFIG_NUMBER, AT(scene.duration), .unit = "s", NOT_NEGATIVE,
+    {"time.duration", CONFIG_QUANTITY, AT(scene.duration), .unit = "s", NOT_NEGATIVE,
      .help = "0: a static scene."},
     {"time.windows", CONFIG_INTEGER, AT(settings.windows), BETWEEN(1, SCENE_WINDOWS_MAX),
      .fallback = "1; without hidden layers as many as last L^2/6 (rhoA/EI)^(1/2) at most",
@@ -184,7 +189,7 @@ const config_key config_keys[] = {
     {FORMULAS("manufactured.position", scene.manufactured.position), .unit = "m",
      .help = "A solution of your choice, formulas of s and t; the loads, ends and initial state "
              "that make it exact follow."},
-    {"manufactured.rotation", CONFIG_EXPRESSION, QUATERNION, AT(scene.manufactured.rotation),
+    {"manufactured.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.manufactured.rotation),
      .help = "Its quaternion (w, x, y, z), normalised."},
     {FORMULAS("manufactured.angles", scene.manufactured.angles), .unit = "rad",
      .help = "Or three angles a, b, c about body axes 1, 2, 3 in turn: q = q1(a) q2(b) q3(c)."},

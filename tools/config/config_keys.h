@@ -6,12 +6,13 @@
 #include "tools/config/config.h"
 
 typedef enum config_type {
-    CONFIG_NUMBER,    /* double; NaN: not given */
-    CONFIG_INTEGER,   /* int */
-    CONFIG_LONG,      /* int64_t or uint64_t within its range */
-    CONFIG_CHOICE,    /* an enumeration */
-    CONFIG_TEXT,      /* const char *; NULL: not given */
-    CONFIG_EXPRESSION /* const char *, a formula; NULL: not given */
+    CONFIG_NUMBER,   /* double; NaN: not given */
+    CONFIG_INTEGER,  /* int */
+    CONFIG_LONG,     /* int64_t or uint64_t within its range */
+    CONFIG_CHOICE,   /* an enumeration */
+    CONFIG_TEXT,     /* const char *; NULL: not given */
+    CONFIG_QUANTITY, /* quantity, a number or a formula */
+    CONFIG_PARAMETER /* one of config.parameters, by the last part of its path */
 } config_type;
 
 enum {
@@ -47,6 +48,12 @@ typedef struct config_key {
 
 extern const config_key config_keys[];
 extern const int config_key_count;
+
+/* The path in the table of every named parameter. */
+#define CONFIG_PARAMETER_PATH "parameters.<name>"
+
+/* The name in "parameters.load"; NULL: another key. */
+const char *config_parameter_of(const char *path);
 
 /* Row of a path pattern ("training.stages[].steps"), NULL when there is none. */
 const config_key *config_key_find(const char *pattern);

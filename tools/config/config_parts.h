@@ -56,10 +56,6 @@ ad_status config_file_text(const char *path, char **text, size_t *size, ad_error
  * numbers here. Independent of the locale only within config_read. */
 const char *config_parse_number(const char *text, double *value);
 
-/* Shortest decimal text that reads back as the same number, with a point or exponent that YAML
- * takes for a number. */
-void config_number_text(double value, char text[32]);
-
 /* Store the value at `node`, a scalar or list, into the field of `key`; `base` is the config or the
  * stage it belongs to. */
 typedef struct config_reader {
@@ -80,6 +76,9 @@ ad_status config_read_entry(config_reader *reader, const config_key *key, const 
 /* null: as if the key had never been given. */
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path);
 
+/* Whether `value` lies in the range of `key`. */
+bool config_in_range(const config_key *key, double value);
+
 /* Where the field of `key` lies; the stage is taken from the path. */
 void *config_field(config *experiment, const config_key *key, const char *path);
 
@@ -94,8 +93,10 @@ ad_status config_read_override(config_reader *reader, const char *path);
 
 /* ---- config_write.c: one value as YAML ----------------------------------------------------- */
 
-/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. */
-void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths);
+/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. Formulas as
+ * they were written, or with the parameters put in and the same however they were written. */
+void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths,
+                        bool as_written);
 
 /* ---- config_resolve.c, config_check.c: after reading --------------------------------------- */
 
@@ -111,7 +112,8 @@ void config_fill_stiffness(scene *rod_scene);
 /* Loads in SI, unit quaternions, absolute paths; needs a scene that passes its check. */
 ad_status config_resolve_physics(config *experiment, ad_error *error);
 
-ad_status config_check_expressions(const config *experiment, ad_error *error);
+/* Define the parameters and parse what is not a plain number. */
+ad_status config_parse_formulas(config *experiment, ad_error *error);
 ad_status config_check_scene(const config *experiment, ad_error *error);
 /* Held ends against the initial state; needs resolved physics. */
 ad_status config_check_ends(const config *experiment, ad_error *error);

@@ -2,8 +2,6 @@
  * library. */
 #include "tools/config/config_parts.h"
 
-#include "physics/expression.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,7 +63,7 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
     const struct {
         const char *key;
         bool held;
-        const char **texts;
+        quantity *entries;
         int count;
     } rows[] = {{"position", position, end->position, 3}, {"rotation", rotation, end->rotation, 4}};
     for (int i = 0; i < 2; i++) {
@@ -83,7 +81,7 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
                                       "clamped, pinned (position) or driven");
         }
         for (int k = 0; k < rows[i].count; k++) {
-            rows[i].texts[k] = NULL;
+            rows[i].entries[k] = (quantity){.is_given = false};
         }
     }
     return AD_OK;
@@ -93,8 +91,9 @@ ad_status config_resolve_choices(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
     const scene_beam_load *beam_tip = &rod_scene->beam.tip;
-    bool tip = rod_scene->loads.tip.force[0] || rod_scene->loads.tip.moment[0] || beam_tip->force ||
-               beam_tip->moment;
+    const scene_load *rod_tip = &rod_scene->loads.tip;
+    bool tip = rod_tip->force[0].is_given || rod_tip->moment[0].is_given ||
+               beam_tip->force.is_given || beam_tip->moment.is_given;
     if (!given(experiment, "boundary.end.type")) {
         rod_scene->end.type = tip || scene_is_manufactured(rod_scene) ? SCENE_LOADED : SCENE_FREE;
     }
@@ -113,10 +112,10 @@ ad_status config_resolve_choices(config *experiment, ad_error *error)
 
 /* ---- physics ------------------------------------------------------------------------------- */
 
-static void fill(double *field, double value, bool wanted)
+static void fill(quantity *field, quantity value, bool wanted)
 {
-    if (isnan(*field) && wanted) {
-        *field = value;
+    if (wanted) {
+        *field = quantity_or(*field, value);
     }
 }
 
@@ -124,8 +123,8 @@ void config_fill_stiffness(scene *rod_scene)
 {
     scene_rod *rod = &rod_scene->rod;
     scene_properties properties = scene_properties_of(rod_scene);
-    bool massive = properties.mass_per_length > 0;
-    bool sectioned = rod->section != SCENE_SECTION_NONE && !isnan(rod->density);
+    bool massive = quantity_is_something(properties.mass_per_length);
+    bool sectioned = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
     fill(&rod->shear_correction, scene_shear_correction(rod), true);
     for (int i = 0; i < 2; i++) {
         fill(&rod->shear_stiffness[i], properties.strain_stiffness[i], true);
@@ -139,36 +138,13 @@ void config_fill_stiffness(scene *rod_scene)
     }
 }
 
-/* text times factor as a formula; a constant becomes a number. */
-static const char *scaled(config_source *source, const char *text, double factor)
-{
-    double value = 0;
-    char number[32];
-    size_t size = strlen(text) + 64;
-    char *product = malloc(size);
-    const char *kept = NULL;
-    if (!product) {
-        return NULL;
-    }
-    if (expression_is_number(text, &value)) {
-        config_number_text(value * factor, number);
-        kept = config_keep(source, number);
-    } else {
-        config_number_text(factor, number);
-        snprintf(product, size, "(%s)*%s", text, number);
-        kept = config_keep(source, product);
-    }
-    free(product);
-    return kept;
-}
-
 static ad_status resolve_units(config *experiment, ad_error *error)
 {
     scene_loads *loads = &experiment->scene.loads;
-    double length = experiment->scene.rod.length;
-    double stiffness = scene_properties_of(&experiment->scene).curvature_stiffness[0];
+    double length = scene_length(&experiment->scene), stiffness = 0;
+    quantity bending = scene_properties_of(&experiment->scene).curvature_stiffness[0];
     const struct {
-        const char **texts;
+        quantity *entries;
         int power;
     } rows[] = {{loads->force, 3},       {loads->moment, 2},    {loads->base.force, 2},
                 {loads->base.moment, 1}, {loads->tip.force, 2}, {loads->tip.moment, 1}};
@@ -179,17 +155,15 @@ static ad_status resolve_units(config *experiment, ad_error *error)
         return config_blame(experiment->source, error, "loads.units",
                             "scales the loads of rods in space; those of a beam are in SI");
     }
-    if (isinf(stiffness)) {
+    if (!quantity_is_number(bending, &stiffness) || isinf(stiffness)) {
         return config_blame(experiment->source, error, "loads.units",
-                            "EI needs a finite bending stiffness about d1; allowed here: SI");
+                            "EI needs a finite bending stiffness about d1, the same all along; "
+                            "allowed here: SI");
     }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         double factor = stiffness / pow(length, rows[i].power);
-        for (int k = 0; k < 3 && rows[i].texts[k]; k++) {
-            rows[i].texts[k] = scaled(experiment->source, rows[i].texts[k], factor);
-            if (!rows[i].texts[k]) {
-                return ad_fail(error, AD_NO_MEMORY, "out of memory");
-            }
+        for (int k = 0; k < 3; k++) {
+            rows[i].entries[k] = quantity_scale(rows[i].entries[k], factor);
         }
     }
     experiment->load_units = CONFIG_UNITS_SI;
@@ -198,25 +172,19 @@ static ad_status resolve_units(config *experiment, ad_error *error)
 
 /* Numbers only; physics normalises formulas. A quaternion that is unit already stays as it is, so
  * that writing and reading it again changes nothing. */
-static ad_status normalize(config_source *source, const char *rotation[4], ad_error *error)
+static void normalize(quantity rotation[4])
 {
     double value[4];
     double square = 0;
-    char number[32];
     for (int i = 0; i < 4; i++) {
-        if (!rotation[i] || config_parse_number(rotation[i], &value[i])) {
-            return AD_OK;
+        if (rotation[i].node || !quantity_is_number(rotation[i], &value[i])) {
+            return;
         }
         square += value[i] * value[i];
     }
     for (int i = 0; i < 4 && fabs(square - 1) > 1e-15; i++) {
-        config_number_text(value[i] / sqrt(square), number);
-        rotation[i] = config_keep(source, number);
-        if (!rotation[i]) {
-            return ad_fail(error, AD_NO_MEMORY, "out of memory");
-        }
+        rotation[i] = quantity_number(value[i] / sqrt(square));
     }
-    return AD_OK;
 }
 
 /* The file relative to the folder of the scene file, made absolute, since
@@ -256,12 +224,8 @@ static ad_status resolve_training(config *experiment, ad_error *error)
 ad_status config_resolve_physics(config *experiment, ad_error *error)
 {
     ad_status status = resolve_units(experiment, error);
-    if (status == AD_OK) {
-        status = normalize(experiment->source, experiment->scene.start.rotation, error);
-    }
-    if (status == AD_OK) {
-        status = normalize(experiment->source, experiment->scene.end.rotation, error);
-    }
+    normalize(experiment->scene.start.rotation);
+    normalize(experiment->scene.end.rotation);
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
     }

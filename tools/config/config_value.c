@@ -96,25 +96,6 @@ const char *config_parse_number(const char *text, double *value)
     return NULL;
 }
 
-void config_number_text(double value, char text[32])
-{
-    if (isinf(value) || isnan(value)) {
-        snprintf(text, 32, "%s", isnan(value) ? ".nan" : value > 0 ? ".inf" : "-.inf");
-        return;
-    }
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(text, 32, "%.*g", digits, value);
-        if (strtod(text, NULL) == value) {
-            break;
-        }
-    }
-    char *exponent = strchr(text, 'e');
-    if (exponent && !strchr(text, '.')) {
-        memmove(exponent + 2, exponent, strlen(exponent) + 1);
-        memcpy(exponent, ".0", 2);
-    }
-}
-
 /* ---- fields -------------------------------------------------------------------------------- */
 
 void *config_field(config *experiment, const config_key *key, const char *path)
@@ -156,8 +137,7 @@ static ad_status refuse(config_reader *reader, const config_key *key, const char
                         allowed);
 }
 
-/* Whether `value` lies in the range of `key`. */
-static bool in_range(const config_key *key, double value)
+bool config_in_range(const config_key *key, double value)
 {
     bool above = key->flags & CONFIG_LOW_OPEN ? value > key->low : value >= key->low;
     bool under = key->flags & CONFIG_HIGH_OPEN ? value < key->high : value <= key->high;
@@ -175,7 +155,7 @@ static const char *read_number(const config_key *key, const char *text, void *fi
     if (key->type != CONFIG_NUMBER && value != floor(value)) {
         return "is not a whole number";
     }
-    if (!in_range(key, value)) {
+    if (!config_in_range(key, value)) {
         return "is out of range";
     }
     if (key->type == CONFIG_NUMBER) {
@@ -204,23 +184,63 @@ static const char *read_choice(const config_key *key, const char *text, void *fi
 
 static const char out_of_memory[] = "out of memory";
 
-/* A formula is kept as it is written, a number in its shortest form. */
-static const char *read_expression(config_reader *reader, const yaml_node_t *node, void *field)
+/* A number, or a formula that waits for the parameters. */
+static const char *read_quantity(config_reader *reader, const config_key *key,
+                                 const yaml_node_t *node, quantity *value)
 {
-    char number[32];
-    double value = 0;
+    double number = 0;
     const char *text = scalar(node);
-    if (decimal_length(text) == strlen(text) || named_number(text, &value)) {
-        const char *problem = config_parse_number(text, &value);
-        if (problem || !isfinite(value)) {
-            return problem ? problem : "is not finite";
-        }
-        config_number_text(value, number);
-        text = number;
+    if (decimal_length(text) != strlen(text) && !named_number(text, &number)) {
+        *value = quantity_unparsed(reader->experiment->names, text);
+        return NULL;
     }
-    const char *kept = config_keep(reader->experiment->source, text);
-    memcpy(field, &kept, sizeof kept);
-    return kept ? NULL : out_of_memory;
+    const char *problem = config_parse_number(text, &number);
+    if (!problem && !config_in_range(key, number)) {
+        problem = isfinite(number) || (key->flags & CONFIG_INFINITE) ? "is out of range"
+                                                                     : "is not finite";
+    }
+    *value = quantity_number(number);
+    return problem;
+}
+
+static config_parameter *find_parameter(config *experiment, const char *name)
+{
+    for (int i = 0; i < experiment->parameter_count; i++) {
+        if (strcmp(experiment->parameters[i].name, name) == 0) {
+            return &experiment->parameters[i];
+        }
+    }
+    return NULL;
+}
+
+/* A parameter keeps its place when it is given again. */
+static const char *read_parameter(config_reader *reader, const config_key *key, const char *path,
+                                  const yaml_node_t *node)
+{
+    config *experiment = reader->experiment;
+    const char *name = config_parameter_of(path);
+    config_parameter *parameter = find_parameter(experiment, name);
+    if (!parameter) {
+        if (experiment->parameter_count == CONFIG_PARAMETERS_MAX) {
+            return "is one parameter too many";
+        }
+        parameter = &experiment->parameters[experiment->parameter_count++];
+        snprintf(parameter->name, sizeof parameter->name, "%s", name);
+    }
+    return read_quantity(reader, key, node, &parameter->value);
+}
+
+/* The one named in the path, or all. */
+static void unset_parameter(config *experiment, const char *path)
+{
+    const char *name = config_parameter_of(path);
+    config_parameter *parameter = find_parameter(experiment, name);
+    if (strcmp(path, CONFIG_PARAMETER_PATH) == 0) {
+        experiment->parameter_count = 0;
+    } else if (parameter) {
+        config_parameter *end = &experiment->parameters[experiment->parameter_count--];
+        memmove(parameter, parameter + 1, (size_t)(end - parameter - 1) * sizeof *parameter);
+    }
 }
 
 static const char *read_text(config_reader *reader, const yaml_node_t *node, void *field)
@@ -281,8 +301,10 @@ static ad_status read_scalar(config_reader *reader, const config_key *key, const
         problem = read_choice(key, scalar(node), field);
     } else if (key->type == CONFIG_TEXT) {
         problem = read_text(reader, node, field);
+    } else if (key->type == CONFIG_PARAMETER) {
+        problem = read_parameter(reader, key, path, node);
     } else {
-        problem = read_expression(reader, node, field);
+        problem = read_quantity(reader, key, node, field);
     }
     if (!problem) {
         return AD_OK;
@@ -313,7 +335,7 @@ static ad_status read_list(config_reader *reader, const config_key *key, const c
 {
     char problem[160];
     const char *hint =
-        key->type == CONFIG_EXPRESSION ? " (a formula that contains a comma needs quotes)" : "";
+        key->type == CONFIG_QUANTITY ? " (a formula that contains a comma needs quotes)" : "";
     if (node->type != YAML_SEQUENCE_NODE) {
         value_text(node, problem);
         return refuse(reader, key, path, problem, false);
@@ -341,6 +363,11 @@ static ad_status read_list(config_reader *reader, const config_key *key, const c
 
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path)
 {
+    if (key->type == CONFIG_PARAMETER) {
+        unset_parameter(reader->experiment, path);
+        config_unplace(reader->experiment->source, path);
+        return AD_OK;
+    }
     config *pristine = malloc(sizeof *pristine);
     if (!pristine) {
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);

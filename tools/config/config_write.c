@@ -26,18 +26,21 @@ static void write_quoted(FILE *file, const char *text)
     fputc('"', file);
 }
 
-static void write_formula(FILE *file, const char *text)
+static void write_quantity(FILE *file, quantity q, bool as_written)
 {
     double value = 0;
-    if (!config_parse_number(text, &value)) {
+    char *text = quantity_text(q, as_written);
+    if (text && !config_parse_number(text, &value)) {
         fputs(text, file);
     } else {
-        write_quoted(file, text);
+        write_quoted(file, text ? text : "out of memory");
     }
+    free(text);
 }
 
-static void write_entry(FILE *file, const config_key *key, const void *field)
+static void write_entry(FILE *file, const config_key *key, const void *field, bool as_written)
 {
+    quantity q;
     char number[32];
     double real = 0;
     int64_t wide = 0;
@@ -46,7 +49,7 @@ static void write_entry(FILE *file, const config_key *key, const void *field)
     switch (key->type) {
     case CONFIG_NUMBER:
         memcpy(&real, field, sizeof real);
-        config_number_text(real, number);
+        quantity_number_text(real, number);
         fputs(number, file);
         break;
     case CONFIG_LONG:
@@ -65,14 +68,17 @@ static void write_entry(FILE *file, const config_key *key, const void *field)
         memcpy(&text, field, sizeof text);
         write_quoted(file, text);
         break;
-    case CONFIG_EXPRESSION:
-        memcpy(&text, field, sizeof text);
-        write_formula(file, text);
+    case CONFIG_QUANTITY:
+        memcpy(&q, field, sizeof q);
+        write_quantity(file, q, as_written);
+        break;
+    case CONFIG_PARAMETER:
         break;
     }
 }
 
-/* Whether the field holds something: numbers that are not NaN, texts that are not NULL. */
+/* Whether the field holds something: numbers that are not NaN, texts that are not NULL, quantities
+ * that are given. */
 static bool has_value(const config_key *key, const char *field)
 {
     if (key->type == CONFIG_NUMBER) {
@@ -80,7 +86,13 @@ static bool has_value(const config_key *key, const char *field)
         memcpy(&real, field, sizeof real);
         return !isnan(real);
     }
-    if (key->type == CONFIG_TEXT || key->type == CONFIG_EXPRESSION) {
+    if (key->type == CONFIG_QUANTITY) {
+        return ((const quantity *)(const void *)field)->is_given;
+    }
+    if (key->type == CONFIG_PARAMETER) {
+        return false;
+    }
+    if (key->type == CONFIG_TEXT) {
         const char *text = NULL;
         memcpy(&text, field, sizeof text);
         return text != NULL;
@@ -88,7 +100,8 @@ static bool has_value(const config_key *key, const char *field)
     return true;
 }
 
-void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths)
+void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths,
+                        bool as_written)
 {
     const char *field = base + key->offset;
     int count = key->entries_max;
@@ -97,7 +110,7 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
         return;
     }
     if (count == 0) {
-        write_entry(file, key, field);
+        write_entry(file, key, field, as_written);
         return;
     }
     if (key->entries_min != key->entries_max) {
@@ -106,7 +119,7 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
     fputc('[', file);
     for (int i = 0; i < count; i++) {
         fputs(i ? ", " : "", file);
-        write_entry(file, key, field + (size_t)i * config_key_entry_size(key));
+        write_entry(file, key, field + (size_t)i * config_key_entry_size(key), as_written);
     }
     fputc(']', file);
 }
@@ -118,6 +131,7 @@ typedef struct yaml_writer {
     const config *experiment;
     const config *derived; /* the experiment, with what follows from section and material */
     bool help;
+    bool as_written;    /* formulas; else the same however they were written */
     const char *before; /* path of the row written last */
 } yaml_writer;
 
@@ -162,6 +176,33 @@ static void write_comment(FILE *file, const config_key *key, int depth)
             allowed);
 }
 
+/* What follows from section and material: a number, or how it varies. */
+static void write_derived(FILE *file, const config_key *key, const char *derived)
+{
+    const quantity *q = (const quantity *)(const void *)(derived + key->offset);
+    bool varies = quantity_any_depends_on(key->entries_max ? key->entries_max : 1, q, "s");
+    if (varies) {
+        fputs("a function of s", file);
+    } else {
+        config_write_value(file, key, derived, derived, false);
+    }
+}
+
+static void write_parameters(yaml_writer *writer, const config_key *key)
+{
+    const config *experiment = writer->experiment;
+    if (writer->help) {
+        write_comment(writer->file, key, 0);
+    }
+    fprintf(writer->file, "parameters:%s\n", experiment->parameter_count ? "" : " {}");
+    for (int i = 0; i < experiment->parameter_count; i++) {
+        fprintf(writer->file, "  %s: ", experiment->parameters[i].name);
+        write_quantity(writer->file, experiment->parameters[i].value, true);
+        fputc('\n', writer->file);
+    }
+    writer->before = key->path;
+}
+
 static void write_row(yaml_writer *writer, const config_key *key)
 {
     const char *name = NULL;
@@ -172,17 +213,21 @@ static void write_row(yaml_writer *writer, const config_key *key)
                strncmp(key->path, writer->before, strcspn(key->path, ".") + 1) != 0) {
         fputc('\n', writer->file);
     }
+    if (key->type == CONFIG_PARAMETER) {
+        write_parameters(writer, key);
+        return;
+    }
     int depth = open_sections(writer, key->path, 0, &name);
     if (writer->help) {
         write_comment(writer->file, key, depth);
     }
     indent(writer->file, depth);
     fprintf(writer->file, "%s: ", name);
-    config_write_value(writer->file, key, base, base);
+    config_write_value(writer->file, key, base, base, writer->as_written);
     const char *derived = (const char *)writer->derived;
     if (!has_value(key, base + key->offset) && has_value(key, derived + key->offset)) {
         fputs(" # ", writer->file);
-        config_write_value(writer->file, key, derived, derived);
+        write_derived(writer->file, key, derived);
         fprintf(writer->file, ", %s", key->fallback);
     }
     fputc('\n', writer->file);
@@ -192,7 +237,8 @@ static void write_row(yaml_writer *writer, const config_key *key)
 /* The keys of one stage are neighbours in the table, from `first` on. */
 static void write_stage(const yaml_writer *outer, int first, const train_stage *stage, bool help)
 {
-    yaml_writer writer = {outer->file, outer->experiment, outer->derived, help, ""};
+    yaml_writer writer = {outer->file, outer->experiment, outer->derived,
+                          help,        outer->as_written, ""};
     for (int i = first; i < config_key_count && config_key_in_stage(&config_keys[i]); i++) {
         const config_key *key = &config_keys[i];
         const char *path = strstr(key->path, "[].") + 3;
@@ -206,7 +252,8 @@ static void write_stage(const yaml_writer *outer, int first, const train_stage *
         }
         indent(writer.file, i == first ? 2 : depth);
         fprintf(writer.file, "%s%s: ", i == first ? "- " : "", i == first ? path : name);
-        config_write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment);
+        config_write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment,
+                           writer.as_written);
         fputc('\n', writer.file);
         writer.before = path;
     }
@@ -232,9 +279,9 @@ static int write_stages(yaml_writer *writer, int first)
 /* Keys that a classical solution does not depend on. */
 static bool is_physics(const char *path)
 {
-    static const char *const others[] = {"name",        "time.windows", "formulation", "motion",
-                                         "enforcement", "network",      "losses",      "training",
-                                         "checkpoint",  "output"};
+    static const char *const others[] = {"name",     "parameters",  "time.windows", "formulation",
+                                         "motion",   "enforcement", "network",      "losses",
+                                         "training", "checkpoint",  "output"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && (!path[length] || path[length] == '.')) {
@@ -271,7 +318,7 @@ static ad_status write_experiment(const config *experiment, FILE *file, bool hel
     }
     *derived = *experiment;
     config_fill_stiffness(&derived->scene);
-    yaml_writer writer = {file, experiment, derived, help, ""};
+    yaml_writer writer = {file, experiment, derived, help, !physics_alone, ""};
     locale_t before = uselocale(c_locale);
     write_keys(&writer, physics_alone);
     uselocale(before);
@@ -332,7 +379,7 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
                 key->fallback);
     } else if (!none) {
         fprintf(file, "; default: ");
-        config_write_value(file, key, base, (const char *)defaults);
+        config_write_value(file, key, base, (const char *)defaults, true);
     }
     if (key->flags & CONFIG_FOR_ANY) {
         config_key_optimizers(key, allowed, sizeof allowed);

@@ -82,7 +82,7 @@ static double trained_until(const experiment *e)
 {
     const scene *scene = e->scene;
     int windows = scene->windows, begun = e->window + 1;
-    return begun == windows ? scene->duration : scene->duration * begun / windows;
+    return begun == windows ? scene_duration(scene) : scene_duration(scene) * begun / windows;
 }
 
 /* A point of the file that is not in the scene; an end may be missed by rounding. */
@@ -119,7 +119,7 @@ static ad_status points_of_table(session *x, const char *path, const table_file 
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         x->samples.s[i] = s[i];
         x->samples.t[i] = t ? t[i] : 0;
-        status = check_point(path, table, i, "s", s[i], scene->rod.length, error);
+        status = check_point(path, table, i, "s", s[i], scene_length(scene), error);
         if (status == AD_OK && dynamic) {
             status = check_point(path, table, i, "t", t[i], trained_until(x->e), error);
         }
@@ -172,7 +172,7 @@ static ad_status evaluate_tip(session *x, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    *x->tip.s = x->e->scene->rod.length;
+    *x->tip.s = scene_length(x->e->scene);
     *x->tip.t = trained_until(x->e);
     return evaluate(x, &x->tip, error);
 }

@@ -194,7 +194,7 @@ static void print_reference(const session *x)
 static ad_status print_energy(const session *x, ad_error *error)
 {
     solve_energy e;
-    ad_status status = solution_energy(x->solved, x->scene->duration, &e, error);
+    ad_status status = solution_energy(x->solved, scene_duration(x->scene), &e, error);
     if (status != AD_OK) {
         return status;
     }
@@ -216,7 +216,8 @@ static ad_status print_report(session *x, ad_error *error)
 {
     const solve_report *r = &x->report;
     double tip[MODEL_COLUMNS_MAX];
-    const double *s = &x->scene->rod.length, *t = &x->scene->duration;
+    double length = scene_length(x->scene), duration = scene_duration(x->scene);
+    const double *s = &length, *t = &duration;
     int columns = scene_physics_of(x->scene)->position_columns;
     ad_status status = solution_evaluate(x->solved, columns, 1, s, t, tip, error);
     if (status != AD_OK) {
@@ -358,7 +359,8 @@ static ad_status work_precision(session *x, ad_error *error)
 static ad_status open_reference(session *x, ad_error *error)
 {
     if (x->settings->settings.reference == TRAIN_REFERENCE_NONE &&
-        !x->settings->settings.reference_file && !x->settings->settings.reference_deflection) {
+        !x->settings->settings.reference_file &&
+        !x->settings->settings.reference_deflection.is_given) {
         return AD_OK;
     }
     config *settings = x->settings;
@@ -416,7 +418,7 @@ static ad_status prepare(session *x, ad_error *error)
     x->scene = &x->settings->scene;
     snprintf(x->name, sizeof x->name, "%s", x->settings->settings.name);
     choose_tolerance(x);
-    status = samples_of_grid(&x->grid, o->grid, x->scene, x->scene->duration,
+    status = samples_of_grid(&x->grid, o->grid, x->scene, scene_duration(x->scene),
                              solution_columns(x->scene), error);
     if (status == AD_OK) {
         status = open_reference(x, error);

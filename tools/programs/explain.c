@@ -440,7 +440,7 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
             file,
             "  %-15s %d of %.4g s, %.3g first periods each, trained in turn; each starts where\n"
             "  %-15s the one before ends, and has a network of its own\n",
-            "windows", windows, e->scene->duration / windows,
+            "windows", windows, scene_duration(e->scene) / windows,
             rod_numbers_of(e->scene).periods / windows, "");
     }
     paragraph line = paragraph_begin(file, windows > 1 ? "in each window" : "training");

@@ -38,7 +38,7 @@ ad_status samples_of_grid(samples *p, const char *grid, const scene *scene, doub
     ad_status status = samples_make(p, (size_t)(ns * nt), columns, error);
     for (long i = 0; status == AD_OK && i < ns * nt; i++) {
         long at_s = i % ns, at_t = i / ns;
-        p->s[i] = ns > 1 ? scene->rod.length * (double)at_s / (double)(ns - 1) : 0;
+        p->s[i] = ns > 1 ? scene_length(scene) * (double)at_s / (double)(ns - 1) : 0;
         p->t[i] = nt > 1 ? until * (double)at_t / (double)(nt - 1) : 0;
     }
     return status;

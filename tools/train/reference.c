@@ -1,7 +1,6 @@
 #include "tools/train/reference.h"
 
 #include "physics/analytic.h"
-#include "physics/expression.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference_solve.h"
 
@@ -56,10 +55,10 @@ static ad_status make_grid(reference *r, bool dynamic, ad_error *error)
     return status;
 }
 
-static void numbers_of(const char *const *texts, int count, double *numbers)
+static void numbers_of(const quantity *given, int count, double *numbers)
 {
     for (int i = 0; i < count; i++) {
-        numbers[i] = texts[i] ? expression_evaluate(texts[i], 0, 0) : 0;
+        numbers[i] = given[i].is_given ? quantity_value(given[i], 0, 0) : 0;
     }
 }
 
@@ -92,9 +91,9 @@ static ad_status make_elastica(reference *r, const scene *scene, ad_error *error
     analytic_elastica elastica;
     double force[3];
     numbers_of(scene->loads.tip.force, 3, force);
-    ad_status status = analytic_elastica_create(&clamp, r->length,
-                                                scene_properties_of(scene).curvature_stiffness[0],
-                                                force, &elastica, error);
+    ad_status status = analytic_elastica_create(
+        &clamp, r->length, scene_properties_of(scene).curvature_stiffness[0].number, force,
+        &elastica, error);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         analytic_state state;
         analytic_elastica_at(&elastica, r->s[i], &state);
@@ -107,15 +106,15 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
 {
     analytic_clamp clamp = clamp_of(scene);
     scene_properties properties = scene_properties_of(scene);
-    const double *stiffness = properties.curvature_stiffness;
-    double couple[3];
+    double bending = properties.curvature_stiffness[0].number;
+    double torsion = properties.curvature_stiffness[2].number, couple[3];
     ad_status status = AD_OK;
     numbers_of(scene->loads.tip.moment, 3, couple);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         analytic_state state;
-        status = planar ? analytic_rollup_at(&clamp, stiffness[0], couple, r->s[i], &state, error)
-                        : analytic_helix_at(&clamp, stiffness[0], stiffness[2], couple, r->s[i],
-                                            &state, error);
+        status = planar
+                     ? analytic_rollup_at(&clamp, bending, couple, r->s[i], &state, error)
+                     : analytic_helix_at(&clamp, bending, torsion, couple, r->s[i], &state, error);
         if (status == AD_OK) {
             put_pose(r, i, state.position, state.quaternion);
         }
@@ -142,7 +141,7 @@ static ad_status make_deflection(reference *r, const experiment *e, ad_error *er
     ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         double unknown = 0;
-        double w = expression_evaluate(e->settings->reference_deflection, r->s[i], r->t[i]);
+        double w = quantity_value(e->settings->reference_deflection, r->s[i], r->t[i]);
         put_pose(r, i, &w, &unknown);
         if (!isfinite(w)) {
             return ad_fail(error, AD_BAD_INPUT,
@@ -409,13 +408,13 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     }
     r->model = scene_physics_of(e->scene);
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
-    r->length = e->scene->rod.length;
-    r->duration = e->scene->duration;
+    r->length = scene_length(e->scene);
+    r->duration = scene_duration(e->scene);
     r->about.estimate = NAN;
-    ad_status status = settings->reference_file                ? make_file(r, e, error)
-                       : settings->reference_deflection        ? make_deflection(r, e, error)
-                       : !isnan(settings->reference_tolerance) ? make_solved(r, e, error)
-                                                               : make_analytic(r, e, error);
+    ad_status status = settings->reference_file                  ? make_file(r, e, error)
+                       : settings->reference_deflection.is_given ? make_deflection(r, e, error)
+                       : !isnan(settings->reference_tolerance)   ? make_solved(r, e, error)
+                                                                 : make_analytic(r, e, error);
     if (status == AD_OK) {
         status = check_size(r, error);
     }

@@ -93,11 +93,11 @@ typedef struct train_settings {
     int checkpoint_keep;       /* how many checkpoints are kept */
     int output_every;          /* steps between rows of the history; 0: open */
     train_reference reference;
-    const char *reference_file; /* CSV or HDF5 with the model's columns of position and rotation;
-                                 * NULL: none */
-    double reference_tolerance; /* of a classical solution, of the position over the length; 0:
-                                 * open, NaN: no such reference */
-    const char *reference_deflection; /* of a beam, formula of s and t; NULL: none */
+    const char *reference_file;    /* CSV or HDF5 with the model's columns of position and rotation;
+                                    * NULL: none */
+    double reference_tolerance;    /* of a classical solution, of the position over the length; 0:
+                                    * open, NaN: no such reference */
+    quantity reference_deflection; /* of a beam, formula of s and t; not given: none */
 } train_settings;
 
 /* The measured recipe: random waves and one stage of Gauss-Newton, up to 200 steps, in as many

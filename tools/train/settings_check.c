@@ -2,8 +2,6 @@
  * of this scene. */
 #include "tools/train/settings_internal.h"
 
-#include "physics/expression.h"
-
 #include <math.h>
 #include <sys/stat.h>
 
@@ -90,15 +88,14 @@ bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod
 /* ---- reference ----------------------------------------------------------------------------- */
 
 /* Whether a formula, 0 if not given, is this number for all s and t. */
-static bool is_value(const char *text, double value)
+static bool is_value(quantity q, double value)
 {
-    double number = 0;
-    return (!text || expression_is_number(text, &number)) && number == value;
+    return quantity_is(quantity_or(q, quantity_number(0)), value);
 }
 
-static bool zero(const char *const *texts)
+static bool zero(const quantity *q)
 {
-    return is_value(texts[0], 0) && is_value(texts[1], 0) && is_value(texts[2], 0);
+    return !quantity_any_something(3, q);
 }
 
 static bool straight(const scene_rod *rod)
@@ -113,7 +110,7 @@ static void clamped_tangent(const scene *rod_scene, double d3[3])
     double q[4];
     double square = 0;
     for (int i = 0; i < 4; i++) {
-        q[i] = expression_evaluate(rod_scene->start.rotation[i], 0, 0);
+        q[i] = quantity_value(rod_scene->start.rotation[i], 0, 0);
         square += q[i] * q[i];
     }
     d3[0] = 2 * (q[1] * q[3] + q[0] * q[2]) / square;
@@ -122,14 +119,14 @@ static void clamped_tangent(const scene *rod_scene, double d3[3])
 }
 
 /* |load . d3| / |load| of a constant load, 0 for none. */
-static double along_tangent(const scene *rod_scene, const char *const *load)
+static double along_tangent(const scene *rod_scene, const quantity *load)
 {
     double d3[3];
     double dot = 0;
     double square = 0;
     clamped_tangent(rod_scene, d3);
     for (int i = 0; i < 3; i++) {
-        double value = load[i] ? expression_evaluate(load[i], 0, 0) : 0;
+        double value = load[i].is_given ? quantity_value(load[i], 0, 0) : 0;
         dot += value * d3[i];
         square += value * value;
     }
@@ -141,7 +138,6 @@ static double along_tangent(const scene *rod_scene, const char *const *load)
 static const char *common_obstacle(const scene *rod_scene)
 {
     const scene_loads *loads = &rod_scene->loads;
-    const double *gravity = loads->gravity;
     if (scene_is_beam(rod_scene)) {
         return "is a shape of rods in space; for a beam give reference.deflection";
     }
@@ -160,8 +156,8 @@ static const char *common_obstacle(const scene *rod_scene)
     if (!straight(&rod_scene->rod)) {
         return "needs a rod that is straight when unloaded";
     }
-    if (gravity[0] != 0 || gravity[1] != 0 || gravity[2] != 0 || loads->force[0] ||
-        loads->moment[0]) {
+    if (quantity_any_something(3, loads->gravity) || loads->force[0].is_given ||
+        loads->moment[0].is_given) {
         return "needs a rod without gravity and distributed loads";
     }
     return NULL;
@@ -170,8 +166,11 @@ static const char *common_obstacle(const scene *rod_scene)
 static bool round_rod(const scene *rod_scene)
 {
     scene_properties properties = scene_properties_of(rod_scene);
-    const double *stiffness = properties.curvature_stiffness;
-    return fabs(stiffness[0] - stiffness[1]) <= 1e-12 * stiffness[0];
+    double first = 0, second = 0;
+    bool twists_alike = quantity_is_number(properties.curvature_stiffness[2], NULL);
+    return twists_alike && quantity_is_number(properties.curvature_stiffness[0], &first) &&
+           quantity_is_number(properties.curvature_stiffness[1], &second) &&
+           fabs(first - second) <= 1e-12 * first;
 }
 
 static const char *elastica_obstacle(const scene *rod_scene)
@@ -189,7 +188,9 @@ static const char *elastica_obstacle(const scene *rod_scene)
     if (along_tangent(rod_scene, tip->force) > 1e-12) {
         return "needs a tip force perpendicular to the clamped tangent";
     }
-    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+    return round_rod(rod_scene)
+               ? NULL
+               : "needs equal bending stiffness about d1 and d2, the same all along";
 }
 
 static const char *couple_obstacle(const scene *rod_scene, bool planar)
@@ -204,13 +205,15 @@ static const char *couple_obstacle(const scene *rod_scene, bool planar)
     if (planar && along_tangent(rod_scene, tip->moment) > 1e-12) {
         return "needs a tip moment perpendicular to the clamped tangent; helix allows any";
     }
-    return round_rod(rod_scene) ? NULL : "needs equal bending stiffness about d1 and d2";
+    return round_rod(rod_scene)
+               ? NULL
+               : "needs equal bending stiffness about d1 and d2, the same all along";
 }
 
 bool train_names_reference(const train_settings *settings)
 {
     return settings->reference != TRAIN_REFERENCE_NONE || settings->reference_file ||
-           settings->reference_deflection || !isnan(settings->reference_tolerance);
+           settings->reference_deflection.is_given || !isnan(settings->reference_tolerance);
 }
 
 static const char *solve_obstacle(const train_settings *settings, const scene *rod_scene)
@@ -219,7 +222,7 @@ static const char *solve_obstacle(const train_settings *settings, const scene *r
         return NULL;
     }
     if (settings->reference != TRAIN_REFERENCE_NONE || settings->reference_file ||
-        settings->reference_deflection) {
+        settings->reference_deflection.is_given) {
         return "given beside another reference; allowed: one of them";
     }
     return scene_is_imperfect(rod_scene)
@@ -251,18 +254,17 @@ static const char *reference_obstacle(const train_settings *settings, const scen
 static ad_status check_deflection(const train_settings *settings, const scene *rod_scene, char *key,
                                   ad_error *error)
 {
-    expression_use use = {false, false};
-    const char *text = settings->reference_deflection;
+    quantity deflection = settings->reference_deflection;
     const char *problem = NULL;
-    if (!text) {
+    if (!deflection.is_given) {
         return AD_OK;
     }
-    ad_status status = expression_check(text, &use, error);
+    ad_status status = quantity_check(deflection, error);
     if (!scene_is_beam(rod_scene)) {
         problem = "is that of a beam; for a rod in space give reference.analytic or reference.file";
     } else if (settings->reference_file || settings->reference != TRAIN_REFERENCE_NONE) {
         problem = "given beside another reference; allowed: one of them";
-    } else if (use.t && !scene_is_dynamic(rod_scene)) {
+    } else if (quantity_depends_on(deflection, "t") && !scene_is_dynamic(rod_scene)) {
         problem = "depends on t, but the scene is static; give time.duration, or a formula "
                   "without t";
     }

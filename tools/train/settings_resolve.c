@@ -69,7 +69,7 @@ static ad_status resolve_windows(train_settings *settings, scene *rod_scene, cha
     bool short_ones = settings->network.hidden_count == 0 && scene_is_dynamic(rod_scene) && hard &&
                       !scene_is_fourth_order(rod_scene);
     if (settings->windows == 0 && short_ones) {
-        double units = rod_scene->duration / rod_scales_of(rod_scene).time;
+        double units = scene_duration(rod_scene) / rod_scales_of(rod_scene).time;
         double windows = ceil(units / WINDOW * (1 - 1e-12));
         if (!(windows <= SCENE_WINDOWS_MAX)) {
             return train_refuse(
@@ -120,8 +120,8 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
 {
     double *bandwidth = settings->network.fourier_bandwidth;
     bool dynamic = scene_is_dynamic(rod_scene);
-    double half_length = rod_scene->rod.length / 2;
-    double half_time = rod_scene->duration / rod_scene->windows / 2;
+    double half_length = scene_length(rod_scene) / 2;
+    double half_time = scene_duration(rod_scene) / rod_scene->windows / 2;
     if (!dynamic && !isnan(settings->fourier_frequency)) {
         return train_refuse(key, "network.fourier.frequency", error,
                             "is along time, but the scene is static; give time.duration, or leave "

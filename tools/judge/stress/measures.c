@@ -1,8 +1,6 @@
 /* What is measured of an answer beside its error of position against a reference. */
 #include "tools/judge/stress/methods.h"
 
-#include "physics/expression.h"
-
 #include <math.h>
 #include <stdlib.h>
 
@@ -12,14 +10,14 @@ enum { ALONG = 65, FORCE = 13, MOMENT = 16, VELOCITY = 19, SPIN = 22 };
 static void points_along(const scene *rod_scene, double s[ALONG])
 {
     for (int k = 0; k < ALONG; k++) {
-        s[k] = rod_scene->rod.length * k / (ALONG - 1);
+        s[k] = scene_length(rod_scene) * k / (ALONG - 1);
     }
 }
 
 void stress_instants(const scene *rod_scene, double t[STRESS_INSTANTS])
 {
     for (int j = 0; j < STRESS_INSTANTS; j++) {
-        t[j] = rod_scene->duration * j / (STRESS_INSTANTS - 1);
+        t[j] = scene_duration(rod_scene) * j / (STRESS_INSTANTS - 1);
     }
 }
 
@@ -35,8 +33,8 @@ ad_status stress_rotation(const stress_answer *a, double *error, ad_error *reaso
 static void tip_force(const scene *rod_scene, double t, double force[3])
 {
     for (int i = 0; i < 3; i++) {
-        const char *text = rod_scene->loads.tip.force[i];
-        force[i] = text ? expression_evaluate(text, 0, t) : 0;
+        quantity given = quantity_or(rod_scene->loads.tip.force[i], quantity_number(0));
+        force[i] = quantity_value(given, 0, t);
     }
 }
 
@@ -44,9 +42,9 @@ static void tip_force(const scene *rod_scene, double t, double force[3])
 static int last_change(const scene *rod_scene)
 {
     double last[3], now[3];
-    tip_force(rod_scene, rod_scene->duration, last);
+    tip_force(rod_scene, scene_duration(rod_scene), last);
     for (int i = STRESS_INSTANTS - 1; i >= 0; i--) {
-        tip_force(rod_scene, rod_scene->duration * i / (STRESS_INSTANTS - 1), now);
+        tip_force(rod_scene, scene_duration(rod_scene) * i / (STRESS_INSTANTS - 1), now);
         if (now[0] != last[0] || now[1] != last[1] || now[2] != last[2]) {
             return i + 1;
         }
@@ -63,25 +61,26 @@ static energy energy_of(const scene *rod_scene, const double *values)
 {
     scene_properties p = scene_properties_of(rod_scene);
     energy sum = {0, 0};
-    double force[3];
-    tip_force(rod_scene, rod_scene->duration, force);
+    double force[3], last = scene_duration(rod_scene);
+    tip_force(rod_scene, last, force);
     for (int k = 0; k < ALONG; k++) {
-        double weight = rod_scene->rod.length / (ALONG - 1) / 3 *
+        double weight = scene_length(rod_scene) / (ALONG - 1) / 3 *
                         (k == 0 || k == ALONG - 1 ? 1
                          : k % 2                  ? 4
                                                   : 2);
+        double s = scene_length(rod_scene) * k / (ALONG - 1);
+        double mass = quantity_value(p.mass_per_length, s, 0);
         for (int i = 0; i < 3; i++) {
+            double inertia = quantity_value(p.rotary_inertia[i], s, 0);
+            double gravity = quantity_value(rod_scene->loads.gravity[i], s, last);
             double velocity = values[(VELOCITY + i) * ALONG + k];
             double spin = values[(SPIN + i) * ALONG + k];
             double n = values[(FORCE + i) * ALONG + k], m = values[(MOMENT + i) * ALONG + k];
-            double stretch = isfinite(p.strain_stiffness[i]) ? n * n / p.strain_stiffness[i] : 0;
-            double bend = isfinite(p.curvature_stiffness[i]) ? m * m / p.curvature_stiffness[i] : 0;
-            sum.kinetic +=
-                weight / 2 *
-                (p.mass_per_length * velocity * velocity + p.rotary_inertia[i] * spin * spin);
+            double stretch = n * n / quantity_value(p.strain_stiffness[i], s, 0);
+            double bend = m * m / quantity_value(p.curvature_stiffness[i], s, 0);
+            sum.kinetic += weight / 2 * (mass * velocity * velocity + inertia * spin * spin);
             sum.potential +=
-                weight * ((stretch + bend) / 2 -
-                          p.mass_per_length * rod_scene->loads.gravity[i] * values[i * ALONG + k]);
+                weight * ((stretch + bend) / 2 - mass * gravity * values[i * ALONG + k]);
         }
     }
     for (int i = 0; i < 3; i++) {

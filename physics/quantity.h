@@ -1,0 +1,149 @@
+/* Numbers of a scene: a plain number, or a formula such as `0.02*sin(2*pi*t)` that is parsed once.
+ *
+ *   s.rod.length = quantity_number(0.3);
+ *   quantities_define(names, "load", quantity_number(0.02), &error);
+ *   s.loads.tip.force[2] = quantity_formula(names, "-load*where(0.5-t, sin(pi*t)^2, 1)");
+ *
+ * A formula knows
+ *   numbers  1  2.5e-3        constants  pi        whatever the locale of the program
+ *   names      the coordinates s (arc length, m) and t (time, s), and those that are defined
+ *   operators  + - * / ^ ( )   (^ binds to the right and before unary minus; its exponent is
+ *              constant)
+ *   functions  sin cos tan asin acos atan atan2(y,x) sinh cosh tanh exp log sqrt abs
+ *              min(a,b) max(a,b) step(x): 0 for x <= 0, else 1
+ *              where(c, a, b): a where c > 0, else b
+ *
+ * A quantity is a small value that is copied freely. A plain number needs no memory, so that what
+ * follows from numbers is computed as fast as with numbers alone. The nodes of formulas never
+ * change; they belong to the `quantities` whose names they were read with, and live as long. The
+ * same formula made twice is one node. A zeroed quantity is not given, and whatever is computed
+ * from one that is not given is not given either.
+ *
+ * A name plays a role. A defined name is a fixed number or formula and folds away while parsing. A
+ * coordinate stays open: quantity_value puts numbers in its place, quantity_record what the
+ * bindings say, an input of the tape, a uniform, a parameter or a number. A role that is new needs
+ * another binding and nothing else.
+ *
+ * Errors stay with the quantity: one that cannot be parsed says so in quantity_check, whatever is
+ * computed from it is the same error, its value is NaN, and its record fails on the tape. Any
+ * number of threads may use quantities of one `quantities` at a time, but for defining names. */
+#ifndef PHYSICS_QUANTITY_H
+#define PHYSICS_QUANTITY_H
+
+#include "autodiff/ad.h"
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct quantities quantities;
+
+typedef struct quantity {
+    double number;                    /* its value where it depends on no coordinate */
+    const struct quantity_node *node; /* of a formula; NULL: a number */
+    bool is_given;
+} quantity;
+
+/* NULL when memory runs out. */
+quantities *quantities_create(void);
+void quantities_free(quantities *names);
+
+/* Define a name for the formulas parsed from here on; its value may be a formula of s and t. The
+ * name: letters, digits, _, up to 40, and not one that formulas know already. */
+ad_status quantities_define(quantities *names, const char *name, quantity value, ad_error *error);
+
+/* Add another open name beside s and t, a coordinate of a domain; up to 16 with these two. */
+ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
+
+/* ---- making ---------------------------------------------------------------------------------- */
+
+static inline quantity quantity_number(double number)
+{
+    quantity made = {number, NULL, true};
+    return made;
+}
+
+/* NULL text: not given. The text is kept, to be written again as it was. */
+quantity quantity_formula(quantities *names, const char *text);
+
+/* A formula to be parsed later by quantity_parsed, when all names are defined. Until then it counts
+ * as an error. quantity_parsed returns what is no such formula as it is. */
+quantity quantity_unparsed(quantities *names, const char *text);
+quantity quantity_parsed(quantity q);
+
+/* Constants fold, in the order in which they are written here. */
+quantity quantity_add(quantity a, quantity b);
+quantity quantity_subtract(quantity a, quantity b);
+quantity quantity_multiply(quantity a, quantity b);
+quantity quantity_divide(quantity a, quantity b);
+quantity quantity_power(quantity a, double exponent);
+
+/* A function of formulas by its name, with as many arguments as it takes. */
+quantity quantity_call(const char *function, const quantity *arguments);
+
+static inline quantity quantity_scale(quantity a, double factor)
+{
+    return quantity_multiply(a, quantity_number(factor));
+}
+
+static inline quantity quantity_or(quantity a, quantity otherwise)
+{
+    return a.is_given ? a : otherwise;
+}
+
+/* ---- asking ---------------------------------------------------------------------------------- */
+
+/* AD_OK, also of what is not given; else what is wrong with the formula: AD_BAD_INPUT with the
+ * column within its text and what is allowed there, AD_NO_MEMORY. */
+ad_status quantity_check(quantity q, ad_error *error);
+
+/* Whether it is given and depends on no coordinate; then its value (may be NULL). */
+bool quantity_is_number(quantity q, double *value);
+
+/* Whether it is given and is that number for all s and t. */
+bool quantity_is(quantity q, double number);
+
+/* Whether it is given and not the number 0. */
+bool quantity_is_something(quantity q);
+
+/* The same of `count` quantities, of any. */
+bool quantity_any_given(int count, const quantity *q);
+bool quantity_any_something(int count, const quantity *q);
+
+bool quantity_depends_on(quantity q, const char *coordinate);
+bool quantity_any_depends_on(int count, const quantity *q, const char *coordinate);
+
+/* Its value at s (m), t (s); NaN when it is not given. Does not allocate. */
+double quantity_value(quantity q, double s, double t);
+
+/* As text that quantity_formula reads back to the same quantity: as its author wrote it, or from
+ * its nodes, with defined names put in, which is the same however it was written. NULL when memory
+ * runs out; the caller frees it. */
+char *quantity_text(quantity q, bool as_written);
+
+/* Shortest decimal text that reads back as the same number, with a point or an exponent that YAML
+ * takes for a number. */
+void quantity_number_text(double number, char text[32]);
+
+/* ---- on the tape ----------------------------------------------------------------------------- */
+
+typedef struct quantity_binding {
+    const char *name; /* "s" */
+    ad_value value;   /* one row: an input, a uniform, a parameter or a constant */
+} quantity_binding;
+
+/* One row; a number is a constant of the tape. An open name without a binding, a formula with an
+ * error and a quantity that is not given leave an error on the tape. */
+ad_value quantity_record(quantity q, ad_tape *tape, int count, const quantity_binding *bindings);
+
+/* The same of a formula of s and t (m, s). */
+ad_value quantity_record_at(quantity q, ad_value s, ad_value t);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,72 @@
+/* What the files of quantities share; not for others. */
+#ifndef PHYSICS_QUANTITY_INTERNAL_H
+#define PHYSICS_QUANTITY_INTERNAL_H
+
+#include "physics/quantity.h"
+
+#include <stdint.h>
+
+enum {
+    QUANTITY_NAME_MAX = 40,
+    QUANTITY_OPEN_MAX = 16,   /* open names */
+    QUANTITY_SIZE_MAX = 4096, /* operations of a formula, which bounds the depth of recursions */
+    QUANTITY_ARGUMENTS_MAX = 3
+};
+
+/* An operator or a function. */
+typedef struct quantity_operation {
+    const char *name;
+    int arity;
+    int precedence; /* of an operator; 0: a function, name(...) */
+    double (*number)(const double *x);
+    ad_value (*record)(const ad_value *x);
+} quantity_operation;
+
+extern const quantity_operation quantity_operations[];
+extern const int quantity_operation_count;
+
+/* The row of a name that is `length` long; NULL: none. */
+const quantity_operation *quantity_operation_find(const char *name, size_t length);
+
+typedef enum quantity_kind {
+    QUANTITY_OPEN,      /* an open name: s, t */
+    QUANTITY_OPERATION, /* of its arguments */
+    QUANTITY_WRITTEN,   /* what its author wrote, and what it says: x[0] */
+    QUANTITY_UNPARSED,  /* the same, not parsed yet */
+    QUANTITY_ERROR      /* the text says what is wrong */
+} quantity_kind;
+
+typedef struct quantity_node {
+    quantity_kind kind;
+    ad_status status; /* of an error */
+    int index;        /* of an open name */
+    uint32_t uses;    /* open names that occur: bits by index */
+    int size;         /* operations with repetition */
+    const quantity_operation *operation;
+    const char *text; /* name, written text, error */
+    quantity x[QUANTITY_ARGUMENTS_MAX];
+    quantities *owner;
+    uint64_t hash;
+    struct quantity_node *next; /* of the same bucket */
+} quantity_node;
+
+/* A defined or an open name. */
+typedef struct quantity_name {
+    char text[QUANTITY_NAME_MAX + 1];
+    quantity value;
+} quantity_name;
+
+/* The value of a name `length` long, not given when there is none; and the names by number. */
+quantity quantities_find(const quantities *names, const char *name, size_t length);
+int quantities_count(const quantities *names);
+const char *quantities_name(const quantities *names, int i);
+
+quantity quantity_error(quantities *owner, ad_status status, const char *message);
+/* `value` as its author wrote it. */
+quantity quantity_written(quantities *owner, const char *text, quantity value);
+quantity quantity_operate(const quantity_operation *operation, const quantity *x);
+
+/* quantity_parse.c: without the text as it was written. */
+quantity quantity_parse(quantities *names, const char *text);
+
+#endif

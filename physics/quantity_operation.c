@@ -1,0 +1,170 @@
+/* Operators and functions of formulas: one row each. */
+#include "physics/quantity_internal.h"
+
+#include <math.h>
+#include <string.h>
+
+#define OPERATION(name, formula, recorded)                                                         \
+    static double name##_number(const double *x)                                                   \
+    {                                                                                              \
+        return formula;                                                                            \
+    }                                                                                              \
+    static ad_value name##_record(const ad_value *x)                                               \
+    {                                                                                              \
+        return recorded;                                                                           \
+    }
+
+static ad_value record_cosh(ad_value x)
+{
+    return ad_scale(ad_add(ad_exp(x), ad_exp(ad_neg(x))), 0.5);
+}
+
+static ad_value record_one(ad_value x)
+{
+    return ad_scalar(x.tape, 1);
+}
+
+OPERATION(add, x[0] + x[1], ad_add(x[0], x[1]))
+OPERATION(subtract, x[0] - x[1], ad_sub(x[0], x[1]))
+OPERATION(multiply, x[0] * x[1], ad_mul(x[0], x[1]))
+OPERATION(divide, x[0] / x[1], ad_div(x[0], x[1]))
+OPERATION(f_sin, sin(x[0]), ad_sin(x[0]))
+OPERATION(f_cos, cos(x[0]), ad_cos(x[0]))
+OPERATION(f_tan, tan(x[0]), ad_div(ad_sin(x[0]), ad_cos(x[0])))
+OPERATION(f_asin, asin(x[0]), ad_asin(x[0]))
+OPERATION(f_acos, acos(x[0]), ad_acos(x[0]))
+OPERATION(f_atan, atan(x[0]), ad_atan2(x[0], record_one(x[0])))
+OPERATION(f_atan2, atan2(x[0], x[1]), ad_atan2(x[0], x[1]))
+/* tanh cosh rather than a difference of exponentials, which loses digits near 0 */
+OPERATION(f_sinh, sinh(x[0]), ad_mul(ad_tanh(x[0]), record_cosh(x[0])))
+OPERATION(f_cosh, cosh(x[0]), record_cosh(x[0]))
+OPERATION(f_tanh, tanh(x[0]), ad_tanh(x[0]))
+OPERATION(f_exp, exp(x[0]), ad_exp(x[0]))
+OPERATION(f_log, log(x[0]), ad_log(x[0]))
+OPERATION(f_sqrt, sqrt(x[0]), ad_sqrt(x[0]))
+OPERATION(f_abs, fabs(x[0]), ad_abs(x[0]))
+OPERATION(f_min, x[0] < x[1] ? x[0] : x[1], ad_min(x[0], x[1]))
+OPERATION(f_max, x[0] > x[1] ? x[0] : x[1], ad_max(x[0], x[1]))
+OPERATION(f_step, x[0] > 0 ? 1 : 0, ad_select(x[0], record_one(x[0]), ad_scalar(x[0].tape, 0)))
+OPERATION(f_where, x[0] > 0 ? x[1] : x[2], ad_select(x[0], x[1], x[2]))
+
+static double power_number(const double *x)
+{
+    return pow(x[0], x[1]);
+}
+
+#define ROW(text, arity, precedence, name)                                                         \
+    {                                                                                              \
+        text, arity, precedence, name##_number, name##_record                                      \
+    }
+const quantity_operation quantity_operations[] = {
+    ROW("+", 2, 1, add),         ROW("-", 2, 1, subtract),        ROW("*", 2, 2, multiply),
+    ROW("/", 2, 2, divide),      {"^", 2, 3, power_number, NULL}, /* recorded by its exponent, a
+                                                                     number */
+    ROW("sin", 1, 0, f_sin),     ROW("cos", 1, 0, f_cos),         ROW("tan", 1, 0, f_tan),
+    ROW("asin", 1, 0, f_asin),   ROW("acos", 1, 0, f_acos),       ROW("atan", 1, 0, f_atan),
+    ROW("atan2", 2, 0, f_atan2), ROW("sinh", 1, 0, f_sinh),       ROW("cosh", 1, 0, f_cosh),
+    ROW("tanh", 1, 0, f_tanh),   ROW("exp", 1, 0, f_exp),         ROW("log", 1, 0, f_log),
+    ROW("sqrt", 1, 0, f_sqrt),   ROW("abs", 1, 0, f_abs),         ROW("min", 2, 0, f_min),
+    ROW("max", 2, 0, f_max),     ROW("step", 1, 0, f_step),       ROW("where", 3, 0, f_where),
+};
+const int quantity_operation_count = sizeof quantity_operations / sizeof quantity_operations[0];
+
+const quantity_operation *quantity_operation_find(const char *name, size_t length)
+{
+    for (int i = 0; i < quantity_operation_count; i++) {
+        const quantity_operation *row = &quantity_operations[i];
+        if (strncmp(row->name, name, length) == 0 && row->name[length] == '\0') {
+            return row;
+        }
+    }
+    return NULL;
+}
+
+/* ---- on the tape ----------------------------------------------------------------------------- */
+
+typedef struct quantity_recording {
+    ad_tape *tape;
+    int count;
+    const quantity_binding *bindings;
+} quantity_recording;
+
+static ad_value record_open(const quantity_recording *on, const char *name)
+{
+    for (int i = 0; i < on->count; i++) {
+        if (strcmp(on->bindings[i].name, name) == 0) {
+            return on->bindings[i].value;
+        }
+    }
+    ad_tape_fail(on->tape, AD_BAD_ARGUMENT, "a formula of %s, which has no value here", name);
+    return ad_scalar(on->tape, 0);
+}
+
+/* Small integer powers by multiplication: exact derivatives at 0 and for negative bases. */
+static ad_value record_power(ad_value x, double exponent)
+{
+    enum { MULTIPLIED_MAX = 8 };
+    if (exponent != floor(exponent) || fabs(exponent) > MULTIPLIED_MAX) {
+        return ad_power(x, exponent);
+    }
+    ad_value product = ad_scalar(x.tape, 1);
+    for (int i = 0; i < (int)fabs(exponent); i++) {
+        product = ad_mul(product, x);
+    }
+    return exponent < 0 ? ad_reciprocal(product) : product;
+}
+
+static ad_value record(const quantity_recording *on, const quantity *q);
+
+static ad_value record_operation(const quantity_recording *on, const quantity_node *node)
+{
+    ad_value x[QUANTITY_ARGUMENTS_MAX];
+    for (int numbers = 0; numbers <= 1; numbers++) {
+        for (int i = 0; i < node->operation->arity; i++) {
+            if ((node->x[i].node == NULL) == numbers) {
+                x[i] = record(on, &node->x[i]);
+            }
+        }
+    }
+    bool by_number = !node->x[1].node;
+    if (!node->operation->record) {
+        return record_power(x[0], node->x[1].number);
+    }
+    if (node->operation->record == divide_record && by_number) {
+        return ad_scale(x[0], 1 / node->x[1].number);
+    }
+    return node->operation->record(x);
+}
+
+static ad_value record(const quantity_recording *on, const quantity *q)
+{
+    if (!q->node || q->node->uses == 0) {
+        return ad_scalar(on->tape, q->number);
+    }
+    switch (q->node->kind) {
+    case QUANTITY_OPEN:
+        return record_open(on, q->node->text);
+    case QUANTITY_WRITTEN:
+        return record(on, &q->node->x[0]);
+    default:
+        return record_operation(on, q->node);
+    }
+}
+
+ad_value quantity_record(quantity q, ad_tape *tape, int count, const quantity_binding *bindings)
+{
+    const quantity_recording on = {tape, count, bindings};
+    ad_error error;
+    ad_status status = quantity_check(q, &error);
+    if (status != AD_OK || !q.is_given) {
+        ad_tape_fail(tape, status == AD_OK ? AD_BAD_ARGUMENT : status, "%s",
+                     status == AD_OK ? "a quantity is not given" : error.message);
+        return ad_scalar(tape, 0);
+    }
+    return record(&on, &q);
+}
+
+ad_value quantity_record_at(quantity q, ad_value s, ad_value t)
+{
+    return quantity_record(q, s.tape, 2, (quantity_binding[]){{"s", s}, {"t", t}});
+}
