@@ -476,6 +476,9 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     if (status == AD_OK && !build(&c)) {
         status = no_memory(error);
     }
+    if (status == AD_OK) {
+        status = ad_program_verify(program, error);
+    }
     free(c.needed);
     free(c.in);
     free(c.stage);

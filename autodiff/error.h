@@ -20,7 +20,8 @@ extern "C" {
     X(AD_NOT_FINITE, "a number stopped being finite")                                              \
     X(AD_BAD_INPUT, "bad input")                                                                   \
     X(AD_IO, "input or output failed")                                                             \
-    X(AD_NO_BLAS, "OpenBLAS could not be loaded")
+    X(AD_NO_BLAS, "OpenBLAS could not be loaded")                                                  \
+    X(AD_BAD_PROGRAM, "a compiled program does not compute what its tape says")
 
 typedef enum ad_status {
 #define AD_STATUS_ENUM(name, text) name,

@@ -120,6 +120,9 @@ bool ad_emit_pass(const pass_plan *plan, pass *p); /* emit.c */
 int ad_plan_argument(const pass_plan *plan, int id, int i);
 bool ad_plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
 
+/* AD_BAD_PROGRAM with the first thing that is wrong (verify.c). */
+ad_status ad_program_verify(const ad_program *program, ad_error *error);
+
 /* Evaluate the uniform nodes of a pass, in order (uniform.c). */
 void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
 const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run);
