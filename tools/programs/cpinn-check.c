@@ -10,17 +10,29 @@
 static const char program[] = "cpinn-check";
 
 static const char summary[] =
-    "Check the derivatives of the scene in CONFIG.yaml, at a random network: every loss term's "
-    "and\n"
-    "the whole loss's gradient by the parameters against central differences, entry by entry and\n"
-    "along a random direction; every derivative by s and t that the equations use against\n"
-    "differences of the derivative one order lower. Where time has several windows, of the first "
-    "two.";
+    "Check that the derivatives which training of the scene in CONFIG.yaml takes are right, by\n"
+    "comparing them with differences, for a network with random parameters.";
 
 static const char epilogue[] =
-    "The points are few, whatever CONFIG.yaml says: 32 inside, 8 at the ends, 16 at t = 0; --set\n"
-    "losses.interior.points=N and its like change that. Errors are relative to the largest entry.\n"
-    "Exit status: 0 every error is within the tolerance, 1 one is not, 2 bad input.";
+    "One row for each check, with its largest error, relative to the largest entry of the "
+    "gradient:\n"
+    "  gradient    of a loss term, or of all, by single parameters; central differences\n"
+    "  dot         the same along a random direction of all parameters\n"
+    "  derivative  by s or t, of a field that the equations use; differences of the derivative "
+    "one\n"
+    "              order lower\n"
+    "Where time has several windows, the first two are checked. The points are few, whatever\n"
+    "CONFIG.yaml says: 32 inside, 8 at the ends, 16 at t = 0; --set losses.interior.points=N and "
+    "its\n"
+    "like change that. A row fails where a formula of the scene is not smooth (step, where, abs, "
+    "min,\n"
+    "max at their kink), or by an error in this program.\n"
+    "\n"
+    "  cpinn-check configs/elastica.yaml\n"
+    "  cpinn-check rod.yaml --set network.hidden=[16,16] --entries 500\n"
+    "\n"
+    "Exit status: 0 every error is within the tolerance; 1 one is not, or the output could not be\n"
+    "written; 2 with one line that says what is wrong with the input.";
 
 static const char *const few_points[] = {"losses.interior.points=32", "losses.boundary.points=8",
                                          "losses.initial.points=16", "losses.held_out_points=16"};
@@ -374,13 +386,13 @@ int main(int argc, char **argv)
     options *o = &s.asked;
     const cli_option list[] = {
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
-         "override a key of CONFIG.yaml; may be repeated"},
+         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
         {"--entries", "N", CLI_INTEGER, &o->entries, 1, 1e9,
          "parameters checked per loss term, spread over\nall weights and biases (default 64)"},
         {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647,
-         "of network and points (default: training.seed)"},
+         "seed of parameters and points (default: training.seed)"},
         {"--step", "H", CLI_NUMBER, &o->step, 1e-8, 1,
-         "of the differences by parameters (default 1e-3)"},
+         "step of the differences by parameters (default 1e-3)"},
         {"--tolerance", "E", CLI_NUMBER, &o->tolerance, 1e-16, 1,
          "largest error that passes (default 1e-6)"},
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024, "default 0: one for each processor"}};

@@ -17,14 +17,13 @@
 static const char program[] = "cpinn-solve";
 
 static const char summary[] =
-    "Solve the scene of a YAML file without a network, with an estimate of the error. At rest:\n"
-    "collocation at Gauss points along the rod, Newton's method, continuation of the load from 0. "
-    "In\n"
-    "motion: spectral elements along the rod, implicit Runge-Kutta steps of time. Beams of small\n"
-    "deflection: collocation, in time too, without iterations. The equations are\n"
-    "written separately from those that networks are trained on, so each checks the other; --out\n"
-    "gives a scene a reference to train against (reference.file); reference: solve in a scene has\n"
-    "it solved without asking.";
+    "Solve the scene of a YAML file classically, without a network, and estimate the error. The\n"
+    "equations are written apart from those that networks are trained on, so each checks the "
+    "other.\n"
+    "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
+    "0.\n"
+    "In motion: spectral elements along the rod, Runge-Kutta steps in time. Beams of small\n"
+    "deflection: collocation along the beam and in time, one linear solve.";
 
 static const char epilogue[] =
     "A rod may have several equilibria. This finds the one that continues the unstressed rod "
@@ -34,8 +33,11 @@ static const char epilogue[] =
     "own\n"
     "rod.rest.imperfection.\n"
     "\n"
-    "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced.\n"
+    "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced. A\n"
+    "scene may name it as reference.file to be compared with; reference: solve in a scene has it\n"
+    "solved without asking.\n"
     "\n"
+    "  cpinn-solve configs/elastica.yaml\n"
     "  cpinn-solve configs/heavy_cantilever.yaml --out reference.csv\n"
     "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
     "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
@@ -490,7 +492,7 @@ int main(int argc, char **argv)
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes; print and write run time and\nerror against the finest; "
-         "cpinn-bench --methods config,solver draws it beside networks"},
+         "cpinn-bench --methods config,solver\ndraws it beside networks"},
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
          "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
         {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,

@@ -14,9 +14,16 @@
 static const char program[] = "cpinn-train";
 
 static const char summary[] =
-    "Train a physics-informed network on the rod described in CONFIG.yaml.";
+    "Train a network until it satisfies the equations of the rod or beam that CONFIG.yaml "
+    "describes.\n"
+    "It goes to a folder, from which cpinn-eval reads it; the last lines say how good it is.";
 
 static const char epilogue[] =
+    "  cpinn-train configs/elastica.yaml\n"
+    "  cpinn-train rod.yaml --explain\n"
+    "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
+    "  cpinn-train rod.yaml --out runs/rod --resume\n"
+    "\n"
     "Ctrl-C finishes the step at hand, saves, and says how to resume.\n"
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
@@ -392,7 +399,8 @@ static int parse(int count, char **arguments, options *o)
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
         {"--explain", NULL, CLI_FLAG, &o->explain, 0, 0,
-         "print what the scene consists of, what is computed and what\nis left out, and stop"},
+         "print what the scene consists of, what about it is hard or\n"
+         "implausible, what is computed and what is left out, and stop"},
         {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
          "write how it ended as one JSON object, see below; - is standard\n"
          "output, with nothing else on it"},
