@@ -143,8 +143,20 @@ pid=
 check its folder is gone -- test -z "$(ls -d cpinn-stress-* 2>/dev/null)"
 refused 'unknown option --no-such-option' cpinn-stress --no-such-option
 
+# A quarter circle of radius 1 in the x-z plane.
+cat >bow.yaml <<'END'
+rod: {length: 1.5707963267948966, stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 1},
+      rest: {curvature: [-1, 0, 0]}}
+boundary: {start: {type: clamped, rotation: [0.5, 0.5, 0.5, 0.5]}}
+END
+run 0 cpinn-train bow.yaml --explain
+said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(1, 0, 1\) m, curved, beginning along \+x$'
+rm bow.yaml
+run 0 cpinn-train "$elastica" --explain
+said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(0.3, 0, 0\) m, straight along \+x$'
 entries=$(ls)
 run 0 cpinn-train "$dynamic" --explain
+said stdout.txt '^  at t = 0: from \(0, 0, 0\) to \(1, 0, 0\) m, straight along \+x$'
 check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15
 said stdout.txt 'parameters'
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7

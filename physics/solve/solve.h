@@ -104,6 +104,16 @@ ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_
 void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
                       const solve_report *report, verdict *result);
 
+/* The ends of a rod, s = 0 and s = length, before anything moves it: of a motion at t = 0, at rest
+ * where the unstressed rod lies. Position in m and director d3, the tangent of a rod that does not
+ * shear, both in the world. Of a rod that passes scene_check and the check of its model.
+ * AD_NO_MEMORY, or what the tape says of a formula. */
+typedef struct solve_place {
+    double position[3], tangent[3];
+} solve_place;
+
+ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *error);
+
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);
 

@@ -1,6 +1,7 @@
 #include "tools/programs/explain.h"
 
 #include "physics/beam.h"
+#include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
 
 #include <math.h>
@@ -468,6 +469,18 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     fputc('\n', file);
 }
 
+static void print_place(FILE *file, const scene *scene)
+{
+    char text[UNDEFORMED_TEXT];
+    ad_error error = {AD_OK, ""};
+    const char *when = scene_is_dynamic(scene) ? "at t = 0" : "undeformed";
+    if (undeformed_describe(scene, text, &error) != AD_OK) {
+        fprintf(file, "  %s: %s\n", when, error.message);
+    } else if (*text) {
+        fprintf(file, "  %s: %s\n", when, text);
+    }
+}
+
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
     const scene *scene = e->scene;
@@ -475,6 +488,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
             scene_is_beam(scene) ? "beam" : "rod",
             scene_is_dynamic(scene) ? " in motion" : " at rest",
             scene_is_manufactured(scene) ? ", manufactured solution" : "");
+    print_place(file, scene);
     if (scene_is_beam(scene)) {
         print_beam_numbers(file, scene);
     } else {
