@@ -312,6 +312,10 @@ typedef struct optim_linear_model {
     /* step[count] for J and r as remembered and a diagonal D = scale[count] > 0, the same for every
      * damping until J is another. Not 0: this damping is too small for a step to be found. */
     int (*solve)(void *context, double damping, const double *scale, double *step);
+
+    /* NULL: not to be had. As linearize, but J as remembered is kept, for a step by the chord
+     * method: value[1] and J^T r [count] at x, with J as it is at x. */
+    int (*refresh)(void *context, const double *x, double *value, double *jtr);
 } optim_linear_model;
 
 /* D: the unit matrix (Levenberg), or the diagonal of J^T J (Marquardt). */
@@ -376,7 +380,7 @@ const double *optim_gauss_newton_x(const optim_gauss_newton *gn); /* [count], cu
 optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn);
 
 /* As optim_adam_state and optim_adam_state_check. The model is not part of the state: a step
- * makes it anew. */
+ * makes it anew, where J was computed. */
 int optim_gauss_newton_state(optim_gauss_newton *gn, optim_array *arrays, int capacity);
 const char *optim_gauss_newton_state_check(const optim_gauss_newton *gn);
 

@@ -92,7 +92,8 @@ ad_status problem_enter(problem *p, int window, const double *start, ad_error *e
  * with all of them, factor 1. Nothing is made anew. Needs a model that takes a load factor. */
 void problem_load(problem *p, double factor);
 
-/* How often programs have been recorded and compiled so far, and the seconds that took. */
+/* How many times the equations have been recorded and compiled so far, and the seconds that took.
+ */
 typedef struct problem_compilations {
     int count;
     double seconds;

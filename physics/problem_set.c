@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 static void fixed_clear(problem_fixed *fixed)
 {
@@ -40,6 +41,7 @@ void problem_set_refresh(problem_set *set)
  * what is set before a run and, where terms are balanced, the weights of the set's terms as
  * uniforms. */
 typedef struct recording {
+    double began; /* s */
     ad_tape *tape;
     domain_place at;
     ad_value point_weight, weights;
@@ -65,8 +67,16 @@ static ad_value weight_in_window(const problem *p, const domain_place *at)
     return ad_scale(ad_add(ad_scalar(at->tape, 1), x), 1 / size);
 }
 
+static double seconds_now(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 static bool record_begin(const problem *p, problem_set *set, recording *r)
 {
+    r->began = seconds_now();
     r->tape = ad_tape_create();
     if (!r->tape) {
         return false;
@@ -93,6 +103,14 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
             ad_parameter(r->tape, views[i].name, views[i].rows * views[i].columns, views[i].offset);
     }
     return true;
+}
+
+/* After compiling what was recorded. */
+static void record_end(problem *p, recording *r)
+{
+    ad_tape_free(r->tape);
+    p->compiled.count++;
+    p->compiled.seconds += seconds_now() - r->began;
 }
 
 static ad_value mean(ad_value per_point)
@@ -243,7 +261,7 @@ static ad_status compile_term(problem *p, problem_set *set, int index, bool weig
     outputs[0] = mean(weighted ? ad_mul(r.point_weight, r.squares[index]) : r.squares[index]);
     ad_reverse(outputs[0], set->view_count, r.views, AD_SUMMED, outputs + 1);
     ad_status status = ad_compile(1 + set->view_count, outputs, NULL, p->pool, program, error);
-    ad_tape_free(r.tape);
+    record_end(p, &r);
     return status;
 }
 
@@ -263,7 +281,7 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
     if (status == AD_OK && set->about->points == MODEL_INTERIOR) {
         note_derivatives(p, &r, set);
     }
-    ad_tape_free(r.tape);
+    record_end(p, &r);
     return status;
 }
 
@@ -406,7 +424,7 @@ static ad_status compile_normal(problem *p, problem_set *set, ad_error *error)
     if (status != AD_OK) {
         fixed_clear(&set->normal_fixed);
     }
-    ad_tape_free(r.tape);
+    record_end(p, &r);
     return status;
 }
 
@@ -436,7 +454,7 @@ static ad_status compile_product(problem *p, problem_set *set, ad_error *error)
     if (status != AD_OK) {
         fixed_clear(&set->product_fixed);
     }
-    ad_tape_free(r.tape);
+    record_end(p, &r);
     return status;
 }
 

@@ -314,6 +314,41 @@ static void test_steps_do_not_grow(void **state)
     }
 }
 
+/* The first window has programs of its own, all others share theirs; so do all load factors. */
+static void test_compiled_once(void **state)
+{
+    (void)state;
+    static const char *const changes[] = {SMALL, "time.windows=6", NULL};
+    made m = make_window(changes, 0, 1);
+    problem_least_squares sizes;
+    assert_int_equal(problem_prepare_least_squares(m.p, &sizes, NULL), AD_OK);
+    int first = problem_compiled(m.p).count, later = 0;
+    assert_true(first > 0);
+    for (int index = 1; index < 6; index++) {
+        assert_int_equal(experiment_next_window(m.e, NULL), AD_OK);
+        assert_int_equal(problem_enter(m.p, index, experiment_start(m.e), NULL), AD_OK);
+        assert_int_equal(problem_prepare_least_squares(m.p, &sizes, NULL), AD_OK);
+        later = index == 1 ? problem_compiled(m.p).count : later;
+        assert_int_equal(problem_compiled(m.p).count, later);
+    }
+    assert_int_equal(later, 2 * first);
+    made_free(&m);
+    static const char *const wide[] = {"network.hidden=null", "network.fourier.features=null",
+                                       NULL};
+    made column = make_problem("configs/cases/buckled_2.yaml", wide, 1);
+    int count = problem_compiled(column.p).count;
+    double *x = calloc(column.e->count, sizeof *x), full, half, again;
+    assert_int_equal(problem_evaluate(column.p, x, &full, NULL, NULL), AD_OK);
+    problem_load(column.p, 0.5);
+    assert_int_equal(problem_evaluate(column.p, x, &half, NULL, NULL), AD_OK);
+    problem_load(column.p, 1);
+    assert_int_equal(problem_evaluate(column.p, x, &again, NULL, NULL), AD_OK);
+    assert_int_equal(problem_compiled(column.p).count, count);
+    assert_true(full != half && full == again);
+    free(x);
+    made_free(&column);
+}
+
 /* Values, gradients and normal equations of a later window agree, whatever is kept for the points,
  * and do not depend on the number of threads. */
 static void test_gradients(void **state)
@@ -557,12 +592,13 @@ static void test_manufactured(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_joints),     cmocka_unit_test(test_ends),
-        cmocka_unit_test(test_wound),      cmocka_unit_test(test_misfit),
-        cmocka_unit_test(test_times),      cmocka_unit_test(test_steps_do_not_grow),
-        cmocka_unit_test(test_gradients),  cmocka_unit_test(test_resume),
-        cmocka_unit_test(test_checkpoint), cmocka_unit_test(test_field),
-        cmocka_unit_test(test_reference),  cmocka_unit_test(test_manufactured),
+        cmocka_unit_test(test_joints),        cmocka_unit_test(test_ends),
+        cmocka_unit_test(test_wound),         cmocka_unit_test(test_misfit),
+        cmocka_unit_test(test_times),         cmocka_unit_test(test_steps_do_not_grow),
+        cmocka_unit_test(test_compiled_once), cmocka_unit_test(test_gradients),
+        cmocka_unit_test(test_resume),        cmocka_unit_test(test_checkpoint),
+        cmocka_unit_test(test_field),         cmocka_unit_test(test_reference),
+        cmocka_unit_test(test_manufactured),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -195,6 +195,10 @@ static void finish(session *s)
     trainer_info info = trainer_inspect(s->trainer);
     progress_say(&s->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    problem_compilations compiled = problem_compiled(s->problem);
+    progress_say(&s->progress,
+                 "of which the equations took %.3f s to be recorded and compiled (%d)",
+                 compiled.seconds, compiled.count);
     verdict_print(stdout, "", &s->verdict);
     progress_error_table(stdout, trainer_history(s->trainer), s->e->scene->windows);
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,

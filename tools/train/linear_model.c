@@ -248,6 +248,16 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
     return status;
 }
 
+bool linear_model_keeps(const linear_model *m)
+{
+    return m->info.form == TRAIN_NORMAL_EQUATIONS;
+}
+
+void linear_model_refresh(linear_model *m, const double *jtr)
+{
+    memcpy(m->jtr, jtr, m->count * sizeof *jtr);
+}
+
 /* matrix + damping D, factored; D the unit matrix when scale is NULL. Where rounding leaves no
  * factor the step is refused, and the damping, which rises then, restores the conditioning; there
  * is no form by QR of J over sqrt(damping D). */

@@ -43,6 +43,12 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
                                  double *diagonal, ad_error *error);
 int linear_model_solve(void *context, double damping, const double *scale, double *step);
 
+/* Whether J may be kept while x moves: the solutions need nothing of the residuals but J^T r. */
+bool linear_model_keeps(const linear_model *m);
+
+/* Remember J^T r at another x beside that J; jtr [count]. */
+void linear_model_refresh(linear_model *m, const double *jtr);
+
 linear_model_info linear_model_inspect(const linear_model *m);
 
 /* "normal_equations", ...; one line for people, with sizes. */

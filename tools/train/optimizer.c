@@ -171,9 +171,22 @@ static int solve(void *context, double damping, const double *scale, double *ste
     return linear_model_solve(o->model, damping, scale, step);
 }
 
+static int refresh(void *context, const double *x, double *value, double *jtr)
+{
+    optimizer *o = context;
+    const int code = o->objective->value(o->objective->context, x, value, jtr);
+    for (size_t i = 0; code == OPTIM_OBJECTIVE_OK && i < o->count; i++) {
+        jtr[i] /= 2;
+    }
+    linear_model_refresh(o->model, jtr);
+    o->gradient_norm = 2 * norm(jtr, o->count);
+    return code;
+}
+
 static optim_status gauss_newton_step(optimizer *o, const optimizer_objective *objective)
 {
-    const optim_linear_model model = {o, evaluate, linearize, solve};
+    const optim_linear_model model = {o, evaluate, linearize, solve,
+                                      linear_model_keeps(o->model) ? refresh : NULL};
     o->objective = objective;
     const optim_status status = optim_gauss_newton_step(o->own, &model);
     o->objective = NULL;
