@@ -106,6 +106,7 @@ static void test_closed_forms(void **state)
     check_reference("configs/rollup.yaml", "loads.tip.moment=[0,10*pi,0]", asked); /* 5 turns */
     check_reference("configs/helix.yaml", NULL, asked);
     check_reference("configs/helix.yaml", "loads.tip.moment=[0,25,20]", asked); /* 5 turns */
+    check_reference("configs/cases/tapered.yaml", NULL, asked);
     check_reference("configs/heavy_cantilever.yaml",
                     "reference={solve: null, file: reference/heavy_cantilever.csv}", asked);
 }
@@ -479,23 +480,18 @@ static ad_value polynomial(ad_value s, const solved *x)
                      ad_stack(DEGREE + 1, powers));
 }
 
-static void test_residuals(void **state)
+#define LOADED                                                                                     \
+    "  rest: {strain: [0.1*s, 0, 1.1], curvature: [0.3*cos(s), -0.2, 0.4*s]}\n"                    \
+    "boundary: {start: {type: clamped, rotation: [1, 0.5, 0, 0.2]}}\n"                             \
+    "loads:\n"                                                                                     \
+    "  gravity: [0.1, -0.2, -0.4]\n"                                                               \
+    "  frame: follower\n"                                                                          \
+    "  force: [0.1, 0.2*s, sin(s)]\n"                                                              \
+    "  moment: [0.1*cos(s), 0.2, -0.1*s]\n"                                                        \
+    "  tip: {force: [0.3, 0.2, -0.5], moment: [0.2, 0.5, -0.3], frame: follower}\n"
+
+static void check_residuals(const char *text)
 {
-    (void)state;
-    static const char text[] =
-        "motion: spatial\n"
-        "rod:\n"
-        "  length: 2\n"
-        "  stiffness: {shear: [40, 50], axial: 90, bending: [1.2, 0.8], torsion: 0.5}\n"
-        "  inertia: {mass_per_length: 1.3}\n"
-        "  rest: {strain: [0.1*s, 0, 1.1], curvature: [0.3*cos(s), -0.2, 0.4*s]}\n"
-        "boundary: {start: {type: clamped, rotation: [1, 0.5, 0, 0.2]}}\n"
-        "loads:\n"
-        "  gravity: [0.1, -0.2, -0.4]\n"
-        "  frame: follower\n"
-        "  force: [0.1, 0.2*s, sin(s)]\n"
-        "  moment: [0.1*cos(s), 0.2, -0.1*s]\n"
-        "  tip: {force: [0.3, 0.2, -0.5], moment: [0.2, 0.5, -0.3], frame: follower}\n";
     solved x = solve("everything.yaml", text, NULL, 0);
     const scene *given = &x.settings->scene;
     recorded r = begin(given);
@@ -504,6 +500,25 @@ static void test_residuals(void **state)
     check_interior(given, &r, exact, 1e-9); /* derivatives cost digits: degree^2 times rounding */
     ad_tape_free(r.tape);
     release(&x);
+}
+
+static void test_residuals(void **state)
+{
+    (void)state;
+    check_residuals("motion: spatial\n"
+                    "rod:\n"
+                    "  length: 2\n"
+                    "  stiffness: {shear: [40, 50], axial: 90, bending: [1.2, 0.8], torsion: 0.5}\n"
+                    "  inertia: {mass_per_length: 1.3}\n" LOADED);
+    check_residuals("motion: spatial\n"
+                    "rod:\n"
+                    "  length: 2\n"
+                    "  stiffness:\n"
+                    "    shear: [40*(1 + s), 50]\n"
+                    "    axial: 90*exp(-s)\n"
+                    "    bending: [1.2 - 0.3*s, 0.8 + 0.2*s^2]\n"
+                    "    torsion: 0.5*(1 + 0.2*sin(2*s))\n"
+                    "  inertia: {mass_per_length: 1.3*(1 - s/3)}\n" LOADED);
 }
 
 /* Loads from the tape that make a chosen pose the solution, which the solver does not know. */
