@@ -24,7 +24,7 @@ struct evaluator {
     bool is_uniform[2][EVALUATOR_COLUMNS_MAX]; /* the same at all points */
     double *parameters;                        /* [windows][count], combined */
     size_t count;                              /* of parameters of a window */
-    const double *starts;                      /* [windows][numbers] */
+    double *starts;                            /* [windows][numbers] */
     size_t numbers;
 };
 
@@ -244,8 +244,12 @@ static ad_status make(evaluator *e, const evaluator_model *model, const char *na
     }
     e->pool = ad_pool_create(1);
     e->parameters = calloc(windows * e->count, sizeof *e->parameters);
-    if (!e->pool || !e->parameters) {
+    e->starts = calloc(windows * e->numbers + 1, sizeof *e->starts);
+    if (!e->pool || !e->parameters || !e->starts) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the evaluation of a network");
+    }
+    if (windows > 1) {
+        memcpy(e->starts, model->starts, windows * e->numbers * sizeof *e->starts);
     }
     for (size_t i = 0; i < windows; i++) {
         nn_mlp_combine(model->mlp, model->parameters + i * numbers, e->parameters + i * e->count);
@@ -270,7 +274,6 @@ ad_status evaluator_create(const evaluator_model *model, const char *names, eval
     e->windows = model->windows;
     e->length = d->coordinates[0].scale;
     e->time = e->dynamic ? d->coordinates[d->time].scale : 1;
-    e->starts = model->starts;
     e->numbers = relay_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
     ad_status status = make(e, model, names, error);
@@ -290,6 +293,7 @@ void evaluator_free(evaluator *e)
     ad_program_free(e->programs[0]);
     ad_program_free(e->programs[1]);
     free(e->parameters);
+    free(e->starts);
     ad_pool_free(e->pool);
     free(e);
 }

@@ -28,8 +28,8 @@ typedef struct evaluator_model {
 /* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's
  * model. A name is that of a column ("x", "qw", "m2", of beams "w"), or r or q for all columns of a
  * rod's position or rotation, and behind an underscore s and t as often as it is differentiated,
- * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and of the model only
- * the starts are needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
+ * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and nothing of
+ * the model is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error);
 void evaluator_free(evaluator *e); /* NULL is fine */

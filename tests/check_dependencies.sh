@@ -1,6 +1,6 @@
 #!/bin/sh
 # Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with optim by
-# itself; among the tools programs, judge, bench -> config -> train -> files. A header that is not
+# itself; among the tools programs, judge, bench -> library -> config -> train -> files. A header that is not
 # installed stays within its folder; one that is has extern "C".
 #   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
 # Prints the offending lines; exit status 1 when there are any.
@@ -37,10 +37,11 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["physics"] = " physics nn autodiff "
         libraries = " physics nn autodiff optim "
         training = libraries " tools/train tools/files "
-        everything = training " tools/config tools/judge tools/programs "
+        everything = training " tools/config tools/library tools/judge tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/train"] = training
         may["tools/config"] = training " tools/config "
+        may["tools/library"] = training " tools/config tools/library "
         may["tools/judge"] = may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench "
         may["tests"] = everything " tools/bench tests "

@@ -57,9 +57,9 @@ static void test_angles(void **state)
             p[0] * c - p[1] * x - p[2] * y - p[3] * z, p[0] * x + c * p[1] + p[2] * z - p[3] * y,
             p[0] * y + c * p[2] + p[3] * x - p[1] * z, p[0] * z + c * p[3] + p[1] * y - p[2] * x};
         const double minus[4] = {-q[0], -q[1], -q[2], -q[3]};
-        assert_near(rotation_angle(p, q), angles[i], 1e-15 + 4e-16 * angles[i]);
-        assert_near(rotation_angle(q, p), angles[i], 1e-15 + 4e-16 * angles[i]);
-        assert_near(rotation_angle(p, minus), angles[i], 1e-15 + 4e-16 * angles[i]);
+        assert_near(reference_angle(p, q), angles[i], 1e-15 + 4e-16 * angles[i]);
+        assert_near(reference_angle(q, p), angles[i], 1e-15 + 4e-16 * angles[i]);
+        assert_near(reference_angle(p, minus), angles[i], 1e-15 + 4e-16 * angles[i]);
     }
 }
 
@@ -124,7 +124,7 @@ static reference_errors expected_errors(const experiment *e, closed_form form)
         for (int k = 0; k < 4; k++) {
             q[k] = values[(3 + k) * 101 + i];
         }
-        double angle = rotation_angle(q, exact.quaternion);
+        double angle = reference_angle(q, exact.quaternion);
         off += square;
         angles += angle * angle;
         expected.rotation_max = fmax(expected.rotation_max, angle);

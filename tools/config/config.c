@@ -91,29 +91,46 @@ static ad_status read_all(config *experiment, const char *path, const char *text
         status = read_override(experiment, path, overrides[i], error);
     }
     free(owned);
+    if (status == AD_OK) {
+        config_resolve_end_type(experiment);
+    }
     return status == AD_OK ? resolve_and_check(experiment, error) : status;
 }
 
-ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
-                      config **result, ad_error *error)
+/* An experiment with its defaults, of which nothing is given yet; NULL when memory runs out. */
+static config *begin(const char *file)
 {
-    *result = NULL;
     config *experiment = malloc(sizeof *experiment);
-    locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
     if (experiment) {
         config_defaults(experiment);
-        experiment->source = config_source_create(path);
+        experiment->source = config_source_create(file);
         experiment->names = quantities_create();
     }
-    if (!experiment || !experiment->source || !experiment->names || !c_locale) {
+    if (experiment && (!experiment->source || !experiment->names)) {
+        config_free(experiment);
+        experiment = NULL;
+    }
+    return experiment;
+}
+
+typedef ad_status (*filling)(config *experiment, const void *context, ad_error *error);
+
+/* Fill one in where numbers have a point, whatever the user's language. */
+static ad_status make(const char *file, filling fill, const void *context, config **result,
+                      ad_error *error)
+{
+    config *experiment = begin(file);
+    locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
+    *result = NULL;
+    if (!experiment || !c_locale) {
         config_free(experiment);
         if (c_locale) {
             freelocale(c_locale);
         }
-        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", path);
+        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file);
     }
-    locale_t before = uselocale(c_locale); /* numbers have a point, whatever the user's language */
-    ad_status status = read_all(experiment, path, text, count, overrides, error);
+    locale_t before = uselocale(c_locale);
+    ad_status status = fill(experiment, context, error);
     uselocale(before);
     freelocale(c_locale);
     if (status == AD_OK) {
@@ -122,4 +139,87 @@ ad_status config_read(const char *path, const char *text, int count, const char 
         config_free(experiment);
     }
     return status;
+}
+
+typedef struct file_request {
+    const char *path, *text;
+    int count;
+    const char *const *overrides;
+} file_request;
+
+static ad_status fill_from_file(config *experiment, const void *context, ad_error *error)
+{
+    const file_request *r = context;
+    return read_all(experiment, r->path, r->text, r->count, r->overrides, error);
+}
+
+ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
+                      config **result, ad_error *error)
+{
+    const file_request request = {path, text, count, overrides};
+    return make(path, fill_from_file, &request, result, error);
+}
+
+/* ---- by hand ------------------------------------------------------------------------------- */
+
+typedef struct hand_request {
+    const scene *scene;
+    const train_settings *settings;
+} hand_request;
+
+/* Texts and formulas of the caller become the experiment's own. False: out of memory. */
+static bool keep(config *experiment, const config_key *key, void *field)
+{
+    const char **text = field;
+    quantity *q = field;
+    if (key->type == CONFIG_TEXT && *text) {
+        *text = config_keep(experiment->source, *text);
+        return *text != NULL;
+    }
+    if (key->type == CONFIG_QUANTITY && q->is_given && q->node) {
+        char *formula = quantity_text(*q, false);
+        *q = quantity_unparsed(experiment->names, formula);
+        free(formula);
+        return formula != NULL;
+    }
+    return true;
+}
+
+static ad_status keep_all(config *experiment, ad_error *error)
+{
+    ad_error reason;
+    for (int i = 0; i < config_key_count; i++) {
+        const config_key *key = &config_keys[i];
+        int count = key->entries_max ? key->entries_max : 1;
+        char *field = config_key_in_stage(key) ? NULL : config_field(experiment, key, key->path);
+        bool is_one = key->type == CONFIG_TEXT || key->type == CONFIG_QUANTITY;
+        for (int k = 0; field && is_one && k < count; k++, field += config_key_entry_size(key)) {
+            ad_status status = key->type == CONFIG_QUANTITY
+                                   ? quantity_check(*(quantity *)(void *)field, &reason)
+                                   : AD_OK;
+            if (status != AD_OK) {
+                return config_blame(experiment->source, error, key->path, "%s", reason.message);
+            }
+            if (!keep(experiment, key, field)) {
+                return ad_fail(error, AD_NO_MEMORY, "out of memory for a scene");
+            }
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status fill_by_hand(config *experiment, const void *context, ad_error *error)
+{
+    const hand_request *r = context;
+    experiment->scene = *r->scene;
+    experiment->settings = *r->settings;
+    ad_status status = keep_all(experiment, error);
+    return status == AD_OK ? resolve_and_check(experiment, error) : status;
+}
+
+ad_status config_create(const scene *rod_scene, const train_settings *settings, config **result,
+                        ad_error *error)
+{
+    const hand_request request = {rod_scene, settings};
+    return make(settings->name ? settings->name : "scene", fill_by_hand, &request, result, error);
 }

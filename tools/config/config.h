@@ -9,6 +9,10 @@
 
 #include <stdio.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Units of the forces and moments under loads: SI, or EI/L^3, EI/L^2 (distributed force, moment)
  * and EI/L^2, EI/L (at the ends), EI the bending stiffness about d1 and L the length. */
 typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_units;
@@ -25,8 +29,8 @@ typedef struct config {
     quantities *names; /* of the formulas of the scene */
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
-    scene scene; /* loads in SI, whatever the YAML scaled; what section and material determine is
-                  * left to scene_properties_of */
+    struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
+                              * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
@@ -42,6 +46,11 @@ typedef struct config {
  * AD_BAD_INPUT, AD_IO (file), AD_NO_MEMORY. The overrides are not kept. */
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
                       config **config, ad_error *error);
+/* The same of a scene and settings that a program has filled in, whose texts are copied: checked
+ * and resolved, so that it can be written like one of a file. The end s = length is of the type
+ * that the scene says. Keys stand in messages behind settings->name, or "scene". */
+ad_status config_create(const scene *rod_scene, const train_settings *settings, config **result,
+                        ad_error *error);
 void config_free(config *config);
 
 /* The resolved experiment as YAML, every default filled in, each key with its help as a comment
@@ -65,5 +74,9 @@ ad_status config_continues(const config *before, const config *now, int stage, a
 
 /* All keys by section: path, type, unit, default, range, help. */
 void config_help(FILE *file);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

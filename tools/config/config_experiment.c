@@ -28,12 +28,33 @@ static ad_status refuse(void *context, const char *key, const char *problem, ad_
     return config_refuse(context, key, problem, error);
 }
 
+static ad_status continues(void *context, const char *path, const char *text, int64_t stage,
+                           ad_error *error)
+{
+    static const char *const anywhere[] = {"reference.file=null"}; /* it may have moved */
+    config *before;
+    ad_error why;
+    ad_status status = config_read(path, text, 1, anywhere, &before, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    int count = before->settings.stage_count;
+    status =
+        config_continues(before, context, stage < 0 || stage > count ? count : (int)stage, &why);
+    if (status != AD_OK) {
+        ad_fail(error, status, "%s: %s", file_bytes_shown(path), why.message);
+    }
+    config_free(before);
+    return status;
+}
+
 static train_origin origin_of(config *settings)
 {
     return (train_origin){.context = settings,
                           .write = write_all,
                           .write_physics = write_physics,
                           .refuse = refuse,
+                          .continues = continues,
                           .free = free_config};
 }
 
@@ -148,28 +169,5 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
     } else {
         checkpoint_free(opened);
     }
-    return status;
-}
-
-ad_status config_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
-                            ad_error *error)
-{
-    const char *text, *const anywhere[] = {"reference.file=null"}; /* it may have moved */
-    int64_t stage;
-    config *before;
-    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
-    if (status != AD_OK ||
-        (status = checkpoint_get_int64(file, "training/stage", &stage, 1, error)) != AD_OK ||
-        (status = config_read(run->checkpoint, text, 1, anywhere, &before, error)) != AD_OK) {
-        return status;
-    }
-    stage =
-        stage < 0 || stage > before->settings.stage_count ? before->settings.stage_count : stage;
-    ad_error why;
-    status = config_continues(before, e->origin.context, (int)stage, &why);
-    if (status != AD_OK) {
-        ad_fail(error, status, "%s: %s", file_bytes_shown(run->checkpoint), why.message);
-    }
-    config_free(before);
     return status;
 }

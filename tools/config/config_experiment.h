@@ -3,7 +3,11 @@
 #define TOOLS_CONFIG_CONFIG_EXPERIMENT_H
 
 #include "tools/config/config.h"
-#include "tools/train/run.h"
+#include "tools/train/experiment.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 /* experiment_create of what a file says. Takes over `settings`, also when it fails. */
 ad_status config_experiment_create(config *settings, int threads, experiment **result,
@@ -17,9 +21,8 @@ ad_status config_experiment_open(const char *path, int count, const char *const 
                                  int threads, experiment **result, checkpoint **file,
                                  ad_error *error);
 
-/* AD_BAD_INPUT when the experiment, one of a file, may not continue that of the run's checkpoint:
- * config_continues. */
-ad_status config_check_same(const run_folder *run, const experiment *e, const checkpoint *file,
-                            ad_error *error);
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -102,7 +102,10 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
 
 void config_defaults(config *experiment);
 
-/* Defaults that depend on other keys but on no physics: name, types of ends, counts. */
+/* Of the end s = length, where it is not given. */
+void config_resolve_end_type(config *experiment);
+
+/* Defaults that depend on other keys but on no physics: the name, what ends hold, windows. */
 ad_status config_resolve_choices(config *experiment, ad_error *error);
 
 /* What section and material determine, as numbers where nothing was given; needs a scene that

@@ -87,7 +87,7 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
     return AD_OK;
 }
 
-ad_status config_resolve_choices(config *experiment, ad_error *error)
+void config_resolve_end_type(config *experiment)
 {
     scene *rod_scene = &experiment->scene;
     const scene_beam_load *beam_tip = &rod_scene->beam.tip;
@@ -97,6 +97,11 @@ ad_status config_resolve_choices(config *experiment, ad_error *error)
     if (!given(experiment, "boundary.end.type")) {
         rod_scene->end.type = tip || scene_is_manufactured(rod_scene) ? SCENE_LOADED : SCENE_FREE;
     }
+}
+
+ad_status config_resolve_choices(config *experiment, ad_error *error)
+{
+    scene *rod_scene = &experiment->scene;
     ad_status status = resolve_name(experiment, error);
     if (status == AD_OK) {
         status = resolve_end(experiment, &rod_scene->start, "start", error);

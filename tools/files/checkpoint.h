@@ -39,6 +39,10 @@
 
 #include "autodiff/error.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define CHECKPOINT_FORMAT_VERSION 2
 #define CHECKPOINT_MAX_RANK       3
 #define CHECKPOINT_MAX_NAME       255  /* bytes of an item's name or a column's name */
@@ -115,5 +119,9 @@ const char *checkpoint_column(const checkpoint *cp, const char *name, size_t col
 /* 64-bit FNV-1a, continued from `hash`; start with CHECKPOINT_HASH_START. */
 #define CHECKPOINT_HASH_START UINT64_C(14695981039346656037)
 uint64_t checkpoint_hash(uint64_t hash, const void *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

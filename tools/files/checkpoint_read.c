@@ -137,9 +137,9 @@ static bool read_number_attribute(hid_t file, const char *name, hid_t expected, 
     bool good = type >= 0 && space >= 0 && H5Tequal(type, expected) > 0 &&
                 H5Sget_simple_extent_type(space) == H5S_SCALAR &&
                 H5Aread(attribute, into, value) >= 0;
-    hdf5_close(space);
-    hdf5_close(type);
-    hdf5_close(attribute);
+    hdf5_image_close(space);
+    hdf5_image_close(type);
+    hdf5_image_close(attribute);
     return good;
 }
 
@@ -166,9 +166,9 @@ static ad_status read_text_attribute(hid_t object, const char *name, size_t coun
         *texts = NULL;
         status = AD_BAD_INPUT;
     }
-    hdf5_close(space);
-    hdf5_close(type);
-    hdf5_close(attribute);
+    hdf5_image_close(space);
+    hdf5_image_close(type);
+    hdf5_image_close(attribute);
     return status;
 }
 
@@ -285,8 +285,8 @@ static ad_status read_item(const reader *from, hid_t dataset, const char *name)
         free(item.owned_data);
         free(item.owned_names);
     }
-    hdf5_close(space);
-    hdf5_close(type);
+    hdf5_image_close(space);
+    hdf5_image_close(type);
     return status;
 }
 
@@ -296,7 +296,7 @@ static ad_status read_group(const reader *from, hid_t group, const char *prefix)
 static ad_status read_link(const reader *from, hid_t group, const char *prefix, hsize_t index)
 {
     char link[CHECKPOINT_MAX_NAME + 1], name[2 * CHECKPOINT_MAX_NAME + 2];
-    if (!hdf5_link_name(group, index, false, link, sizeof link)) {
+    if (!hdf5_image_link_name(group, index, false, link, sizeof link)) {
         return refuse_item(from, prefix, "holds something that is not an item");
     }
     snprintf(name, sizeof name, "%s%s%s", prefix, *prefix ? "/" : "", link);
@@ -316,7 +316,7 @@ static ad_status read_link(const reader *from, hid_t group, const char *prefix, 
         status = refuse_item(from, name, "is neither a dataset nor a group");
         break;
     }
-    hdf5_close(object);
+    hdf5_image_close(object);
     return status;
 }
 
@@ -382,13 +382,13 @@ static ad_status read_contents(const reader *from, hid_t file)
 static ad_status read_image(const reader *from, const unsigned char *bytes, size_t size)
 {
     hdf5_printer printer;
-    hdf5_silence(&printer);
+    hdf5_image_silence(&printer);
     hid_t file = hdf5_image_open(bytes, size);
     ad_status status = file < 0 ? refuse(from->error, from->path,
                                          "cannot be opened by HDF5: damaged, or out of memory")
                                 : read_contents(from, file);
-    hdf5_close(file);
-    hdf5_restore(&printer);
+    hdf5_image_close(file);
+    hdf5_image_restore(&printer);
     return status;
 }
 

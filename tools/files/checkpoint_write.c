@@ -41,16 +41,16 @@ static bool write_attribute(hid_t object, const char *name, hid_t type, hid_t fr
     hid_t attribute = space < 0 ? H5I_INVALID_HID
                                 : H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT);
     bool written = attribute >= 0 && H5Awrite(attribute, from, data) >= 0;
-    hdf5_close(attribute);
-    hdf5_close(space);
+    hdf5_image_close(attribute);
+    hdf5_image_close(space);
     return written;
 }
 
 static bool write_text_attribute(hid_t object, const char *name, const char *text)
 {
-    hid_t type = hdf5_text_type(strlen(text) + 1);
+    hid_t type = hdf5_image_text_type(strlen(text) + 1);
     bool written = type >= 0 && write_attribute(object, name, type, type, 0, text);
-    hdf5_close(type);
+    hdf5_image_close(type);
     return written;
 }
 
@@ -62,13 +62,13 @@ static bool write_columns(hid_t dataset, const checkpoint_item *item)
         width = needed > width ? needed : width;
     }
     char *names = calloc(item->columns, width);
-    hid_t type = hdf5_text_type(width);
+    hid_t type = hdf5_image_text_type(width);
     for (size_t k = 0; names && k < item->columns; k++) {
         strcpy(names + k * width, item->column_names[k]);
     }
     bool written =
         names && type >= 0 && write_attribute(dataset, "columns", type, type, item->columns, names);
-    hdf5_close(type);
+    hdf5_image_close(type);
     free(names);
     return written;
 }
@@ -84,7 +84,7 @@ static bool write_groups(hid_t file, const char *name, hid_t group_creation)
             continue;
         }
         hid_t group = H5Gcreate2(file, prefix, H5P_DEFAULT, group_creation, H5P_DEFAULT);
-        hdf5_close(group);
+        hdf5_image_close(group);
         if (group < 0) {
             return false;
         }
@@ -96,7 +96,7 @@ static bool write_item(hid_t file, const checkpoint_item *item, hid_t dataset_cr
 {
     hsize_t shape[CHECKPOINT_MAX_RANK] = {item->shape[0], item->shape[1], item->shape[2]};
     bool is_text = item->kind == CHECKPOINT_TEXT;
-    hid_t text = is_text ? hdf5_text_type(item->count + 1) : H5I_INVALID_HID;
+    hid_t text = is_text ? hdf5_image_text_type(item->count + 1) : H5I_INVALID_HID;
     hid_t type = is_text ? text : file_type(item->kind);
     hid_t from = is_text ? text : checkpoint_memory_type(item->kind);
     hid_t space = is_text || item->rank == 0 ? H5Screate(H5S_SCALAR)
@@ -111,9 +111,9 @@ static bool write_item(hid_t file, const checkpoint_item *item, hid_t dataset_cr
     if (written && item->columns > 0) {
         written = write_columns(dataset, item);
     }
-    hdf5_close(dataset);
-    hdf5_close(space);
-    hdf5_close(text);
+    hdf5_image_close(dataset);
+    hdf5_image_close(space);
+    hdf5_image_close(text);
     return written;
 }
 
@@ -121,8 +121,8 @@ static bool write_contents(hid_t file, const checkpoint *cp)
 {
     int64_t version = CHECKPOINT_FORMAT_VERSION;
     uint64_t digest = checkpoint_digest(cp);
-    hid_t dataset_creation = hdf5_creation(H5P_DATASET_CREATE);
-    hid_t group_creation = hdf5_creation(H5P_GROUP_CREATE);
+    hid_t dataset_creation = hdf5_image_creation(H5P_DATASET_CREATE);
+    hid_t group_creation = hdf5_image_creation(H5P_GROUP_CREATE);
     bool written =
         dataset_creation >= 0 && group_creation >= 0 &&
         write_text_attribute(file, "format", CHECKPOINT_MAGIC) &&
@@ -133,8 +133,8 @@ static bool write_contents(hid_t file, const checkpoint *cp)
         written = write_groups(file, cp->items[k].name, group_creation) &&
                   write_item(file, &cp->items[k], dataset_creation);
     }
-    hdf5_close(group_creation);
-    hdf5_close(dataset_creation);
+    hdf5_image_close(group_creation);
+    hdf5_image_close(dataset_creation);
     return written;
 }
 
@@ -142,14 +142,14 @@ static bool write_contents(hid_t file, const checkpoint *cp)
 static ad_status build_file(const checkpoint *cp, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    hdf5_silence(&printer);
+    hdf5_image_silence(&printer);
     hid_t file = hdf5_image_create(CHECKPOINT_USER_BLOCK);
     ad_status status = AD_NO_MEMORY; /* in memory nothing else is left to go wrong */
     if (file >= 0 && write_contents(file, cp)) {
         status = hdf5_image_bytes(file, CHECKPOINT_USER_BLOCK, bytes, size);
     }
-    hdf5_close(file);
-    hdf5_restore(&printer);
+    hdf5_image_close(file);
+    hdf5_image_restore(&printer);
     if (status == AD_OK) {
         uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, *bytes + CHECKPOINT_USER_BLOCK,
                                         *size - CHECKPOINT_USER_BLOCK);

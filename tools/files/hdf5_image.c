@@ -6,42 +6,42 @@
 /* Memory behind a growing image is extended by this many bytes at a time. */
 #define IMAGE_INCREMENT (1u << 20)
 
-void hdf5_silence(hdf5_printer *printer)
+void hdf5_image_silence(hdf5_printer *printer)
 {
     H5Eget_auto2(H5E_DEFAULT, &printer->function, &printer->data);
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
 }
 
-void hdf5_restore(const hdf5_printer *printer)
+void hdf5_image_restore(const hdf5_printer *printer)
 {
     H5Eclear2(H5E_DEFAULT);
     H5Eset_auto2(H5E_DEFAULT, printer->function, printer->data);
 }
 
-void hdf5_close(hid_t identifier)
+void hdf5_image_close(hid_t identifier)
 {
     if (identifier >= 0) {
         H5Idec_ref(identifier);
     }
 }
 
-hid_t hdf5_text_type(size_t size)
+hid_t hdf5_image_text_type(size_t size)
 {
     hid_t type = H5Tcopy(H5T_C_S1);
     if (type >= 0 && (H5Tset_size(type, size) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0 ||
                       H5Tset_strpad(type, H5T_STR_NULLTERM) < 0)) {
-        hdf5_close(type);
+        hdf5_image_close(type);
         return H5I_INVALID_HID;
     }
     return type;
 }
 
-hid_t hdf5_creation(hid_t property_class)
+hid_t hdf5_image_creation(hid_t property_class)
 {
     hid_t list = H5Pcreate(property_class);
     if (list >= 0 && (H5Pset_obj_track_times(list, 0) < 0 ||
                       H5Pset_attr_creation_order(list, H5P_CRT_ORDER_TRACKED) < 0)) {
-        hdf5_close(list);
+        hdf5_image_close(list);
         return H5I_INVALID_HID;
     }
     return list;
@@ -56,7 +56,7 @@ static hid_t memory_access(void)
     if (access >= 0 && (H5Pset_fapl_core(access, IMAGE_INCREMENT, 0) < 0 ||
                         H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
                         H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V110) < 0)) {
-        hdf5_close(access);
+        hdf5_image_close(access);
         return H5I_INVALID_HID;
     }
     return access;
@@ -66,14 +66,14 @@ hid_t hdf5_image_create(size_t user_block)
 {
     hid_t file = H5I_INVALID_HID;
     hid_t access = memory_access();
-    hid_t creation = hdf5_creation(H5P_FILE_CREATE);
+    hid_t creation = hdf5_image_creation(H5P_FILE_CREATE);
     /* Order of creation is tracked so that the columns of a table come back in their order. */
     if (access >= 0 && creation >= 0 && H5Pset_userblock(creation, user_block) >= 0 &&
         H5Pset_link_creation_order(creation, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED) >= 0) {
         file = H5Fcreate("cpinn image being written", H5F_ACC_TRUNC, creation, access);
     }
-    hdf5_close(creation);
-    hdf5_close(access);
+    hdf5_image_close(creation);
+    hdf5_image_close(access);
     return file;
 }
 
@@ -109,11 +109,11 @@ hid_t hdf5_image_open(const unsigned char *bytes, size_t size)
     if (access >= 0 && H5Pset_file_image(access, (void *)bytes, size) >= 0) {
         file = H5Fopen("cpinn image being read", H5F_ACC_RDONLY, access);
     }
-    hdf5_close(access);
+    hdf5_image_close(access);
     return file;
 }
 
-bool hdf5_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size)
+bool hdf5_image_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size)
 {
     H5_index_t order = by_creation ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME;
     H5L_info_t info;

@@ -12,18 +12,18 @@
 
 #include "autodiff/error.h"
 
-/* The error printer that was installed before hdf5_silence. */
+/* The error printer that was installed before hdf5_image_silence. */
 typedef struct hdf5_printer {
     H5E_auto2_t function;
     void *data;
 } hdf5_printer;
 
 /* Stop HDF5 printing its error stack, and put the printer back. */
-void hdf5_silence(hdf5_printer *printer);
-void hdf5_restore(const hdf5_printer *printer);
+void hdf5_image_silence(hdf5_printer *printer);
+void hdf5_image_restore(const hdf5_printer *printer);
 
 /* A new file in memory behind `user_block` bytes (0, or a power of two >= 512) that are not HDF5;
- * negative on failure. Close with hdf5_close. */
+ * negative on failure. Close with hdf5_image_close. */
 hid_t hdf5_image_create(size_t user_block);
 
 /* The bytes of that file, the user block first and zeroed; the caller owns `*bytes`.
@@ -36,17 +36,17 @@ hid_t hdf5_image_open(const unsigned char *bytes, size_t size);
 /* Property list for creating a file, group or dataset without time stamps. Tracking the order of
  * attributes makes HDF5 choose the object headers that have checksums of their own and can hold
  * attributes above 64 KiB. */
-hid_t hdf5_creation(hid_t property_class);
+hid_t hdf5_image_creation(hid_t property_class);
 
-/* Texts of up to size - 1 bytes in UTF-8, ended by a zero byte. Close with hdf5_close. */
-hid_t hdf5_text_type(size_t size);
+/* Texts of up to size - 1 bytes in UTF-8, ended by a zero byte. Close with hdf5_image_close. */
+hid_t hdf5_image_text_type(size_t size);
 
 /* Close an identifier of any kind; a negative one is fine. */
-void hdf5_close(hid_t identifier);
+void hdf5_image_close(hid_t identifier);
 
 /* Name of the link number `index` of `group`, by creation where `by_creation`, else by name, to
  * name [size] with its last zero. False: damaged, too long, or not a hard link (soft and external
  * links can lead out of the file, so they are never followed). */
-bool hdf5_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size);
+bool hdf5_image_link_name(hid_t group, hsize_t index, bool by_creation, char *name, size_t size);
 
 #endif

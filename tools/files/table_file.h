@@ -21,6 +21,10 @@
 
 #include "autodiff/error.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 #define TABLE_MAX_NAME    63
 #define TABLE_MAX_COLUMNS 1024
 #define TABLE_MAX_LINE    65536 /* bytes of one CSV line */
@@ -81,5 +85,9 @@ ad_status table_write(const char *path, const table_source *table, ad_error *err
 ad_status table_write_words(const char *path, const char *const *names,
                             const double *const *columns, const char *const *const *words,
                             size_t ncols, size_t nrows, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -35,7 +35,7 @@ static bool storage_is_plausible(hid_t dataset, hsize_t rows, size_t width, size
     hid_t creation = H5Dget_create_plist(dataset);
     H5D_layout_t layout = creation < 0 ? H5D_LAYOUT_ERROR : H5Pget_layout(creation);
     bool plausible = creation >= 0 && H5Pget_external_count(creation) == 0;
-    hdf5_close(creation);
+    hdf5_image_close(creation);
     switch (layout) {
     case H5D_COMPACT:
     case H5D_CONTIGUOUS:
@@ -64,8 +64,8 @@ static ad_status check_column(const hdf5_reader *reader, hid_t dataset, const ch
     bool is_line = space >= 0 && H5Sget_simple_extent_type(space) == H5S_SIMPLE &&
                    H5Sget_simple_extent_ndims(space) == 1 &&
                    H5Sget_simple_extent_dims(space, &extent, NULL) == 1;
-    hdf5_close(space);
-    hdf5_close(type);
+    hdf5_image_close(space);
+    hdf5_image_close(type);
     if (!(words ? is_word : is_double)) {
         return refuse(reader, name,
                       words ? "does not hold strings of up to 63 bytes" : "is not float64");
@@ -89,10 +89,10 @@ static ad_status read_words(const hdf5_reader *reader, hid_t dataset, const char
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory for %zu words",
                        file_bytes_shown(reader->wanted->path), table->rows);
     }
-    hid_t type = hdf5_text_type(TABLE_MAX_NAME + 1);
+    hid_t type = hdf5_image_text_type(TABLE_MAX_NAME + 1);
     bool read = type >= 0 && (table->rows == 0 || H5Dread(dataset, type, H5S_ALL, H5S_ALL,
                                                           H5P_DEFAULT, table->words[column]) >= 0);
-    hdf5_close(type);
+    hdf5_image_close(type);
     strcpy(table->names[column], name);
     return read ? AD_OK : refuse(reader, name, "cannot be read, the file is damaged");
 }
@@ -137,7 +137,7 @@ static ad_status read_column(hdf5_reader *reader, hid_t dataset, const char *nam
 static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool by_creation)
 {
     char name[TABLE_MAX_NAME + 1];
-    if (!hdf5_link_name(root, column, by_creation, name, sizeof name)) {
+    if (!hdf5_image_link_name(root, column, by_creation, name, sizeof name)) {
         return ad_fail(reader->error, AD_BAD_INPUT,
                        "%s: object %zu is a link elsewhere or its name is longer than %d bytes; "
                        "allowed: one-dimensional float64 datasets at the root",
@@ -152,7 +152,7 @@ static ad_status read_link(hdf5_reader *reader, hid_t root, size_t column, bool 
     ad_status status = object < 0 || H5Iget_type(object) != H5I_DATASET
                            ? refuse(reader, name, "is not a dataset")
                            : read_column(reader, object, name, column);
-    hdf5_close(object);
+    hdf5_image_close(object);
     return status;
 }
 
@@ -163,7 +163,7 @@ static bool tracks_creation(hid_t group)
     hid_t creation = H5Gget_create_plist(group);
     bool tracked = creation >= 0 && H5Pget_link_creation_order(creation, &flags) >= 0 &&
                    (flags & H5P_CRT_ORDER_TRACKED) != 0;
-    hdf5_close(creation);
+    hdf5_image_close(creation);
     return tracked;
 }
 
@@ -173,7 +173,7 @@ static ad_status read_columns(hdf5_reader *reader, hid_t file)
     const char *shown = file_bytes_shown(reader->wanted->path);
     hid_t root = file < 0 ? H5I_INVALID_HID : H5Gopen2(file, "/", H5P_DEFAULT);
     if (root < 0 || H5Gget_info(root, &info) < 0) {
-        hdf5_close(root);
+        hdf5_image_close(root);
         return ad_fail(reader->error, AD_BAD_INPUT, "%s: is not an HDF5 file, or is damaged",
                        shown);
     }
@@ -188,7 +188,7 @@ static ad_status read_columns(hdf5_reader *reader, hid_t file)
     for (size_t k = 0; status == AD_OK && k < info.nlinks; k++) {
         status = read_link(reader, root, k, by_creation);
     }
-    hdf5_close(root);
+    hdf5_image_close(root);
     return status;
 }
 
@@ -197,11 +197,11 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
 {
     hdf5_reader reader = {.wanted = wanted, .file_size = size, .table = NULL, .error = error};
     hdf5_printer printer;
-    hdf5_silence(&printer);
+    hdf5_image_silence(&printer);
     hid_t file = hdf5_image_open(bytes, size);
     ad_status status = read_columns(&reader, file);
-    hdf5_close(file);
-    hdf5_restore(&printer);
+    hdf5_image_close(file);
+    hdf5_image_restore(&printer);
     if (status != AD_OK) {
         table_free(reader.table);
         return status;
@@ -213,13 +213,13 @@ ad_status table_from_hdf5(const table_wanted *wanted, const unsigned char *bytes
 /* The unit of a column as its attribute. */
 static bool write_unit(hid_t dataset, const char *unit)
 {
-    hid_t type = hdf5_text_type(strlen(unit) + 1);
+    hid_t type = hdf5_image_text_type(strlen(unit) + 1);
     hid_t space = H5Screate(H5S_SCALAR);
     hid_t attribute = H5Acreate2(dataset, "units", type, space, H5P_DEFAULT, H5P_DEFAULT);
     bool written = attribute >= 0 && H5Awrite(attribute, type, unit) >= 0;
-    hdf5_close(attribute);
-    hdf5_close(space);
-    hdf5_close(type);
+    hdf5_image_close(attribute);
+    hdf5_image_close(space);
+    hdf5_image_close(type);
     return written;
 }
 
@@ -232,8 +232,8 @@ static bool write_values(hid_t file, const char *name, hid_t stored, hid_t given
     bool written = dataset >= 0 && (rows == 0 || H5Dwrite(dataset, given, H5S_ALL, H5S_ALL,
                                                           H5P_DEFAULT, values) >= 0);
     written = written && (!unit || write_unit(dataset, unit));
-    hdf5_close(dataset);
-    hdf5_close(space);
+    hdf5_image_close(dataset);
+    hdf5_image_close(space);
     return written;
 }
 
@@ -251,9 +251,9 @@ static bool write_words(hid_t file, const char *name, const char *const *words, 
     for (size_t row = 0; row < rows; row++) {
         strcpy(text + row * size, words[row]);
     }
-    hid_t type = hdf5_text_type(size);
+    hid_t type = hdf5_image_text_type(size);
     bool written = write_values(file, name, type, type, text, rows, unit, creation);
-    hdf5_close(type);
+    hdf5_image_close(type);
     free(text);
     return written;
 }
@@ -271,17 +271,17 @@ static bool write_column(hid_t file, const table_source *source, size_t column, 
 ad_status table_to_hdf5(const table_source *source, unsigned char **bytes, size_t *size)
 {
     hdf5_printer printer;
-    hdf5_silence(&printer);
+    hdf5_image_silence(&printer);
     hid_t file = hdf5_image_create(0);
-    hid_t creation = hdf5_creation(H5P_DATASET_CREATE);
+    hid_t creation = hdf5_image_creation(H5P_DATASET_CREATE);
     bool written = file >= 0 && creation >= 0;
     for (size_t k = 0; written && k < source->ncols; k++) {
         written = write_column(file, source, k, creation);
     }
     /* In memory nothing but memory is left to run out. */
     ad_status status = written ? hdf5_image_bytes(file, 0, bytes, size) : AD_NO_MEMORY;
-    hdf5_close(creation);
-    hdf5_close(file);
-    hdf5_restore(&printer);
+    hdf5_image_close(creation);
+    hdf5_image_close(file);
+    hdf5_image_restore(&printer);
     return status;
 }

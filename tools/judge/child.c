@@ -17,10 +17,10 @@
 static size_t receive(int from, double seconds, char *result, size_t size)
 {
     size_t got = 0;
-    double until = wall_seconds() + seconds;
+    double until = train_seconds() + seconds;
     while (got < size) {
         struct pollfd waiting = {.fd = from, .events = POLLIN};
-        double left = until - wall_seconds();
+        double left = until - train_seconds();
         int ready = left > 0 ? poll(&waiting, 1, (int)(1000 * left) + 1) : 0;
         if (ready < 0 && errno == EINTR && !signals_caught()) {
             continue;
@@ -75,7 +75,7 @@ ad_status child_run(void (*work)(const void *task, void *result), const void *ta
         free(received);
         return ad_fail(error, AD_IO, "a pipe: %s", strerror(errno));
     }
-    double began = wall_seconds();
+    double began = train_seconds();
     fflush(NULL); /* or the child would have what is buffered as well */
     pid_t child = fork();
     if (child == 0) {
@@ -89,7 +89,7 @@ ad_status child_run(void (*work)(const void *task, void *result), const void *ta
     close(ends[1]);
     bool told = child > 0 && receive(ends[0], seconds, received, size) == size;
     close(ends[0]);
-    *end = told ? CHILD_TOLD : wall_seconds() - began >= seconds ? CHILD_LATE : CHILD_DIED;
+    *end = told ? CHILD_TOLD : train_seconds() - began >= seconds ? CHILD_LATE : CHILD_DIED;
     if (told) {
         wait_for(child);
         memcpy(result, received, size);

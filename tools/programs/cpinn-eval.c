@@ -193,11 +193,11 @@ static ad_status measure(session *x, ad_error *error)
     }
     ad_status status = field_evaluate(x->field, experiment_parameters(x->e), batch,
                                       (const double *const[]){s, t}, values, error);
-    double start = wall_seconds(), spent = 0;
+    double start = train_seconds(), spent = 0;
     while (status == AD_OK && spent < TIMED_SECONDS) {
         status = field_evaluate(x->field, experiment_parameters(x->e), batch,
                                 (const double *const[]){s, t}, values, error);
-        spent = wall_seconds() - start;
+        spent = train_seconds() - start;
         done += batch;
     }
     x->rate = (double)done / spent;

@@ -391,10 +391,10 @@ static ad_status solve(session *x, ad_error *error)
 {
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
-    double start = wall_seconds();
+    double start = train_seconds();
     ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
                                        &x->report, error);
-    x->seconds = wall_seconds() - start;
+    x->seconds = train_seconds() - start;
     return status;
 }
 

@@ -1,13 +1,11 @@
 /* cpinn-train: train a network on a scene; see --help. */
-#include "tools/config/config_experiment.h"
+#include "tools/config/config_session.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/progress.h"
-#include "tools/train/clock.h"
 #include "tools/train/report.h"
-#include "tools/train/run.h"
 
 #include <string.h>
 
@@ -51,158 +49,86 @@ typedef struct options {
     bool resume, print_config, explain, quiet;
 } options;
 
-/* Everything a run is made of. */
-typedef struct session {
-    experiment *e;
-    problem *problem;
-    reference *known;
-    trainer *trainer;
+/* A session with what only a program has. */
+typedef struct training {
+    session s;
+    const options *asked;
     run_folder folder;
     progress progress;
-    double last_save;
-    int64_t saved_step;
     verdict verdict;
-} session;
+} training;
 
-static void session_free(session *s)
-{
-    run_end(&s->folder);
-    trainer_free(s->trainer);
-    reference_free(s->known);
-    problem_free(s->problem);
-    experiment_free(s->e);
-}
-
-static ad_status prepare(session *s, const options *o, config *settings, double started,
-                         ad_error *error)
-{
-    ad_status status = config_experiment_create(settings, o->threads, &s->e, error);
-    if (status == AD_OK) {
-        status = experiment_problem(s->e, &s->problem, error);
-    }
-    double spent = wall_seconds() - started; /* the reference, which only measures, is not part */
-    if (status == AD_OK) {
-        status = reference_create(s->e, &s->known, error);
-    }
-    if (status == AD_OK && !o->explain) {
-        status = trainer_create(s->e, s->problem, s->known, spent, &s->trainer, error);
-    }
-    return status;
-}
-
-static ad_status restore(session *s, ad_error *error)
-{
-    checkpoint *file;
-    ad_status status = checkpoint_open(s->folder.checkpoint, &file, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    status = config_check_same(&s->folder, s->e, file, error);
-    if (status == AD_OK) {
-        status = trainer_restore(s->trainer, file, error);
-    }
-    checkpoint_free(file);
-    return status;
-}
-
-static ad_status save(session *s, ad_error *error)
-{
-    const train_settings *settings = s->e->settings;
-    ad_status status =
-        trainer_save(s->trainer, s->folder.checkpoint, settings->checkpoint_keep, error);
-    s->last_save = wall_seconds();
-    s->saved_step = trainer_inspect(s->trainer).step;
-    return status;
-}
-
-static bool save_is_due(const session *s)
-{
-    const train_settings *settings = s->e->settings;
-    return trainer_inspect(s->trainer).step % settings->checkpoint_every == 0 ||
-           wall_seconds() - s->last_save > settings->checkpoint_seconds;
-}
-
-static ad_status begin(session *s, const options *o, ad_error *error)
+static ad_status begin(training *t, ad_error *error)
 {
     char path[3900];
-    snprintf(path, sizeof path, "runs/%s", s->e->settings->name);
-    ad_status status = run_name(&s->folder, o->out ? o->out : path, error);
-    if (status == AD_OK) {
-        status = o->resume ? restore(s, error) : run_check_new(&s->folder, error);
-    }
-    if (status == AD_OK && !o->resume) {
-        status = run_make_folder(s->folder.path, error);
-    }
-    if (status == AD_OK && !o->resume) {
-        status = save(s, error);
-    }
-    return status == AD_OK ? run_begin(&s->folder, s->e, trainer_history(s->trainer), error)
-                           : status;
+    snprintf(path, sizeof path, "runs/%s", t->s.e->settings->name);
+    ad_status status = run_name(&t->folder, t->asked->out ? t->asked->out : path, error);
+    return status == AD_OK ? session_begin(&t->s, &t->folder, t->asked->resume, error) : status;
 }
 
-static void announce_reference(session *s)
+static void announce_reference(training *t)
 {
-    if (reference_left_out(s->known)) {
-        progress_say(&s->progress,
+    if (reference_left_out(t->s.known)) {
+        progress_say(&t->progress,
                      "reference %s: %zu points lie outside the scene and are left out",
-                     reference_name(s->known), reference_left_out(s->known));
+                     reference_name(t->s.known), reference_left_out(t->s.known));
     }
-    if (*reference_account(s->known)) {
-        progress_say(&s->progress, "reference: %s", reference_account(s->known));
+    if (*reference_account(t->s.known)) {
+        progress_say(&t->progress, "reference: %s", reference_account(t->s.known));
     }
-    if (*reference_remark(s->known)) {
-        progress_say(&s->progress, "reference: %s", reference_remark(s->known));
+    if (*reference_remark(t->s.known)) {
+        progress_say(&t->progress, "reference: %s", reference_remark(t->s.known));
     }
 }
 
-static void announce(session *s, const options *o)
+static void announce(training *t)
 {
-    trainer_info info = trainer_inspect(s->trainer);
-    progress_say(&s->progress, "%s: %zu parameters, %.0f points, %d thread%s -> %s",
-                 s->e->settings->name, s->e->count, info.points, ad_pool_threads(s->e->pool),
-                 ad_pool_threads(s->e->pool) == 1 ? "" : "s", s->folder.path);
-    if (o->resume) {
-        progress_say(&s->progress, "resumed at step %lld, %.1f s into the run",
+    trainer_info info = trainer_inspect(t->s.trainer);
+    progress_say(&t->progress, "%s: %zu parameters, %.0f points, %d thread%s -> %s",
+                 t->s.e->settings->name, t->s.e->count, info.points, ad_pool_threads(t->s.e->pool),
+                 ad_pool_threads(t->s.e->pool) == 1 ? "" : "s", t->folder.path);
+    if (t->asked->resume) {
+        progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
                      (long long)info.step, info.seconds);
     }
     if (info.state == TRAINER_DONE) {
-        progress_say(&s->progress, "nothing is left to do: every stage has ended");
+        progress_say(&t->progress, "nothing is left to do: every stage has ended");
     }
-    if (s->known) {
-        announce_reference(s);
+    if (t->s.known) {
+        announce_reference(t);
     }
 }
 
 /* At the beginning of a stage. */
-static void announce_stage(session *s)
+static void announce_stage(training *t)
 {
     char text[160];
-    trainer_describe(s->trainer, text);
+    trainer_describe(t->s.trainer, text);
     if (text[0]) {
-        progress_say(&s->progress, "stage %d: %s", trainer_inspect(s->trainer).stage + 1, text);
+        progress_say(&t->progress, "stage %d: %s", trainer_inspect(t->s.trainer).stage + 1, text);
     }
 }
 
-static void finish(session *s)
+static void finish(training *t)
 {
-    trainer_verdict(s->trainer, &s->verdict);
-    if (s->progress.quiet) {
-        if (verdict_outcome_of(&s->verdict) == VERDICT_WARNING) {
-            verdict_print(stderr, "cpinn-train: ", &s->verdict);
+    trainer_verdict(t->s.trainer, &t->verdict);
+    if (t->progress.quiet) {
+        if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
+            verdict_print(stderr, "cpinn-train: ", &t->verdict);
         }
         return;
     }
-    trainer_info info = trainer_inspect(s->trainer);
-    progress_say(&s->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
+    trainer_info info = trainer_inspect(t->s.trainer);
+    progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
-    problem_compilations compiled = problem_compiled(s->problem);
-    progress_say(&s->progress,
+    problem_compilations compiled = problem_compiled(t->s.problem);
+    progress_say(&t->progress,
                  "of which the equations took %.3f s to be recorded and compiled (%d)",
                  compiled.seconds, compiled.count);
-    verdict_print(stdout, "", &s->verdict);
-    progress_error_table(stdout, trainer_history(s->trainer), s->e->scene->windows);
-    printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", s->folder.checkpoint, s->folder.history,
-           s->folder.config, s->folder.path);
+    verdict_print(stdout, "", &t->verdict);
+    progress_error_table(stdout, trainer_history(t->s.trainer), t->s.e->scene->windows);
+    printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", t->folder.checkpoint, t->folder.history,
+           t->folder.config, t->folder.path);
 }
 
 /* As one word of a shell. */
@@ -222,19 +148,16 @@ static void print_word(const char *text)
 }
 
 /* After a signal: the state is that after a whole step. */
-static ad_status interrupted(session *s, const options *o, ad_error *error)
+static void interrupted(training *t)
 {
-    ad_status status = save(s, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    trainer_verdict(s->trainer, &s->verdict);
-    s->verdict.signal = signals_caught();
-    verdict_add(&s->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
-                (long long)s->saved_step);
-    progress_say(&s->progress, "stopped at step %lld and saved; continue with",
-                 (long long)s->saved_step);
-    if (!s->progress.quiet) {
+    const options *o = t->asked;
+    trainer_verdict(t->s.trainer, &t->verdict);
+    t->verdict.signal = signals_caught();
+    verdict_add(&t->verdict, VERDICT_SIGNAL, "stopped at step %lld and saved; --resume goes on",
+                (long long)t->s.saved_step);
+    progress_say(&t->progress, "stopped at step %lld and saved; continue with",
+                 (long long)t->s.saved_step);
+    if (!t->progress.quiet) {
         printf("  cpinn-train");
         print_word(o->config);
         for (int i = 0; i < o->overrides.count; i++) {
@@ -242,115 +165,119 @@ static ad_status interrupted(session *s, const options *o, ad_error *error)
             print_word(o->overrides.texts[i]);
         }
         printf(" --out");
-        print_word(s->folder.path);
+        print_word(t->folder.path);
         printf(" --resume\n");
     }
-    return AD_OK;
 }
 
-static void say_ended(session *s, const trainer_info *before, const trainer_info *now)
+static void say_ended(training *t, const trainer_info *before, const trainer_info *now)
 {
     char window[32] = "";
     if (now->stage_step > 0) {
         return;
     }
     if (before->part < 1 || now->part < 1) {
-        progress_say(&s->progress, "load factor %.4g %s at step %lld: %s", before->part,
+        progress_say(&t->progress, "load factor %.4g %s at step %lld: %s", before->part,
                      now->solved ? "solved" : "not solved", (long long)now->step, now->ended);
     }
     if (now->stage == before->stage && now->window == before->window) {
         return;
     }
-    int windows = s->e->scene->windows;
+    int windows = t->s.e->scene->windows;
     if (windows > 1) {
         snprintf(window, sizeof window, "window %d/%d ", before->window + 1, windows);
     }
-    progress_say(&s->progress, "%sstage %d ended at step %lld: %s%s%s", window, before->stage + 1,
+    progress_say(&t->progress, "%sstage %d ended at step %lld: %s%s%s", window, before->stage + 1,
                  (long long)now->step, now->ended, *now->account ? "; " : "", now->account);
     if (now->window == 0) { /* later windows repeat the stages of the first */
-        announce_stage(s);
+        announce_stage(t);
     }
 }
 
-static ad_status train(session *s, const options *o, ad_error *error)
+static bool stepped(void *context, const trainer_info *before)
+{
+    training *t = context;
+    const trainer_info info = trainer_inspect(t->s.trainer);
+    say_ended(t, before, &info);
+    progress_step(&t->progress, t->s.trainer, t->s.e);
+    return !signals_caught();
+}
+
+static ad_status train(training *t, ad_error *error)
 {
     signals_catch();
-    s->last_save = wall_seconds();
-    s->saved_step = trainer_inspect(s->trainer).step;
-    s->progress = progress_start(stdout, o->quiet, s->trainer);
-    announce(s, o);
-    announce_stage(s);
-    while (trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
-        trainer_info before = trainer_inspect(s->trainer);
-        ad_status status = trainer_step(s->trainer, error);
-        if (status != AD_OK) {
-            if (trainer_inspect(s->trainer).state == TRAINER_NOT_FINITE) {
-                progress_say(&s->progress, "stopped; the checkpoint of step %lld is kept: %s",
-                             (long long)s->saved_step, s->folder.checkpoint);
-            }
-            return status;
-        }
-        trainer_info info = trainer_inspect(s->trainer);
-        say_ended(s, &before, &info);
-        progress_step(&s->progress, s->trainer, s->e);
-        status = run_append(&s->folder, trainer_history(s->trainer), error);
-        if (status == AD_OK && signals_caught()) {
-            return interrupted(s, o, error);
-        }
-        if (status == AD_OK && (save_is_due(s) || info.state == TRAINER_DONE)) {
-            status = save(s, error);
-        }
-        if (status != AD_OK) {
-            return status;
-        }
+    t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
+    announce(t);
+    announce_stage(t);
+    ad_status status = session_train(&t->s, stepped, t, error);
+    const trainer_state state = trainer_inspect(t->s.trainer).state;
+    if (status == AD_OK && state == TRAINER_RUNNING) {
+        interrupted(t);
+    } else if (status == AD_OK) {
+        finish(t);
+    } else if (state == TRAINER_NOT_FINITE) {
+        progress_say(&t->progress, "stopped; the checkpoint of step %lld is kept: %s",
+                     (long long)t->s.saved_step, t->folder.checkpoint);
     }
-    finish(s);
-    return AD_OK;
+    return status;
 }
 
 /* What there is of a run, also of one that was refused or has stopped. */
-static ad_status write_json(const session *s, const options *o, ad_error *error)
+static ad_status write_json(const training *t, ad_error *error)
 {
     json to;
     json_begin(&to);
     json_text(&to, "program", program);
     json_text(&to, "version", cli_version());
-    json_text(&to, "name", s->e ? s->e->settings->name : NULL);
-    report_verdict(&to, &s->verdict);
-    if (s->trainer) {
-        trainer_info info = trainer_inspect(s->trainer);
+    json_text(&to, "name", t->s.e ? t->s.e->settings->name : NULL);
+    report_verdict(&to, &t->verdict);
+    if (t->s.trainer) {
+        trainer_info info = trainer_inspect(t->s.trainer);
         json_integer(&to, "step", info.step);
         json_integer(&to, "stage", info.stage);
-        json_integer(&to, "stages", s->e->settings->stage_count);
+        json_integer(&to, "stages", t->s.e->settings->stage_count);
         json_integer(&to, "window", info.window);
-        json_integer(&to, "windows", s->e->scene->windows);
+        json_integer(&to, "windows", t->s.e->scene->windows);
         json_number(&to, "training_seconds", info.seconds);
-        json_integer(&to, "parameters", (int64_t)s->e->count);
+        json_integer(&to, "parameters", (int64_t)t->s.e->count);
         json_number(&to, "points", info.points);
-        json_integer(&to, "threads", ad_pool_threads(s->e->pool));
+        json_integer(&to, "threads", ad_pool_threads(t->s.e->pool));
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
-        report_reference(&to, s->known, &info.errors);
-        json_text(&to, "checkpoint", s->folder.checkpoint);
-        json_text(&to, "history", s->folder.history);
-        json_text(&to, "config", s->folder.config);
+        report_reference(&to, t->s.known, &info.errors);
+        json_text(&to, "checkpoint", t->folder.checkpoint);
+        json_text(&to, "history", t->folder.history);
+        json_text(&to, "config", t->folder.config);
     }
-    return json_end(&to, o->json, error);
+    return json_end(&to, t->asked->json, error);
 }
 
 /* `error` as a verdict; before training every error but memory is one of the input. */
-static void blame(session *s, const ad_error *error, bool began)
+static void blame(training *t, const ad_error *error, bool began)
 {
     verdict_reason reason = error->status == AD_NOT_FINITE           ? VERDICT_NOT_FINITE
                             : began || error->status == AD_NO_MEMORY ? VERDICT_FAILED
                                                                      : VERDICT_BAD_INPUT;
     cli_fail_error(program, error);
-    verdict_add(&s->verdict, reason, "%s", error->message);
+    verdict_add(&t->verdict, reason, "%s", error->message);
 }
 
-static int run(const options *o, double started)
+static ad_status go(training *t, config *settings, bool *began, ad_error *error)
 {
-    session s = {.e = NULL};
+    ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    if (status == AD_OK && t->asked->explain) {
+        explain_print(stdout, t->s.e, t->s.problem, t->s.known);
+        return AD_OK;
+    }
+    status = status == AD_OK ? session_start(&t->s, error) : status;
+    status = status == AD_OK ? begin(t, error) : status;
+    *began = status == AD_OK;
+    return *began ? train(t, error) : status;
+}
+
+static int run(const options *o)
+{
+    training t = {.asked = o};
     config *settings;
     ad_error error = {AD_OK, ""};
     bool began = false;
@@ -367,24 +294,18 @@ static int run(const options *o, double started)
         return result;
     }
     if (status == AD_OK) {
-        status = prepare(&s, o, settings, started, &error);
-    }
-    if (status == AD_OK && o->explain) {
-        explain_print(stdout, s.e, s.problem, s.known);
-    } else if (status == AD_OK) {
-        status = begin(&s, o, &error);
-        began = status == AD_OK;
-        status = began ? train(&s, o, &error) : status;
+        status = go(&t, settings, &began, &error);
     }
     if (status != AD_OK) {
-        blame(&s, &error, began);
+        blame(&t, &error, began);
     }
-    if (o->json && !o->explain && write_json(&s, o, &error) != AD_OK) {
+    if (o->json && !o->explain && write_json(&t, &error) != AD_OK) {
         cli_fail_error(program, &error);
-        verdict_add(&s.verdict, VERDICT_FAILED, "%s", error.message);
+        verdict_add(&t.verdict, VERDICT_FAILED, "%s", error.message);
     }
-    session_free(&s);
-    return verdict_exit_status(&s.verdict);
+    run_end(&t.folder);
+    session_free(&t.s);
+    return verdict_exit_status(&t.verdict);
 }
 
 static int parse(int count, char **arguments, options *o)
@@ -418,11 +339,10 @@ static int parse(int count, char **arguments, options *o)
 
 int main(int count, char **arguments)
 {
-    double started = wall_seconds();
     options o = {.threads = 0};
     int result = parse(count, arguments, &o);
     if (result != CLI_RUN) {
         return result;
     }
-    return run(&o, started);
+    return run(&o);
 }

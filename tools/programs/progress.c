@@ -14,7 +14,7 @@ progress progress_start(FILE *file, bool quiet, const trainer *t)
 {
     progress p = {.file = file, .quiet = quiet, .live = isatty(fileno(file)), .gap = 1};
     const trainer_info info = trainer_inspect(t);
-    p.started = p.next = p.window_began = p.stage_began = wall_seconds();
+    p.started = p.next = p.window_began = p.stage_began = train_seconds();
     p.first_step = info.step;
     p.window = info.window;
     p.stage = info.stage;
@@ -109,7 +109,7 @@ void progress_step(progress *p, const trainer *t, const experiment *e)
     if (p->quiet) {
         return;
     }
-    double now = wall_seconds();
+    double now = train_seconds();
     const trainer_info info = trainer_inspect(t);
     follow(p, &info, now);
     if (now < p->next || info.state != TRAINER_RUNNING) {

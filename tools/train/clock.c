@@ -2,7 +2,7 @@
 
 #include <time.h>
 
-double wall_seconds(void)
+double train_seconds(void)
 {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);

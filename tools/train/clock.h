@@ -3,6 +3,6 @@
 #define TOOLS_TRAIN_CLOCK_H
 
 /* Seconds since a moment fixed while the machine runs; never goes back. */
-double wall_seconds(void);
+double train_seconds(void);
 
 #endif

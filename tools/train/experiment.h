@@ -24,6 +24,10 @@
 
 #include <stdio.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* Whoever filled in scene and settings: can write them as text, knows where a key stands, and holds
  * their memory. All may be NULL; without `write` there are no checkpoints, without `write_physics`
  * no classical solution is kept between runs. */
@@ -34,6 +38,9 @@ typedef struct train_origin {
                                FILE *file); /* what a classical solution depends on */
     ad_status (*refuse)(void *context, const char *key, const char *problem,
                         ad_error *error); /* AD_BAD_INPUT, and the line with the key's place */
+    ad_status (*continues)(void *context, const char *path, const char *text, int64_t stage,
+                           ad_error *error); /* may this go on where a run, of which the file at
+                                              * `path` holds the text, has come to the stage? */
     void (*free)(void *context);
 } train_origin;
 
@@ -44,9 +51,9 @@ typedef struct experiment {
     ad_pool *pool;
     physics_model *model;
     nn_mlp *mlp;
-    relay *relay;       /* from window to window */
-    double *parameters; /* [windows][count]; the first window's are initialised from the seed */
-    double *starts;     /* [windows][relay_numbers], of the windows begun but the first */
+    struct relay *relay; /* from window to window */
+    double *parameters;  /* [windows][count]; the first window's are initialised from the seed */
+    double *starts;      /* [windows][relay_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
     char *text;        /* that experiment_put lent to a checkpoint */
@@ -85,5 +92,9 @@ ad_status experiment_refuse(const experiment *e, const char *key, const char *pr
 
 /* What the origin writes, allocated; NULL when it cannot, or memory runs out. */
 char *experiment_text(const experiment *e);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

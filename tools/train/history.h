@@ -6,6 +6,10 @@
 
 #include <stdio.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { HISTORY_COLUMNS_MAX = 32 };
 
 typedef struct history {
@@ -28,5 +32,9 @@ void history_print(const history *h, long row, FILE *file);
 
 void history_put(const history *h, checkpoint *file);
 ad_status history_get(history *h, const checkpoint *file, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -504,7 +504,7 @@ void reference_verdict(const reference *r, const reference_errors *errors, verdi
     }
 }
 
-double rotation_angle(const double p[4], const double q[4])
+double reference_angle(const double p[4], const double q[4])
 {
     double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
     double x = p[0] * q[1] - q[0] * p[1] - (p[2] * q[3] - p[3] * q[2]);
@@ -516,7 +516,7 @@ double rotation_angle(const double p[4], const double q[4])
 /* A beam of small deflection has one angle, its slope. */
 static double angle_between(const reference *r, const double *p, const double *q)
 {
-    return r->model->rotation_columns == 4 ? rotation_angle(p, q) : fabs(p[0] - q[0]);
+    return r->model->rotation_columns == 4 ? reference_angle(p, q) : fabs(p[0] - q[0]);
 }
 
 /* The larger; not a number wins, so that it cannot hide. */

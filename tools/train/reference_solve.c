@@ -213,13 +213,13 @@ ad_status reference_solve(const experiment *e, size_t points, const double *s, c
     }
     if (!take_kept(&r, about)) {
         char source[32];
-        double start = wall_seconds();
+        double start = train_seconds();
         status = solve(&r, &report, error);
         if (status == AD_OK) {
             about->estimate = report.estimate;
             about->size = report.size;
             about->may_buckle = report.may_buckle;
-            snprintf(source, sizeof source, "%.3g s", wall_seconds() - start);
+            snprintf(source, sizeof source, "%.3g s", train_seconds() - start);
             say_solved(&r, source, about);
             keep(&r, about);
         }

@@ -4,6 +4,10 @@
 
 #include "tools/train/trainer.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct run_folder {
     char path[3800];
     char checkpoint[4096];
@@ -30,5 +34,9 @@ ad_status run_begin(run_folder *run, const experiment *e, const history *h, ad_e
 ad_status run_append(run_folder *run, const history *h, ad_error *error);
 
 void run_end(run_folder *run);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

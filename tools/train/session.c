@@ -6,12 +6,12 @@ ad_status session_prepare(const scene *rod_scene, train_settings *settings,
                           const train_origin *origin, int threads, session *s, ad_error *error)
 {
     *s = (session){.e = NULL};
-    double before = wall_seconds();
+    double before = train_seconds();
     ad_status status = experiment_create(rod_scene, settings, origin, threads, &s->e, error);
     if (status == AD_OK) {
         status = experiment_problem(s->e, &s->problem, error);
     }
-    s->prepared = wall_seconds() - before;
+    s->prepared = train_seconds() - before;
     return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
 }
 
@@ -26,4 +26,91 @@ void session_free(session *s)
     reference_free(s->known);
     problem_free(s->problem);
     experiment_free(s->e);
+}
+
+/* ---- runs ---------------------------------------------------------------------------------- */
+
+static ad_status save(session *s, ad_error *error)
+{
+    const train_settings *settings = s->e->settings;
+    ad_status status =
+        trainer_save(s->trainer, s->folder->checkpoint, settings->checkpoint_keep, error);
+    s->last_save = train_seconds();
+    s->saved_step = trainer_inspect(s->trainer).step;
+    return status;
+}
+
+static ad_status check_same(const session *s, const checkpoint *file, ad_error *error)
+{
+    const train_origin *origin = &s->e->origin;
+    const char *text;
+    int64_t stage;
+    ad_status status = checkpoint_get_text(file, "scene/yaml", &text, error);
+    if (status == AD_OK) {
+        status = checkpoint_get_int64(file, "training/stage", &stage, 1, error);
+    }
+    return status == AD_OK && origin->continues
+               ? origin->continues(origin->context, s->folder->checkpoint, text, stage, error)
+               : status;
+}
+
+static ad_status restore(session *s, ad_error *error)
+{
+    checkpoint *file;
+    ad_status status = checkpoint_open(s->folder->checkpoint, &file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = check_same(s, file, error);
+    if (status == AD_OK) {
+        status = trainer_restore(s->trainer, file, error);
+    }
+    checkpoint_free(file);
+    return status;
+}
+
+ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
+{
+    s->folder = folder;
+    ad_status status = resume ? restore(s, error) : run_check_new(folder, error);
+    if (status == AD_OK && !resume) {
+        status = run_make_folder(folder->path, error);
+    }
+    if (status == AD_OK && !resume) {
+        status = save(s, error);
+    }
+    return status == AD_OK ? run_begin(folder, s->e, trainer_history(s->trainer), error) : status;
+}
+
+static bool save_is_due(const session *s)
+{
+    const train_settings *settings = s->e->settings;
+    return trainer_inspect(s->trainer).step % settings->checkpoint_every == 0 ||
+           train_seconds() - s->last_save > settings->checkpoint_seconds;
+}
+
+ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error)
+{
+    bool stopped = false;
+    s->last_save = train_seconds();
+    s->saved_step = trainer_inspect(s->trainer).step;
+    while (trainer_inspect(s->trainer).state == TRAINER_RUNNING && !stopped) {
+        const trainer_info before = trainer_inspect(s->trainer);
+        ad_status status = trainer_step(s->trainer, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        stopped = stepped && !stepped(context, &before);
+        bool over = trainer_inspect(s->trainer).state == TRAINER_DONE || stopped;
+        if (s->folder) {
+            status = run_append(s->folder, trainer_history(s->trainer), error);
+        }
+        if (status == AD_OK && s->folder && (over || save_is_due(s))) {
+            status = save(s, error);
+        }
+        if (status != AD_OK) {
+            return status;
+        }
+    }
+    return AD_OK;
 }

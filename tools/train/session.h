@@ -1,15 +1,24 @@
-/* A scene in training: the experiment, and all that a trainer works with. */
+/* A scene in training: the experiment, all that a trainer works with, and the way from the first
+ * step to the last, with or without a folder in which the run is kept. */
 #ifndef TOOLS_TRAIN_SESSION_H
 #define TOOLS_TRAIN_SESSION_H
 
-#include "tools/train/trainer.h"
+#include "tools/train/run.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 typedef struct session {
     experiment *e;
-    problem *problem;
-    reference *known; /* NULL: the scene names none */
-    trainer *trainer; /* NULL: not started */
-    double prepared;  /* s, of wall time that recording and compiling took */
+    struct problem *problem;
+    reference *known;        /* NULL: the scene names none */
+    struct trainer *trainer; /* NULL: not started */
+    double prepared;         /* s, of wall time that recording and compiling took */
+
+    run_folder *folder; /* lent by session_begin; NULL: the run is in memory alone */
+    double last_save;
+    int64_t saved_step;
 } session;
 
 /* Everything but the trainer; arguments as for experiment_create. Also after a failure
@@ -21,5 +30,23 @@ ad_status session_prepare(const scene *rod_scene, train_settings *settings,
  * not. */
 ad_status session_start(session *s, ad_error *error);
 void session_free(session *s);
+
+/* Keep the run in a folder that has got its names by run_name. A new one is made and gets its first
+ * checkpoint, so that whatever a killed process leaves can be resumed; `resume`: the trainer goes
+ * on where the checkpoint in it ends. AD_BAD_INPUT: there is a run already; or what is to be
+ * resumed is another one. */
+ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error);
+
+/* After each step, with the trainer's state before it. False: stop after this step. */
+typedef bool (*session_stepped)(void *context, const trainer_info *before);
+
+/* Step by step until training is over or `stepped` (may be NULL) wants to stop, with rows of
+ * history and checkpoints on the way and at the end. Afterwards the trainer's state is RUNNING if
+ * it was stopped. Errors are those of trainer_step, and of files. */
+ad_status session_train(session *s, session_stepped stepped, void *context, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -15,6 +15,10 @@
 
 #include <stdint.h>
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { TRAIN_STAGES_MAX = 32, TRAIN_KEY_MAX = 64 };
 
 /* The value of an integer or a choice that is left open; of counts of points and steps it is 0, of
@@ -123,5 +127,9 @@ bool train_names_reference(const train_settings *settings);
 /* Whether training may come to the loads in parts, optim/continuation.h: at rest, where a network
  * without hidden layers is found by Gauss-Newton from 0, the unloaded rod. */
 bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

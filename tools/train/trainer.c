@@ -65,7 +65,7 @@ ad_status trainer_start_stage(trainer *t, ad_error *error)
     ad_status status = optimizer_create(t->e->settings, t->info.stage, t->problem, t->e->pool,
                                         experiment_parameters(t->e), &t->optimizer, error);
     if (status == AD_OK) {
-        t->stage_started = wall_seconds();
+        t->stage_started = train_seconds();
     }
     return status;
 }
@@ -114,7 +114,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->e = e;
     t->problem = problem_;
     t->known = known;
-    t->started = wall_seconds() - seconds;
+    t->started = train_seconds() - seconds;
     t->losses_compare = fixed_loss(&e->settings->losses);
     t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
     t->info.held_out_ratio = NAN;
@@ -161,7 +161,7 @@ const double *trainer_parameters(const trainer *t)
 trainer_info trainer_inspect(const trainer *t)
 {
     trainer_info info = t->info;
-    double now = wall_seconds();
+    double now = train_seconds();
     info.seconds = now - t->started;
     info.stage_seconds = t->optimizer ? now - t->stage_started : 0;
     return info;
@@ -183,7 +183,7 @@ void trainer_describe(const trainer *t, char text[160])
 ad_status trainer_add_row(trainer *t, ad_error *error)
 {
     trainer_info *info = &t->info;
-    double began = wall_seconds();
+    double began = train_seconds();
     const double *x = trainer_parameters(t);
     ad_status status = problem_held_out(t->problem, x, &info->held_out, NULL, error);
     if (status == AD_OK && t->known) {
@@ -196,7 +196,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
         row[n++] = info->window + 1;
     }
     row[n++] = info->stage + 1; /* counted from 1, as on the screen */
-    row[n++] = wall_seconds() - t->started;
+    row[n++] = train_seconds() - t->started;
     row[n++] = info->loss;
     for (int i = 0; i < problem_terms(t->problem); i++) {
         row[n++] = problem_losses(t->problem)[i];
@@ -221,7 +221,7 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
         problem_self_adaptive_range(t->problem, &row[n], &row[n + 1]);
     }
     status = status == AD_OK ? history_add(&t->history, row, error) : status;
-    info->row_seconds += wall_seconds() - began;
+    info->row_seconds += train_seconds() - began;
     return status;
 }
 
@@ -370,7 +370,7 @@ static const char *reason_to_end(trainer *t, optim_status status)
                  t->info.held_out_ratio);
         return t->apart;
     }
-    if (stage->stop_seconds > 0 && wall_seconds() - t->stage_started > stage->stop_seconds) {
+    if (stage->stop_seconds > 0 && train_seconds() - t->stage_started > stage->stop_seconds) {
         return "stop.seconds reached";
     }
     return t->info.stage_step >= stage->steps ? "steps done" : NULL;

@@ -19,6 +19,10 @@
 #include "tools/train/history.h"
 #include "tools/train/reference.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 typedef struct trainer trainer;
 
 /* Of the weighted, dimensionless loss, for loads of order one; solutions that are right to about a
@@ -89,5 +93,9 @@ const double *trainer_parameters(const trainer *t);
 
 ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error);
 ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -40,8 +40,8 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     }
     checkpoint_put_integer(file, "training/stage", t->info.stage);
     checkpoint_put_integer(file, "training/stage_step", t->info.stage_step);
-    checkpoint_put_double(file, "training/seconds", wall_seconds() - t->started);
-    checkpoint_put_double(file, "training/stage_seconds", wall_seconds() - t->stage_started);
+    checkpoint_put_double(file, "training/seconds", train_seconds() - t->started);
+    checkpoint_put_double(file, "training/stage_seconds", train_seconds() - t->stage_started);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
     put_loads(&t->loads, file);
     optim_array arrays[OPTIM_STATE_CAPACITY];

@@ -118,11 +118,11 @@ static void measure(const session *s, double reading, cases_row *row)
 
 static ad_status train(const session *s, double seconds, cases_row *row, ad_error *error)
 {
-    double began = wall_seconds();
+    double began = train_seconds();
     ad_status status = AD_OK;
     row->outcome = CASES_SOLVED;
     while (status == AD_OK && trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
-        if (wall_seconds() - began > seconds) {
+        if (train_seconds() - began > seconds) {
             row->outcome = CASES_OUT_OF_TIME;
             snprintf(row->text, CASES_TEXT, "%g s in window %d of %d", seconds, s->e->window + 1,
                      s->e->scene->windows);
@@ -145,9 +145,9 @@ static ad_status by_network(const cases_task *task, cases_row *row, ad_error *er
 {
     config *settings;
     session s = {.e = NULL};
-    double began = wall_seconds();
+    double began = train_seconds();
     ad_status status = config_read(task->path, NULL, 0, NULL, &settings, error);
-    double reading = wall_seconds() - began;
+    double reading = train_seconds() - began;
     if (status == AD_OK) {
         status = config_session_create(settings, task->threads, &s, error);
     }
@@ -175,9 +175,9 @@ typedef struct classical {
 static ad_status open_scene(const char *path, classical *x, double *reading, ad_error *error)
 {
     config *settings;
-    double began = wall_seconds();
+    double began = train_seconds();
     ad_status status = config_read(path, NULL, 0, NULL, &settings, error);
-    *reading = wall_seconds() - began;
+    *reading = train_seconds() - began;
     if (status == AD_OK) {
         status = config_experiment_create(settings, 1, &x->e, error);
     }
@@ -189,10 +189,10 @@ static ad_status solve(classical *x, const solve_settings *settings, cases_row *
 {
     size_t points = x->known ? reference_points(x->known) : 0;
     const double *t = x->known ? reference_t(x->known) : NULL;
-    double began = wall_seconds();
+    double began = train_seconds();
     ad_status status =
         solution_create(x->e->scene, settings, points, t, &x->solved, &x->report, error);
-    row->seconds = status == AD_OK ? wall_seconds() - began : NAN;
+    row->seconds = status == AD_OK ? train_seconds() - began : NAN;
     return status;
 }
 
@@ -281,7 +281,7 @@ ad_status cases_run(const cases_task *task, cases_row *row, ad_error *error)
 {
     child_end end;
     char why[CHILD_WHY];
-    double began = wall_seconds();
+    double began = train_seconds();
     *row = (cases_row){.method = task->method,
                        .outcome = CASES_REFUSED,
                        .position = NAN,
@@ -298,7 +298,7 @@ ad_status cases_run(const cases_task *task, cases_row *row, ad_error *error)
     if (status != AD_OK || end == CHILD_TOLD) {
         return status;
     }
-    row->seconds = wall_seconds() - began;
+    row->seconds = train_seconds() - began;
     row->outcome = end == CHILD_LATE ? CASES_OUT_OF_TIME : CASES_CRASHED;
     snprintf(row->text, CASES_TEXT, "%s", end == CHILD_LATE ? "killed" : why);
     return AD_OK;

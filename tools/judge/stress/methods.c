@@ -245,9 +245,9 @@ static ad_status run_solver(const stress_row *row, const char *folder, stress_re
     if (status == AD_OK) {
         solve_settings asked = solve_settings_default(x.e->scene);
         asked.tolerance = row->tolerance > 0 ? row->tolerance : asked.tolerance;
-        double began = wall_seconds();
+        double began = train_seconds();
         status = solve(&x, &asked, error);
-        result->seconds = wall_seconds() - began;
+        result->seconds = train_seconds() - began;
         if (status != AD_BAD_ARGUMENT) {
             result->outcome = STRESS_STOPPED;
         }

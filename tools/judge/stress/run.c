@@ -53,7 +53,7 @@ ad_status stress_run(const stress_row *row, stress_method method, const char *fo
     child_end end;
     char why[CHILD_WHY];
     const order task = {row, method, folder};
-    double began = wall_seconds(), patience = patience_of_limits * stress_limit(row) + grace;
+    double began = train_seconds(), patience = patience_of_limits * stress_limit(row) + grace;
     *result = (stress_result){.error = NAN, .seconds = NAN};
     ad_status status = child_run(work, &task, result, sizeof *result, patience, &end, why, error);
     if (status != AD_OK) {
@@ -64,7 +64,7 @@ ad_status stress_run(const stress_row *row, stress_method method, const char *fo
         snprintf(result->text, sizeof result->text, "%s", end == CHILD_LATE ? "" : why);
     }
     if (isnan(result->seconds)) {
-        result->seconds = wall_seconds() - began;
+        result->seconds = train_seconds() - began;
     }
     result->as_expected = as_expected(&row->expected[method], result);
     return AD_OK;

@@ -1,0 +1,252 @@
+/* Trained models: by training, or from a checkpoint. */
+#include "tools/library/cpinn.h"
+
+#include "tools/config/config_session.h"
+#include "tools/train/report.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_MAX_ = 32 };
+
+struct cpinn_model {
+    session s; /* of an opened model the experiment alone */
+    run_folder folder;
+    cpinn_options options;
+    verdict verdict;
+    char names[HISTORY_COLUMNS_MAX][NAME_MAX_]; /* of the history */
+    int columns;
+    size_t count;
+    double *rows; /* [count][columns] */
+};
+
+const char *cpinn_version(void)
+{
+    return CPINN_VERSION;
+}
+
+void cpinn_free(cpinn_model *model)
+{
+    if (model) {
+        run_end(&model->folder);
+        session_free(&model->s);
+        free(model->rows);
+        free(model);
+    }
+}
+
+static ad_status make(cpinn_model **model, ad_error *error)
+{
+    *model = calloc(1, sizeof **model);
+    return *model ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a model");
+}
+
+/* `model` where the status is AD_OK, else nothing. */
+static ad_status hand_over(cpinn_model *made, ad_status status, cpinn_model **model)
+{
+    if (status != AD_OK) {
+        cpinn_free(made);
+    }
+    *model = status == AD_OK ? made : NULL;
+    return status;
+}
+
+/* ---- training ------------------------------------------------------------------------------ */
+
+static bool report_step(void *context, const trainer_info *before)
+{
+    const cpinn_model *model = context;
+    const trainer_info now = trainer_inspect(model->s.trainer);
+    const cpinn_progress progress = {.step = now.step,
+                                     .window = before->window + 1,
+                                     .windows = model->s.e->scene->windows,
+                                     .stage = before->stage + 1,
+                                     .stages = model->s.e->settings->stage_count,
+                                     .load_factor = before->part,
+                                     .loss = now.loss,
+                                     .held_out = now.held_out,
+                                     .error = now.errors.position,
+                                     .seconds = now.seconds};
+    return model->options.progress(model->options.context, &progress);
+}
+
+static ad_status keep_history(cpinn_model *model, ad_error *error)
+{
+    const history *h = trainer_history(model->s.trainer);
+    size_t numbers = h->count * (size_t)h->columns;
+    model->rows = malloc((numbers + 1) * sizeof *model->rows);
+    if (!model->rows) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the history of training");
+    }
+    if (numbers > 0) {
+        memcpy(model->rows, h->rows, numbers * sizeof *model->rows);
+    }
+    model->count = h->count;
+    model->columns = h->columns;
+    for (int i = 0; i < h->columns; i++) {
+        snprintf(model->names[i], NAME_MAX_, "%s", h->names[i]);
+    }
+    return AD_OK;
+}
+
+static ad_status train(cpinn_model *model, config *settings, ad_error *error)
+{
+    const cpinn_options *o = &model->options;
+    session *s = &model->s;
+    ad_status status = config_session_create(settings, o->threads, s, error);
+    if (status == AD_OK && o->folder) {
+        status = run_name(&model->folder, o->folder, error);
+        status = status == AD_OK ? session_begin(s, &model->folder, o->resume, error) : status;
+    }
+    if (status == AD_OK) {
+        status = session_train(s, o->progress ? report_step : NULL, model, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(experiment_parameters(s->e), trainer_parameters(s->trainer),
+           s->e->count * sizeof(double));
+    trainer_verdict(s->trainer, &model->verdict);
+    return keep_history(model, error);
+}
+
+static ad_status train_config(config *settings, const cpinn_options *options, cpinn_model **model,
+                              ad_error *error)
+{
+    cpinn_model *made;
+    ad_status status = make(&made, error);
+    if (status != AD_OK) {
+        config_free(settings);
+        return status;
+    }
+    made->options = options ? *options : (cpinn_options){.threads = 0};
+    return hand_over(made, train(made, settings, error), model);
+}
+
+ad_status cpinn_train_file(const char *path, int count, const char *const *overrides,
+                           const cpinn_options *options, cpinn_model **model, ad_error *error)
+{
+    config *settings;
+    *model = NULL;
+    ad_status status = config_read(path, NULL, count, overrides, &settings, error);
+    return status == AD_OK ? train_config(settings, options, model, error) : status;
+}
+
+ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settings,
+                            const cpinn_options *options, cpinn_model **model, ad_error *error)
+{
+    const train_settings usual = train_settings_default();
+    config *made;
+    *model = NULL;
+    ad_status status = config_create(rod_scene, settings ? settings : &usual, &made, error);
+    return status == AD_OK ? train_config(made, options, model, error) : status;
+}
+
+ad_status cpinn_save(cpinn_model *model, const char *path, ad_error *error)
+{
+    if (!model->s.trainer) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s: the model was opened from a checkpoint; copy that file", path);
+    }
+    return trainer_save(model->s.trainer, path, 1, error);
+}
+
+/* ---- opening ------------------------------------------------------------------------------- */
+
+static ad_status read_history(cpinn_model *model, const checkpoint *file, ad_error *error)
+{
+    static const char item[] = "history/table";
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK];
+    if (!checkpoint_shape(file, item, &rank, shape) || rank != 2 ||
+        shape[1] > HISTORY_COLUMNS_MAX) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: %s is missing or of another shape", item);
+    }
+    size_t numbers = shape[0] * shape[1];
+    model->rows = malloc((numbers + 1) * sizeof *model->rows);
+    if (!model->rows) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the history of training");
+    }
+    model->count = shape[0];
+    model->columns = (int)shape[1];
+    for (int i = 0; i < model->columns; i++) {
+        const char *name = checkpoint_column(file, item, (size_t)i);
+        snprintf(model->names[i], NAME_MAX_, "%s", name ? name : "");
+    }
+    return checkpoint_get_doubles(file, item, model->rows, numbers, error);
+}
+
+ad_status cpinn_open(const char *path, cpinn_model **model, ad_error *error)
+{
+    cpinn_model *made;
+    checkpoint *file = NULL;
+    *model = NULL;
+    ad_status status = make(&made, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = config_experiment_open(path, 0, NULL, 1, &made->s.e, &file, error);
+    if (status == AD_OK) {
+        status = read_history(made, file, error);
+    }
+    if (status == AD_OK) {
+        status = report_get_verdict(file, &made->verdict, error);
+    }
+    checkpoint_free(file);
+    return hand_over(made, status, model);
+}
+
+/* ---- looking ------------------------------------------------------------------------------- */
+
+const verdict *cpinn_verdict(const cpinn_model *model)
+{
+    return &model->verdict;
+}
+
+const scene *cpinn_scene(const cpinn_model *model)
+{
+    return model->s.e->scene;
+}
+
+const train_settings *cpinn_settings(const cpinn_model *model)
+{
+    return model->s.e->settings;
+}
+
+size_t cpinn_history_rows(const cpinn_model *model)
+{
+    return model->count;
+}
+
+int cpinn_history_columns(const cpinn_model *model)
+{
+    return model->columns;
+}
+
+const char *cpinn_history_name(const cpinn_model *model, int column)
+{
+    return column >= 0 && column < model->columns ? model->names[column] : "";
+}
+
+double cpinn_history_value(const cpinn_model *model, size_t row, const char *column)
+{
+    for (int i = 0; i < model->columns && row < model->count; i++) {
+        if (strcmp(model->names[i], column) == 0) {
+            return model->rows[row * (size_t)model->columns + (size_t)i];
+        }
+    }
+    return NAN;
+}
+
+ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator **result,
+                          ad_error *error)
+{
+    const experiment *e = model->s.e;
+    const evaluator_model trained = {.physics = e->model,
+                                     .mlp = e->mlp,
+                                     .windows = e->window + 1,
+                                     .parameters = e->parameters,
+                                     .starts = e->starts};
+    return evaluator_create(&trained, names, result, error);
+}

@@ -1,0 +1,101 @@
+/* Classical solutions of what a file or a program describes. */
+#include "tools/library/cpinn.h"
+
+#include "physics/solve/solve.h"
+#include "tools/config/config.h"
+
+#include <stdlib.h>
+
+struct cpinn_solution {
+    config *settings; /* holds the scene */
+    solution *solved;
+    solve_report report;
+    verdict verdict;
+};
+
+void cpinn_solution_free(cpinn_solution *x)
+{
+    if (x) {
+        solution_free(x->solved);
+        config_free(x->settings);
+        free(x);
+    }
+}
+
+/* Takes over `settings`, also when it fails. */
+static ad_status solve(config *settings, double tolerance, size_t time_count, const double *times,
+                       cpinn_solution **result, ad_error *error)
+{
+    cpinn_solution *x = calloc(1, sizeof *x);
+    if (!x) {
+        config_free(settings);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
+    }
+    x->settings = settings;
+    solve_settings asked = solve_settings_default(&settings->scene);
+    if (tolerance > 0) {
+        asked.tolerance = tolerance;
+    }
+    ad_status status =
+        solution_create(&settings->scene, &asked, time_count, times, &x->solved, &x->report, error);
+    if (status != AD_OK) {
+        cpinn_solution_free(x);
+        return status;
+    }
+    solution_verdict(x->solved, &settings->scene, &asked, &x->report, &x->verdict);
+    *result = x;
+    return AD_OK;
+}
+
+ad_status cpinn_solve_file(const char *path, int count, const char *const *overrides,
+                           double tolerance, size_t time_count, const double *times,
+                           cpinn_solution **result, ad_error *error)
+{
+    config *settings;
+    *result = NULL;
+    ad_status status = config_read(path, NULL, count, overrides, &settings, error);
+    return status == AD_OK ? solve(settings, tolerance, time_count, times, result, error) : status;
+}
+
+ad_status cpinn_solve_scene(const scene *rod_scene, double tolerance, size_t time_count,
+                            const double *times, cpinn_solution **result, ad_error *error)
+{
+    const train_settings usual = train_settings_default();
+    config *made;
+    *result = NULL;
+    ad_status status = config_create(rod_scene, &usual, &made, error);
+    return status == AD_OK ? solve(made, tolerance, time_count, times, result, error) : status;
+}
+
+const verdict *cpinn_solution_verdict(const cpinn_solution *x)
+{
+    return &x->verdict;
+}
+
+const scene *cpinn_solution_scene(const cpinn_solution *x)
+{
+    return &x->settings->scene;
+}
+
+double cpinn_solution_estimate(const cpinn_solution *x)
+{
+    return x->report.estimate;
+}
+
+int cpinn_solution_columns(const cpinn_solution *x)
+{
+    return solution_columns(&x->settings->scene);
+}
+
+const char *cpinn_solution_column_name(const cpinn_solution *x, int column)
+{
+    return column >= 0 && column < cpinn_solution_columns(x)
+               ? scene_physics_of(&x->settings->scene)->columns[column].name
+               : "";
+}
+
+ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const double *s,
+                                  const double *t, double *values, ad_error *error)
+{
+    return solution_evaluate(x->solved, cpinn_solution_columns(x), points, s, t, values, error);
+}
