@@ -99,9 +99,9 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
     quantity inertia[3], strain_damping[3], curvature_damping[3], weight[3];
     for (int i = 0; i < 3; i++) {
         inertia[i] = quantity_scale(quantity_scale(properties->rotary_inertia[i], rate), rate);
-        strain_damping[i] = quantity_scale(given->rod.strain_damping[i], rate);
+        strain_damping[i] = quantity_scale(properties->strain_damping[i], rate);
         curvature_damping[i] = quantity_divide(
-            quantity_scale(given->rod.curvature_damping[i], rate), quantity_number(length));
+            quantity_scale(properties->curvature_damping[i], rate), quantity_number(length));
         quantity pull = quantity_multiply(properties->mass_per_length, given->loads.gravity[i]);
         weight[i] = quantity_scale(pull, length);
     }

@@ -115,6 +115,9 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
     static const double large = 1e12, locked = 1e30;
     rod_numbers n = rod_numbers_of(rod_scene);
     bool at_base = rod_scene->start.type == SCENE_LOADED;
+    const char *damped = rod_scene->rod.viscosity.is_given         ? "rod.material.viscosity"
+                         : rod_scene->rod.relaxation_time.is_given ? "rod.material.relaxation_time"
+                                                                   : NULL;
     bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
     const struct {
         const char *key, *formula;
@@ -129,9 +132,9 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
         {"loads.moment", "l L^2/EI", n.distributed_moment, 0, large},
         {"loads.gravity", "rhoA g L^3/EI", heavy ? n.weight : 0, 0, large},
         {"rod.inertia.rotary", "rho I/(rhoA L^2)", n.rotary_inertia, 0, large},
-        {"rod.damping.strain", "Bse L^2/(EI T)", n.strain_damping, 0, large},
-        {"rod.damping.curvature", "damping of the first bending mode", n.curvature_damping, 0,
-         large},
+        {damped ? damped : "rod.damping.strain", "Bse L^2/(EI T)", n.strain_damping, 0, large},
+        {damped ? damped : "rod.damping.curvature", "damping of the first bending mode",
+         n.curvature_damping, 0, large},
         {"loads.drag", "damping of the first bending mode", n.drag, 0, large},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {

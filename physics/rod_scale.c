@@ -120,11 +120,10 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
     double mass = scene_mean(rod_scene, properties.mass_per_length), length = scale->length;
     double stiffness = scale->moment * length, frequency = ROD_FIRST_MODE / scale->time;
     for (int i = 0; i < 3; i++) {
-        const scene_rod *rod = &rod_scene->rod;
-        double strain =
-            scene_range_of(rod_scene, rod->strain_damping[i]).high / (scale->force * scale->time);
+        double strain = scene_range_of(rod_scene, properties.strain_damping[i]).high /
+                        (scale->force * scale->time);
         double curvature =
-            scene_mean(rod_scene, rod->curvature_damping[i]) * frequency / (2 * stiffness);
+            scene_mean(rod_scene, properties.curvature_damping[i]) * frequency / (2 * stiffness);
         numbers->strain_damping = fmax(numbers->strain_damping, strain);
         if (i < 2) {
             numbers->curvature_damping = fmax(numbers->curvature_damping, curvature);

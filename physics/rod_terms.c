@@ -74,7 +74,6 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
 {
     scene_properties properties = scene_properties_of(rod_scene);
     const quantity *inertia = properties.rotary_inertia;
-    const scene_rod *rod = &rod_scene->rod;
     const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
     bool pointlike = are_zero(inertia);
     bool round = are_same(inertia[0], inertia[1]) && are_same(inertia[1], inertia[2]);
@@ -87,9 +86,9 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
                    : reason_if(round, "rho I equal about all axes",
                                no_inertia ? no_inertia : about_normal));
     term_add(list, "strain damping",
-             still ? still : reason_if(are_zero(rod->strain_damping), "not given", NULL));
+             still ? still : reason_if(are_zero(properties.strain_damping), "not given", NULL));
     term_add(list, "curvature damping",
-             still ? still : reason_if(are_zero(rod->curvature_damping), "not given", NULL));
+             still ? still : reason_if(are_zero(properties.curvature_damping), "not given", NULL));
     term_add(list, "drag",
              still ? still : reason_if(is_only(rod_scene->loads.drag, 0), "not given", NULL));
 }

@@ -29,7 +29,6 @@ void scene_defaults(scene *rod_scene)
     for (int i = 0; i < 3; i++) {
         rod->rest_strain[i] = quantity_number(i == 2);
         rod->rest_curvature[i] = rod->imperfection[i] = quantity_number(0);
-        rod->strain_damping[i] = rod->curvature_damping[i] = quantity_number(0);
         rod_scene->loads.gravity[i] = quantity_number(0);
         rod_scene->start.position[i] = quantity_number(0);
     }
@@ -139,6 +138,34 @@ static void stiffness_of(const scene_rod *rod, const scene_section_geometry *sec
     }
 }
 
+static quantity damping_of(quantity given, quantity by_material, quantity stiffness)
+{
+    const quantity zero = quantity_number(0);
+    return scene_locks(stiffness) ? zero : quantity_or(quantity_or(given, by_material), zero);
+}
+
+static void dampings_of(const scene_rod *rod, const scene_section_geometry *section,
+                        scene_properties *properties)
+{
+    quantity twice = quantity_scale(quantity_add(quantity_number(1), rod->poissons_ratio), 2);
+    quantity eta = rod->viscosity, in_shear = quantity_divide(eta, twice);
+    quantity correction = quantity_or(rod->shear_correction, scene_shear_correction(rod));
+    quantity sheared = quantity_multiply(quantity_multiply(correction, in_shear), section->area);
+    const quantity strain[3] = {sheared, sheared, quantity_multiply(eta, section->area)};
+    const quantity curvature[3] = {quantity_multiply(eta, section->second_moment[0]),
+                                   quantity_multiply(eta, section->second_moment[1]),
+                                   quantity_multiply(in_shear, section->torsion_constant)};
+    for (int i = 0; i < 3; i++) {
+        quantity stiff = properties->strain_stiffness[i], bent = properties->curvature_stiffness[i];
+        quantity relaxing = quantity_multiply(rod->relaxation_time, stiff);
+        properties->strain_damping[i] =
+            damping_of(rod->strain_damping[i], quantity_or(strain[i], relaxing), stiff);
+        relaxing = quantity_multiply(rod->relaxation_time, bent);
+        properties->curvature_damping[i] =
+            damping_of(rod->curvature_damping[i], quantity_or(curvature[i], relaxing), bent);
+    }
+}
+
 /* A beam bends about d1 and shears along d2; an Euler-Bernoulli beam has no rotary inertia. */
 static void lock_beam(const scene_rod *rod, scene_properties *properties)
 {
@@ -173,6 +200,7 @@ scene_properties scene_properties_of(const scene *rod_scene)
     if (scene_is_beam(rod_scene)) {
         lock_beam(rod, &properties);
     }
+    dampings_of(rod, &section, &properties);
     return properties;
 }
 

@@ -82,6 +82,17 @@ typedef struct scene_rod {
     quantity density;          /* kg/m^3 */
     quantity shear_correction; /* kappa; not given: Cowper's for the section */
 
+    /* Damping by the material, in place of strain_damping and curvature_damping; of s, one of the
+     * two. A Kelvin-Voigt solid: the stress is E e + eta e_t in extension and, with the same ratio,
+     * G g + eta/(2 (1 + nu)) g_t in shear (eta is three times the shear viscosity of a material
+     * that does not change its volume). So with the integrals of the section
+     *   Bse = eta (kappa A/(2 (1 + nu)), kappa A/(2 (1 + nu)), A)
+     *   Bbt = eta (I1, I2, J/(2 (1 + nu)))
+     * and by the relaxation time tau = eta/E, for stiffness that is given as well,
+     *   Bse = tau Kse, Bbt = tau Kbt. */
+    quantity viscosity;       /* eta; Pa s */
+    quantity relaxation_time; /* tau; s */
+
     /* Given instead of section and material, or to override what follows from them; of s. Infinite
      * stiffness is allowed, as a number: that strain is then locked. */
     quantity shear_stiffness[2];   /* kappa G A along d1, d2; N */
@@ -95,8 +106,8 @@ typedef struct scene_rod {
     quantity rest_curvature[3]; /* u*, of s; 1/m; default 0 */
     quantity imperfection[3];   /* added to u* times 1 - load factor; as above */
 
-    quantity strain_damping[3];    /* Bse, Kelvin-Voigt; N s; default 0 */
-    quantity curvature_damping[3]; /* Bbt, Kelvin-Voigt; N m^2 s; default 0 */
+    quantity strain_damping[3];    /* Bse, Kelvin-Voigt, of s; N s; not given: by the material */
+    quantity curvature_damping[3]; /* Bbt, the same; N m^2 s */
 } scene_rod;
 
 /* A concentrated load at one end; formulas of t. The force and moment that the outside exerts on
@@ -189,6 +200,8 @@ typedef struct scene_properties {
     quantity curvature_stiffness[3]; /* Kbt; N m^2 */
     quantity mass_per_length;        /* rho A; kg/m */
     quantity rotary_inertia[3];      /* rho J; kg m */
+    quantity strain_damping[3];      /* Bse; N s; 0 of locked strains, as the next */
+    quantity curvature_damping[3];   /* Bbt; N m^2 s */
 } scene_properties;
 
 /* Defaults: a straight Cosserat rod, clamped at s = 0 at the origin along +z, free at the other

@@ -104,6 +104,8 @@ static ad_status check_numbers(const scene_checker *check)
         {"rod.material.poissons_ratio", 1, &rod->poissons_ratio, true, false, NULL, ALONG},
         {"rod.material.density", 1, &rod->density, true, false, NULL, ALONG},
         {"rod.material.shear_correction", 1, &rod->shear_correction, true, false, NULL, ALONG},
+        {"rod.material.viscosity", 1, &rod->viscosity, true, false, NULL, ALONG},
+        {"rod.material.relaxation_time", 1, &rod->relaxation_time, true, false, NULL, ALONG},
         {"rod.stiffness.shear", 2, rod->shear_stiffness, true, false, NULL, ALONG},
         {"rod.stiffness.axial", 1, &rod->axial_stiffness, true, false, NULL, ALONG},
         {"rod.stiffness.bending", 2, rod->bending_stiffness, true, false, NULL, ALONG},

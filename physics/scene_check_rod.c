@@ -166,15 +166,67 @@ static ad_status check_material(const scene_checker *check)
     return AD_OK;
 }
 
-/* No damping of what is locked. */
-static bool damping_moves(const quantity damping[3], const quantity stiffness[3])
+/* The law needs every number it is made of, and one of the ways to give it. */
+static ad_status check_material_damping(const scene_checker *check)
 {
-    for (int i = 0; i < 3; i++) {
-        if (quantity_is_something(damping[i]) && scene_locks(stiffness[i])) {
-            return false;
+    const scene_rod *rod = &check->scene->rod;
+    const char *key =
+        rod->viscosity.is_given ? "rod.material.viscosity" : "rod.material.relaxation_time";
+    quantity given = quantity_or(rod->viscosity, rod->relaxation_time);
+    if (!given.is_given) {
+        return AD_OK;
+    }
+    if (!is_finite_not_negative(check, given)) {
+        return scene_refuse(check, key, "must be finite and >= 0");
+    }
+    if (rod->viscosity.is_given && rod->relaxation_time.is_given) {
+        return scene_refuse(check, "rod.material.relaxation_time",
+                            "given beside rod.material.viscosity; allowed: one of the two");
+    }
+    if (quantity_any_given(3, rod->strain_damping) ||
+        quantity_any_given(3, rod->curvature_damping)) {
+        return scene_refuse(check, key,
+                            "given beside rod.damping; allowed: damping by the material, or by "
+                            "rod.damping");
+    }
+    if (!rod->viscosity.is_given) {
+        return AD_OK;
+    }
+    if (rod->section == SCENE_SECTION_NONE) {
+        return scene_refuse(check, key,
+                            "needs the integrals of rod.section; give it, or take "
+                            "rod.material.relaxation_time or rod.damping");
+    }
+    return rod->poissons_ratio.is_given
+               ? AD_OK
+               : scene_refuse(check, "rod.material.poissons_ratio",
+                              "missing; damping of shear and twist by rod.material.viscosity "
+                              "follows from it");
+}
+
+static ad_status check_damping(const scene_checker *check)
+{
+    const scene_rod *rod = &check->scene->rod;
+    const char *locked =
+        "damps a strain that rod.model or an infinite stiffness locks; allowed for it: 0";
+    scene_properties properties = scene_properties_of(check->scene);
+    const struct {
+        const char *key;
+        const quantity *damping, *stiffness;
+    } rows[] = {{"rod.damping.strain", rod->strain_damping, properties.strain_stiffness},
+                {"rod.damping.curvature", rod->curvature_damping, properties.curvature_stiffness}};
+    for (int k = 0; k < 2; k++) {
+        for (int i = 0; i < 3; i++) {
+            quantity damping = rows[k].damping[i];
+            if (damping.is_given && !is_finite_not_negative(check, damping)) {
+                return scene_refuse(check, rows[k].key, "must be finite and >= 0");
+            }
+            if (quantity_is_something(damping) && scene_locks(rows[k].stiffness[i])) {
+                return scene_refuse(check, rows[k].key, locked);
+            }
         }
     }
-    return true;
+    return check_material_damping(check);
 }
 
 static ad_status check_inertia(const scene_checker *check)
@@ -184,9 +236,6 @@ static ad_status check_inertia(const scene_checker *check)
     bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
     bool follows = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
     bool massive = follows || rod->mass_per_length.is_given;
-    const char *locked =
-        "damps a strain that rod.model or an infinite stiffness locks; allowed for it: 0";
-    scene_properties properties = scene_properties_of(rod_scene);
     int rotary = 0;
     for (int i = 0; i < 3; i++) {
         rotary += rod->rotary_inertia[i].is_given;
@@ -194,18 +243,6 @@ static ad_status check_inertia(const scene_checker *check)
             !is_finite_not_negative(check, rod->rotary_inertia[i])) {
             return scene_refuse(check, "rod.inertia.rotary", "must be finite and >= 0");
         }
-        if (!is_finite_not_negative(check, rod->strain_damping[i])) {
-            return scene_refuse(check, "rod.damping.strain", "must be finite and >= 0");
-        }
-        if (!is_finite_not_negative(check, rod->curvature_damping[i])) {
-            return scene_refuse(check, "rod.damping.curvature", "must be finite and >= 0");
-        }
-    }
-    if (!damping_moves(rod->strain_damping, properties.strain_stiffness)) {
-        return scene_refuse(check, "rod.damping.strain", locked);
-    }
-    if (!damping_moves(rod->curvature_damping, properties.curvature_stiffness)) {
-        return scene_refuse(check, "rod.damping.curvature", locked);
     }
     if (rotary != 0 && rotary != 3) {
         return scene_refuse(check, "rod.inertia.rotary",
@@ -278,6 +315,9 @@ ad_status scene_check_rod(const scene_checker *check)
     }
     if (status == AD_OK) {
         status = check_stiffness(check);
+    }
+    if (status == AD_OK) {
+        status = check_damping(check);
     }
     if (status == AD_OK) {
         status = check_inertia(check);

@@ -134,11 +134,11 @@ static void test_refusals(void **state)
     rod_scene.rod.shear_stiffness[0] = Q(5);
     assert_refused(&rod_scene, "rod.stiffness.shear");
     rod_scene = steel_rod();
-    rod_scene.rod.curvature_damping[1] = Q(-1);
+    set_numbers(rod_scene.rod.curvature_damping, 3, (const double[]){0, -1, 0});
     assert_refused(&rod_scene, "rod.damping.curvature");
     rod_scene = steel_rod();
     rod_scene.rod.model = SCENE_INEXTENSIBLE;
-    rod_scene.rod.strain_damping[0] = Q(0.1);
+    set_numbers(rod_scene.rod.strain_damping, 3, (const double[]){0.1, 0, 0});
     assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
     rod_scene.rod.strain_damping[2] = Q(0.1); /* of the stretch, which is locked */
     assert_refused(&rod_scene, "rod.damping.strain");
@@ -182,6 +182,120 @@ static void test_material_is_finite(void **state)
         *rows[i].value = Q(1);
         assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK);
     }
+}
+
+/* Damping by viscosity is that of the section's integrals, by a relaxation time that of the
+ * stiffness: of an isotropic material the same. */
+static void test_material_damping(void **state)
+{
+    (void)state;
+    const double pi = 3.14159265358979323846, eta = 3e7, area = pi * 1e-4;
+    const double second_moment = pi * 1e-8 / 4, in_shear = eta / 2.6;
+    scene given = steel_rod(), relaxing = steel_rod();
+    given.rod.viscosity = Q(eta);
+    relaxing.rod.relaxation_time = Q(eta / 2e11);
+    assert_int_equal(scene_check(&given, NULL, NULL), AD_OK);
+    assert_int_equal(scene_check(&relaxing, NULL, NULL), AD_OK);
+    scene_properties got = scene_properties_of(&given), same = scene_properties_of(&relaxing);
+    /* relative rounding of a handful of products */
+    assert_close(got.strain_damping[0].number / (7.8 / 8.8 * in_shear * area), 1, 1e-14);
+    assert_close(got.strain_damping[2].number / (eta * area), 1, 1e-14);
+    assert_close(got.curvature_damping[1].number / (eta * second_moment), 1, 1e-14);
+    assert_close(got.curvature_damping[2].number / (in_shear * 2 * second_moment), 1, 1e-14);
+    for (int i = 0; i < 3; i++) {
+        assert_close(same.strain_damping[i].number / got.strain_damping[i].number, 1, 1e-14);
+        assert_close(same.curvature_damping[i].number / got.curvature_damping[i].number, 1, 1e-14);
+    }
+    given.rod.model = SCENE_KIRCHHOFF; /* what is locked is not damped */
+    assert_int_equal(scene_check(&given, NULL, NULL), AD_OK);
+    got = scene_properties_of(&given);
+    assert_true(quantity_is(got.strain_damping[0], 0) && quantity_is(got.strain_damping[2], 0));
+    assert_true(quantity_is_something(got.curvature_damping[2]));
+    given.rod.relaxation_time = Q(1e-3);
+    assert_refused(&given, "rod.material.relaxation_time");
+    given = steel_rod();
+    given.rod.viscosity = Q(-1);
+    assert_refused(&given, "rod.material.viscosity");
+    given.rod.viscosity = Q(1);
+    set_numbers(given.rod.strain_damping, 3, (const double[]){0, 0, 0});
+    assert_refused(&given, "rod.material.viscosity");
+    given = steel_rod();
+    given.rod.section = SCENE_SECTION_NONE;
+    given.rod.radius = Q(NULL);
+    set_numbers(given.rod.shear_stiffness, 2, (const double[]){5, 5});
+    set_numbers(given.rod.bending_stiffness, 2, (const double[]){1, 1});
+    given.rod.axial_stiffness = given.rod.torsional_stiffness = Q(1);
+    given.rod.relaxation_time = Q(0.01);
+    assert_int_equal(scene_check(&given, NULL, NULL), AD_OK);
+    assert_true(scene_properties_of(&given).strain_damping[1].number == 0.01 * 5);
+    given.rod.relaxation_time = Q(NULL);
+    given.rod.viscosity = Q(1);
+    assert_refused(&given, "rod.material.viscosity");
+}
+
+/* What varies along the rod is what the numbers are at every place; ranges hold all along. */
+static void test_tapered(void **state)
+{
+    (void)state;
+    static const double places[] = {0, 0.3, 0.77, 1};
+    scene tapered = steel_rod();
+    tapered.rod.radius = Q("0.01 - 0.004*s");
+    tapered.rod.youngs_modulus = Q("2e11*(1 + s^2)");
+    tapered.rod.density = Q("7800 + 100*sin(s)");
+    tapered.rod.viscosity = Q("1e7*exp(-s)");
+    assert_int_equal(scene_check(&tapered, NULL, NULL), AD_OK);
+    scene_properties along = scene_properties_of(&tapered);
+    for (int k = 0; k < 4; k++) {
+        double s = places[k];
+        scene there = steel_rod();
+        there.rod.radius = Q(0.01 - 0.004 * s);
+        there.rod.youngs_modulus = Q(2e11 * (1 + s * s));
+        there.rod.density = Q(7800 + 100 * sin(s));
+        there.rod.viscosity = Q(1e7 * exp(-s));
+        scene_properties at = scene_properties_of(&there);
+        const quantity *varying = (const quantity *)(const void *)&along;
+        const quantity *number = (const quantity *)(const void *)&at;
+        for (size_t i = 0; i < sizeof at / sizeof *number; i++) { /* rounding of a few products */
+            assert_close(quantity_value(varying[i], s, 0) / number[i].number, 1, 1e-14);
+        }
+    }
+    scene_properties again = scene_properties_of(&tapered); /* the same nodes, not more of them */
+    assert_ptr_equal(again.curvature_stiffness[0].node, along.curvature_stiffness[0].node);
+    tapered.rod.section = SCENE_RECTANGLE;
+    tapered.rod.width = Q("0.02 + 0.01*s");
+    tapered.rod.height = Q("0.025");
+    tapered.rod.radius = Q(NULL);
+    scene_rod wide = {.section = SCENE_RECTANGLE, .width = Q(0.026), .height = Q(0.025)};
+    double torsion =
+        quantity_value(scene_section_geometry_of(&tapered.rod).torsion_constant, 0.6, 0);
+    assert_close(torsion / scene_section_geometry_of(&wide).torsion_constant.number, 1, 1e-13);
+    const struct {
+        const char *key;
+        quantity *field;
+        const char *wrong;
+    } rows[] = {{"rod.section.width", &tapered.rod.width, "0.5 - s"},
+                {"rod.section.width", &tapered.rod.width, "1/(s - 0.5)"},
+                {"rod.section.width", &tapered.rod.width, "0.1 + 0*t"},
+                {"rod.length", &tapered.rod.length, "1 + s"},
+                {"time.duration", &tapered.duration, "s"},
+                {"rod.material.poissons_ratio", &tapered.rod.poissons_ratio, "0.3 + s"},
+                {"rod.material.density", &tapered.rod.density, "s - 0.1"},
+                {"rod.material.viscosity", &tapered.rod.viscosity, "-s"},
+                {"loads.gravity", &tapered.loads.gravity[2], "s"},
+                {"loads.gravity", &tapered.loads.gravity[2], "sin(t)"}, /* the scene is static */
+                {"loads.drag", &tapered.loads.drag, "-1 + s"},
+                {"rod.rest.curvature", &tapered.rod.rest_curvature[0], "t"}};
+    assert_int_equal(scene_check(&tapered, NULL, NULL), AD_OK);
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        quantity right = *rows[i].field;
+        *rows[i].field = Q(rows[i].wrong);
+        assert_refused(&tapered, rows[i].key);
+        *rows[i].field = right;
+    }
+    tapered.duration = Q(1);
+    tapered.loads.gravity[2] = Q("sin(t)");
+    tapered.rod.rest_curvature[0] = Q("s*t");
+    assert_int_equal(scene_check(&tapered, NULL, NULL), AD_OK);
 }
 
 /* Two pinned ends are enough under a load across the line between them, or in motion with a known
@@ -244,7 +358,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_shear_correction), cmocka_unit_test(test_rectangle_torsion),
         cmocka_unit_test(test_rectangle_axes),   cmocka_unit_test(test_properties),
-        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_material_is_finite),
+        cmocka_unit_test(test_refusals),         cmocka_unit_test(test_material_damping),
+        cmocka_unit_test(test_tapered),          cmocka_unit_test(test_material_is_finite),
         cmocka_unit_test(test_pinned),           cmocka_unit_test(test_names),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -139,6 +139,8 @@ void config_fill_stiffness(scene *rod_scene)
     fill(&rod->torsional_stiffness, properties.curvature_stiffness[2], true);
     fill(&rod->mass_per_length, properties.mass_per_length, massive);
     for (int i = 0; i < 3; i++) {
+        fill(&rod->strain_damping[i], properties.strain_damping[i], true);
+        fill(&rod->curvature_damping[i], properties.curvature_damping[i], true);
         fill(&rod->rotary_inertia[i], properties.rotary_inertia[i], sectioned);
     }
 }
