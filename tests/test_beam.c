@@ -128,10 +128,41 @@ static const by_hand euler = {
     "2*cos(2*s)*" CLOCK, "2.3*8*cos(2*s)*" CLOCK "-0.3*sin(s)", "-2.3*4*sin(2*s)*" CLOCK,
     "(-0.6*9+2.3*16+3+s)*sin(2*s)*" CLOCK "+0.3*cos(s)-0.4*3*sin(2*s)*sin(3*t)", "0.3*sin(s)"};
 
-static scene general_scene(bool shears, bool mixed, double duration)
+/* The same where EI = 2.3 (1 + 0.3 s), kGA = 41 (1 - 0.2 s), rhoA = 0.6 (1 + 0.2 s),
+ * rhoI = 0.05 (1 + 0.7 s) and c = 0.4 (1 + 0.1 s): the products' derivatives by hand. */
+#define RESISTING                                                                                  \
+    "-0.6*9*(1+0.2*s)*sin(2*s)*" CLOCK "+(3+s)*sin(2*s)*" CLOCK "-0.4*(1+0.1*s)*3*sin(2*s)*sin(3*" \
+                                                                "t)"
+static const by_hand tapered_timoshenko = {
+    "cos(s)*" CLOCK, "41*(1-0.2*s)*(2*cos(2*s)-cos(s))*" CLOCK, "-2.3*(1+0.3*s)*sin(s)*" CLOCK,
+    RESISTING "-41*(-0.2*(2*cos(2*s)-cos(s))+(1-0.2*s)*(sin(s)-4*sin(2*s)))*" CLOCK,
+    "(-0.05*9*(1+0.7*s)*cos(s)+2.3*(0.3*sin(s)+(1+0.3*s)*cos(s))"
+    "-41*(1-0.2*s)*(2*cos(2*s)-cos(s)))*" CLOCK};
+static const by_hand tapered_euler = {
+    "2*cos(2*s)*" CLOCK, "9.2*(0.3*sin(2*s)+2*(1+0.3*s)*cos(2*s))*" CLOCK "-0.3*sin(s)",
+    "-9.2*(1+0.3*s)*sin(2*s)*" CLOCK,
+    RESISTING "-9.2*(1.2*cos(2*s)-4*(1+0.3*s)*sin(2*s))*" CLOCK "+0.3*cos(s)", "0.3*sin(s)"};
+
+static const by_hand *by_hand_of(bool shears, bool tapered)
+{
+    return shears ? tapered ? &tapered_timoshenko : &timoshenko : tapered ? &tapered_euler : &euler;
+}
+
+static void taper(scene *made, bool shears)
+{
+    made->rod.bending_stiffness[0] = Q("2.3*(1 + 0.3*s)");
+    made->rod.mass_per_length = Q("0.6*(1 + 0.2*s)");
+    made->loads.drag = Q("0.4*(1 + 0.1*s)");
+    if (shears) {
+        made->rod.shear_stiffness[1] = Q("41*(1 - 0.2*s)");
+        made->rod.rotary_inertia[0] = Q("0.05*(1 + 0.7*s)");
+    }
+}
+
+static scene general_scene(bool shears, bool mixed, bool tapered, double duration)
 {
     scene made;
-    const by_hand *exact = shears ? &timoshenko : &euler;
+    const by_hand *exact = by_hand_of(shears, tapered);
     scene_defaults(&made);
     made.rod.model = shears ? SCENE_TIMOSHENKO : SCENE_EULER_BERNOULLI;
     made.rod.length = Q(1.7);
@@ -150,6 +181,9 @@ static scene general_scene(bool shears, bool mixed, double duration)
     made.beam.force = Q(exact->q);
     made.beam.moment = Q(exact->mu);
     made.beam.foundation = Q("3+s");
+    if (tapered) {
+        taper(&made, shears);
+    }
     return made;
 }
 
@@ -167,10 +201,10 @@ static void test_equations(void **state)
     (void)state;
     enum { POINTS = 5 };
     const double s[POINTS] = {0, 0.2, 0.45, 0.8, 1}, t[POINTS] = {0.1, 0.5, 0, 0.9, 0.3};
-    for (int which = 0; which < 4; which++) {
-        bool shears = which & 1, mixed = which & 2;
-        scene given = general_scene(shears, mixed, 2);
-        const by_hand *exact = shears ? &timoshenko : &euler;
+    for (int which = 0; which < 8; which++) {
+        bool shears = which & 1, mixed = which & 2, tapered = which & 4;
+        scene given = general_scene(shears, mixed, tapered, 2);
+        const by_hand *exact = by_hand_of(shears, tapered);
         rod_scales scales = rod_scales_of(&given);
         double ratio = beam_deflection_scale(&given) / scales.length;
         ad_tape *tape = ad_tape_create();
@@ -194,6 +228,31 @@ static void test_equations(void **state)
             free(values);
         }
         ad_tape_free(tape);
+    }
+}
+
+/* Tapered cantilevers, EI = 2 - s, under a force P and a moment T at the tip:
+ *   w_ss = (P (1 - s) + T)/(2 - s) = P + (T - P)/(2 - s)
+ *   w = P s^2/2 + (T - P) ((2 - s) ln(1 - s/2) + s)
+ * in both forms, where the strong one meets moment and shear through EI and its slope; and with
+ * kGA = 5 (2 - s), which shears by another P/5 ln(2/(2 - s)). */
+static void test_tapered(void **state)
+{
+    (void)state;
+    const char *bent = "0.35*s^2 - 0.4*((2-s)*log(1-s/2) + s)";
+    for (int which = 0; which < 4; which++) {
+        changes c = {.count = 0};
+        bool shears = which & 1;
+        change(&c, "formulation=%s", which & 2 ? "displacement" : "mixed");
+        change(&c, "rod={model: %s, length: 1, stiffness: {bending: [2 - s, 1], shear: %s}}",
+               shears ? "timoshenko" : "euler_bernoulli", shears ? "[1, 5*(2 - s)]" : "null");
+        change(&c, "beam.tip={force: 0.7, moment: 0.3}");
+        change(&c, "reference.deflection='%s%s'", bent, shears ? " - 0.7/5*log(1 - s/2)" : "");
+        double error = solved_error("name: tapered\n", &c);
+        print_message("%s, %s: %.1e\n", c.list[0], shears ? "timoshenko" : "euler_bernoulli",
+                      error);
+        /* converged to rounding, of which fourth derivatives leave more */
+        assert_true(error < (which == 2 ? 1e-9 : 1e-11));
     }
 }
 
@@ -516,7 +575,7 @@ static void test_soft(void **state)
 static void test_initial(void **state)
 {
     (void)state;
-    scene given = general_scene(false, true, 1);
+    scene given = general_scene(false, true, false, 1);
     const char *key = NULL;
     ad_error error;
     given.beam.moment = given.beam.force = Q(NULL);
@@ -536,11 +595,11 @@ static void test_initial(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_equations),       cmocka_unit_test(test_signs),
-        cmocka_unit_test(test_foundation),      cmocka_unit_test(test_pairs_at_rest),
-        cmocka_unit_test(test_pairs_in_motion), cmocka_unit_test(test_cantilever),
-        cmocka_unit_test(test_windows),         cmocka_unit_test(test_vibration),
-        cmocka_unit_test(test_cantilever_mode), cmocka_unit_test(test_soft),
-        cmocka_unit_test(test_initial)};
+        cmocka_unit_test(test_equations),     cmocka_unit_test(test_signs),
+        cmocka_unit_test(test_foundation),    cmocka_unit_test(test_tapered),
+        cmocka_unit_test(test_pairs_at_rest), cmocka_unit_test(test_pairs_in_motion),
+        cmocka_unit_test(test_cantilever),    cmocka_unit_test(test_windows),
+        cmocka_unit_test(test_vibration),     cmocka_unit_test(test_cantilever_mode),
+        cmocka_unit_test(test_soft),          cmocka_unit_test(test_initial)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

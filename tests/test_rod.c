@@ -2,6 +2,8 @@
  * (sympy), and against the equations in the world frame by finite differences in plain C. */
 #include "rod_testing.h"
 
+#include <stdio.h>
+
 /* ---- D7: manufactured solution with all terms of the dynamic rod ----------------------------- */
 
 static const double d7_kse[3] = {40, 50, 90}, d7_kbt[3] = {1.2, 0.8, 0.5};
@@ -125,9 +127,41 @@ static void test_d7_values(void **state)
 
 /* What the plain reference knows; SI. */
 typedef struct plain {
-    bool dynamic;
+    bool dynamic, varies; /* along the rod, gravity and the rest shape in time */
     double kse[3], kbt[3], bse[3], bbt[3], mass, inertia[3], gravity[3], drag;
 } plain;
+
+/* What each of these is multiplied by where the rod varies: 1 + slope s. */
+static const double SLOPE_KSE = 0.3, SLOPE_KBT = -0.2, SLOPE_BSE = 0.1, SLOPE_BBT = 0.5,
+                    SLOPE_MASS = 0.4, SLOPE_INERTIA = 0.7, SLOPE_DRAG = 0.6;
+
+static double along(const plain *p, double slope, double s)
+{
+    return p->varies ? 1 + slope * s : 1;
+}
+
+static quantity varying(const plain *p, double number, double slope)
+{
+    char text[96];
+    snprintf(text, sizeof text, "%.17g*(1 + %.17g*s)", number, slope);
+    return p->varies ? Q(text) : Q(number);
+}
+
+/* Of gravity, and what is added to v*_1 and u*_2. */
+static double pulling(const plain *p, double t)
+{
+    return p->varies && p->dynamic ? cos(3 * t) : 1;
+}
+
+static double stretching(const plain *p, double t)
+{
+    return p->varies && p->dynamic ? 0.1 * sin(2 * t) : 0;
+}
+
+static double curling(const plain *p, double s, double t)
+{
+    return p->varies && p->dynamic ? 0.2 * s * t : 0;
+}
 
 static void plain_cross(const double *a, const double *b, double *c)
 {
@@ -226,24 +260,27 @@ static void plain_curvature(const plain *p, double s, double t, double *u)
 static void plain_force(const plain *p, double s, double t, double *force)
 {
     double v[3], rate[3] = {0, 0, 0}, q[4], body[3];
-    double rest[3] = {0.1 * s, 0, 1 + 0.05 * sin(s)};
+    double rest[3] = {0.1 * s + stretching(p, t), 0, 1 + 0.05 * sin(s)};
     plain_strain(p, s, t, v);
     if (p->dynamic)
         difference(p, plain_strain, 3, false, s, t, rate);
     for (int i = 0; i < 3; i++)
-        body[i] = p->kse[i] * (v[i] - rest[i]) + p->bse[i] * rate[i];
+        body[i] = along(p, SLOPE_KSE, s) * p->kse[i] * (v[i] - rest[i]) +
+                  along(p, SLOPE_BSE, s) * p->bse[i] * rate[i];
     plain_rotation(p, s, t, q);
     plain_rotate(q, body, force);
 }
 
 static void plain_moment(const plain *p, double s, double t, double *moment)
 {
-    double u[3], rate[3] = {0, 0, 0}, q[4], body[3], rest[3] = {0.4, cos(s), -0.3 * s};
+    double u[3], rate[3] = {0, 0, 0}, q[4], body[3];
+    double rest[3] = {0.4, cos(s) + curling(p, s, t), -0.3 * s};
     plain_curvature(p, s, t, u);
     if (p->dynamic)
         difference(p, plain_curvature, 3, false, s, t, rate);
     for (int i = 0; i < 3; i++)
-        body[i] = p->kbt[i] * (u[i] - rest[i]) + p->bbt[i] * rate[i];
+        body[i] = along(p, SLOPE_KBT, s) * p->kbt[i] * (u[i] - rest[i]) +
+                  along(p, SLOPE_BBT, s) * p->bbt[i] * rate[i];
     plain_rotation(p, s, t, q);
     plain_rotate(q, body, moment);
 }
@@ -258,7 +295,7 @@ static void plain_angular_momentum(const plain *p, double s, double t, double *w
     double w[3], q[4];
     plain_rate(p, false, s, t, w);
     for (int i = 0; i < 3; i++)
-        w[i] *= p->inertia[i];
+        w[i] *= along(p, SLOPE_INERTIA, s) * p->inertia[i];
     plain_rotation(p, s, t, q);
     plain_rotate(q, w, world);
 }
@@ -290,10 +327,11 @@ static void plain_load(const plain *p, bool follower, double s, double t, double
         plain_rotate(q, force, force);
         plain_rotate(q, moment, moment);
     }
-    double rate = p->dynamic ? 1 : 0;
+    double rate = p->dynamic ? 1 : 0, mass = along(p, SLOPE_MASS, s) * p->mass;
+    double drag = along(p, SLOPE_DRAG, s) * p->drag;
     for (int i = 0; i < 3; i++) {
-        f[i] = rate * (p->mass * acceleration[i] + p->drag * velocity[i]) - n_s[i] -
-               p->mass * p->gravity[i] - force[i];
+        f[i] = rate * (mass * acceleration[i] + drag * velocity[i]) - n_s[i] -
+               mass * pulling(p, t) * p->gravity[i] - force[i];
         l[i] = rate * momentum[i] - m_s[i] - arm[i] - moment[i];
     }
 }
@@ -314,20 +352,36 @@ static scene full_scene(const plain *p, double length, scene_frame frame)
         }
         made.rod.rest_strain[i] = Q(strain[i]);
         made.rod.rest_curvature[i] = Q(curvature[i]);
-        made.rod.strain_damping[i] = Q(p->bse[i]);
-        made.rod.curvature_damping[i] = Q(p->bbt[i]);
+        made.rod.strain_damping[i] = varying(p, p->bse[i], SLOPE_BSE);
+        made.rod.curvature_damping[i] = varying(p, p->bbt[i], SLOPE_BBT);
+        made.rod.rotary_inertia[i] = varying(p, p->inertia[i], SLOPE_INERTIA);
         made.loads.gravity[i] = Q(p->gravity[i]);
         made.loads.force[i] = Q(force[i]);
         made.loads.moment[i] = Q(moment[i]);
     }
-    made.loads.drag = Q(p->drag);
+    for (int i = 0; i < 2; i++) {
+        made.rod.shear_stiffness[i] = varying(p, p->kse[i], SLOPE_KSE);
+        made.rod.bending_stiffness[i] = varying(p, p->kbt[i], SLOPE_KBT);
+    }
+    made.rod.axial_stiffness = varying(p, p->kse[2], SLOPE_KSE);
+    made.rod.torsional_stiffness = varying(p, p->kbt[2], SLOPE_KBT);
+    made.rod.mass_per_length = varying(p, p->mass, SLOPE_MASS);
+    made.loads.drag = varying(p, p->drag, SLOPE_DRAG);
     made.loads.frame = frame;
+    if (p->varies && p->dynamic) {
+        made.loads.gravity[0] = Q("3*cos(3*t)");
+        made.loads.gravity[1] = Q("-2*cos(3*t)");
+        made.loads.gravity[2] = Q("-9.81*cos(3*t)");
+        made.rod.rest_strain[0] = Q("0.1*s + 0.1*sin(2*t)");
+        made.rod.rest_curvature[1] = Q("cos(s) + 0.2*s*t");
+    }
     return made;
 }
 
-static plain full_plain(bool dynamic)
+static plain full_plain(bool dynamic, bool varies)
 {
     return (plain){.dynamic = dynamic,
+                   .varies = varies,
                    .kse = {40, 50, 90},
                    .kbt = {1.2, 0.8, 0.5},
                    .bse = {2, 3, 5},
@@ -338,9 +392,9 @@ static plain full_plain(bool dynamic)
                    .drag = 0.7};
 }
 
-static void check_full(bool dynamic, scene_frame frame, double length)
+static void check_full(bool dynamic, bool varies, scene_frame frame, double length)
 {
-    plain p = full_plain(dynamic);
+    plain p = full_plain(dynamic, varies);
     scene given = full_scene(&p, length, frame);
     recorded r = begin(&given);
     rod_scales scale = rod_scales_of(&given);
@@ -367,18 +421,20 @@ static void check_full(bool dynamic, scene_frame frame, double length)
 static void test_all_terms(void **state)
 {
     (void)state;
-    check_full(true, SCENE_DEAD, 1.7);
-    check_full(true, SCENE_FOLLOWER, 0.8);
-    check_full(false, SCENE_DEAD, 0.8);
-    check_full(false, SCENE_FOLLOWER, 1.7);
+    for (int varies = 0; varies < 2; varies++) {
+        check_full(true, varies, SCENE_DEAD, 1.7);
+        check_full(true, varies, SCENE_FOLLOWER, 0.8);
+        check_full(false, varies, SCENE_DEAD, 0.8);
+        check_full(false, varies, SCENE_FOLLOWER, 1.7);
+    }
 }
 
 /* Both forms, all rows, with everything switched on: the exact state has no residual. */
 static void test_manufactured_residuals(void **state)
 {
     (void)state;
-    for (int variant = 0; variant < 8; variant++) {
-        plain p = full_plain(variant & 1);
+    for (int variant = 0; variant < 16; variant++) {
+        plain p = full_plain(variant & 1, variant & 8);
         scene given = full_scene(&p, 1.7, variant & 2 ? SCENE_FOLLOWER : SCENE_DEAD);
         given.formulation = variant & 4 ? SCENE_DISPLACEMENT : SCENE_MIXED;
         given.boundary_enforcement = given.initial_enforcement = SCENE_SOFT;
