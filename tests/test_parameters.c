@@ -1,0 +1,182 @@
+/* Named parameters of a scene file: in formulas, by --set, written and read again, refused. */
+#include "tools/config/config.h"
+
+#include "quantity_testing.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#define ROD                                                                                        \
+    "rod:\n"                                                                                       \
+    "  length: 1\n"                                                                                \
+    "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+#define LOADED                                                                                     \
+    "parameters: {load: 0.3, twice: 2*load, ramp: \"twice*s\"}\n" ROD                              \
+    "loads: {force: [0, -ramp, load], tip: {force: [0, 0, \"-load*(1 + twice)\"]}}\n"
+
+static config *read_with(const char *text, int count, const char *const *overrides)
+{
+    ad_error error = {AD_OK, ""};
+    config *experiment = NULL;
+    if (config_read("scene.yaml", text, count, overrides, &experiment, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return experiment;
+}
+
+static char *printed(const config *experiment, bool physics_alone)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    ad_status status = physics_alone ? config_write_physics(experiment, file)
+                                     : config_write(experiment, file, false);
+    assert_int_equal(status, AD_OK);
+    fclose(file);
+    return text;
+}
+
+static void test_values(void **state)
+{
+    (void)state;
+    config *experiment = read_with(LOADED, 0, NULL);
+    const scene_loads *loads = &experiment->scene.loads;
+    assert_true(quantity_value(loads->force[1], 0.5, 0) == -(2 * 0.3 * 0.5));
+    assert_true(quantity_is(loads->force[2], 0.3));
+    assert_true(quantity_is(loads->tip.force[2], -0.3 * (1 + 2 * 0.3)));
+    config_free(experiment);
+    static const char *const overrides[] = {"parameters.load=0.5", "parameters.more=3*load",
+                                            "loads.tip.force[0]=more"};
+    experiment = read_with(LOADED, 3, overrides);
+    loads = &experiment->scene.loads;
+    assert_true(quantity_is(loads->force[2], 0.5)); /* in its place, before those that use it */
+    assert_true(quantity_is(loads->tip.force[2], -0.5 * (1 + 2 * 0.5)));
+    assert_true(quantity_is(loads->tip.force[0], 3 * 0.5));
+    config_free(experiment);
+}
+
+/* The formulas as they were written, and the same experiment again. */
+static void test_round_trip(void **state)
+{
+    (void)state;
+    config *experiment = read_with(LOADED, 0, NULL);
+    char *first = printed(experiment, false);
+    assert_non_null(strstr(first, "parameters:\n  load: 0.3\n  twice: \"2*load\"\n"
+                                  "  ramp: \"twice*s\"\n"));
+    assert_non_null(strstr(first, "force: [0, \"-ramp\", \"load\"]"));
+    config *again = read_with(first, 0, NULL);
+    char *second = printed(again, false);
+    assert_string_equal(first, second);
+    assert_int_equal(config_continues(experiment, again, 0, NULL), AD_OK);
+    static const char *const change[] = {"parameters.load=0.5"};
+    config *other = read_with(first, 1, change);
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(config_continues(experiment, other, 0, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "loads.force: [0, \"(-1)*(0.6*s)\", 0.3] in the "
+                                          "checkpoint, [0, \"(-1)*(1*s)\""));
+    static const char *const unused[] = {"parameters.unused=0.5"};
+    config *same = read_with(first, 1, unused);
+    assert_int_equal(config_continues(experiment, same, 0, NULL), AD_OK);
+    config_free(experiment);
+    config_free(again);
+    config_free(other);
+    config_free(same);
+    free(first);
+    free(second);
+}
+
+/* A classical solution does not depend on how its scene was written. */
+static void test_physics(void **state)
+{
+    (void)state;
+    static const char plain[] =
+        ROD "loads: {force: [0, \"-(0.6*s)\", 0.3], tip: {force: [0, 0, -0.48]}}\n";
+    config *one = read_with(LOADED, 0, NULL), *other = read_with(plain, 0, NULL);
+    char *texts[2] = {printed(one, true), printed(other, true)};
+    assert_string_equal(texts[0], texts[1]);
+    free(texts[0]);
+    free(texts[1]);
+    config_free(one);
+    config_free(other);
+}
+
+/* Units of EI scale a formula that stays readable, and read back in SI. */
+static void test_units(void **state)
+{
+    (void)state;
+    static const char *const changes[] = {"loads.units=EI", "rod.stiffness.bending=[4, 4]"};
+    config *experiment = read_with(LOADED, 2, changes);
+    char *text = printed(experiment, false);
+    assert_non_null(strstr(text, "force: [0, \"(-ramp)*4\", 1.2]"));
+    config *again = read_with(text, 0, NULL);
+    assert_true(quantity_value(again->scene.loads.force[1], 0.5, 0) == -(2 * 0.3 * 0.5) * 4);
+    free(text);
+    config_free(experiment);
+    config_free(again);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *override, *says;
+    } rows[] = {
+        {"parameters: {s: 1}\n" ROD, NULL,
+         "scene.yaml:1:17: parameters.s: formulas know 's' already; choose another name"},
+        {"parameters: {exp: 1}\n" ROD, NULL, "scene.yaml:1:19: parameters.exp: formulas know"},
+        {"parameters: {a-b: 1}\n" ROD, NULL, "scene.yaml:1:19: parameters.a-b: 'a-b' is no name"},
+        {"parameters: {a: 1, a: 2}\n" ROD, NULL, "scene.yaml:1:20: parameters.a: is given twice"},
+        {"parameters: {a: 2*b, b: 1}\n" ROD, NULL,
+         "scene.yaml:1:17: parameters.a: column 3 of '2*b': unknown name 'b'; allowed are s, t, "
+         "pi, sin"},
+        {"parameters: {a: [1]}\n" ROD, NULL,
+         "scene.yaml:1:17: parameters.a: is a list; allowed: a number or a formula"},
+        {"parameters: {a: .inf}\n" ROD, NULL, "scene.yaml:1:17: parameters.a: is .inf, which is"},
+        {"parameters: {a: }\n" ROD, NULL, "parameters.a: has no value"},
+        {"parameters: {a: {b: 1}}\n" ROD, NULL, "parameters.a: is a section"},
+        {"parameters: 3\n" ROD, NULL, "scene.yaml:1:13: parameters: is a single value"},
+        {"parametres: {a: 1}\n" ROD, NULL, "parametres: unknown key; did you mean parameters?"},
+        {LOADED, "parameters.load=null",
+         "parameters.twice: column 3 of '2*load': unknown name 'load'"},
+        {LOADED, "loads.tip.force[2]=-laod",
+         "--set loads.tip.force[2]=-laod: loads.tip.force[2]: column 2 of '-laod': unknown name "
+         "'laod'; did you mean load? allowed are s, t, load, twice, ramp, pi, sin"},
+        {LOADED, "rod.length=ramp",
+         "--set rod.length=ramp: rod.length: depends on s or t; allowed: one number"},
+        {LOADED, "rod.length=-load",
+         "--set rod.length=-load: rod.length: is the formula of a number -0.3, which is out of "
+         "range; allowed: a number or a formula > 0, in m"},
+        {LOADED, "rod.stiffness.torsion=0.5 - s",
+         "--set rod.stiffness.torsion=0.5 - s: rod.stiffness.torsion: must be > 0; .inf locks that "
+         "strain"},
+        {LOADED, "network.hidden=[load]", "network.hidden[0]: is load, which is not a number"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ad_error error = {AD_OK, ""};
+        config *experiment = NULL;
+        ad_status status = config_read("scene.yaml", rows[i].text, rows[i].override ? 1 : 0,
+                                       &rows[i].override, &experiment, &error);
+        if (status != AD_BAD_INPUT || !strstr(error.message, rows[i].says)) {
+            fail_msg("row %zu: %s", i, error.message);
+        }
+        config_free(experiment);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_values),   cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_physics),  cmocka_unit_test(test_units),
+        cmocka_unit_test(test_refusals),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
