@@ -154,6 +154,10 @@ said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(1, 0, 1\) m, curved, begin
 rm bow.yaml
 run 0 cpinn-train "$elastica" --explain
 said stdout.txt '^  undeformed: from \(0, 0, 0\) to \(0.3, 0, 0\) m, straight along \+x$'
+run 0 cpinn-train "$ROOT/configs/heavy_cantilever.yaml" --explain --set reference=null \
+    --set rod.length=130
+said stdout.txt '^  implausible: rod.length: 130 m is very long for a material as soft as this; it is in m$'
+said stdout.txt '^  implausible: loads.gravity: the weight, rhoA g L\^3/EI, is .* times what bends the rod'
 entries=$(ls)
 run 0 cpinn-train "$dynamic" --explain
 said stdout.txt '^  at t = 0: from \(0, 0, 0\) to \(1, 0, 0\) m, straight along \+x$'

@@ -1,4 +1,5 @@
 /* cpinn-train: train a network on a scene; see --help. */
+#include "physics/plausible.h"
 #include "tools/config/config_session.h"
 #include "tools/files/file_bytes.h"
 #include "tools/judge/signals.h"
@@ -96,6 +97,14 @@ static void announce(training *t)
     }
     if (t->s.known) {
         announce_reference(t);
+    }
+}
+
+static void announce_implausible(progress *live, const scene *scene)
+{
+    scene_warnings all = scene_implausible(scene);
+    for (int i = 0; i < all.count; i++) {
+        progress_say(live, "implausible: %s", all.texts[i]);
     }
 }
 
@@ -208,6 +217,7 @@ static ad_status train(training *t, ad_error *error)
     signals_catch();
     t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
     announce(t);
+    announce_implausible(&t->progress, t->s.e->scene);
     announce_stage(t);
     ad_status status = session_train(&t->s, stepped, t, error);
     const trainer_state state = trainer_inspect(t->s.trainer).state;

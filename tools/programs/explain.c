@@ -1,6 +1,7 @@
 #include "tools/programs/explain.h"
 
 #include "physics/beam.h"
+#include "physics/plausible.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
 
@@ -481,6 +482,14 @@ static void print_place(FILE *file, const scene *scene)
     }
 }
 
+static void print_implausible(FILE *file, const scene *scene)
+{
+    scene_warnings all = scene_implausible(scene);
+    for (int i = 0; i < all.count; i++) {
+        fprintf(file, "  implausible: %s\n", all.texts[i]);
+    }
+}
+
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
     const scene *scene = e->scene;
@@ -489,6 +498,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
             scene_is_dynamic(scene) ? " in motion" : " at rest",
             scene_is_manufactured(scene) ? ", manufactured solution" : "");
     print_place(file, scene);
+    print_implausible(file, scene);
     if (scene_is_beam(scene)) {
         print_beam_numbers(file, scene);
     } else {
