@@ -4,10 +4,11 @@
  * have a solution that is its own mirror image. Its normal is a body director d1 or d2 all along
  * the rod; vectors lie in the plane, axial vectors (moment, curvature, spin) along the normal. */
 #include "physics/rod_internal.h"
+#include "physics/scene_field.h"
 
 #include <math.h>
 
-enum { PLANE_ITEMS_MAX = 20 };
+enum { PLANE_ITEMS_MAX = SCENE_FIELDS_MAX + 1 };
 
 /* Rounding of numbers that the author wrote; what is exactly 0 there stays so. */
 static const double PLANE_ROUNDING = 1e-12;
@@ -20,16 +21,9 @@ typedef struct plane_entry {
     double value;
 } plane_entry;
 
-typedef enum plane_kind {
-    PLANE_ROTATION, /* a quaternion that keeps the director along the normal */
-    PLANE_POSITION, /* all at the same height along the normal */
-    PLANE_VECTOR,   /* in the plane: force, velocity */
-    PLANE_AXIAL     /* along the normal: moment, curvature, spin */
-} plane_kind;
-
 typedef struct plane_item {
     const char *key;
-    plane_kind kind;
+    scene_geometry geometry;
     bool is_body;
     plane_entry x[4];
 } plane_item;
@@ -39,64 +33,26 @@ typedef struct plane_list {
     plane_item items[PLANE_ITEMS_MAX];
 } plane_list;
 
-static void plane_add(plane_list *list, const char *key, plane_kind kind, bool is_body,
+/* Of a quaternion that is not given the identity, else 0. */
+static void plane_add(plane_list *list, const char *key, scene_geometry geometry, bool is_body,
                       const quantity *given, const double *otherwise)
 {
+    static const double upright[4] = {1, 0, 0, 0}, zeros[3] = {0, 0, 0};
+    bool turns = geometry == SCENE_ORIENTATION;
     plane_item *item = &list->items[list->count++];
-    *item = (plane_item){.key = key, .kind = kind, .is_body = is_body};
-    for (int i = 0; i < (kind == PLANE_ROTATION ? 4 : 3); i++) {
-        plane_entry *x = &item->x[i];
-        *x = (plane_entry){true, otherwise ? otherwise[i] : 0};
+    otherwise = otherwise ? otherwise : turns ? upright : zeros;
+    *item = (plane_item){.key = key, .geometry = geometry, .is_body = is_body};
+    for (int i = 0; i < (turns ? 4 : 3); i++) {
+        item->x[i] = (plane_entry){true, otherwise[i]};
         if (given[i].is_given) {
-            x->is_number = quantity_is_number(given[i], &x->value);
+            item->x[i].is_number = quantity_is_number(given[i], &item->x[i].value);
         }
-    }
-}
-
-static void plane_add_vector(plane_list *list, const char *key, plane_kind kind, bool is_body,
-                             const quantity *given)
-{
-    plane_add(list, key, kind, is_body, given, NULL);
-}
-
-static void plane_add_end(plane_list *list, const scene *rod_scene, int end)
-{
-    static const char *const keys[2][4] = {
-        {"boundary.start.rotation", "boundary.start.position", "loads.base.force",
-         "loads.base.moment"},
-        {"boundary.end.rotation", "boundary.end.position", "loads.tip.force", "loads.tip.moment"}};
-    const scene_end *given = end ? &rod_scene->end : &rod_scene->start;
-    const scene_load *load = end ? &rod_scene->loads.tip : &rod_scene->loads.base;
-    bool body = load->frame == SCENE_FOLLOWER;
-    const double upright[4] = {1, 0, 0, 0};
-    if (scene_end_holds_rotation(given->type)) {
-        plane_add(list, keys[end][0], PLANE_ROTATION, false, given->rotation, upright);
-    }
-    if (scene_end_holds_position(given->type)) {
-        plane_add_vector(list, keys[end][1], PLANE_POSITION, false, given->position);
-    }
-    if (given->type == SCENE_LOADED) {
-        plane_add_vector(list, keys[end][2], PLANE_VECTOR, body, load->force);
-        plane_add_vector(list, keys[end][3], PLANE_AXIAL, body, load->moment);
     }
 }
 
 static bool plane_starts_from_given(const scene *rod_scene)
 {
     return scene_is_dynamic(rod_scene) && rod_scene->initial.rotation[0].is_given;
-}
-
-static void plane_add_initial(plane_list *list, const scene *rod_scene)
-{
-    const scene_initial *given = &rod_scene->initial;
-    if (plane_starts_from_given(rod_scene)) {
-        plane_add_vector(list, "initial.rotation", PLANE_ROTATION, false, given->rotation);
-    }
-    if (given->position[0].is_given) {
-        plane_add_vector(list, "initial.position", PLANE_POSITION, false, given->position);
-    }
-    plane_add_vector(list, "initial.velocity", PLANE_VECTOR, false, given->velocity);
-    plane_add_vector(list, "initial.angular_velocity", PLANE_AXIAL, true, given->angular_velocity);
 }
 
 /* The rotation that the normal is found from: of the unstressed rod, unless that is used nowhere.
@@ -110,31 +66,56 @@ static void plane_add_origin(plane_list *list, const scene *rod_scene)
     rod_shape_upright(rod_scene, upright);
     if (plane_starts_from_given(rod_scene) && rod_scene->initial_enforcement == SCENE_HARD &&
         !scene_end_holds_rotation(end->type)) {
-        plane_add_vector(list, "initial.rotation", PLANE_ROTATION, false,
-                         rod_scene->initial.rotation);
+        plane_add(list, "initial.rotation", SCENE_ORIENTATION, false, rod_scene->initial.rotation,
+                  NULL);
     } else {
-        plane_add(list, keys[anchor], PLANE_ROTATION, false, end->rotation, upright);
+        plane_add(list, keys[anchor], SCENE_ORIENTATION, false, end->rotation, upright);
     }
 }
 
-static plane_list plane_list_of(const scene *rod_scene)
+/* Whether the equations know of it: an end has a pose or a load as its type says. */
+static bool plane_is_used(const scene *rod_scene, const scene_field *field)
+{
+    bool turns = field->geometry == SCENE_ORIENTATION;
+    const scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
+    const bool given = scene_field_of(rod_scene, field)->is_given;
+    switch (field->part) {
+    case SCENE_OF_START:
+        return turns ? scene_end_holds_rotation(start) : scene_end_holds_position(start);
+    case SCENE_OF_END:
+        return turns ? scene_end_holds_rotation(end) : scene_end_holds_position(end);
+    case SCENE_OF_BASE:
+        return start == SCENE_LOADED;
+    case SCENE_OF_TIP:
+        return end == SCENE_LOADED;
+    case SCENE_OF_INITIAL:
+        return scene_is_dynamic(rod_scene) && given;
+    default:
+        return given;
+    }
+}
+
+static bool plane_is_body(const scene *rod_scene, const scene_field *field)
 {
     const scene_loads *loads = &rod_scene->loads;
-    const scene_rod *rod = &rod_scene->rod;
+    scene_frame frame = field->part == SCENE_OF_BASE  ? loads->base.frame
+                        : field->part == SCENE_OF_TIP ? loads->tip.frame
+                                                      : loads->frame;
+    return field->axes == SCENE_BODY || (field->axes == SCENE_BY_LOAD && frame == SCENE_FOLLOWER);
+}
+
+/* Everything with a direction that a scene has. */
+static plane_list plane_list_of(const scene *rod_scene)
+{
     plane_list list = {0};
     plane_add_origin(&list, rod_scene);
-    plane_add_vector(&list, "rod.rest.strain", PLANE_VECTOR, true, rod->rest_strain);
-    plane_add_vector(&list, "rod.rest.curvature", PLANE_AXIAL, true, rod->rest_curvature);
-    plane_add_vector(&list, "rod.rest.imperfection", PLANE_AXIAL, true, rod->imperfection);
-    plane_add_end(&list, rod_scene, 0);
-    plane_add_end(&list, rod_scene, 1);
-    if (scene_is_dynamic(rod_scene)) {
-        plane_add_initial(&list, rod_scene);
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        if (field->geometry != SCENE_SCALAR && plane_is_used(rod_scene, field)) {
+            plane_add(&list, field->key, field->geometry, plane_is_body(rod_scene, field),
+                      scene_field_of(rod_scene, field), NULL);
+        }
     }
-    bool body = loads->frame == SCENE_FOLLOWER;
-    plane_add_vector(&list, "loads.gravity", PLANE_VECTOR, false, loads->gravity);
-    plane_add_vector(&list, "loads.force", PLANE_VECTOR, body, loads->force);
-    plane_add_vector(&list, "loads.moment", PLANE_AXIAL, body, loads->moment);
     return list;
 }
 
@@ -208,8 +189,8 @@ static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
     const double along[3] = {plane->director == 0, plane->director == 1, 0};
     const double *normal = item->is_body ? along : plane->normal;
     double axis[3], apart = 0;
-    switch (item->kind) {
-    case PLANE_ROTATION:
+    switch (item->geometry) {
+    case SCENE_ORIENTATION:
         if (!plane_director(item->x, plane->director, axis)) {
             return false;
         }
@@ -217,11 +198,12 @@ static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
             apart = fmax(apart, fabs(axis[i] - normal[i]));
         }
         return apart <= PLANE_ROUNDING;
-    case PLANE_POSITION:
+    case SCENE_POSITION_VECTOR:
         return plane_sum_is(normal, item->x, plane->height);
-    case PLANE_VECTOR:
+    case SCENE_POLAR_VECTOR:
         return plane_sum_is(normal, item->x, 0);
-    case PLANE_AXIAL:
+    case SCENE_AXIAL_VECTOR:
+    case SCENE_SCALAR:
         break;
     }
     return plane_is_along(normal, item->x);
@@ -233,7 +215,7 @@ static double plane_height(const plane_list *list, const double *normal)
     for (int i = 0; i < list->count; i++) {
         const plane_item *item = &list->items[i];
         double height = 0;
-        if (item->kind != PLANE_POSITION) {
+        if (item->geometry != SCENE_POSITION_VECTOR) {
             continue;
         }
         for (int j = 0; j < 3; j++) {

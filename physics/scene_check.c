@@ -17,146 +17,132 @@ static bool is_dynamic(const scene_checker *check)
     return scene_is_dynamic(check->scene);
 }
 
-/* ---- formulas ------------------------------------------------------------------------------ */
+/* ---- every quantity by itself --------------------------------------------------------------- */
 
-ad_status scene_check_group(const scene_checker *check, const scene_group *group)
+/* Whether it may depend on s or t; if it may not, what to say. */
+typedef struct rule_row {
+    bool along_s, in_time;
+    const char *of_s, *of_t;
+} rule_row;
+
+static rule_row rule_of(const scene *given, const scene_field *field)
 {
-    if (!quantity_any_given(group->count, group->entries)) {
-        return AD_OK;
+    static const char one[] = "depends on s or t; allowed: one number";
+    static const char at_end[] = "depends on s, but it belongs to one end; allowed: a formula of t";
+    const scene_end *end = field->part == SCENE_OF_START ? &given->start : &given->end;
+    switch (field->rule) {
+    case SCENE_ONE_NUMBER:
+        return (rule_row){false, false, one, one};
+    case SCENE_ALONG:
+        return (rule_row){true, false, NULL,
+                          "depends on t, but it may not change with time; allowed: a formula of s"};
+    case SCENE_IN_TIME:
+        return (rule_row){false, true,
+                          "depends on s, but it is the same all along; allowed: a formula of t",
+                          NULL};
+    case SCENE_AT_END:
+        return (rule_row){false, true, at_end, NULL};
+    case SCENE_HELD:
+        return (rule_row){false, end->type == SCENE_DRIVEN, at_end,
+                          "depends on t, but the end stands still; allowed: numbers, or an end of "
+                          "type driven"};
+    case SCENE_AT_START:
+        return (rule_row){true, false, NULL,
+                          "depends on t, but it holds at t = 0; allowed: a formula of s"};
+    case SCENE_EVERYWHERE:
+        break;
     }
-    for (int i = 0; i < group->count; i++) {
-        quantity entry = group->entries[i];
-        if (!entry.is_given) {
-            return scene_refuse(check, group->key, "some entries are missing; give all or none");
-        }
-        ad_status status = quantity_check(entry, check->error);
-        if (status != AD_OK) {
-            *check->key = group->key;
-            return status;
-        }
-        if (quantity_depends_on(entry, "s") && !group->s_allowed) {
-            return scene_refuse(check, group->key, group->s_sentence);
-        }
-        if (quantity_depends_on(entry, "t") && !group->t_allowed) {
-            return scene_refuse(check, group->key, group->t_sentence);
-        }
-        if (quantity_depends_on(entry, "t") && !is_dynamic(check)) {
-            return scene_refuse(check, group->key,
-                                "depends on t, but the scene is static; give time.duration, or a "
-                                "formula without t");
-        }
-    }
-    return AD_OK;
+    return (rule_row){true, true, NULL, NULL};
 }
 
-static ad_status check_groups(const scene_checker *check, int count, const scene_group *groups)
+/* NULL, or what its values must be. */
+static const char *beyond_bounds(const scene *given, const scene_field *field, quantity q)
 {
+    if (field->bounds == SCENE_ANY) {
+        return NULL;
+    }
+    bool varies = quantity_depends_on(q, "s");
+    scene_range x = scene_range_of(given, q);
+    bool finite = isfinite(x.low) && isfinite(x.high);
+    switch (field->bounds) {
+    case SCENE_FINITE:
+        return finite ? NULL : "must be finite";
+    case SCENE_POSITIVE:
+        return finite && x.low > 0 ? NULL
+               : varies            ? "must be finite and > 0 all along"
+                                   : "must be a finite number > 0";
+    case SCENE_NOT_NEGATIVE:
+        return finite && x.low >= 0 ? NULL
+               : varies             ? "must be finite and >= 0 all along"
+                                    : "must be finite and >= 0";
+    case SCENE_STIFFNESS:
+        return scene_locks(q) || (finite && x.low > 0) ? NULL
+                                                       : "must be > 0; .inf locks that strain";
+    case SCENE_POISSON:
+        return x.low > -1 && x.high <= 0.5 ? NULL : "must be > -1 and <= 0.5";
+    case SCENE_ANY:
+        break;
+    }
+    return NULL;
+}
+
+static ad_status check_entry(const scene_checker *check, const scene_field *field, quantity entry)
+{
+    rule_row rule = rule_of(check->scene, field);
+    bool moves = quantity_depends_on(entry, "t");
+    ad_status status = quantity_check(entry, check->error);
+    if (status != AD_OK) {
+        *check->key = field->key;
+        return status;
+    }
+    if (quantity_depends_on(entry, "s") && !rule.along_s) {
+        return scene_refuse(check, field->key, rule.of_s);
+    }
+    if (moves && !rule.in_time) {
+        return scene_refuse(check, field->key, rule.of_t);
+    }
+    if (moves && !is_dynamic(check)) {
+        return scene_refuse(check, field->key,
+                            "depends on t, but the scene is static; give time.duration, or a "
+                            "formula without t");
+    }
+    const char *beyond = beyond_bounds(check->scene, field, entry);
+    return beyond ? scene_refuse(check, field->key, beyond) : AD_OK;
+}
+
+static ad_status check_field(const scene_checker *check, const scene_field *field)
+{
+    const quantity *entries = scene_field_of(check->scene, field);
     ad_status status = AD_OK;
-    for (int i = 0; i < count && status == AD_OK; i++) {
-        status = scene_check_group(check, &groups[i]);
+    if (!quantity_any_given(field->count, entries)) {
+        return AD_OK;
+    }
+    for (int i = 0; i < field->count && status == AD_OK; i++) {
+        status = entries[i].is_given ? check_entry(check, field, entries[i])
+                                     : scene_refuse(check, field->key,
+                                                    "some entries are missing; give all or none");
     }
     return status;
 }
 
-#define AT_END           "depends on s, but it belongs to one end; allowed: a formula of t"
-#define AT_START_OF_TIME "depends on t, but it holds at t = 0; allowed: a formula of s"
-#define IN_SPACE         "depends on s, but it is the same all along; allowed: a formula of t"
-#define ALONG            "depends on t, but it may not change with time; allowed: a formula of s"
-#define ONE_NUMBER       "depends on s or t; allowed: one number"
-
-/* What is looked at before any other number: everything is sampled over the length and duration. */
-static ad_status check_extent(const scene_checker *check)
+/* Of a beam what belongs to beams, of a rod what does not; the extent first. */
+static ad_status check_quantities(const scene_checker *check)
 {
     const scene *given = check->scene;
-    const scene_group groups[] = {
-        {"rod.length", 1, &given->rod.length, false, false, ONE_NUMBER, ONE_NUMBER},
-        {"time.duration", 1, &given->duration, false, false, ONE_NUMBER, ONE_NUMBER},
-    };
-    double length = 0, duration = 0;
-    ad_status status = check_groups(check, 2, groups);
-    if (status != AD_OK) {
-        return status;
+    ad_status status = AD_OK;
+    for (int i = 0; i < scene_field_count && status == AD_OK; i++) {
+        const scene_field *field = &scene_fields[i];
+        bool shared = field->part == SCENE_OF_EXTENT || field->part == SCENE_OF_ROD;
+        if (shared || (field->part == SCENE_OF_BEAM) == scene_is_beam(given)) {
+            status = check_field(check, field);
+        }
     }
-    if (!given->rod.length.is_given) {
-        return scene_refuse(check, "rod.length", "missing; the length of the undeformed rod in m");
-    }
-    if (!quantity_is_number(given->rod.length, &length) || !(length > 0 && isfinite(length))) {
-        return scene_refuse(check, "rod.length", "must be a finite number > 0");
-    }
-    quantity_is_number(given->duration, &duration);
-    return duration >= 0 && isfinite(duration)
-               ? AD_OK
-               : scene_refuse(check, "time.duration",
-                              "must be finite and >= 0; 0 is a static scene");
-}
-
-/* Section, material and what follows from them: of s. */
-static ad_status check_numbers(const scene_checker *check)
-{
-    const scene *given = check->scene;
-    const scene_rod *rod = &given->rod;
-    const scene_group groups[] = {
-        {"rod.section.radius", 1, &rod->radius, true, false, NULL, ALONG},
-        {"rod.section.inner_radius", 1, &rod->inner_radius, true, false, NULL, ALONG},
-        {"rod.section.width", 1, &rod->width, true, false, NULL, ALONG},
-        {"rod.section.height", 1, &rod->height, true, false, NULL, ALONG},
-        {"rod.material.youngs_modulus", 1, &rod->youngs_modulus, true, false, NULL, ALONG},
-        {"rod.material.poissons_ratio", 1, &rod->poissons_ratio, true, false, NULL, ALONG},
-        {"rod.material.density", 1, &rod->density, true, false, NULL, ALONG},
-        {"rod.material.shear_correction", 1, &rod->shear_correction, true, false, NULL, ALONG},
-        {"rod.material.viscosity", 1, &rod->viscosity, true, false, NULL, ALONG},
-        {"rod.material.relaxation_time", 1, &rod->relaxation_time, true, false, NULL, ALONG},
-        {"rod.stiffness.shear", 2, rod->shear_stiffness, true, false, NULL, ALONG},
-        {"rod.stiffness.axial", 1, &rod->axial_stiffness, true, false, NULL, ALONG},
-        {"rod.stiffness.bending", 2, rod->bending_stiffness, true, false, NULL, ALONG},
-        {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, true, false, NULL, ALONG},
-        {"rod.inertia.mass_per_length", 1, &rod->mass_per_length, true, false, NULL, ALONG},
-        {"rod.inertia.rotary", 3, rod->rotary_inertia, true, false, NULL, ALONG},
-        {"rod.damping.strain", 3, rod->strain_damping, true, false, NULL, ALONG},
-        {"rod.damping.curvature", 3, rod->curvature_damping, true, false, NULL, ALONG},
-        {"loads.gravity", 3, given->loads.gravity, false, true, IN_SPACE, NULL},
-        {"loads.drag", 1, &given->loads.drag, true, false, NULL, ALONG},
-    };
-    return check_groups(check, (int)(sizeof groups / sizeof *groups), groups);
-}
-
-static ad_status check_formulas(const scene_checker *check)
-{
-    const scene *rod_scene = check->scene;
-    const scene_loads *loads = &rod_scene->loads;
-    const scene_initial *initial = &rod_scene->initial;
-    const scene_manufactured *exact = &rod_scene->manufactured;
-    const scene_group groups[] = {
-        {"rod.rest.strain", 3, rod_scene->rod.rest_strain, true, true, NULL, NULL},
-        {"rod.rest.curvature", 3, rod_scene->rod.rest_curvature, true, true, NULL, NULL},
-        {"rod.rest.imperfection", 3, rod_scene->rod.imperfection, true, false, NULL, ALONG},
-        {"loads.force", 3, loads->force, true, true, NULL, NULL},
-        {"loads.moment", 3, loads->moment, true, true, NULL, NULL},
-        {"loads.base.force", 3, loads->base.force, false, true, AT_END, NULL},
-        {"loads.base.moment", 3, loads->base.moment, false, true, AT_END, NULL},
-        {"loads.tip.force", 3, loads->tip.force, false, true, AT_END, NULL},
-        {"loads.tip.moment", 3, loads->tip.moment, false, true, AT_END, NULL},
-        {"initial.position", 3, initial->position, true, false, NULL, AT_START_OF_TIME},
-        {"initial.rotation", 4, initial->rotation, true, false, NULL, AT_START_OF_TIME},
-        {"initial.velocity", 3, initial->velocity, true, false, NULL, AT_START_OF_TIME},
-        {"initial.angular_velocity", 3, initial->angular_velocity, true, false, NULL,
-         AT_START_OF_TIME},
-        {"manufactured.position", 3, exact->position, true, true, NULL, NULL},
-        {"manufactured.rotation", 4, exact->rotation, true, true, NULL, NULL},
-        {"manufactured.angles", 3, exact->angles, true, true, NULL, NULL},
-    };
-    return check_groups(check, (int)(sizeof groups / sizeof *groups), groups);
+    return status == AD_OK && !given->rod.length.is_given
+               ? scene_refuse(check, "rod.length", "missing; the length of the undeformed rod in m")
+               : status;
 }
 
 /* ---- loads and ends ------------------------------------------------------------------------ */
-
-ad_status scene_check_drag(const scene_checker *check)
-{
-    scene_range drag = scene_range_of(check->scene, check->scene->loads.drag);
-    return drag.low >= 0 && isfinite(drag.high)
-               ? AD_OK
-               : scene_refuse(check, "loads.drag", "must be finite and >= 0");
-}
 
 static ad_status check_frames(const scene_checker *check)
 {
@@ -180,13 +166,7 @@ static ad_status check_frames(const scene_checker *check)
                 "frame out");
         }
     }
-    for (int i = 0; i < 3; i++) {
-        scene_range gravity = scene_range_of(check->scene, loads->gravity[i]);
-        if (!isfinite(gravity.low) || !isfinite(gravity.high)) {
-            return scene_refuse(check, "loads.gravity", "must be finite");
-        }
-    }
-    return scene_check_drag(check);
+    return AD_OK;
 }
 
 /* One end with the keys that speak of it. */
@@ -239,17 +219,7 @@ static ad_status check_rotation_number(const scene_checker *check, const end_key
 static ad_status check_end(const scene_checker *check, const end_keys *keys)
 {
     const scene_end *end = keys->end;
-    bool driven = end->type == SCENE_DRIVEN;
-    const char *fixed = "depends on t, but the end stands still; allowed: numbers, or an end of "
-                        "type driven";
-    const scene_group groups[] = {
-        {keys->position, 3, end->position, false, driven, AT_END, fixed},
-        {keys->rotation, 4, end->rotation, false, driven, AT_END, fixed},
-    };
-    ad_status status = check_groups(check, 2, groups);
-    if (status != AD_OK) {
-        return status;
-    }
+    ad_status status = AD_OK;
     if (!scene_is_manufactured(check->scene)) {
         if (scene_end_holds_position(end->type) && !end->position[0].is_given) {
             return scene_refuse(check, keys->position, "missing; the type of this end needs it");
@@ -499,20 +469,19 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
-typedef ad_status scene_part(const scene_checker *check);
+typedef ad_status scene_check_part(const scene_checker *check);
 
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
-    static scene_part *const of_rods[] = {
-        check_extent,   check_numbers,      scene_check_rod,    scene_check_no_beam,
-        check_formulas, check_manufactured, check_frames,       check_ends,
-        check_initial,  check_time,         check_imperfection, NULL};
-    static scene_part *const of_beams[] = {check_extent,     check_numbers, scene_check_rod,
-                                           scene_check_beam, check_time,    NULL};
+    static scene_check_part *const of_rods[] = {
+        check_quantities, scene_check_rod, scene_check_no_beam, check_manufactured, check_frames,
+        check_ends,       check_initial,   check_time,          check_imperfection, NULL};
+    static scene_check_part *const of_beams[] = {check_quantities, scene_check_rod,
+                                                 scene_check_beam, check_time, NULL};
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, key ? key : &ignored, error};
     ad_status status = AD_OK;
-    for (scene_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
+    for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
          *part && status == AD_OK; part++) {
         status = (*part)(&check);
     }

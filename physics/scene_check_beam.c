@@ -3,66 +3,17 @@
 
 #include <math.h>
 
-/* Every formula of a beam; what it may depend on. */
-enum { BEAM_FORMULAS = 11 };
-
-typedef struct beam_formula_row {
-    const char *key;
-    const quantity *formula;
-    bool s_allowed, t_allowed;
-} beam_formula_row;
-
-static void list_formulas(const scene_beam *beam, beam_formula_row rows[BEAM_FORMULAS])
-{
-    const beam_formula_row all[BEAM_FORMULAS] = {
-        {"beam.force", &beam->force, true, true},
-        {"beam.moment", &beam->moment, true, true},
-        {"beam.foundation", &beam->foundation, true, false},
-        {"beam.base.force", &beam->base.force, false, true},
-        {"beam.base.moment", &beam->base.moment, false, true},
-        {"beam.tip.force", &beam->tip.force, false, true},
-        {"beam.tip.moment", &beam->tip.moment, false, true},
-        {"beam.initial.deflection", &beam->deflection, true, false},
-        {"beam.initial.velocity", &beam->velocity, true, false},
-        {"beam.initial.slope", &beam->slope, true, false},
-        {"beam.initial.slope_rate", &beam->slope_rate, true, false},
-    };
-    for (int i = 0; i < BEAM_FORMULAS; i++) {
-        rows[i] = all[i];
-    }
-}
-
 ad_status scene_check_no_beam(const scene_checker *check)
 {
-    beam_formula_row rows[BEAM_FORMULAS];
-    list_formulas(&check->scene->beam, rows);
-    for (int i = 0; i < BEAM_FORMULAS; i++) {
-        if (rows[i].formula->is_given) {
-            return scene_refuse(check, rows[i].key,
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        if (field->part == SCENE_OF_BEAM && scene_field_of(check->scene, field)->is_given) {
+            return scene_refuse(check, field->key,
                                 "belongs to a beam of small deflection; leave it out, or take "
                                 "rod.model euler_bernoulli or timoshenko");
         }
     }
     return AD_OK;
-}
-
-static ad_status check_formulas(const scene_checker *check)
-{
-    beam_formula_row rows[BEAM_FORMULAS];
-    list_formulas(&check->scene->beam, rows);
-    ad_status status = AD_OK;
-    for (int i = 0; i < BEAM_FORMULAS && status == AD_OK; i++) {
-        const scene_group group = {
-            rows[i].key,
-            1,
-            rows[i].formula,
-            rows[i].s_allowed,
-            rows[i].t_allowed,
-            "depends on s, but it belongs to one end; allowed: a formula of t",
-            "depends on t, but it may not change with time; allowed: a formula of s"};
-        status = scene_check_group(check, &group);
-    }
-    return status;
 }
 
 /* Whether it is given and something else. */
@@ -128,7 +79,7 @@ static ad_status check_rods_keys(const scene_checker *check)
             return scene_refuse(check, rows[i].key, rows[i].sentence);
         }
     }
-    return scene_check_drag(check);
+    return AD_OK;
 }
 
 static ad_status check_theory(const scene_checker *check)
@@ -196,9 +147,6 @@ static ad_status check_support(const scene_checker *check)
     bool clamped = scene_end_holds_rotation(start) || scene_end_holds_rotation(end);
     bool on_two = scene_end_holds_position(start) && scene_end_holds_position(end);
     scene_range range = scene_range_of(given, quantity_or(foundation, quantity_number(0)));
-    if (!(range.low >= 0 && isfinite(range.high))) {
-        return scene_refuse(check, "beam.foundation", "must be finite and >= 0 all along");
-    }
     if (scene_is_dynamic(given) || clamped || on_two || range.high > 0) {
         return AD_OK;
     }
@@ -222,9 +170,6 @@ static ad_status check_initial(const scene_checker *check)
 ad_status scene_check_beam(const scene_checker *check)
 {
     ad_status status = check_rods_keys(check);
-    if (status == AD_OK) {
-        status = check_formulas(check);
-    }
     if (status == AD_OK) {
         status = check_theory(check);
     }

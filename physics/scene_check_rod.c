@@ -4,19 +4,6 @@
 
 #include <math.h>
 
-/* All along. */
-static bool is_finite_positive(const scene_checker *check, quantity q)
-{
-    scene_range range = scene_range_of(check->scene, q);
-    return range.low > 0 && isfinite(range.high);
-}
-
-static bool is_finite_not_negative(const scene_checker *check, quantity q)
-{
-    scene_range range = scene_range_of(check->scene, q);
-    return range.low >= 0 && isfinite(range.high);
-}
-
 /* A dimension of the section: the shapes (bits) that have it. */
 static ad_status check_section(const scene_checker *check)
 {
@@ -33,10 +20,8 @@ static ad_status check_section(const scene_checker *check)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         bool has = rows[i].shapes >> rod->section & 1;
-        if (has && !(rows[i].value.is_given && is_finite_positive(check, rows[i].value))) {
-            return scene_refuse(check, rows[i].key,
-                                rows[i].value.is_given ? "must be finite and > 0"
-                                                       : "missing; the section's shape needs it");
+        if (has && !rows[i].value.is_given) {
+            return scene_refuse(check, rows[i].key, "missing; the section's shape needs it");
         }
         if (!has && rows[i].value.is_given) {
             return scene_refuse(
@@ -46,7 +31,7 @@ static ad_status check_section(const scene_checker *check)
         }
     }
     quantity wall = quantity_subtract(rod->radius, rod->inner_radius);
-    if (rod->section == SCENE_TUBE && !is_finite_positive(check, wall)) {
+    if (rod->section == SCENE_TUBE && !(scene_range_of(check->scene, wall).low > 0)) {
         return scene_refuse(check, "rod.section.inner_radius",
                             "must be less than rod.section.radius");
     }
@@ -87,18 +72,12 @@ static ad_status check_stiffness_row(const scene_checker *check, const stiffness
     for (int i = 0; i < row->count; i++) {
         quantity value = row->values[i];
         found += value.is_given;
-        if (value.is_given && !scene_locks(value) && !is_finite_positive(check, value)) {
-            return scene_refuse(check, row->key, "must be > 0; .inf locks that strain");
-        }
         if (row->locked && value.is_given && !scene_locks(value)) {
             return scene_refuse(
                 check, row->key,
                 "contradicts rod.model, which locks this strain; leave it out, or take "
                 "model cosserat");
         }
-    }
-    if (found != 0 && found != row->count) {
-        return scene_refuse(check, row->key, "some entries are missing; give all or none");
     }
     return found || row->locked ? AD_OK : check_derived_stiffness(check, row);
 }
@@ -142,30 +121,6 @@ static ad_status check_stiffness(const scene_checker *check)
     return AD_OK;
 }
 
-static ad_status check_material(const scene_checker *check)
-{
-    const scene_rod *rod = &check->scene->rod;
-    const struct {
-        const char *key;
-        quantity value;
-    } rows[] = {
-        {"rod.material.youngs_modulus", rod->youngs_modulus},
-        {"rod.material.shear_correction", rod->shear_correction},
-        {"rod.material.density", rod->density},
-        {"rod.inertia.mass_per_length", rod->mass_per_length},
-    };
-    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        if (rows[i].value.is_given && !is_finite_positive(check, rows[i].value)) {
-            return scene_refuse(check, rows[i].key, "must be finite and > 0");
-        }
-    }
-    scene_range nu = scene_range_of(check->scene, rod->poissons_ratio);
-    if (rod->poissons_ratio.is_given && !(nu.low > -1 && nu.high <= 0.5)) {
-        return scene_refuse(check, "rod.material.poissons_ratio", "must be > -1 and <= 0.5");
-    }
-    return AD_OK;
-}
-
 /* The law needs every number it is made of, and one of the ways to give it. */
 static ad_status check_material_damping(const scene_checker *check)
 {
@@ -175,9 +130,6 @@ static ad_status check_material_damping(const scene_checker *check)
     quantity given = quantity_or(rod->viscosity, rod->relaxation_time);
     if (!given.is_given) {
         return AD_OK;
-    }
-    if (!is_finite_not_negative(check, given)) {
-        return scene_refuse(check, key, "must be finite and >= 0");
     }
     if (rod->viscosity.is_given && rod->relaxation_time.is_given) {
         return scene_refuse(check, "rod.material.relaxation_time",
@@ -217,11 +169,7 @@ static ad_status check_damping(const scene_checker *check)
                 {"rod.damping.curvature", rod->curvature_damping, properties.curvature_stiffness}};
     for (int k = 0; k < 2; k++) {
         for (int i = 0; i < 3; i++) {
-            quantity damping = rows[k].damping[i];
-            if (damping.is_given && !is_finite_not_negative(check, damping)) {
-                return scene_refuse(check, rows[k].key, "must be finite and >= 0");
-            }
-            if (quantity_is_something(damping) && scene_locks(rows[k].stiffness[i])) {
+            if (quantity_is_something(rows[k].damping[i]) && scene_locks(rows[k].stiffness[i])) {
                 return scene_refuse(check, rows[k].key, locked);
             }
         }
@@ -236,18 +184,7 @@ static ad_status check_inertia(const scene_checker *check)
     bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
     bool follows = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
     bool massive = follows || rod->mass_per_length.is_given;
-    int rotary = 0;
-    for (int i = 0; i < 3; i++) {
-        rotary += rod->rotary_inertia[i].is_given;
-        if (rod->rotary_inertia[i].is_given &&
-            !is_finite_not_negative(check, rod->rotary_inertia[i])) {
-            return scene_refuse(check, "rod.inertia.rotary", "must be finite and >= 0");
-        }
-    }
-    if (rotary != 0 && rotary != 3) {
-        return scene_refuse(check, "rod.inertia.rotary",
-                            "some entries are missing; give all or none");
-    }
+    bool rotary = rod->rotary_inertia[0].is_given;
     if ((heavy || scene_is_dynamic(check->scene)) && !massive) {
         return scene_refuse(check,
                             rod->section == SCENE_SECTION_NONE ? "rod.inertia.mass_per_length"
@@ -256,7 +193,7 @@ static ad_status check_inertia(const scene_checker *check)
                                 ? "missing; a dynamic scene needs the rod's mass"
                                 : "missing; loads.gravity needs the rod's mass");
     }
-    if (scene_is_dynamic(check->scene) && !follows && rotary == 0 &&
+    if (scene_is_dynamic(check->scene) && !follows && !rotary &&
         rod->model != SCENE_EULER_BERNOULLI) {
         return scene_refuse(
             check, "rod.inertia.rotary",
@@ -309,10 +246,7 @@ static ad_status check_units(const scene_checker *check)
 
 ad_status scene_check_rod(const scene_checker *check)
 {
-    ad_status status = check_material(check);
-    if (status == AD_OK) {
-        status = check_section(check);
-    }
+    ad_status status = check_section(check);
     if (status == AD_OK) {
         status = check_stiffness(check);
     }

@@ -214,7 +214,8 @@ static const refusal scene_refusals[] = {
     {BASE "boundary: {start: {position: [0, 0, t]}}\n"
           "time: {duration: 1}\n",
      NULL,
-     "scene.yaml:2:3: rod.inertia.mass_per_length: missing; a dynamic scene needs the rod's mass"},
+     "scene.yaml:4:30: boundary.start.position: depends on t, but the end stands still; allowed: "
+     "numbers, or an end of type driven"},
     {BASE "loads: {tip: {moment: [0, 1, 0]}}\n"
           "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n",
      NULL,

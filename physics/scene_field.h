@@ -1,0 +1,77 @@
+/* The list of all quantities of a scene: what each may depend on, its range, and how it behaves in
+ * the mirror of a plane. Checks and the search for a plane walk this list, so that a quantity that
+ * is added to it is seen by them. Not for callers. */
+#ifndef PHYSICS_SCENE_FIELD_H
+#define PHYSICS_SCENE_FIELD_H
+
+#include "physics/scene.h"
+
+/* To which part of a scene it belongs. */
+typedef enum scene_part {
+    SCENE_OF_EXTENT, /* length and duration, over which all else is sampled */
+    SCENE_OF_ROD,    /* of rods and beams */
+    SCENE_OF_LOADS,  /* of rods in space, as the rest up to the beam */
+    SCENE_OF_START,
+    SCENE_OF_END,
+    SCENE_OF_BASE,
+    SCENE_OF_TIP,
+    SCENE_OF_INITIAL,
+    SCENE_OF_EXACT, /* manufactured */
+    SCENE_OF_BEAM
+} scene_part;
+
+/* What it may depend on; scene_check says the same in sentences. */
+typedef enum scene_rule {
+    SCENE_ONE_NUMBER,
+    SCENE_ALONG,     /* s */
+    SCENE_IN_TIME,   /* t, the same all along */
+    SCENE_AT_END,    /* t, at one end */
+    SCENE_HELD,      /* t, if the end is driven */
+    SCENE_AT_START,  /* s, at t = 0 */
+    SCENE_EVERYWHERE /* s and t */
+} scene_rule;
+
+typedef enum scene_bounds {
+    SCENE_ANY,
+    SCENE_FINITE,
+    SCENE_POSITIVE,
+    SCENE_NOT_NEGATIVE,
+    SCENE_STIFFNESS, /* > 0 or the number infinity */
+    SCENE_POISSON    /* > -1, <= 0.5 */
+} scene_bounds;
+
+typedef enum scene_geometry {
+    SCENE_SCALAR,
+    SCENE_POLAR_VECTOR, /* a force, a velocity: mirrored, its part across the plane turns round */
+    SCENE_AXIAL_VECTOR, /* a moment, a curvature, a spin: only its part across the plane stays */
+    SCENE_POSITION_VECTOR, /* a vector from the origin */
+    SCENE_ORIENTATION      /* a quaternion */
+} scene_geometry;
+
+/* In which frame its three entries are. */
+typedef enum scene_axes {
+    SCENE_WORLD,
+    SCENE_BODY,
+    SCENE_BY_LOAD /* as the frame of its load */
+} scene_axes;
+
+typedef struct scene_field {
+    const char *key; /* dotted YAML key */
+    int count;       /* of quantities in turn: all of them are given or none */
+    size_t offset;   /* into scene */
+    scene_part part;
+    scene_rule rule;
+    scene_bounds bounds;
+    scene_geometry geometry;
+    scene_axes axes;
+} scene_field;
+
+enum { SCENE_FIELDS_MAX = 64 };
+
+extern const scene_field scene_fields[];
+extern const int scene_field_count;
+
+/* [count] */
+const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
+
+#endif
