@@ -51,7 +51,7 @@ extern "C" {
     X(VERDICT_SIGNAL, "signal", VERDICT_STOPPED,                                                   \
       "the user or the system asked the program to end")                                           \
     X(VERDICT_FAILED, "failed", VERDICT_STOPPED,                                                   \
-      "out of memory, or a file that cannot be written")                                           \
+      "out of memory, a file that cannot be written, or steps that fail")                          \
     X(VERDICT_BAD_INPUT, "bad_input", VERDICT_REFUSED, "a file or an option is not valid")         \
     X(VERDICT_NO_METHOD, "no_method", VERDICT_REFUSED, "the method cannot compute this scene")     \
     X(VERDICT_ERROR_ABOVE_BOUND, "error_above_bound", VERDICT_WRONG,                               \

@@ -6,7 +6,7 @@
 
 #include "tools/config/config.h"
 #include "tools/files/table_file.h"
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/compare.h"
 
 /* ---- methods and networks ------------------------------------------------------------------ */
 
@@ -125,7 +125,7 @@ static void test_names(void **state)
     static const char *const pairs[][2] = {
         {"a,b'c", "a_b_c"}, {"", "_"}, {".x", "_x"}, {"x ", "x_"}};
     for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-        compare_name(name, pairs[i][0]);
+        judge_name(name, pairs[i][0]);
         assert_string_equal(name, pairs[i][1]);
     }
 }
@@ -184,8 +184,9 @@ static void example_create(example *x)
     fill(&x->runs[3], 0, times, c, 4);
     fill(&x->runs[4], 1, times, a, 2);
     fill(&x->runs[5], 1, times, a, 0);
-    x->runs[4].end = x->runs[5].end = COMPARE_FAILED;
-    x->results = (compare_results){COMPARE_POSITION, x->cells, 2, x->runs, 6};
+    verdict_add(&x->runs[4].verdict, VERDICT_NOT_FINITE, "not finite");
+    verdict_add(&x->runs[5].verdict, VERDICT_NOT_FINITE, "not finite");
+    x->results = (compare_results){JUDGE_POSITION, x->cells, 2, x->runs, 6};
 }
 
 static void example_free(example *x)
@@ -212,7 +213,7 @@ static void test_estimates(void **state)
     example x;
     example_create(&x);
     for (int i = 0; i < 3; i++) { /* the smallest error at the end of cell 0 is 1e-4 */
-        x.cells[0].estimates[COMPARE_POSITION] = i == 0 ? NAN : i == 1 ? 0.9e-4 : 1.1e-4;
+        x.cells[0].estimates[JUDGE_POSITION] = i == 0 ? NAN : i == 1 ? 0.9e-4 : 1.1e-4;
         char *text = printed(&x);
         assert_int_equal(
             strstr(text, "the reference itself is off by an estimated 1.1e-04") != NULL, i == 2);
@@ -227,15 +228,15 @@ static void test_steps(void **state)
     example x;
     example_create(&x);
     const compare_run *b = &x.runs[2];
-    assert_true(isinf(compare_best(b, COMPARE_POSITION, 0.999)));
-    assert_true(compare_best(b, COMPARE_POSITION, 1) == 0.25);
-    assert_true(compare_best(b, COMPARE_POSITION, 3.9) == 0.0625);
-    assert_true(compare_best(b, COMPARE_POSITION, 4) == 0.0625); /* it rose, the best stays */
-    assert_true(compare_best(b, COMPARE_TIP, 1e9) == 0.0625);
-    assert_true(isinf(compare_best(b, COMPARE_ROTATION, 1e9))); /* never known */
-    assert_true(compare_reached(b, COMPARE_POSITION, 0.0625) == 2);
-    assert_true(isinf(compare_reached(b, COMPARE_POSITION, 0.01)));
-    assert_true(isinf(compare_best(&x.runs[5], COMPARE_POSITION, 1)));
+    assert_true(isinf(compare_best(b, JUDGE_POSITION, 0.999)));
+    assert_true(compare_best(b, JUDGE_POSITION, 1) == 0.25);
+    assert_true(compare_best(b, JUDGE_POSITION, 3.9) == 0.0625);
+    assert_true(compare_best(b, JUDGE_POSITION, 4) == 0.0625); /* it rose, the best stays */
+    assert_true(compare_best(b, JUDGE_TIP, 1e9) == 0.0625);
+    assert_true(isinf(compare_best(b, JUDGE_ROTATION, 1e9))); /* never known */
+    assert_true(compare_reached(b, JUDGE_POSITION, 0.0625) == 2);
+    assert_true(isinf(compare_reached(b, JUDGE_POSITION, 0.01)));
+    assert_true(isinf(compare_best(&x.runs[5], JUDGE_POSITION, 1)));
     example_free(&x);
 }
 

@@ -10,6 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -62,6 +65,17 @@ static void report_end(pid_t child, char why[CHILD_WHY])
              WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status));
 }
 
+/* In the child: nobody is left to wait for it once its parent is gone, however that has ended. */
+static void end_with(pid_t parent)
+{
+#ifdef PR_SET_PDEATHSIG
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+#endif
+    if (getppid() != parent) {
+        _exit(1); /* it has gone meanwhile */
+    }
+}
+
 ad_status child_run(void (*work)(const void *task, void *result), const void *task, void *result,
                     size_t size, double seconds, child_end *end, char why[CHILD_WHY],
                     ad_error *error)
@@ -77,8 +91,9 @@ ad_status child_run(void (*work)(const void *task, void *result), const void *ta
     }
     double began = train_seconds();
     fflush(NULL); /* or the child would have what is buffered as well */
-    pid_t child = fork();
+    pid_t parent = getpid(), child = fork();
     if (child == 0) {
+        end_with(parent);
         signal(SIGINT, SIG_DFL);
         signal(SIGTERM, SIG_DFL);
         close(ends[0]);

@@ -1,8 +1,10 @@
 /* cpinn-bench: error against run time, by method and network; see --help. */
 #include "tools/files/file_bytes.h"
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/compare.h"
+#include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/progress.h"
 #include "tools/train/run.h"
 
 #include <math.h>
@@ -70,7 +72,7 @@ typedef struct planned {
 /* Everything there is. */
 typedef struct bench {
     const options *o;
-    compare_measure measure;
+    judge_measure measure;
     compare_method methods[COMPARE_METHODS_MAX];
     compare_network networks[COMPARE_NETWORKS_MAX];
     int method_count, network_count;
@@ -103,7 +105,7 @@ typedef struct assembled {
     char seed[48];
 } assembled;
 
-static compare_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
+static judge_task task_of(const bench *b, int cell, const uint64_t *seed, assembled *texts)
 {
     const compare_method *method = &b->methods[b->plan[cell].method];
     const compare_network *network = &b->networks[b->plan[cell].network];
@@ -125,13 +127,12 @@ static compare_task task_of(const bench *b, int cell, const uint64_t *seed, asse
         texts->texts[n++] = texts->seed;
     }
     texts->texts[n++] = "output.every=1000000000"; /* rows come by time instead */
-    return (compare_task){.path = b->o->configs.texts[b->plan[cell].scene],
-                          .overrides = texts->texts,
-                          .override_count = n,
-                          .threads = b->o->threads,
-                          .seconds = b->o->seconds,
-                          .quiet = b->o->quiet,
-                          .is_solver = method->is_solver};
+    return (judge_task){.path = b->o->configs.texts[b->plan[cell].scene],
+                        .overrides = texts->texts,
+                        .override_count = n,
+                        .method = method->is_solver ? JUDGE_SOLVER : JUDGE_PINN,
+                        .threads = b->o->threads,
+                        .seconds = b->o->seconds};
 }
 
 /* --set must not undo what tells the runs apart. */
@@ -164,9 +165,9 @@ static ad_status check_overrides(const bench *b, ad_error *error)
 
 static ad_status parse_measure(bench *b, ad_error *error)
 {
-    for (int i = 0; i < COMPARE_MEASURES; i++) {
-        if (strcmp(b->o->error, compare_measure_name((compare_measure)i)) == 0) {
-            b->measure = (compare_measure)i;
+    for (int i = 0; i < JUDGE_MEASURES; i++) {
+        if (strcmp(b->o->error, judge_measure_name((judge_measure)i)) == 0) {
+            b->measure = (judge_measure)i;
             return AD_OK;
         }
     }
@@ -243,7 +244,7 @@ static ad_status rehearse(bench *b, ad_error *error)
     b->results.cells = b->cells;
     for (int i = 0; i < (int)cells && !signals_caught(); i++) {
         assembled texts;
-        compare_task task = task_of(b, i, NULL, &texts);
+        judge_task task = task_of(b, i, NULL, &texts);
         compare_cell *cell = &b->cells[i];
         cell->scene = b->plan[i].scene;
         strcpy(cell->method, b->methods[b->plan[i].method].name);
@@ -313,17 +314,48 @@ static ad_status choose_folder(bench *b, ad_error *error)
 
 /* ---- training ------------------------------------------------------------------------------ */
 
+typedef struct live {
+    bool quiet, started;
+    double seconds; /* limit of the run */
+    progress progress;
+} live;
+
 static void report(const bench *b, const compare_run *run, int number, int total)
 {
-    static const char *const ends[] = {"every stage ended", "time is up", "stopped", "failed"};
     const compare_cell *cell = &b->cells[run->cell];
+    verdict_reason reason = verdict_worst(&run->verdict);
+    bool warned = verdict_outcome_of(&run->verdict) == VERDICT_WARNING;
     say(b, "[%d/%d] %s %s %s seed %llu: ", number, total, cell->scene_name, cell->method,
         cell->network, (unsigned long long)run->seed);
     if (run->count > 0) {
         say(b, "error %.2e, ", run->rows[run->count - 1].errors[b->measure]);
     }
-    say(b, "%.2f s, %lld steps, %s%s%s\n", run->seconds, (long long)run->steps, ends[run->end],
-        run->end == COMPARE_FAILED ? ": " : "", run->end == COMPARE_FAILED ? run->why : "");
+    say(b, "%.2f s, %lld steps, ", run->seconds, (long long)run->steps);
+    if (compare_failed(run)) {
+        say(b, "failed: %s\n", verdict_text(&run->verdict));
+    } else {
+        say(b, "%s%s%s\n",
+            reason == VERDICT_SIGNAL       ? "stopped"
+            : reason == VERDICT_TIME_LIMIT ? "time is up"
+                                           : "every stage ended",
+            warned ? "; warning: " : "", warned ? verdict_reason_name(reason) : "");
+    }
+}
+
+/* The live line of a terminal. */
+static ad_status show(void *context, session *s, bool is_last, ad_error *error)
+{
+    live *shown = context;
+    (void)error;
+    if (!shown->started) {
+        shown->progress = progress_start(stdout, shown->quiet, s->trainer);
+        shown->progress.limit = shown->seconds;
+        shown->started = true;
+    }
+    if (!is_last && shown->progress.live) {
+        progress_step(&shown->progress, s->trainer, s->e);
+    }
+    return AD_OK;
 }
 
 /* Seeds outermost, so that what else the machine does is spread over the methods, and what there
@@ -336,10 +368,15 @@ static ad_status train_all(bench *b, ad_error *error)
         compare_run *run = &b->results.runs[b->results.run_count];
         run->cell = i % b->results.cell_count;
         run->seed = b->seeds[run->cell] + (uint64_t)(i / b->results.cell_count);
-        compare_task task = task_of(b, run->cell, &run->seed, &texts);
+        judge_task task = task_of(b, run->cell, &run->seed, &texts);
         b->results.run_count++;
-        ad_status status = task.is_solver ? compare_solve(&task, b->measure, run, error)
-                                          : compare_train(&task, run, error);
+        live shown = {.quiet = b->o->quiet, .seconds = b->o->seconds};
+        task.step = show;
+        task.context = &shown;
+        ad_status status = compare_do(&task, b->measure, run, error);
+        if (shown.started) {
+            progress_clear(&shown.progress);
+        }
         if (status != AD_OK) {
             return status;
         }
@@ -375,8 +412,7 @@ static void print_about(FILE *file, const bench *b)
             "seeds: %d\nthreads: %d%s\nlimit: %g s of training for each run\nerror: %s\n"
             "runs: %d of %d\n",
             o->seeds, o->threads, o->threads ? "" : " (one for each processor)", o->seconds,
-            compare_measure_text(b->measure), b->results.run_count,
-            b->results.cell_count * o->seeds);
+            judge_measure_text(b->measure), b->results.run_count, b->results.cell_count * o->seeds);
 }
 
 static ad_status write_about(const bench *b, ad_error *error)
@@ -423,7 +459,7 @@ static ad_status draw(const bench *b, ad_error *error)
             return status;
         }
         ad_error why;
-        if (drawn && compare_plot_draw(name_of(b, i), b->folder, &why) != AD_OK) {
+        if (drawn && gnuplot_draw(name_of(b, i), b->folder, &why) != AD_OK) {
             cli_warn(program, "%s", why.message);
             drawn = false; /* said once */
         }

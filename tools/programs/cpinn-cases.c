@@ -1,7 +1,7 @@
 /* cpinn-cases: every case by a network and classically, in one table; see --help. */
 #include "tools/files/file_bytes.h"
-#include "tools/judge/cases/cases.h"
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/cases.h"
+#include "tools/judge/gnuplot.h"
 #include "tools/judge/signals.h"
 #include "tools/programs/cli.h"
 #include "tools/train/run.h"
@@ -52,6 +52,8 @@ static const char epilogue[] =
 
 enum { PATHS_MAX = 512, PATH_BYTES = 4096 };
 
+static const double grace = 20; /* s beyond the limit, for recording and a last step */
+
 typedef struct options {
     cli_list operands;
     const char *out;
@@ -63,7 +65,7 @@ typedef struct table {
     int path_count;
     char *paths[PATHS_MAX]; /* owned */
     size_t count;
-    cases_row *rows; /* [CASES_METHODS * path_count] */
+    cases_row *rows; /* [JUDGE_METHODS * path_count] */
     int width;       /* of the longest name */
 } table;
 
@@ -123,11 +125,11 @@ static ad_status find_cases(table *t, const options *o, ad_error *error)
     }
     t->width = (int)strlen("case");
     for (int i = 0; status == AD_OK && i < t->path_count; i++) {
-        char name[CASES_NAME];
-        cases_name(t->paths[i], name);
+        char name[JUDGE_NAME];
+        judge_name_of_file(name, t->paths[i]);
         t->width = (int)strlen(name) > t->width ? (int)strlen(name) : t->width;
     }
-    t->rows = calloc((size_t)(CASES_METHODS * t->path_count) + 1, sizeof *t->rows);
+    t->rows = calloc((size_t)(JUDGE_METHODS * t->path_count) + 1, sizeof *t->rows);
     return status != AD_OK || t->rows ? status
                                       : ad_fail(error, AD_NO_MEMORY, "out of memory for a table");
 }
@@ -153,13 +155,16 @@ static ad_status prepare_folder(const char *folder, ad_error *error)
 static ad_status run_rows(table *t, const options *o, ad_error *error)
 {
     cases_print_heading(stdout, t->width);
-    for (int i = 0; i < CASES_METHODS * t->path_count; i++) {
+    for (int i = 0; i < JUDGE_METHODS * t->path_count; i++) {
         cases_row *row = &t->rows[t->count];
-        const cases_task task = {.path = t->paths[i / CASES_METHODS],
-                                 .method = (cases_method)(i % CASES_METHODS),
+        const judge_task task = {.path = t->paths[i / JUDGE_METHODS],
+                                 .method = (judge_method)(i % JUDGE_METHODS),
                                  .threads = o->threads,
-                                 .seconds = o->seconds};
-        ad_status status = cases_run(&task, row, error);
+                                 .seconds = o->seconds,
+                                 .patience = o->seconds + grace};
+        judge_name_of_file(row->name, task.path);
+        row->method = task.method;
+        ad_status status = judge_run(&task, &row->result, error);
         if (status != AD_OK || signals_caught()) {
             return status;
         }
@@ -178,7 +183,7 @@ static ad_status write_files(const table *t, const char *folder, ad_error *error
     if (status == AD_OK) {
         status = cases_plot_write(t->rows, t->count, folder, error);
     }
-    if (status == AD_OK && compare_plot_draw("cases", folder, &why) != AD_OK) {
+    if (status == AD_OK && gnuplot_draw("cases", folder, &why) != AD_OK) {
         cli_warn(program, "%s", why.message);
     }
     return status;
@@ -187,7 +192,7 @@ static ad_status write_files(const table *t, const char *folder, ad_error *error
 static bool all_have_errors(const table *t)
 {
     for (size_t i = 0; i < t->count; i++) {
-        if (!(t->rows[i].position >= 0)) {
+        if (!(t->rows[i].result.errors[JUDGE_POSITION] >= 0)) {
             return false;
         }
     }

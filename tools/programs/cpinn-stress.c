@@ -1,7 +1,8 @@
 /* cpinn-stress: stiff and extreme scenes, each against the outcome that is expected; see --help. */
 #include "tools/files/table_file.h"
+#include "tools/judge/sheet.h"
 #include "tools/judge/signals.h"
-#include "tools/judge/stress/stress.h"
+#include "tools/judge/stress.h"
 #include "tools/programs/cli.h"
 
 #include <dirent.h>
@@ -15,7 +16,7 @@ static const char program[] = "cpinn-stress";
 
 static const char summary[] =
     "Run stiff and extreme scenes, and compare what comes of each with what is expected: solved\n"
-    "within a bound of error, refused or stopped with a reason, or trained and doubted by the\n"
+    "within a bound of error, refused or stopped with a reason, or answered with a warning by the\n"
     "program itself; never a wrong answer without a word, a crash or an endless run. By a "
     "network,\n"
     "and where that makes sense by the solver of cpinn-solve.";
@@ -34,7 +35,8 @@ static const stress_group *const groups[] = {&stress_rods,  &stress_loads, &stre
 enum {
     GROUPS = sizeof groups / sizeof *groups,
     FOLDER = 64,
-    COLUMNS = 9,
+    WORDS = 7,
+    NUMBERS = 3,
     SUBJECT = 32,
     ROWS_MAX = 512
 };
@@ -55,10 +57,9 @@ static bool named(const stress_row *row, const char *name)
            (row->name[length] == '\0' || row->name[length] == '/');
 }
 
-static bool is_asked(const options *o, const stress_row *row, stress_method method)
+static bool is_asked(const options *o, const stress_row *row, judge_method method)
 {
-    if (!row->expected[method].why ||
-        (o->method && strcmp(o->method, stress_method_name(method)))) {
+    if (!row->expected[method].why || (o->method && strcmp(o->method, judge_method_name(method)))) {
         return false;
     }
     for (int i = 0; i < o->only.count; i++) {
@@ -90,19 +91,19 @@ static const char *unknown_name(const options *o)
 
 static void print_expected(const stress_expectation *expected, char text[32])
 {
-    int length = snprintf(text, 32, "%s", stress_outcome_name(expected->outcome));
-    if (expected->outcome == STRESS_SOLVED) {
+    int length = snprintf(text, 32, "%s", verdict_outcome_name(expected->outcome));
+    if (expected->outcome == VERDICT_SOLVED) {
         snprintf(text + length, 32 - (size_t)length, " %.0e", expected->bound);
     }
 }
 
 static void print_list_row(const options *o, const stress_row *row)
 {
-    for (int method = 0; method < STRESS_METHODS; method++) {
+    for (int method = 0; method < JUDGE_METHODS; method++) {
         char expected[32];
-        if (is_asked(o, row, (stress_method)method)) {
+        if (is_asked(o, row, (judge_method)method)) {
             print_expected(&row->expected[method], expected);
-            printf("  %-26s %-6s %-14s %s\n", row->name, stress_method_name((stress_method)method),
+            printf("  %-26s %-6s %-14s %s\n", row->name, judge_method_name((judge_method)method),
                    expected, row->expected[method].why);
         }
     }
@@ -118,61 +119,51 @@ static void print_list(const options *o)
     }
 }
 
-static void print_row(const stress_row *row, stress_method method, const stress_result *result)
+static void print_row(const stress_row *row, judge_method method, const judge_row *result)
 {
-    char expected[32], error[16] = "-";
-    print_expected(&row->expected[method], expected);
-    if (!isnan(result->error)) {
-        snprintf(error, sizeof error, "%.1e", result->error);
-    }
-    printf("%-26s %-6s %-13s %-11s %8s %6.2f  %s\n", row->name, stress_method_name(method),
-           expected, stress_outcome_name(result->outcome), error, result->seconds,
-           result->as_expected ? "as expected" : "NOT AS EXPECTED");
-    if (!result->as_expected) {
-        printf("    expected: %s%s%s; got: %s\n", row->expected[method].text ? "\"" : "",
-               row->expected[method].text ? row->expected[method].text : row->expected[method].why,
-               row->expected[method].text ? "\"" : "", result->text);
+    const stress_expectation *expected = &row->expected[method];
+    char outcome[32], error[SHEET_TEXT], seconds[SHEET_TEXT];
+    bool as_expected = stress_as_expected(expected, &result->verdict);
+    print_expected(expected, outcome);
+    printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", row->name, judge_method_name(method), outcome,
+           verdict_outcome_name(verdict_outcome_of(&result->verdict)),
+           sheet_error(result->error, error), sheet_seconds(result->seconds, seconds),
+           as_expected ? "as expected" : "NOT AS EXPECTED");
+    if (!as_expected) {
+        printf("    expected: %s%s%s; got:\n", expected->text ? "\"" : "",
+               expected->text ? expected->text : expected->why, expected->text ? "\"" : "");
+        verdict_print(stdout, "      ", &result->verdict);
     }
     fflush(stdout);
 }
 
 /* What the file of --out is made of. */
 typedef struct record {
-    size_t count;
+    sheet table;
     char subjects[ROWS_MAX][SUBJECT];
-    const char *subject[ROWS_MAX], *scene[ROWS_MAX], *method[ROWS_MAX], *expected[ROWS_MAX],
-        *outcome[ROWS_MAX], *verdict[ROWS_MAX];
-    double bound[ROWS_MAX], error[ROWS_MAX], seconds[ROWS_MAX];
+    int surprises; /* rows not as expected */
 } record;
 
-static void record_row(record *all, const stress_row *row, stress_method method,
-                       const stress_result *result)
+static void record_row(record *all, const stress_row *row, judge_method method,
+                       const judge_row *result)
 {
     const stress_expectation *expected = &row->expected[method];
-    size_t i = all->count++;
+    const verdict *found = &result->verdict;
+    char *subject = all->subjects[all->table.rows];
     const char *slash = strchr(row->name, '/');
-    snprintf(all->subjects[i], SUBJECT, "%.*s", (int)(slash - row->name), row->name);
-    all->subject[i] = all->subjects[i];
-    all->scene[i] = slash + 1;
-    all->method[i] = stress_method_name(method);
-    all->expected[i] = stress_outcome_name(expected->outcome);
-    all->outcome[i] = stress_outcome_name(result->outcome);
-    all->verdict[i] = result->as_expected ? "as expected" : "not as expected";
-    all->bound[i] = expected->outcome == STRESS_SOLVED ? expected->bound : NAN;
-    all->error[i] = result->error;
-    all->seconds[i] = result->seconds;
-}
-
-static ad_status write_record(const record *all, const char *path, ad_error *error)
-{
-    static const char *const names[COLUMNS] = {"subject", "scene", "method",  "expected", "bound",
-                                               "outcome", "error", "seconds", "verdict"};
-    const double *const numbers[COLUMNS] = {NULL, NULL,       NULL,         NULL, all->bound,
-                                            NULL, all->error, all->seconds, NULL};
-    const char *const *const words[COLUMNS] = {all->subject,  all->scene, all->method,
-                                               all->expected, NULL,       all->outcome,
-                                               NULL,          NULL,       all->verdict};
-    return table_write_words(path, names, numbers, words, COLUMNS, all->count, error);
+    bool as_expected = stress_as_expected(expected, found);
+    snprintf(subject, SUBJECT, "%.*s", (int)(slash - row->name), row->name);
+    const char *words[WORDS] = {subject,
+                                slash + 1,
+                                judge_method_name(method),
+                                verdict_outcome_name(expected->outcome),
+                                verdict_outcome_name(verdict_outcome_of(found)),
+                                verdict_reason_name(verdict_worst(found)),
+                                as_expected ? "as expected" : "not as expected"};
+    const double numbers[NUMBERS] = {expected->outcome == VERDICT_SOLVED ? expected->bound : NAN,
+                                     result->error, result->seconds};
+    sheet_add(&all->table, words, numbers);
+    all->surprises += !as_expected;
 }
 
 /* ---- running ------------------------------------------------------------------------------- */
@@ -203,53 +194,54 @@ static void remove_folder(const char *folder)
 }
 
 /* What a signal has cut short is no row. */
-static ad_status run_rows(const options *o, const char *folder, record *all, int *surprises,
-                          ad_error *error)
+static ad_status run_rows(const options *o, const char *folder, record *all, ad_error *error)
 {
     printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
            "error", "s", "verdict");
     for (int g = 0; g < GROUPS; g++) {
         for (int k = 0; k < groups[g]->count; k++) {
             const stress_row *row = &groups[g]->rows[k];
-            for (int method = 0; method < STRESS_METHODS; method++) {
-                if (!is_asked(o, row, (stress_method)method)) {
+            for (int method = 0; method < JUDGE_METHODS; method++) {
+                if (!is_asked(o, row, (judge_method)method)) {
                     continue;
                 }
-                stress_result result;
-                ad_status status = stress_run(row, (stress_method)method, folder, &result, error);
+                judge_row result;
+                ad_status status = stress_run(row, (judge_method)method, folder, &result, error);
                 if (status != AD_OK || signals_caught()) {
                     return status;
                 }
-                print_row(row, (stress_method)method, &result);
-                record_row(all, row, (stress_method)method, &result);
-                *surprises += !result.as_expected;
+                print_row(row, (judge_method)method, &result);
+                record_row(all, row, (judge_method)method, &result);
             }
         }
     }
-    printf("%zu rows, %d not as expected\n", all->count, *surprises);
+    printf("%zu rows, %d not as expected\n", all->table.rows, all->surprises);
     return AD_OK;
 }
 
 static int run(const options *o)
 {
+    static const char *const names[] = {"subject", "scene",   "method", "expected", "outcome",
+                                        "reason",  "verdict", "bound",  "error",    "seconds"};
     static record all;
     char folder[FOLDER];
-    int surprises = 0;
     ad_error error = {AD_OK, ""};
     signals_catch();
     if ((o->out && table_check_path(o->out, &error) != AD_OK) ||
         make_folder(folder, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    ad_status status = run_rows(o, folder, &all, &surprises, &error);
+    all.table = sheet_create(names, WORDS, NUMBERS, ROWS_MAX);
+    ad_status status = run_rows(o, folder, &all, &error);
     if (status == AD_OK && o->out) {
-        status = write_record(&all, o->out, &error);
+        status = sheet_write(&all.table, o->out, &error);
     }
+    sheet_free(&all.table);
     remove_folder(folder);
     if (status != AD_OK) {
         return cli_fail_error(program, &error);
     }
-    return signals_caught() ? 128 + signals_caught() : surprises > 0;
+    return signals_caught() ? 128 + signals_caught() : all.surprises > 0;
 }
 
 int main(int count, char **arguments)

@@ -1,5 +1,5 @@
 /* Medians and spreads over seeds. */
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/compare.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,7 +24,7 @@ compare_spread compare_spread_of(double *values, size_t count)
                             values[count - 1]};
 }
 
-double compare_best(const compare_run *run, compare_measure measure, double seconds)
+double compare_best(const compare_run *run, judge_measure measure, double seconds)
 {
     double best = INFINITY;
     for (size_t i = 0; i < run->count && run->rows[i].seconds <= seconds; i++) {
@@ -34,7 +34,7 @@ double compare_best(const compare_run *run, compare_measure measure, double seco
     return best;
 }
 
-double compare_reached(const compare_run *run, compare_measure measure, double limit)
+double compare_reached(const compare_run *run, judge_measure measure, double limit)
 {
     for (size_t i = 0; i < run->count; i++) {
         if (run->rows[i].errors[measure] <= limit) {
@@ -45,9 +45,9 @@ double compare_reached(const compare_run *run, compare_measure measure, double l
 }
 
 /* The error that a run leaves behind. */
-static double last_error(const compare_run *run, compare_measure measure)
+static double last_error(const compare_run *run, judge_measure measure)
 {
-    double error = run->count > 0 && run->end != COMPARE_FAILED
+    double error = run->count > 0 && !compare_failed(run)
                        ? run->rows[run->count - 1].errors[measure]
                        : INFINITY;
     return isnan(error) ? INFINITY : error;
@@ -73,7 +73,8 @@ compare_summary compare_summarize(const compare_results *results, int cell)
     compare_summary summary = {.seeds = runs_of(results, cell, runs)};
     size_t count = (size_t)summary.seeds, rated = 0;
     for (size_t i = 0; i < count; i++) {
-        summary.failed += runs[i]->end == COMPARE_FAILED;
+        summary.failed += compare_failed(runs[i]);
+        summary.warned += verdict_outcome_of(&runs[i]->verdict) == VERDICT_WARNING;
         values[i] = last_error(runs[i], results->measure);
     }
     summary.error = compare_spread_of(values, count);

@@ -1,15 +1,14 @@
 /* Methods of training against one another: which there are, training by each of them, what they
  * reached after how long, as tables, files and pictures. The parts of cpinn-bench. */
-#ifndef TOOLS_JUDGE_COMPARE_COMPARE_H
-#define TOOLS_JUDGE_COMPARE_COMPARE_H
+#ifndef TOOLS_JUDGE_COMPARE_H
+#define TOOLS_JUDGE_COMPARE_H
 
-#include "tools/programs/progress.h"
-#include "tools/train/trainer.h"
+#include "tools/judge/judge.h"
 
 #include <stdbool.h>
 
 enum {
-    COMPARE_NAME = 64, /* bytes of a name, its end included */
+    COMPARE_NAME = JUDGE_NAME,
     COMPARE_METHODS_MAX = 32,
     COMPARE_NETWORKS_MAX = 32,
     COMPARE_CURVES_MAX = 32,
@@ -17,9 +16,6 @@ enum {
     COMPARE_LIMITS = 5,
     COMPARE_GRID = 240
 };
-
-/* `text` as a name that fits a file of words (tools/files/table_file.h): other bytes become '_'. */
-void compare_name(char name[COMPARE_NAME], const char *text);
 
 /* ---- methods and networks ------------------------------------------------------------------ */
 
@@ -59,28 +55,11 @@ void compare_network_name(char name[COMPARE_NAME], const nn_mlp_settings *networ
 
 /* ---- runs ---------------------------------------------------------------------------------- */
 
-typedef enum compare_measure {
-    COMPARE_POSITION, /* relative L2 error over all points of the reference */
-    COMPARE_TIP,      /* largest error at s = length, over the length */
-    COMPARE_ROTATION, /* root mean square of the angle, rad */
-    COMPARE_MEASURES
-} compare_measure;
-
-const char *compare_measure_name(compare_measure measure); /* "tip", as on the command line */
-const char *compare_measure_text(compare_measure measure); /* in words */
-
 typedef struct compare_row {
     double seconds; /* of training and of preparing it, without evaluating errors */
     double step, loss, held_out;
-    double errors[COMPARE_MEASURES]; /* NaN: the reference does not know, or windows are to come */
+    double errors[JUDGE_MEASURES]; /* NaN: the reference does not know, or windows are to come */
 } compare_row;
-
-typedef enum compare_end {
-    COMPARE_ENDED,       /* every stage ended */
-    COMPARE_OUT_OF_TIME, /* the time limit did */
-    COMPARE_STOPPED,     /* a signal did */
-    COMPARE_FAILED       /* a number was not finite */
-} compare_end;
 
 typedef struct compare_run {
     int cell;
@@ -89,20 +68,22 @@ typedef struct compare_run {
     size_t count, capacity;
     double seconds; /* as in the rows, at the end */
     int64_t steps;
-    compare_end end;
-    char why[512]; /* it failed */
+    verdict verdict;
 } compare_run;
+
+/* Whether it has no answer, for another reason than the clock or a signal. */
+bool compare_failed(const compare_run *run);
 
 /* A scene trained by a method with a network. */
 typedef struct compare_cell {
     int scene; /* cells of a scene follow one another */
     char scene_name[COMPARE_NAME], method[COMPARE_NAME], network[COMPARE_NAME];
     size_t parameters;
-    double estimates[COMPARE_MEASURES]; /* of the errors of the reference itself; NaN: unknown */
+    double estimates[JUDGE_MEASURES]; /* of the errors of the reference itself; NaN: unknown */
 } compare_cell;
 
 typedef struct compare_results {
-    compare_measure measure;
+    judge_measure measure;
     const compare_cell *cells;
     int cell_count;
     compare_run *runs; /* of any order */
@@ -112,31 +93,18 @@ typedef struct compare_results {
 ad_status compare_run_add(compare_run *run, const compare_row *row, ad_error *error);
 void compare_run_free(compare_run *run);
 
-/* What to train, and how long. */
-typedef struct compare_task {
-    const char *path;             /* of the config */
-    const char *const *overrides; /* [override_count] of all kinds, seed and rows included */
-    int override_count;
-    int threads;
-    double seconds; /* limit of training time */
-    bool quiet;
-    bool is_solver; /* the cell has no network then */
-} compare_task;
-
-/* Reads the config, prepares and takes one step, so that what cannot be trained is refused before
- * anything is, and what is loaded once is not charged to whoever comes first. Fills in names and
- * parameters of the cell but for the method; the seed that the config has. */
-ad_status compare_rehearse(const compare_task *task, compare_measure measure, compare_cell *cell,
+/* Prepares and takes one step, so that what cannot be trained is refused before anything is, and
+ * what is loaded once is not charged to whoever comes first. Fills in names and parameters of the
+ * cell but for the method; the seed that the config has. */
+ad_status compare_rehearse(const judge_task *task, judge_measure measure, compare_cell *cell,
                            uint64_t *seed, ad_error *error);
 
-/* Trains; rows come at step 1, after each 5% of time, and at the end of stages. A number that is
- * not finite is no error, the run says so. `run` is freed by the caller in any case. */
-ad_status compare_train(const compare_task *task, compare_run *run, ad_error *error);
-
-/* The same by the classical solver, which needs no seed: rows are those of ever more nodes, in the
- * place of steps. */
-ad_status compare_solve(const compare_task *task, compare_measure measure, compare_run *run,
-                        ad_error *error);
+/* Trains; rows come at step 1, after each 5% of time, and at the end of stages. By the solver,
+ * which needs no seed, rows are those of ever more nodes, in the place of steps. What the method
+ * itself cannot do is no error, the run says so. The task's step is called as well. `run` is freed
+ * by the caller in any case. */
+ad_status compare_do(const judge_task *task, judge_measure measure, compare_run *run,
+                     ad_error *error);
 
 /* ---- statistics ---------------------------------------------------------------------------- */
 
@@ -149,15 +117,15 @@ typedef struct compare_spread {
 compare_spread compare_spread_of(double *values, size_t count);
 
 /* Smallest error of the rows until `seconds`; INFINITY before the first. */
-double compare_best(const compare_run *run, compare_measure measure, double seconds);
+double compare_best(const compare_run *run, judge_measure measure, double seconds);
 
 /* Seconds of the first row with an error <= limit; INFINITY when there is none. */
-double compare_reached(const compare_run *run, compare_measure measure, double limit);
+double compare_reached(const compare_run *run, judge_measure measure, double limit);
 
 extern const double compare_limits[COMPARE_LIMITS]; /* 1e-2 .. 1e-6 */
 
 typedef struct compare_summary {
-    int seeds, failed;
+    int seeds, failed, warned;      /* runs; of them without an answer, with a warning */
     compare_spread error;           /* of the last rows; INFINITY: failed */
     double reached[COMPARE_LIMITS]; /* medians, s */
     double seconds;                 /* median */
@@ -199,23 +167,16 @@ void compare_curves_free(compare_curves *curves);
 
 /* ---- output -------------------------------------------------------------------------------- */
 
-/* Seconds to two or three digits, at most four places; "-" where not finite. */
-enum { COMPARE_SECONDS = 32 };
-const char *compare_seconds(double seconds, char text[COMPARE_SECONDS]);
-
 /* One line for each cell, under a heading for each scene. */
 void compare_print(FILE *file, const compare_results *results);
 
 /* runs, summary and curves, each as .csv and .h5. */
 ad_status compare_write(const compare_results *results, const char *folder, ad_error *error);
 
-/* SCENE.gp, which makes SCENE.svg and SCENE.png. note: a line under the title, may be "". */
+/* SCENE.gp, which makes SCENE.svg and SCENE.png by gnuplot_draw. note: a line under the title, may
+ * be "". */
 ad_status compare_plot_write(const compare_results *results, int scene,
                              const compare_curves *curves, const char *note, const char *folder,
                              ad_error *error);
-
-/* Runs gnuplot on SCENE.gp in the folder. AD_IO says that it is missing or failed, and how to draw
- * the picture later. */
-ad_status compare_plot_draw(const char *scene_name, const char *folder, ad_error *error);
 
 #endif

@@ -1,5 +1,5 @@
 /* Motions: steps and blows, many periods, damping, windows. */
-#include "tools/judge/stress/rows.h"
+#include "tools/judge/stress_rows.h"
 
 #define TIP(force) ROD IN_ONE "loads: {tip: {force: [\"" force "\", 0, 0]}}\n" BESIDE
 /* The rod of configs/cantilever_periods.yaml; a period is 1.787 */
@@ -22,15 +22,14 @@ static const stress_row rows[] = {
      .write = stress_write_step, .seconds = 30, SOLVED_STEPPING(1e-5),
      BOTH(SOLVED(1e-5, DEFLECTION))},
     {"step/within-window", TIP("1e-3*step(t-0.1)"), .write = stress_write_step,
-     SOLVED_STEPPING(1e-5), PINN = DOUBTED("still large in window", "no wave jumps; error 0.3%"),
+     SOLVED_STEPPING(1e-5), PINN = WARNED(VERDICT_NOT_CONVERGED, "no wave jumps; error 0.3%"),
      SOLVER = SOLVED(1e-5, DEFLECTION)},
     {"step/push", TIP("1e-2*(step(t-0.1)-step(t-0.2))"), .overrides = {"time.windows=10"},
      .write = stress_write_push, .seconds = 30, SOLVED_STEPPING(1e-5),
      BOTH(SOLVED(1e-5, DEFLECTION))},
     {"step/blow", TIP("0.1*(step(t-0.1)-step(t-0.11))"), .write = stress_write_blow,
      SOLVED_STEPPING(1e-4),
-     PINN = DOUBTED("not_converged: residuals are still large in window 1",
-                    "shorter than the waves of a window"),
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "shorter than the waves of a window"),
      SOLVER = SOLVED(1e-4, DEFLECTION)},
     {"damping/heavy", TIP("1e-2*t/10"),
      .overrides = {"rod.damping.curvature=[10, 10, 10]", "time.duration=10"},
@@ -53,6 +52,6 @@ static const stress_row rows[] = {
      .quick = true, PINN = REFUSED("time.windows", "200 periods in each window, beyond its waves")},
     {"windows/too-few", ROD "loads: {tip: {force: [1, 0, 0]}}\ntime: {duration: 20, windows: 1}\n",
      .overrides = {"network.fourier.features=64"}, .seconds = 30,
-     PINN = DOUBTED(NULL, "11 periods in one window")},
+     PINN = WARNED(VERDICT_NONE, "11 periods in one window")},
 };
 const stress_group stress_motions = GROUP("Motions: steps, damping, energy, windows", rows);

@@ -1,5 +1,5 @@
 /* Rods: slender and stout, soft and stiff, small and large. */
-#include "tools/judge/stress/rows.h"
+#include "tools/judge/stress_rows.h"
 
 #define ROUND(radius)                                                                              \
     "rod:\n"                                                                                       \
@@ -84,7 +84,7 @@ static const stress_row rows[] = {
      PINN = SOLVED(1e-4, "rad; the section turns by 1 rad, and errors grow a thousandfold"),
      SOLVER = EXACT},
     {"twist/1e-3-far", TWISTED("1e-3", "[0, 3, 4e-3]"), .measure = stress_rotation,
-     PINN = DOUBTED("not_converged", "200 steps end half way along so narrow a valley"),
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "200 steps end half way along so narrow a valley"),
      SOLVER = EXACT},
     {"twist/1e-3-patient", FAR_PATIENTLY, .measure = stress_rotation,
      PINN = SOLVED(1e-4, "rad; the same valley, walked to its end"), SOLVER = EXACT},
@@ -92,7 +92,7 @@ static const stress_row rows[] = {
     {"twist/1000-angle", TWISTED("1e3", "[0, 3, 4]"), .measure = stress_rotation, .quick = true,
      PINN = SOLVED(1e-6, "rad; the twist is almost locked"), SOLVER = EXACT},
     {"twist/640-turns", TWISTED("1e-3", "[0, 3, 4]"),
-     PINN = DOUBTED("not_converged", "no network of a few waves winds 640 times"),
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "no network of a few waves winds 640 times"),
      SOLVER = STOPPED("of the load", "640 turns need more nodes than it takes")},
 };
 const stress_group stress_rods = GROUP("Rods: slenderness, material, size, twist", rows);

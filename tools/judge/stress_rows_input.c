@@ -1,5 +1,5 @@
 /* Input: numbers beyond reason, data files, networks and settings that cannot work. */
-#include "tools/judge/stress/rows.h"
+#include "tools/judge/stress_rows.h"
 
 #define BESIDE_PULL ROD "loads: {tip: {force: [1, 0, 0]}}\n" BESIDE
 #define SET(...)    .overrides = {__VA_ARGS__}, .quick = true
@@ -91,17 +91,17 @@ static const stress_row rows[] = {
      BOTH(REFUSED("reference.csv", "its square overflows"))},
 
     {"network/two-points", PULL, SET("losses.interior.points=2"),
-     PINN = DOUBTED("interpolates its points", "two points leave the rod between them free")},
+     PINN = WARNED(VERDICT_INTERPOLATES, "two points leave the rod between them free")},
     {"network/one-unit", PULL,
      SET("network.hidden=[1]", "training.stages=[{optimizer: adam, steps: 500}, "
                                "{optimizer: lbfgs, steps: 500}]"),
-     PINN = DOUBTED("not_converged", "one hidden unit has not the shape of a rod")},
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "one hidden unit has not the shape of a rod")},
     {"network/one-feature", PULL, SET("network.fourier.features=1"),
-     PINN = DOUBTED("not_converged", "one wave has not the shape of a rod")},
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "one wave has not the shape of a rod")},
     {"training/rate-10", PULL,
      SET("network.hidden=[16]",
          "training.stages=[{optimizer: adam, steps: 500, learning_rate: 10}]"),
-     PINN = DOUBTED("not_converged", "the best state is kept, but it is no solution")},
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "the best state is kept, but it is no solution")},
     {"training/rate-1e200", PULL,
      SET("network.hidden=[16]",
          "training.stages=[{optimizer: adam, steps: 500, learning_rate: 1e200}]"),
@@ -109,10 +109,10 @@ static const stress_row rows[] = {
     {"training/one-step-gentle", PULL,
      SET("training.stages=[{optimizer: adam, steps: 1}]", "network.hidden=[8]",
          "loads.tip.force=[1e-3, 0, 0]"),
-     PINN = DOUBTED("not_converged", "nor when all residuals are small because the load is")},
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "nor when all residuals are small because the load is")},
     {"training/one-step", PULL,
      SET("training.stages=[{optimizer: adam, steps: 1}]", "network.hidden=[8]"),
-     PINN = DOUBTED("not_converged", "a step is no training")},
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "a step is no training")},
 };
 const stress_group stress_inputs =
     GROUP("Input: numbers, files, networks, settings that cannot work", rows);

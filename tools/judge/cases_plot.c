@@ -1,17 +1,15 @@
 /* All cases in one picture, drawn by gnuplot from a script that holds its numbers. */
-#include "tools/files/file_bytes.h"
-#include "tools/judge/cases/cases.h"
+#include "tools/judge/cases.h"
+#include "tools/judge/gnuplot.h"
 
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 /* Errors are drawn over logarithms; smaller ones are rounding. */
 static const double SMALLEST = 1e-16;
 
 static bool is_drawn(const cases_row *row)
 {
-    return !isnan(row->position) && row->seconds > 0;
+    return !isnan(row->result.errors[JUDGE_POSITION]) && row->result.seconds > 0;
 }
 
 /* Cases are numbered in the order of their first rows. */
@@ -27,15 +25,16 @@ static int number_of(const cases_row *rows, size_t row)
 /* The larger of both, so that a rod that only twists has an error. */
 static double error_of(const cases_row *row)
 {
-    return fmax(SMALLEST, fmax(row->position, row->rotation)); /* fmax leaves NaN out */
+    return fmax(SMALLEST, fmax(row->result.errors[JUDGE_POSITION],
+                               row->result.errors[JUDGE_ROTATION])); /* fmax leaves NaN out */
 }
 
-static void print_points(FILE *file, const cases_row *rows, size_t count, cases_method method)
+static void print_points(FILE *file, const cases_row *rows, size_t count, judge_method method)
 {
-    fprintf(file, "$%s << END\n", cases_method_name(method));
+    fprintf(file, "$%s << END\n", judge_method_name(method));
     for (size_t i = 0; i < count; i++) {
         if (rows[i].method == method && is_drawn(&rows[i])) {
-            fprintf(file, "%.6g %.6g %d %s\n", rows[i].seconds, error_of(&rows[i]),
+            fprintf(file, "%.6g %.6g %d %s\n", rows[i].result.seconds, error_of(&rows[i]),
                     number_of(rows, i), rows[i].name);
         }
     }
@@ -49,8 +48,8 @@ static void print_links(FILE *file, const cases_row *rows, size_t count)
     for (size_t i = 1; i < count; i++) {
         const cases_row *from = &rows[i - 1], *to = &rows[i];
         if (number_of(rows, i) == number_of(rows, i - 1) && is_drawn(from) && is_drawn(to)) {
-            fprintf(file, "%.6g %.6g\n%.6g %.6g\n\n", from->seconds, error_of(from), to->seconds,
-                    error_of(to));
+            fprintf(file, "%.6g %.6g\n%.6g %.6g\n\n", from->result.seconds, error_of(from),
+                    to->result.seconds, error_of(to));
         }
     }
     fprintf(file, "END\n");
@@ -73,12 +72,20 @@ static void print_names(FILE *file, const cases_row *rows, size_t count)
     }
 }
 
-static void print_script(FILE *file, const cases_row *rows, size_t count)
+typedef struct table {
+    const cases_row *rows;
+    size_t count;
+} table;
+
+static ad_status print_script(FILE *file, const void *context, ad_error *error)
 {
+    const cases_row *rows = ((const table *)context)->rows;
+    size_t count = ((const table *)context)->count;
+    (void)error;
     fprintf(file, "# Error against run time of all cases, by cpinn-cases. In this folder: gnuplot "
                   "cases.gp\n# Columns: seconds, error, number, name of the case.\n\n");
-    print_points(file, rows, count, CASES_PINN);
-    print_points(file, rows, count, CASES_SOLVER);
+    print_points(file, rows, count, JUDGE_PINN);
+    print_points(file, rows, count, JUDGE_SOLVER);
     print_links(file, rows, count);
     fprintf(file, "\nset terminal svg size 1100,640 dynamic font 'Helvetica,13' background rgb "
                   "'white'\nset output 'cases.svg'\n"
@@ -98,21 +105,10 @@ static void print_script(FILE *file, const cases_row *rows, size_t count)
                   "     $pinn using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
     fprintf(file, "\nset terminal pngcairo size 2200,1280 fontscale 1.9 linewidth 1.9 pointscale "
                   "1.8\nset output 'cases.png'\nreplot\nunset output\n");
+    return AD_OK;
 }
 
 ad_status cases_plot_write(const cases_row *rows, size_t count, const char *folder, ad_error *error)
 {
-    char *text = NULL, path[4096];
-    size_t size = 0;
-    snprintf(path, sizeof path, "%s/cases.gp", folder);
-    FILE *file = open_memstream(&text, &size);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    }
-    print_script(file, rows, count);
-    ad_status status = fclose(file) == 0
-                           ? file_bytes_write(path, text, size, 1, error)
-                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    free(text);
-    return status;
+    return gnuplot_write(folder, "cases", print_script, &(const table){rows, count}, error);
 }

@@ -1,5 +1,5 @@
 /* Methods and networks by name. */
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/compare.h"
 
 #include <ctype.h>
 #include <stdlib.h>
@@ -19,24 +19,6 @@ static const struct {
 enum { METHODS_KNOWN = sizeof methods_known / sizeof *methods_known };
 
 static const char endless[] = "1000000000"; /* the most that training.stages[].steps allows */
-
-void compare_name(char name[COMPARE_NAME], const char *text)
-{
-    snprintf(name, COMPARE_NAME, "%s", text);
-    for (char *byte = name; *byte; byte++) {
-        if ((unsigned char)*byte < ' ' || strchr(",\"'/#\x7f", *byte)) {
-            *byte = '_';
-        }
-    }
-    for (size_t last = strlen(name); last > 0 && name[last - 1] == ' '; last--) {
-        name[last - 1] = '_';
-    }
-    if (name[0] == '\0') {
-        strcpy(name, "_");
-    } else if (name[0] == ' ' || name[0] == '.') {
-        name[0] = '_';
-    }
-}
 
 /* ---- methods ------------------------------------------------------------------------------- */
 
@@ -184,7 +166,7 @@ static ad_status parse_method(compare_method *method, const char *text, size_t l
     char given[COMPARE_NAME];
     snprintf(given, sizeof given, "%.*s", (int)name, text);
     *method = (compare_method){.name = ""};
-    compare_name(method->name, given);
+    judge_name(method->name, given);
     if (!equals && !bare) {
         return look_up(method, error);
     }

@@ -1,5 +1,5 @@
 /* Curves of other programs, from files. */
-#include "tools/judge/compare/compare.h"
+#include "tools/judge/compare.h"
 
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
@@ -82,17 +82,6 @@ static ad_status find(compare_curves *curves, int first, const char *name, size_
     return AD_OK;
 }
 
-/* The file's name without folder and ending. */
-static void stem(char name[COMPARE_NAME], const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    compare_name(name, slash ? slash + 1 : path);
-    char *dot = strrchr(name, '.');
-    if (dot && dot != name) {
-        *dot = '\0';
-    }
-}
-
 static ad_status take(compare_curves *curves, const source *file, const char *name, ad_error *error)
 {
     int first = curves->count;
@@ -121,10 +110,10 @@ ad_status compare_curves_read(compare_curves *curves, const char *text, ad_error
             "--curve %.200s: allowed: FILE.csv or NAME=FILE.csv, a name of up to %d bytes", text,
             COMPARE_NAME - 1);
     }
-    stem(name, file.path);
+    judge_name_of_file(name, file.path);
     if (equals) {
         snprintf(given, sizeof given, "%.*s", (int)(equals - text), text);
-        compare_name(name, given);
+        judge_name(name, given);
     }
     const char *const words[] = {"name", NULL};
     ad_status status = table_read_words(file.path, TABLE_FINITE, words, &file.table, error);

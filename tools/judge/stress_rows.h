@@ -2,7 +2,7 @@
 #ifndef TOOLS_JUDGE_STRESS_ROWS_H
 #define TOOLS_JUDGE_STRESS_ROWS_H
 
-#include "tools/judge/stress/stress.h"
+#include "tools/judge/stress.h"
 
 /* L = EI = rhoA = 1, along +z with d1 along +x unless the scene turns it; the rotary inertia is
  * that of a round rod, length over radius 50. */
@@ -21,25 +21,25 @@
 #define PULL       ROD "loads: {tip: {force: [1, 0, 0]}}\n" ELASTICA
 #define PULL_MOVED ROD IN_ONE "loads: {tip: {force: [t^2, 0, 0]}}\n"
 
-#define PINN   .expected[STRESS_PINN]
-#define SOLVER .expected[STRESS_SOLVER]
+#define PINN   .expected[JUDGE_PINN]
+#define SOLVER .expected[JUDGE_SOLVER]
 /* Of both methods. */
 #define BOTH(what) .expected = {what, what}
 #define SOLVED(limit, because)                                                                     \
     {                                                                                              \
-        STRESS_SOLVED, .bound = (limit), .why = (because)                                          \
+        VERDICT_SOLVED, .bound = (limit), .why = (because)                                         \
     }
 #define REFUSED(what, because)                                                                     \
     {                                                                                              \
-        STRESS_REFUSED, .text = (what), .why = (because)                                           \
+        VERDICT_REFUSED, .text = (what), .why = (because)                                          \
     }
 #define STOPPED(what, because)                                                                     \
     {                                                                                              \
-        STRESS_STOPPED, .text = (what), .why = (because)                                           \
+        VERDICT_STOPPED, .text = (what), .why = (because)                                          \
     }
-#define DOUBTED(what, because)                                                                     \
+#define WARNED(because_of, because)                                                                \
     {                                                                                              \
-        STRESS_DOUBTED, .text = (what), .why = (because)                                           \
+        VERDICT_WARNING, .reason = (because_of), .why = (because)                                  \
     }
 #define GROUP(what, list)                                                                          \
     {                                                                                              \

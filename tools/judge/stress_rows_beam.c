@@ -1,6 +1,6 @@
 /* Beams of small deflection: foundations, frequencies, shear, units. Closed forms (Hetenyi 1946;
  * Timoshenko, Young, Weaver 1974, ch. 5). */
-#include "tools/judge/stress/rows.h"
+#include "tools/judge/stress_rows.h"
 
 #define BEAM(model, length, stiffness)                                                             \
     "rod: {model: " model ", length: " length ", stiffness: " stiffness                            \
@@ -32,7 +32,7 @@ static const stress_row rows[] = {
      PINN = SOLVED(1e-3, "a layer of 1/20 of the length, as short as the usual waves"),
      SOLVER = SOLVED(1e-8, "the closed form forgets the free end, by exp(-20)")},
     {"beam/layer-1e8", LAYER("4e8", "100"), .quick = true,
-     PINN = DOUBTED("not_converged", "a layer of 1/100 of the length, shorter than the waves"),
+     PINN = WARNED(VERDICT_NOT_CONVERGED, "a layer of 1/100 of the length, shorter than the waves"),
      SOLVER = EXACT},
     {"beam/layer-1e8-waves", LAYER("4e8", "100"),
      .overrides = {"network.fourier.wavenumber=200", "network.fourier.features=128"},
@@ -48,8 +48,8 @@ static const stress_row rows[] = {
     {"beam/mode-1", MODE("1", "0.6366197723675814"), PINN = SOLVED(1e-5, "one period"),
      SOLVER = EXACT},
     {"beam/mode-10", MODE("10", "0.006366197723675814"), .tolerance = 1e-6,
-     PINN =
-         DOUBTED("not_converged", "five waves along the beam, shorter than those of the network"),
+     PINN = WARNED(VERDICT_NOT_CONVERGED,
+                   "five waves along the beam, shorter than those of the network"),
      SOLVER = SOLVED(1e-6, "as asked for")},
     {"beam/mode-10-waves", MODE("10", "0.006366197723675814"),
      .overrides = {"network.fourier.wavenumber=50", "losses.interior.points=6000"}, .seconds = 120,

@@ -1,5 +1,5 @@
 /* What is measured of an answer beside its error of position against a reference. */
-#include "tools/judge/stress/methods.h"
+#include "tools/judge/stress.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -14,17 +14,10 @@ static void points_along(const scene *rod_scene, double s[ALONG])
     }
 }
 
-void stress_instants(const scene *rod_scene, double t[STRESS_INSTANTS])
-{
-    for (int j = 0; j < STRESS_INSTANTS; j++) {
-        t[j] = scene_duration(rod_scene) * j / (STRESS_INSTANTS - 1);
-    }
-}
-
-ad_status stress_rotation(const stress_answer *a, double *error, ad_error *reason)
+ad_status stress_rotation(const judge_answer *a, double *error, ad_error *reason)
 {
     (void)reason;
-    *error = stress_errors(a).rotation;
+    *error = a->errors[JUDGE_ROTATION];
     return AD_OK;
 }
 
@@ -43,8 +36,8 @@ static int last_change(const scene *rod_scene)
 {
     double last[3], now[3];
     tip_force(rod_scene, scene_duration(rod_scene), last);
-    for (int i = STRESS_INSTANTS - 1; i >= 0; i--) {
-        tip_force(rod_scene, scene_duration(rod_scene) * i / (STRESS_INSTANTS - 1), now);
+    for (int i = JUDGE_INSTANTS - 1; i >= 0; i--) {
+        tip_force(rod_scene, scene_duration(rod_scene) * i / (JUDGE_INSTANTS - 1), now);
         if (now[0] != last[0] || now[1] != last[1] || now[2] != last[2]) {
             return i + 1;
         }
@@ -89,19 +82,19 @@ static energy energy_of(const scene *rod_scene, const double *values)
     return sum;
 }
 
-ad_status stress_energy_drift(const stress_answer *a, double *error, ad_error *reason)
+ad_status stress_energy_drift(const judge_answer *a, double *error, ad_error *reason)
 {
-    const scene *rod_scene = stress_scene(a);
-    double s[ALONG], t[ALONG], times[STRESS_INSTANTS], values[MODEL_COLUMNS_MAX * ALONG];
+    const scene *rod_scene = a->scene;
+    double s[ALONG], t[ALONG], times[JUDGE_INSTANTS], values[MODEL_COLUMNS_MAX * ALONG];
     double first = 0, drift = 0, kinetic = 0;
     int from = last_change(rod_scene);
     points_along(rod_scene, s);
-    stress_instants(rod_scene, times);
-    for (int j = from; j < STRESS_INSTANTS; j++) {
+    judge_instants(rod_scene, times);
+    for (int j = from; j < JUDGE_INSTANTS; j++) {
         for (int k = 0; k < ALONG; k++) {
             t[k] = times[j];
         }
-        ad_status status = stress_values(a, ALONG, s, t, values, reason);
+        ad_status status = judge_values(a, ALONG, s, t, values, reason);
         if (status != AD_OK) {
             return status;
         }

@@ -1,5 +1,5 @@
 /* References in closed form, as files beside a scene. */
-#include "tools/judge/stress/stress.h"
+#include "tools/judge/stress.h"
 
 #include "physics/analytic.h"
 

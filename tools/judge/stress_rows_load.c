@@ -1,6 +1,6 @@
 /* Loads: large ones, turns, followers, buckling, snap-through, quaternions. Shapes without a closed
  * form by collocation (scipy.integrate.solve_bvp, tolerance 1e-9, continuation in the load). */
-#include "tools/judge/stress/rows.h"
+#include "tools/judge/stress_rows.h"
 
 #define TURNS(moment)   ROD "loads: {tip: {moment: [0, \"" moment "\", 0]}}\n" ROLLUP
 #define FORCE(force)    ROD "loads: {tip: {force: [" force ", 0, 0]}}\n" ELASTICA
@@ -120,14 +120,14 @@ static const stress_row rows[] = {
     {"column/0.99-leaning", COLUMN("0.99", "1e-3"), .file = leaning_099,
      PINN = SOLVED(1e-5, "1% below Euler's load errors grow a hundredfold"), SOLVER = EXACT},
     {"column/1.01", COLUMN("1.01", "0"), .file = straight, .quick = true,
-     BOTH(DOUBTED("unstable", "straight, but not stable: the other branch has to be named"))},
+     BOTH(WARNED(VERDICT_UNSTABLE, "straight, but not stable: the other branch has to be named"))},
     {"column/1.01-leaning", COLUMN("1.01", "1e-3"), .file = leaning_101,
      PINN = SOLVED(1e-5, "the stable branch"), SOLVER = EXACT},
     {"column/1.01-named", COLUMN("1.01", "1e-3"), .overrides = {"rod.rest.imperfection=[0, 1, 0]"},
      .file = leaning_101, PINN = SOLVED(1e-5, "the stable branch, which an imperfection names"),
      SOLVER = EXACT},
     {"column/2", COLUMN("2", "0"), .file = straight, .quick = true,
-     BOTH(DOUBTED("unstable", "straight, but not stable: the other branch has to be named"))},
+     BOTH(WARNED(VERDICT_UNSTABLE, "straight, but not stable: the other branch has to be named"))},
     {"column/2-leaning", COLUMN("2", "1e-2"), .file = leaning_2,
      PINN = SOLVED(1e-6, "the stable branch"), SOLVER = EXACT},
     {"column/2-named", COLUMN("2", "1e-2"), .overrides = {"rod.rest.imperfection=[0, 1, 0]"},
@@ -137,8 +137,8 @@ static const stress_row rows[] = {
      .file = arch_inverted, PINN = SOLVED(1e-5, "the inverted shape, which an imperfection names"),
      SOLVER = EXACT},
     {"arch/60", ARCH("60"), .file = arch_inverted,
-     PINN =
-         DOUBTED("unstable", "straight down it gives way from 39 on: a direction has to be named"),
+     PINN = WARNED(VERDICT_UNSTABLE,
+                   "straight down it gives way from 39 on: a direction has to be named"),
      SOLVER = EXACT},
 
     {"quaternion/file", TURNS("2*pi"),

@@ -1,14 +1,10 @@
-/* Pictures, drawn by gnuplot from a script that holds its numbers, so that it can be restyled. */
-#include "tools/judge/compare/compare.h"
+/* Error over run time, in a picture for each scene. */
+#include "tools/judge/compare.h"
+#include "tools/judge/gnuplot.h"
 
-#include "tools/files/file_bytes.h"
-
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 /* Okabe & Ito's palette, which colour-blind readers can tell apart, without its yellow, which is
  * too pale for a line: https://jfly.uni-koeln.de/color/. */
@@ -23,19 +19,6 @@ static const char *const dashes[] = {"solid", "(8,4)", "(2,3)", "(8,3,2,3)", "(1
 enum { COLOURS = sizeof colours / sizeof *colours, DASHES = sizeof dashes / sizeof *dashes };
 
 /* ---- the script ---------------------------------------------------------------------------- */
-
-/* In gnuplot's single quotes a quote is doubled. */
-static void print_quoted(FILE *file, const char *text)
-{
-    fputc('\'', file);
-    for (; *text; text++) {
-        if (*text == '\'') {
-            fputc('\'', file);
-        }
-        fputc((unsigned char)*text < ' ' ? ' ' : *text, file);
-    }
-    fputc('\'', file);
-}
 
 /* What is drawn of a scene. */
 typedef struct drawing {
@@ -99,14 +82,14 @@ static void print_axes(FILE *file, const drawing *d, const char *note)
                   "set format x '%%h'\nset format y '10^{%%T}'\n");
     fprintf(file, "set xlabel 'run time (s)'\n");
     fprintf(file, "set ylabel '%s'\n",
-            d->results->measure == COMPARE_ROTATION ? "rotation error (rad)"
-                                                    : compare_measure_text(d->results->measure));
+            d->results->measure == JUDGE_ROTATION ? "rotation error (rad)"
+                                                  : judge_measure_text(d->results->measure));
     fprintf(file, "set title ");
-    print_quoted(file, cell->scene_name);
+    gnuplot_quoted(file, cell->scene_name);
     fprintf(file, " noenhanced font ',15' offset 0,%s\n", *note ? "1" : "0");
     if (*note) {
         fprintf(file, "set label 1 ");
-        print_quoted(file, note);
+        gnuplot_quoted(file, note);
         fprintf(file, " at graph 0.5,1 center offset 0,0.8 noenhanced font ',10' tc rgb "
                       "'#555555'\n");
     }
@@ -125,7 +108,7 @@ static void print_title(FILE *file, const drawing *d, const compare_cell *cell)
     snprintf(title, sizeof title, "%s%s%s",
              d->many_methods || !d->many_networks ? cell->method : "", both ? ", " : "",
              d->many_networks && has_network ? cell->network : "");
-    print_quoted(file, title);
+    gnuplot_quoted(file, title);
 }
 
 static bool same(const drawing *d, bool methods, int a, int b)
@@ -184,7 +167,7 @@ static void print_plot(FILE *file, const drawing *d, const bool *drawn)
                 "title ",
                 separator, i, points[i % (int)(sizeof points / sizeof *points)],
                 greys[i % (int)(sizeof greys / sizeof *greys)]);
-        print_quoted(file, d->curves->curves[i].name);
+        gnuplot_quoted(file, d->curves->curves[i].name);
         separator = ", \\\n     ";
     }
     fputc('\n', file);
@@ -217,118 +200,42 @@ static ad_status print_script(FILE *file, const compare_results *results, int sc
                   "'white'\nset output ");
     char output[COMPARE_NAME + 8];
     snprintf(output, sizeof output, "%s.svg", name);
-    print_quoted(file, output);
+    gnuplot_quoted(file, output);
     fputc('\n', file);
     print_axes(file, &d, note);
     print_plot(file, &d, drawn);
     fprintf(file, "\nset terminal pngcairo size 1720,1040 fontscale 1.9 linewidth 1.9 pointscale "
                   "1.8\nset output ");
     snprintf(output, sizeof output, "%s.png", name);
-    print_quoted(file, output);
+    gnuplot_quoted(file, output);
     fprintf(file, "\nreplot\nunset output\n");
     free(band);
     free(drawn);
     return AD_OK;
 }
 
+/* What a script is made of. */
+typedef struct picture {
+    const compare_results *results;
+    int scene;
+    const compare_curves *curves;
+    const char *note;
+} picture;
+
+static ad_status print_picture(FILE *file, const void *context, ad_error *error)
+{
+    const picture *p = context;
+    return print_script(file, p->results, p->scene, p->curves, p->note, error);
+}
+
 ad_status compare_plot_write(const compare_results *results, int scene,
                              const compare_curves *curves, const char *note, const char *folder,
                              ad_error *error)
 {
-    char *text = NULL, path[4096];
-    size_t size = 0;
+    const picture what = {results, scene, curves, note};
     const char *name = "";
     for (int i = results->cell_count - 1; i >= 0; i--) {
         name = results->cells[i].scene == scene ? results->cells[i].scene_name : name;
     }
-    snprintf(path, sizeof path, "%s/%s.gp", folder, name);
-    FILE *file = open_memstream(&text, &size);
-    if (!file) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    }
-    ad_status status = print_script(file, results, scene, curves, note, error);
-    if (fclose(file) != 0 && status == AD_OK) {
-        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
-    }
-    if (status == AD_OK) {
-        status = file_bytes_write(path, text, size, 1, error);
-    }
-    free(text);
-    return status;
-}
-
-/* ---- gnuplot ------------------------------------------------------------------------------- */
-
-enum { NOT_FOUND = 127 };
-
-/* In the child: never returns. */
-static void become_gnuplot(const char *folder, const char *script, int complaints)
-{
-    if (dup2(complaints, STDERR_FILENO) < 0 || chdir(folder) != 0) {
-        _exit(1);
-    }
-    char *arguments[] = {"gnuplot", (char *)script, NULL};
-    execvp(arguments[0], arguments);
-    _exit(errno == ENOENT ? NOT_FOUND : 1);
-}
-
-/* Reads to the end; keeps the line of gnuplot that says what is wrong, "...: line 3: ...". */
-static void read_complaint(int from, char complaint[160])
-{
-    char text[4096];
-    size_t length = 0;
-    ssize_t got;
-    while ((got = read(from, text + length, sizeof text - 1 - length)) > 0) {
-        length += (size_t)got;
-        length = length < sizeof text - 1 ? length : sizeof text / 2;
-    }
-    text[length] = '\0';
-    char *line = strstr(text, " line ");
-    line = line ? line + 1 : text;
-    while (*line == '\n') {
-        line++;
-    }
-    line[strcspn(line, "\n")] = '\0';
-    snprintf(complaint, 160, "%.159s", line);
-}
-
-static int run_gnuplot(const char *folder, const char *script, char complaint[160])
-{
-    int pipes[2], status = 0;
-    complaint[0] = '\0';
-    if (pipe(pipes) != 0) {
-        return -1;
-    }
-    fflush(NULL); /* or the child would have what is buffered as well */
-    pid_t child = fork();
-    if (child == 0) {
-        close(pipes[0]);
-        become_gnuplot(folder, script, pipes[1]);
-    }
-    close(pipes[1]);
-    if (child > 0) {
-        read_complaint(pipes[0], complaint);
-        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-        }
-    }
-    close(pipes[0]);
-    return child > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-}
-
-ad_status compare_plot_draw(const char *scene_name, const char *folder, ad_error *error)
-{
-    char script[COMPARE_NAME + 8], complaint[160];
-    snprintf(script, sizeof script, "./%s.gp", scene_name); /* a name may begin with - */
-    int status = run_gnuplot(folder, script, complaint);
-    if (status == NOT_FOUND) {
-        return ad_fail(
-            error, AD_IO,
-            "no picture, gnuplot is not installed; once it is: (cd %.300s && gnuplot %s)", folder,
-            script + 2);
-    }
-    return status == 0
-               ? AD_OK
-               : ad_fail(error, AD_IO,
-                         "no picture, gnuplot failed: %s; to see: (cd %.200s && gnuplot %s)",
-                         *complaint ? complaint : "it says nothing", folder, script);
+    return gnuplot_write(folder, name, print_picture, &what, error);
 }

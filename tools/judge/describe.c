@@ -1,0 +1,79 @@
+/* What a scene is made of, in a few words and numbers. */
+#include "tools/judge/judge.h"
+
+#include <string.h>
+
+/* A word for the terms whose names begin so; told when all of these that there are, are absent. */
+static const struct {
+    const char *word, *terms[3];
+} parts[] = {{"shear", {"shear"}},
+             {"stretch", {"stretch"}},
+             {"twist", {"twist"}},
+             {"rotary inertia", {"rotary inertia"}},
+             {"damping", {"strain damping", "curvature damping", "drag"}}};
+
+static void add_word(char text[64], const char *word)
+{
+    size_t length = strlen(text);
+    snprintf(text + length, 64 - length, "%s%s", length ? "; " : "", word);
+}
+
+/* Reasons that have been told otherwise: with the third dimension, with time. */
+static bool is_told(const char *reason)
+{
+    return strcmp(reason, "planar motion") == 0 || strcmp(reason, "static scene") == 0;
+}
+
+/* Whether terms of a part are there, but none of them is present. */
+static bool is_absent(const rod_term *terms, int count, int part)
+{
+    bool absent = false;
+    for (int i = 0; i < count; i++) {
+        for (int k = 0; k < 3 && parts[part].terms[k]; k++) {
+            if (strncmp(terms[i].name, parts[part].terms[k], strlen(parts[part].terms[k])) != 0) {
+                continue;
+            }
+            if (terms[i].present) {
+                return false;
+            }
+            absent = absent || !is_told(terms[i].reason);
+        }
+    }
+    return absent;
+}
+
+void judge_left_out(const scene *rod_scene, judge_method method, char text[64])
+{
+    rod_term terms[ROD_TERM_MAX];
+    int count = scene_physics_of(rod_scene)->terms(rod_scene, terms);
+    if (!scene_is_dynamic(rod_scene)) {
+        add_word(text, "time");
+    }
+    if (method == JUDGE_SOLVER) {
+        return; /* takes all rods alike */
+    }
+    if (!scene_is_beam(rod_scene) && rod_plane_of(rod_scene).is_planar) {
+        add_word(text, "out of plane");
+    }
+    for (int i = 0; i < (int)(sizeof parts / sizeof *parts); i++) {
+        if (is_absent(terms, count, i)) {
+            add_word(text, parts[i].word);
+        }
+    }
+}
+
+void judge_describe(const session *s, judge_row *row)
+{
+    const scene *scene = s->e->scene;
+    static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE, ROD_MOMENT};
+    row->unknowns = scene_physics_of(scene)->network_outputs(scene);
+    row->equations = row->instructions = 0;
+    for (int i = 0; i < 4; i++) {
+        row->equations += scene_physics_of(scene)->residual_rows(scene, inside[i]);
+    }
+    for (int i = 0; i < problem_sets(s->problem); i++) {
+        row->instructions += (double)problem_set_inspect(s->problem, i).program.instructions;
+    }
+    row->points = (double)problem_set_inspect(s->problem, 0).points;
+    judge_left_out(scene, JUDGE_PINN, row->left_out);
+}

@@ -1,0 +1,119 @@
+#include "tools/judge/gnuplot.h"
+
+#include "tools/files/file_bytes.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+void gnuplot_quoted(FILE *file, const char *text)
+{
+    fputc('\'', file);
+    for (; *text; text++) {
+        if (*text == '\'') {
+            fputc('\'', file);
+        }
+        fputc((unsigned char)*text < ' ' ? ' ' : *text, file);
+    }
+    fputc('\'', file);
+}
+
+ad_status gnuplot_write(const char *folder, const char *name,
+                        ad_status (*print)(FILE *file, const void *context, ad_error *error),
+                        const void *context, ad_error *error)
+{
+    char *text = NULL, path[4096];
+    size_t size = 0;
+    snprintf(path, sizeof path, "%s/%s.gp", folder, name);
+    FILE *file = open_memstream(&text, &size);
+    if (!file) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    ad_status status = print(file, context, error);
+    if (fclose(file) != 0 && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    if (status == AD_OK) {
+        status = file_bytes_write(path, text, size, 1, error);
+    }
+    free(text);
+    return status;
+}
+
+/* ---- drawing ------------------------------------------------------------------------------- */
+
+enum { NOT_FOUND = 127 };
+
+/* In the child: never returns. */
+static void become_gnuplot(const char *folder, const char *script, int complaints)
+{
+    if (dup2(complaints, STDERR_FILENO) < 0 || chdir(folder) != 0) {
+        _exit(1);
+    }
+    char *arguments[] = {"gnuplot", (char *)script, NULL};
+    execvp(arguments[0], arguments);
+    _exit(errno == ENOENT ? NOT_FOUND : 1);
+}
+
+/* Reads to the end; keeps the line of gnuplot that says what is wrong, "...: line 3: ...". */
+static void read_complaint(int from, char complaint[160])
+{
+    char text[4096];
+    size_t length = 0;
+    ssize_t got;
+    while ((got = read(from, text + length, sizeof text - 1 - length)) > 0) {
+        length += (size_t)got;
+        length = length < sizeof text - 1 ? length : sizeof text / 2;
+    }
+    text[length] = '\0';
+    char *line = strstr(text, " line ");
+    line = line ? line + 1 : text;
+    while (*line == '\n') {
+        line++;
+    }
+    line[strcspn(line, "\n")] = '\0';
+    snprintf(complaint, 160, "%.159s", line);
+}
+
+static int run_gnuplot(const char *folder, const char *script, char complaint[160])
+{
+    int pipes[2], status = 0;
+    complaint[0] = '\0';
+    if (pipe(pipes) != 0) {
+        return -1;
+    }
+    fflush(NULL); /* or the child would have what is buffered as well */
+    pid_t child = fork();
+    if (child == 0) {
+        close(pipes[0]);
+        become_gnuplot(folder, script, pipes[1]);
+    }
+    close(pipes[1]);
+    if (child > 0) {
+        read_complaint(pipes[0], complaint);
+        while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+        }
+    }
+    close(pipes[0]);
+    return child > 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+ad_status gnuplot_draw(const char *name, const char *folder, ad_error *error)
+{
+    char script[GNUPLOT_NAME], complaint[160];
+    snprintf(script, sizeof script, "./%s.gp", name); /* a name may begin with - */
+    int status = run_gnuplot(folder, script, complaint);
+    if (status == NOT_FOUND) {
+        return ad_fail(
+            error, AD_IO,
+            "no picture, gnuplot is not installed; once it is: (cd %.300s && gnuplot %s)", folder,
+            script + 2);
+    }
+    return status == 0
+               ? AD_OK
+               : ad_fail(error, AD_IO,
+                         "no picture, gnuplot failed: %s; to see: (cd %.200s && gnuplot %s)",
+                         *complaint ? complaint : "it says nothing", folder, script);
+}

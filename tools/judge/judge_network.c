@@ -1,0 +1,113 @@
+/* A scene by a network, trained as cpinn-train does it. */
+#include "tools/judge/judge.h"
+#include "tools/judge/signals.h"
+
+#include <math.h>
+#include <time.h>
+
+/* Of training, without its rows of history; or of the processor. */
+static double seconds_spent(const judge_task *task, const session *s, clock_t began)
+{
+    trainer_info info = trainer_inspect(s->trainer);
+    return task->by_processor ? (double)(clock() - began) / CLOCKS_PER_SEC
+                              : info.seconds - info.row_seconds;
+}
+
+static ad_status train(session *s, const judge_task *task, verdict *found, ad_error *error)
+{
+    clock_t began = clock();
+    ad_status status = AD_OK;
+    while (status == AD_OK && trainer_inspect(s->trainer).state == TRAINER_RUNNING) {
+        if (signals_caught()) {
+            found->signal = signals_caught();
+            verdict_add(found, VERDICT_SIGNAL, "stopped");
+            break;
+        }
+        if (seconds_spent(task, s, began) >= task->seconds) {
+            verdict_add(found, VERDICT_TIME_LIMIT, "%g s in window %d of %d", task->seconds,
+                        s->e->window + 1, s->e->scene->windows);
+            break;
+        }
+        status = trainer_step(s->trainer, error);
+        if (status == AD_OK && task->step) {
+            status = task->step(task->context, s, false, error);
+        }
+    }
+    return status;
+}
+
+/* A row of history for the last step. */
+static ad_status last_row(const session *s, ad_error *error)
+{
+    const history *h = trainer_history(s->trainer);
+    double step = (double)trainer_inspect(s->trainer).step;
+    bool is_there = h->count > 0 && history_value(h, h->count - 1, "step") == step;
+    return is_there || step == 0 ? AD_OK : trainer_add_row(s->trainer, error);
+}
+
+static ad_status measure(const session *s, const judge_task *task, judge_row *row, ad_error *error)
+{
+    const experiment *e = s->e;
+    judge_answer answer = {.scene = e->scene, .parameters = experiment_parameters(e)};
+    if (!task->measure) {
+        row->error = row->errors[JUDGE_POSITION];
+        return AD_OK;
+    }
+    for (int i = 0; i < JUDGE_MEASURES; i++) {
+        answer.errors[i] = row->errors[i];
+    }
+    ad_status status = field_create(e->model, e->mlp, false, e->pool, &answer.trained, error);
+    if (status == AD_OK) {
+        field_enter(answer.trained, e->window, e->parameters, e->starts);
+        status = task->measure(&answer, &row->error, error);
+    }
+    field_free(answer.trained);
+    return status;
+}
+
+/* Errors of a motion count once its windows are all trained. */
+static ad_status conclude(session *s, const judge_task *task, judge_row *row, ad_error *error)
+{
+    ad_status status = last_row(s, error);
+    trainer_info info = trainer_inspect(s->trainer);
+    if (status == AD_OK && s->e->window + 1 == s->e->scene->windows) {
+        judge_measures(&info.errors, row->errors);
+    }
+    if (status == AD_OK && task->step) {
+        status = task->step(task->context, s, true, error);
+    }
+    if (status == AD_OK && info.state == TRAINER_DONE) {
+        trainer_verdict(s->trainer, &row->verdict);
+        status = measure(s, task, row, error);
+    }
+    return status;
+}
+
+ad_status judge_by_network(const judge_task *task, judge_row *row, ad_error *error)
+{
+    config *settings;
+    session s = {.e = NULL};
+    double reading = 0;
+    ad_status status = judge_read(task, &settings, &reading, error);
+    if (status == AD_OK) {
+        status = config_session_create(settings, task->threads, &s, error);
+    }
+    if (status != AD_OK) {
+        verdict_add(&row->verdict, status == AD_NO_MEMORY ? VERDICT_FAILED : VERDICT_BAD_INPUT,
+                    "%s", error->message);
+    } else {
+        judge_describe(&s, row);
+        status = train(&s, task, &row->verdict, error);
+        trainer_info info = trainer_inspect(s.trainer);
+        row->seconds = reading + info.seconds - info.row_seconds;
+        row->steps = (double)info.step;
+        status = status == AD_OK ? conclude(&s, task, row, error) : status;
+        if (status != AD_OK) {
+            verdict_add(&row->verdict,
+                        status == AD_NOT_FINITE ? VERDICT_NOT_FINITE : VERDICT_FAILED, "%s",
+                        error->message);
+        }
+    }
+    session_free(&s);
+    return status;
+}

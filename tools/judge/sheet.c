@@ -1,0 +1,84 @@
+#include "tools/judge/sheet.h"
+
+#include "tools/files/table_file.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+sheet sheet_create(const char *const *names, size_t words, size_t numbers, size_t capacity)
+{
+    sheet s = {.names = names, .word_count = words, .number_count = numbers, .capacity = capacity};
+    s.words = calloc(words * capacity + 1, sizeof *s.words);
+    s.numbers = calloc(numbers * capacity + 1, sizeof *s.numbers);
+    return s;
+}
+
+void sheet_free(sheet *s)
+{
+    free(s->words);
+    free(s->numbers);
+}
+
+void sheet_add(sheet *s, const char *const *words, const double *numbers)
+{
+    if (!s->words || !s->numbers) {
+        return;
+    }
+    for (size_t k = 0; k < s->word_count; k++) {
+        s->words[k * s->capacity + s->rows] = words[k];
+    }
+    for (size_t k = 0; k < s->number_count; k++) {
+        s->numbers[k * s->capacity + s->rows] = numbers[k];
+    }
+    s->rows++;
+}
+
+ad_status sheet_write(const sheet *s, const char *path, ad_error *error)
+{
+    const double *numbers[SHEET_COLUMNS_MAX] = {NULL};
+    const char *const *words[SHEET_COLUMNS_MAX] = {NULL};
+    if (!s->words || !s->numbers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    }
+    for (size_t k = 0; k < s->word_count; k++) {
+        words[k] = s->words + k * s->capacity;
+    }
+    for (size_t k = 0; k < s->number_count; k++) {
+        numbers[s->word_count + k] = s->numbers + k * s->capacity;
+    }
+    return table_write_words(path, s->names, numbers, words, s->word_count + s->number_count,
+                             s->rows, error);
+}
+
+ad_status sheet_write_both(const sheet *s, const char *folder, const char *name, ad_error *error)
+{
+    static const char *const endings[] = {"csv", "h5"};
+    char path[4096];
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < 2; i++) {
+        snprintf(path, sizeof path, "%s/%s.%s", folder, name, endings[i]);
+        status = sheet_write(s, path, error);
+    }
+    return status;
+}
+
+const char *sheet_seconds(double seconds, char text[SHEET_TEXT])
+{
+    if (!isfinite(seconds)) {
+        return "-";
+    }
+    int digits = seconds < 0.00095  ? 4
+                 : seconds < 0.0995 ? 3
+                 : seconds < 9.995  ? 2
+                 : seconds < 99.95  ? 1
+                                    : 0;
+    snprintf(text, SHEET_TEXT, "%.*f", digits, seconds);
+    return text;
+}
+
+const char *sheet_error(double error, char text[SHEET_TEXT])
+{
+    snprintf(text, SHEET_TEXT, isfinite(error) ? "%.1e" : "-", error);
+    return text;
+}
