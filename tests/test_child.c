@@ -1,6 +1,7 @@
 /* Work in a process of its own: what comes back, and what is said where nothing does. */
 #include "tools/judge/child.h"
 
+#include <poll.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -8,6 +9,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -68,8 +70,38 @@ static void test_child(void **state)
     assert_int_equal(run(RUN_ON, 0.05, &r, why), CHILD_LATE);
 }
 
+/* The end of a program, however it comes, is that of the child it waits for. */
+static void test_parent_dies(void **state)
+{
+    (void)state;
+    static result r;
+    int ends[2];
+    char byte;
+    char why[CHILD_WHY];
+    assert_int_equal(pipe(ends), 0);
+    pid_t parent = fork();
+    if (parent == 0) { /* the child inherits the writing end, and holds it while it lives */
+        close(ends[0]);
+        run(RUN_ON, 60, &r, why);
+        _exit(0);
+    }
+    close(ends[1]);
+    struct pollfd waiting = {.fd = ends[0], .events = POLLIN};
+    assert_int_equal(poll(&waiting, 1, 300), 0); /* both live */
+    kill(parent, SIGKILL);
+    waitpid(parent, NULL, 0);
+#ifdef __linux__
+    assert_int_equal(poll(&waiting, 1, 10000), 1);
+    assert_int_equal(read(ends[0], &byte, 1), 0); /* nobody holds it any more */
+#else
+    (void)byte;
+#endif
+    close(ends[0]);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_child)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_child),
+                                       cmocka_unit_test(test_parent_dies)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
