@@ -77,38 +77,36 @@ typedef struct table {
     size_t count;
 } table;
 
-static ad_status print_script(FILE *file, const void *context, ad_error *error)
+static ad_status print_picture(FILE *file, const void *context, ad_error *error)
 {
     const cases_row *rows = ((const table *)context)->rows;
     size_t count = ((const table *)context)->count;
     (void)error;
-    fprintf(file, "# Error against run time of all cases, by cpinn-cases. In this folder: gnuplot "
-                  "cases.gp\n# Columns: seconds, error, number, name of the case.\n\n");
     print_points(file, rows, count, JUDGE_PINN);
     print_points(file, rows, count, JUDGE_SOLVER);
     print_links(file, rows, count);
-    fprintf(file, "\nset terminal svg size 1100,640 dynamic font 'Helvetica,13' background rgb "
-                  "'white'\nset output 'cases.svg'\n"
-                  "set encoding utf8\nset logscale xy\nset format x '%%h'\nset format y "
-                  "'10^{%%T}'\nset xlabel 'run time (s)'\n"
-                  "set ylabel 'error: position, relative L2, or rotation, rad'\n"
-                  "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
-                  "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n"
-                  "set rmargin at screen 0.63\nset key at screen 0.66,0.97 left top "
+    fprintf(file, "set rmargin at screen 0.63\nset key at screen 0.66,0.97 left top "
                   "horizontal Left reverse samplen 1\n");
     print_names(file, rows, count);
-    fprintf(file, "\nplot $links using 1:2 with lines lw 0.7 lc rgb '#BBBBBB' notitle, \\\n");
-    fprintf(file, "     $solver using 1:2 with points pt 5 ps 0.7 lc rgb '#D55E00' title 'solver', "
-                  "\\\n     $pinn using 1:2 with points pt 7 ps 0.8 lc rgb '#0072B2' title 'pinn', "
-                  "\\\n");
-    fprintf(file, "     $solver using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle, \\\n"
-                  "     $pinn using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
-    fprintf(file, "\nset terminal pngcairo size 2200,1280 fontscale 1.9 linewidth 1.9 pointscale "
-                  "1.8\nset output 'cases.png'\nreplot\nunset output\n");
+    fprintf(file,
+            "\nplot $links using 1:2 with lines lw 0.7 lc rgb '#BBBBBB' notitle, \\\n"
+            "     $solver using 1:2 with points pt 5 ps 0.7 lc rgb '#D55E00' title 'solver', \\\n"
+            "     $pinn using 1:2 with points pt 7 ps 0.8 lc rgb '#0072B2' title 'pinn', \\\n"
+            "     $solver using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle, \\\n"
+            "     $pinn using 1:2:3 with labels font ',9' offset 0.9,0.4 notitle\n");
     return AD_OK;
 }
 
 ad_status cases_plot_write(const cases_row *rows, size_t count, const char *folder, ad_error *error)
 {
-    return gnuplot_write(folder, "cases", print_script, &(const table){rows, count}, error);
+    return gnuplot_write(
+        &(const gnuplot_picture){.name = "cases",
+                                 .about = "# Error against run time of all cases, by cpinn-cases.\n"
+                                          "# Columns: seconds, error, number, name of the case.\n",
+                                 .error = "error: position, relative L2, or rotation, rad",
+                                 .width = 1100,
+                                 .height = 640,
+                                 .print = print_picture,
+                                 .context = &(const table){rows, count}},
+        folder, error);
 }

@@ -40,7 +40,8 @@ ad_status compare_methods_parse(const char *text, compare_method methods[COMPARE
                                 int *count, ad_error *error);
 
 typedef struct compare_network {
-    char hidden[256]; /* as for --set; "": the network of the config */
+    char name[COMPARE_NAME]; /* as given */
+    char hidden[256];        /* as for --set; "": the network of the config */
     char features[64];
 } compare_network;
 

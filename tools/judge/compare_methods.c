@@ -149,10 +149,39 @@ static ad_status look_up(compare_method *method, ad_error *error)
         method->name, names);
 }
 
-/* One entry of the list, of `length` bytes. */
-static ad_status parse_method(compare_method *method, const char *text, size_t length,
-                              ad_error *error)
+/* Entries of a list, separated by commas, into items [most] of `size` bytes that begin with a name
+ * of COMPARE_NAME bytes, which no other has. An entry has `length` bytes. */
+static ad_status parse_list(const char *option, const char *text,
+                            ad_status (*parse)(void *item, const char *text, size_t length,
+                                               ad_error *error),
+                            void *items, size_t size, int most, int *count, ad_error *error)
 {
+    for (*count = 0;; text++) {
+        size_t length = strcspn(text, ",");
+        char *item = (char *)items + (size_t)*count * size;
+        if (*count == most) {
+            return ad_fail(error, AD_BAD_INPUT, "%s: more than %d are given", option, most);
+        }
+        ad_status status = parse(item, text, length, error);
+        for (char *other = items; status == AD_OK && other < item; other += size) {
+            if (strcmp(other, item) == 0) {
+                status = ad_fail(error, AD_BAD_INPUT, "%s: %s is there twice", option, item);
+            }
+        }
+        if (status != AD_OK) {
+            return status;
+        }
+        ++*count;
+        text += length;
+        if (*text == '\0') {
+            return AD_OK;
+        }
+    }
+}
+
+static ad_status parse_method(void *to, const char *text, size_t length, ad_error *error)
+{
+    compare_method *method = to;
     const char *equals = memchr(text, '=', length);
     bool bare = !equals && (memchr(text, ':', length) || memchr(text, '+', length));
     size_t name = equals ? (size_t)(equals - text) : length;
@@ -177,29 +206,8 @@ static ad_status parse_method(compare_method *method, const char *text, size_t l
 ad_status compare_methods_parse(const char *text, compare_method methods[COMPARE_METHODS_MAX],
                                 int *count, ad_error *error)
 {
-    *count = 0;
-    for (;; text++) {
-        size_t length = strcspn(text, ",");
-        if (*count == COMPARE_METHODS_MAX) {
-            return ad_fail(error, AD_BAD_INPUT, "--methods: more than %d methods",
-                           COMPARE_METHODS_MAX);
-        }
-        compare_method *method = &methods[*count];
-        ad_status status = parse_method(method, text, length, error);
-        for (int i = 0; status == AD_OK && i < *count; i++) {
-            if (strcmp(methods[i].name, method->name) == 0) {
-                status = ad_fail(error, AD_BAD_INPUT, "--methods: %s is there twice", method->name);
-            }
-        }
-        if (status != AD_OK) {
-            return status;
-        }
-        ++*count;
-        text += length;
-        if (*text == '\0') {
-            return AD_OK;
-        }
-    }
+    return parse_list("--methods", text, parse_method, methods, sizeof *methods,
+                      COMPARE_METHODS_MAX, count, error);
 }
 
 /* ---- networks ------------------------------------------------------------------------------ */
@@ -218,11 +226,12 @@ static int take_number(const char **text, int low, int high)
     return value >= low && value <= high ? (int)value : 0;
 }
 
-/* "2x16", "f64" or "2x16+f8" into the two overrides; false: it is none of these. */
+/* "2x16", "f64" or "2x16+f8" into name and overrides; false: it is none of these. */
 static bool read_network(compare_network *network, const char *text)
 {
     size_t at = (size_t)snprintf(network->hidden, sizeof network->hidden, "network.hidden=[");
     network->features[0] = '\0';
+    snprintf(network->name, sizeof network->name, "%s", text);
     if (*text != 'f') {
         int layers = take_number(&text, 1, NN_HIDDEN_MAX), width = 0;
         if (layers && *text == 'x') {
@@ -248,9 +257,9 @@ static bool read_network(compare_network *network, const char *text)
     return features && *text == '\0';
 }
 
-static ad_status parse_network(compare_network *network, const char *text, size_t length,
-                               ad_error *error)
+static ad_status parse_network(void *to, const char *text, size_t length, ad_error *error)
 {
+    compare_network *network = to;
     char copy[COMPARE_NAME];
     snprintf(copy, sizeof copy, "%.*s", (int)(length < sizeof copy ? length : sizeof copy), text);
     if (length == 0 || length >= sizeof copy || !read_network(network, copy)) {
@@ -272,29 +281,8 @@ ad_status compare_networks_parse(const char *text, compare_network networks[COMP
         *count = 1;
         return AD_OK;
     }
-    for (;; text++) {
-        size_t length = strcspn(text, ",");
-        if (*count == COMPARE_NETWORKS_MAX) {
-            return ad_fail(error, AD_BAD_INPUT, "--networks: more than %d networks",
-                           COMPARE_NETWORKS_MAX);
-        }
-        ad_status status = parse_network(&networks[*count], text, length, error);
-        for (int i = 0; status == AD_OK && i < *count; i++) {
-            if (strcmp(networks[i].hidden, networks[*count].hidden) == 0 &&
-                strcmp(networks[i].features, networks[*count].features) == 0) {
-                status = ad_fail(error, AD_BAD_INPUT, "--networks: %.*s is there twice",
-                                 (int)length, text);
-            }
-        }
-        if (status != AD_OK) {
-            return status;
-        }
-        ++*count;
-        text += length;
-        if (*text == '\0') {
-            return AD_OK;
-        }
-    }
+    return parse_list("--networks", text, parse_network, networks, sizeof *networks,
+                      COMPARE_NETWORKS_MAX, count, error);
 }
 
 void compare_network_name(char name[COMPARE_NAME], const nn_mlp_settings *network)

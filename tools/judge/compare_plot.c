@@ -75,17 +75,10 @@ static void print_curve(FILE *file, const compare_curve *curve, int index)
     fprintf(file, "END\n");
 }
 
-static void print_axes(FILE *file, const drawing *d, const char *note)
+static void print_heading(FILE *file, const drawing *d, const char *note)
 {
-    const compare_cell *cell = &d->results->cells[d->first];
-    fprintf(file, "set encoding utf8\nset logscale xy\n"
-                  "set format x '%%h'\nset format y '10^{%%T}'\n");
-    fprintf(file, "set xlabel 'run time (s)'\n");
-    fprintf(file, "set ylabel '%s'\n",
-            d->results->measure == JUDGE_ROTATION ? "rotation error (rad)"
-                                                  : judge_measure_text(d->results->measure));
     fprintf(file, "set title ");
-    gnuplot_quoted(file, cell->scene_name);
+    gnuplot_quoted(file, d->results->cells[d->first].scene_name);
     fprintf(file, " noenhanced font ',15' offset 0,%s\n", *note ? "1" : "0");
     if (*note) {
         fprintf(file, "set label 1 ");
@@ -93,11 +86,9 @@ static void print_axes(FILE *file, const drawing *d, const char *note)
         fprintf(file, " at graph 0.5,1 center offset 0,0.8 noenhanced font ',10' tc rgb "
                       "'#555555'\n");
     }
-    fprintf(file,
-            "set tmargin 4.5\nset border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
-            "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n"
-            "set key outside right top Left reverse noenhanced samplen 2.6 spacing 1.35\n"
-            "set style fill transparent solid 0.16 noborder\n\n");
+    fprintf(file, "set tmargin 4.5\n"
+                  "set key outside right top Left reverse noenhanced samplen 2.6 spacing 1.35\n"
+                  "set style fill transparent solid 0.16 noborder\n\n");
 }
 
 static void print_title(FILE *file, const drawing *d, const compare_cell *cell)
@@ -173,47 +164,6 @@ static void print_plot(FILE *file, const drawing *d, const bool *drawn)
     fputc('\n', file);
 }
 
-static ad_status print_script(FILE *file, const compare_results *results, int scene,
-                              const compare_curves *curves, const char *note, ad_error *error)
-{
-    compare_band *band = malloc(sizeof *band);
-    bool *drawn = calloc((size_t)results->cell_count + 1, sizeof *drawn);
-    if (!band || !drawn) {
-        free(band);
-        free(drawn);
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
-    }
-    drawing d = drawing_of(results, scene, curves, band);
-    const char *name = results->cells[d.first].scene_name;
-    fprintf(
-        file,
-        "# Error against training time, by cpinn-bench. In this folder: gnuplot %s.gp\n"
-        "# $band: seconds, median, smallest and largest over seeds; $curve: seconds, error.\n\n",
-        name);
-    for (int i = d.first; i < d.end; i++) {
-        drawn[i - d.first] = print_band(file, &d, i, band);
-    }
-    for (int i = 0; i < curves->count; i++) {
-        print_curve(file, &curves->curves[i], i);
-    }
-    fprintf(file, "\nset terminal svg size 860,520 dynamic font 'Helvetica,13' background rgb "
-                  "'white'\nset output ");
-    char output[COMPARE_NAME + 8];
-    snprintf(output, sizeof output, "%s.svg", name);
-    gnuplot_quoted(file, output);
-    fputc('\n', file);
-    print_axes(file, &d, note);
-    print_plot(file, &d, drawn);
-    fprintf(file, "\nset terminal pngcairo size 1720,1040 fontscale 1.9 linewidth 1.9 pointscale "
-                  "1.8\nset output ");
-    snprintf(output, sizeof output, "%s.png", name);
-    gnuplot_quoted(file, output);
-    fprintf(file, "\nreplot\nunset output\n");
-    free(band);
-    free(drawn);
-    return AD_OK;
-}
-
 /* What a script is made of. */
 typedef struct picture {
     const compare_results *results;
@@ -225,7 +175,24 @@ typedef struct picture {
 static ad_status print_picture(FILE *file, const void *context, ad_error *error)
 {
     const picture *p = context;
-    return print_script(file, p->results, p->scene, p->curves, p->note, error);
+    compare_band *band = malloc(sizeof *band);
+    bool *drawn = calloc((size_t)p->results->cell_count + 1, sizeof *drawn);
+    ad_status status =
+        band && drawn ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a picture");
+    if (status == AD_OK) {
+        drawing d = drawing_of(p->results, p->scene, p->curves, band);
+        for (int i = d.first; i < d.end; i++) {
+            drawn[i - d.first] = print_band(file, &d, i, band);
+        }
+        for (int i = 0; i < p->curves->count; i++) {
+            print_curve(file, &p->curves->curves[i], i);
+        }
+        print_heading(file, &d, p->note);
+        print_plot(file, &d, drawn);
+    }
+    free(band);
+    free(drawn);
+    return status;
 }
 
 ad_status compare_plot_write(const compare_results *results, int scene,
@@ -233,9 +200,21 @@ ad_status compare_plot_write(const compare_results *results, int scene,
                              ad_error *error)
 {
     const picture what = {results, scene, curves, note};
-    const char *name = "";
-    for (int i = results->cell_count - 1; i >= 0; i--) {
-        name = results->cells[i].scene == scene ? results->cells[i].scene_name : name;
+    int cell = 0;
+    while (results->cells[cell].scene != scene) {
+        cell++;
     }
-    return gnuplot_write(folder, name, print_picture, &what, error);
+    return gnuplot_write(
+        &(const gnuplot_picture){
+            .name = results->cells[cell].scene_name,
+            .about = "# Error against training time, by cpinn-bench.\n"
+                     "# $band: seconds, median, smallest and largest over seeds; "
+                     "$curve: seconds, error.\n",
+            .error = results->measure == JUDGE_ROTATION ? "rotation error (rad)"
+                                                        : judge_measure_text(results->measure),
+            .width = 860,
+            .height = 520,
+            .print = print_picture,
+            .context = &what},
+        folder, error);
 }

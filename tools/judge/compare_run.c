@@ -205,7 +205,7 @@ static ad_status solve(const judge_task *task, judge_measure measure, compare_ru
                        ad_error *error)
 {
     sweep x = {.task = task, .measure = measure, .run = run, .error = error};
-    ad_status status = judge_open(task, &x.e, &x.known, error);
+    ad_status status = judge_open(task, true, &x.e, &x.known, NULL, error);
     if (status == AD_OK) {
         status = solve_sweep(x.e->scene, 0, reference_points(x.known), reference_t(x.known),
                              add_row, &x, error);

@@ -20,18 +20,47 @@ void gnuplot_quoted(FILE *file, const char *text)
     fputc('\'', file);
 }
 
-ad_status gnuplot_write(const char *folder, const char *name,
-                        ad_status (*print)(FILE *file, const void *context, ad_error *error),
-                        const void *context, ad_error *error)
+static void print_output(FILE *file, const char *name, const char *ending)
+{
+    char output[GNUPLOT_NAME];
+    snprintf(output, sizeof output, "%s.%s", name, ending);
+    fprintf(file, "set output ");
+    gnuplot_quoted(file, output);
+    fputc('\n', file);
+}
+
+static ad_status print_script(FILE *file, const gnuplot_picture *what, ad_error *error)
+{
+    fprintf(file,
+            "%s# In this folder: gnuplot %s.gp\n\nset terminal svg size %d,%d dynamic font "
+            "'Helvetica,13' background rgb "
+            "'white'\n",
+            what->about, what->name, what->width, what->height);
+    print_output(file, what->name, "svg");
+    fprintf(file,
+            "set encoding utf8\nset logscale xy\nset format x '%%h'\nset format y '10^{%%T}'\n"
+            "set xlabel 'run time (s)'\nset ylabel '%s'\n"
+            "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
+            "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n",
+            what->error);
+    ad_status status = what->print(file, what->context, error);
+    fprintf(file, "\nset terminal pngcairo size %d,%d fontscale 1.9 linewidth 1.9 pointscale 1.8\n",
+            2 * what->width, 2 * what->height);
+    print_output(file, what->name, "png");
+    fprintf(file, "replot\nunset output\n");
+    return status;
+}
+
+ad_status gnuplot_write(const gnuplot_picture *what, const char *folder, ad_error *error)
 {
     char *text = NULL, path[4096];
     size_t size = 0;
-    snprintf(path, sizeof path, "%s/%s.gp", folder, name);
+    snprintf(path, sizeof path, "%s/%s.gp", folder, what->name);
     FILE *file = open_memstream(&text, &size);
     if (!file) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     }
-    ad_status status = print(file, context, error);
+    ad_status status = print_script(file, what, error);
     if (fclose(file) != 0 && status == AD_OK) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
     }

@@ -9,13 +9,21 @@
 /* In gnuplot's single quotes, where a quote is doubled. */
 void gnuplot_quoted(FILE *file, const char *text);
 
-/* Writes FOLDER/NAME.gp, as `print` prints it. */
-ad_status gnuplot_write(const char *folder, const char *name,
-                        ad_status (*print)(FILE *file, const void *context, ad_error *error),
-                        const void *context, ad_error *error);
+/* Errors over run time, on two logarithmic axes. */
+typedef struct gnuplot_picture {
+    const char *name;  /* of the files: less than GNUPLOT_NAME - 8 bytes */
+    const char *about; /* a comment in the script, lines */
+    const char *error; /* text of the axis upwards */
+    int width, height; /* points */
+    ad_status (*print)(FILE *file, const void *context, ad_error *error); /* data and plot */
+    const void *context;
+} gnuplot_picture;
 
-/* Runs gnuplot on it in the folder; a name has less than GNUPLOT_NAME - 8 bytes. AD_IO says that
- * gnuplot is missing or failed, and how to draw the picture later. */
+/* Writes FOLDER/NAME.gp, which draws NAME.svg and NAME.png. */
+ad_status gnuplot_write(const gnuplot_picture *what, const char *folder, ad_error *error);
+
+/* Runs gnuplot on it in the folder. AD_IO says that gnuplot is missing or failed, and how to draw
+ * the picture later. */
 enum { GNUPLOT_NAME = 72 };
 ad_status gnuplot_draw(const char *name, const char *folder, ad_error *error);
 

@@ -94,14 +94,17 @@ ad_status judge_read(const judge_task *task, config **settings, double *seconds,
     return status;
 }
 
-ad_status judge_open(const judge_task *task, experiment **e, reference **known, ad_error *error)
+ad_status judge_open(const judge_task *task, bool own, experiment **e, reference **known,
+                     double *seconds, ad_error *error)
 {
     config *settings;
-    ad_status status = judge_read(task, &settings, NULL, error);
+    ad_status status = judge_read(task, &settings, seconds, error);
     if (status == AD_OK) {
         status = config_experiment_create(settings, 1, e, error);
     }
-    return status == AD_OK ? reference_create(*e, known, error) : status;
+    return status == AD_OK && (own || isnan((*e)->settings->reference_tolerance))
+               ? reference_create(*e, known, error)
+               : status;
 }
 
 /* ---- in a process of its own --------------------------------------------------------------- */

@@ -94,9 +94,10 @@ judge_row judge_row_empty(void);
 /* Reads the scene of a task. *seconds (may be NULL) receives how long that took. */
 ad_status judge_read(const judge_task *task, config **settings, double *seconds, ad_error *error);
 
-/* The scene of a task and its reference, NULL without one, for the solver. Also after a failure the
- * caller frees both. */
-ad_status judge_open(const judge_task *task, experiment **e, reference **known, ad_error *error);
+/* The scene of a task, for the solver, and its reference: NULL without one, and unless `own` where
+ * it is the solver's. Also after a failure the caller frees both. */
+ad_status judge_open(const judge_task *task, bool own, experiment **e, reference **known,
+                     double *seconds, ad_error *error);
 
 /* Does the task in this process. What goes wrong is in the verdict of the row too. Training that a
  * signal (tools/judge/signals.h) or the limit ends is no error. */

@@ -17,19 +17,6 @@ typedef struct classical {
     solution *solved;
 } classical;
 
-static ad_status open_scene(classical *x, double *reading, ad_error *error)
-{
-    config *settings;
-    ad_status status = judge_read(x->task, &settings, reading, error);
-    if (status == AD_OK) {
-        status = config_experiment_create(settings, 1, &x->e, error);
-    }
-    if (status == AD_OK && isnan(x->e->settings->reference_tolerance)) {
-        status = reference_create(x->e, &x->known, error);
-    }
-    return status;
-}
-
 static ad_status choose_times(classical *x, ad_error *error)
 {
     size_t points = x->known ? reference_points(x->known) : 0;
@@ -91,7 +78,7 @@ ad_status judge_by_solver(const judge_task *task, judge_row *row, ad_error *erro
 {
     classical x = {.task = task};
     double reading = 0;
-    ad_status status = open_scene(&x, &reading, error);
+    ad_status status = judge_open(task, false, &x.e, &x.known, &reading, error);
     if (status == AD_OK) {
         status = choose_times(&x, error);
     }

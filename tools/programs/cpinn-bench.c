@@ -314,12 +314,6 @@ static ad_status choose_folder(bench *b, ad_error *error)
 
 /* ---- training ------------------------------------------------------------------------------ */
 
-typedef struct live {
-    bool quiet, started;
-    double seconds; /* limit of the run */
-    progress progress;
-} live;
-
 static void report(const bench *b, const compare_run *run, int number, int total)
 {
     const compare_cell *cell = &b->cells[run->cell];
@@ -342,18 +336,18 @@ static void report(const bench *b, const compare_run *run, int number, int total
     }
 }
 
-/* The live line of a terminal. */
+/* The live line of a terminal; `context` is a progress that may be before its beginning. */
 static ad_status show(void *context, session *s, bool is_last, ad_error *error)
 {
-    live *shown = context;
+    progress *live = context;
     (void)error;
-    if (!shown->started) {
-        shown->progress = progress_start(stdout, shown->quiet, s->trainer);
-        shown->progress.limit = shown->seconds;
-        shown->started = true;
+    if (!live->file) {
+        double limit = live->limit;
+        *live = progress_start(stdout, live->quiet, s->trainer);
+        live->limit = limit;
     }
-    if (!is_last && shown->progress.live) {
-        progress_step(&shown->progress, s->trainer, s->e);
+    if (!is_last && live->live) {
+        progress_step(live, s->trainer, s->e);
     }
     return AD_OK;
 }
@@ -370,13 +364,11 @@ static ad_status train_all(bench *b, ad_error *error)
         run->seed = b->seeds[run->cell] + (uint64_t)(i / b->results.cell_count);
         judge_task task = task_of(b, run->cell, &run->seed, &texts);
         b->results.run_count++;
-        live shown = {.quiet = b->o->quiet, .seconds = b->o->seconds};
+        progress live = {.quiet = b->o->quiet, .limit = b->o->seconds};
         task.step = show;
-        task.context = &shown;
+        task.context = &live;
         ad_status status = compare_do(&task, b->measure, run, error);
-        if (shown.started) {
-            progress_clear(&shown.progress);
-        }
+        progress_clear(&live);
         if (status != AD_OK) {
             return status;
         }
