@@ -30,9 +30,11 @@ static const char epilogue[] =
     "  cpinn-eval runs/elastica --out rod.csv\n"
     "  cpinn-eval runs/cantilever_dynamic --grid 101x51 --out motion.npz\n"
     "\n"
-    "Exit status: 0; 1 if what was printed could not be written; 2 with one line that says what "
-    "is\n"
-    "wrong with the input.";
+    "The verdict on training that the checkpoint keeps is printed, and is in --json as it is in "
+    "that\n"
+    "of cpinn-train. Exit status: 0, whatever it says; 1 if what was printed could not be written; "
+    "2\n"
+    "with one line that says what is wrong with the input.";
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
 static const double TIMED_SECONDS = 0.2;
