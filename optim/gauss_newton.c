@@ -5,10 +5,11 @@
  * least-squares minimization", arXiv:1201.5885 (2012). For networks, rules that keep or raise the
  * damping after a step that was taken were measured to end far higher after equally many steps.
  *
- * Where a step lowers the value to a tenth or less, the problem is nearly linear there, and the
- * next step keeps J (the chord method: Kelley 1995, Iterative Methods for Linear and Nonlinear
- * Equations, ch. 5.4): only J^T r is computed, at a few percent of the cost. A point where J^T r
- * vanishes is the same by either. A step by an old J that gains less is the last by it. */
+ * Where the linear model has foretold nine tenths of what a step gained, the problem is nearly
+ * linear, and the next step keeps J (the chord method: Kelley 1995, Iterative Methods for Linear
+ * and Nonlinear Equations, ch. 5.4): only J^T r is computed, at a part of the cost. A point where
+ * J^T r vanishes is the same by either. A step by an old J that gains less than that is not taken:
+ * it was measured to spoil the next one. */
 #include "internal.h"
 
 #include <float.h>
@@ -37,8 +38,8 @@ enum { PATIENCE = 3 };
 
 static const double GOOD_GAIN = 0.5, POOR_GAIN = 0.05;
 
-/* What is left of the value after a step, at most, for the next step to keep J. */
-static const double NEARLY_LINEAR = 0.1;
+/* Part of the promised decrease that a step brings at least for J to be kept. */
+static const double NEARLY_LINEAR = 0.9;
 
 /* Part of the value that the linear model promises to take away while the end is far: as a rule all
  * of it, and damped steps then gain little because the model does not hold, not because there is
@@ -299,7 +300,7 @@ static optim_status accept(optim_gauss_newton *gn, double value)
     const int slow =
         change <= gn->settings.function_tolerance * before && gn->promised <= PROMISING * before;
     gn->scalar[SLOW] = slow ? gn->scalar[SLOW] + 1 : 0;
-    gn->scalar[KEEPS] = value <= NEARLY_LINEAR * before;
+    gn->scalar[KEEPS] = change >= NEARLY_LINEAR * gn->promised;
     if (change <= 0 || gn->scalar[SLOW] >= PATIENCE || promises_nothing(gn, before)) {
         return OPTIM_FUNCTION_TOLERANCE;
     }
@@ -340,12 +341,16 @@ static trial try_damping(optim_gauss_newton *gn, const optim_linear_model *model
     if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
         return TRIAL_STOPPED;
     }
+    const int by_old = gn->scalar[KEEPS] == 1, last = promises_nothing(gn, gn->scalar[VALUE]);
+    if (by_old && !last && !(gn->scalar[VALUE] - *value >= NEARLY_LINEAR * gn->promised)) {
+        return TRIAL_REJECTED;
+    }
     if (status == OPTIM_RUNNING && *value < gn->scalar[VALUE]) {
         lower_damping(gn, gn->scalar[VALUE] - *value);
         return TRIAL_ACCEPTED;
     }
     gn->scalar[status == OPTIM_RUNNING ? REJECTED : NOT_FINITE] += 1;
-    return promises_nothing(gn, gn->scalar[VALUE]) ? TRIAL_LAST : TRIAL_REJECTED;
+    return last ? TRIAL_LAST : TRIAL_REJECTED;
 }
 
 static const char *check_scalars(const optim_gauss_newton *gn)

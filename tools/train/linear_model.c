@@ -22,6 +22,7 @@ struct linear_model {
     double *jt;     /* kernel: [count][rows], in time divided by sqrt(scale) */
     double *r, *z;  /* [rows] */
     bool scaled;    /* kernel: jt is divided, matrix is made of it */
+    double damped;  /* damping of `factor`; NaN: of another matrix */
     optim_nystrom *preconditioner;
     optim_cg *cg;
     double *x; /* matrix_free: where J is, [count] */
@@ -233,6 +234,7 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
 {
     ad_status status;
     m->scaled = false;
+    m->damped = NAN;
     if (m->info.form == TRAIN_MATRIX_FREE) {
         return linearize_products(m, x, value, jtr, diagonal, error);
     }
@@ -263,6 +265,9 @@ void linear_model_refresh(linear_model *m, const double *jtr)
  * is no form by QR of J over sqrt(damping D). */
 static bool factor(linear_model *m, size_t n, double damping, const double *scale)
 {
+    if (damping == m->damped) { /* and so is D */
+        return true;
+    }
     memcpy(m->factor, m->matrix, n * n * sizeof *m->factor);
     for (size_t i = 0; i < n; i++) {
         m->factor[i * n + i] += damping * (scale ? scale[i] : 1);
@@ -270,6 +275,7 @@ static bool factor(linear_model *m, size_t n, double damping, const double *scal
     const bool found = ad_dense_cholesky(m->pool, n, m->factor) == 0;
     m->info.factors++;
     m->info.failed += !found;
+    m->damped = found ? damping : NAN;
     return found;
 }
 

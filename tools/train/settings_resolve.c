@@ -283,7 +283,8 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
         resolve_stage(&settings->stages[i], rod_scene, settings->network.hidden_count == 0);
     }
     if (settings->output_every == 0) {
-        settings->output_every = begins_with_gauss_newton(settings) ? 1 : 10;
+        bool few = begins_with_gauss_newton(settings) && rod_scene->windows == 1;
+        settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
     }
     if (settings->reference_tolerance == 0) {
         settings->reference_tolerance = !dynamic                         ? 1e-11
