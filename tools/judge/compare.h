@@ -23,7 +23,7 @@ typedef struct compare_method {
     char name[COMPARE_NAME];
     char stages[COMPARE_NAME]; /* "adam:300+lbfgs"; "": those of the config */
     char override[1024];       /* as for --set; "": none */
-    bool is_solver;            /* classical, without a network: compare_solve */
+    bool is_solver;            /* classical, without a network */
 } compare_method;
 
 /* The ways to train that have a name, but for those whose optimiser is not there, separated by
