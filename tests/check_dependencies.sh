@@ -1,7 +1,7 @@
 #!/bin/sh
 # Dependencies between rooms point one way, tools -> physics -> nn -> autodiff, with optim by
-# itself; among the tools programs, judge, bench -> library -> config -> train -> files. A header that is not
-# installed stays within its folder; one that is has extern "C".
+# itself; among the tools bench -> programs -> judge -> library -> config -> train -> files. A header
+# that is not installed stays within its folder; one that is has extern "C".
 #   check_dependencies.sh ROOT PUBLIC_HEADER...     headers relative to ROOT
 # Prints the offending lines; exit status 1 when there are any.
 set -eu
@@ -37,12 +37,14 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["physics"] = " physics nn autodiff "
         libraries = " physics nn autodiff optim "
         training = libraries " tools/train tools/files "
-        everything = training " tools/config tools/library tools/judge tools/programs "
+        judging = training " tools/config tools/library tools/judge "
+        everything = judging " tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/train"] = training
         may["tools/config"] = training " tools/config "
         may["tools/library"] = training " tools/config tools/library "
-        may["tools/judge"] = may["tools/programs"] = everything
+        may["tools/judge"] = judging
+        may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench "
         may["tests"] = everything " tools/bench tests "
         count = split(public_headers, list, " ")
