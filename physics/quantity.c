@@ -121,16 +121,12 @@ quantity quantity_written(quantities *owner, const char *text, quantity value)
     return of_node(node, node->kind == QUANTITY_ERROR ? NAN : value.number);
 }
 
-quantity quantity_operate(const quantity_operation *operation, const quantity *x)
+/* A formula of arguments of which one at least is no number. */
+static quantity operate_on_nodes(const quantity_operation *operation, const quantity *x)
 {
     quantity_node wanted = {.kind = QUANTITY_OPERATION, .operation = operation, .size = 1};
-    double numbers[QUANTITY_ARGUMENTS_MAX] = {0};
     quantities *owner = NULL;
     for (int i = 0; i < operation->arity; i++) {
-        if (!x[i].is_given || is_faulty(x[i])) {
-            return x[i];
-        }
-        numbers[i] = x[i].number;
         wanted.x[i] = is_plain(x[i]) ? quantity_number(x[i].number) : x[i];
         if (wanted.x[i].node) {
             owner = x[i].node->owner;
@@ -138,11 +134,22 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
             wanted.size += x[i].node->size;
         }
     }
-    if (!owner) {
-        return quantity_number(operation->number(numbers));
-    }
     wanted.size = wanted.size < QUANTITY_SIZE_MAX ? wanted.size : QUANTITY_SIZE_MAX + 1;
     return of_node(node_like(owner, wanted), NAN);
+}
+
+quantity quantity_operate(const quantity_operation *operation, const quantity *x)
+{
+    double numbers[QUANTITY_ARGUMENTS_MAX];
+    bool plain = true;
+    for (int i = 0; i < operation->arity; i++) {
+        if (!x[i].is_given || is_faulty(x[i])) {
+            return x[i];
+        }
+        plain = plain && is_plain(x[i]);
+        numbers[i] = x[i].number;
+    }
+    return plain ? quantity_number(operation->number(numbers)) : operate_on_nodes(operation, x);
 }
 
 /* ---- names ----------------------------------------------------------------------------------- */
@@ -295,35 +302,35 @@ quantity quantity_parsed(quantity q)
     return waits ? quantity_formula(q.node->owner, q.node->text) : q;
 }
 
-static quantity binary(const char *operator, quantity a, quantity b)
+static quantity binary(int operator, quantity a, quantity b)
 {
     const quantity x[2] = {a, b};
-    return quantity_operate(quantity_operation_find(operator, 1), x);
+    return quantity_operate(&quantity_operations[operator], x);
 }
 
 quantity quantity_add(quantity a, quantity b)
 {
-    return binary("+", a, b);
+    return binary(QUANTITY_ADD, a, b);
 }
 
 quantity quantity_subtract(quantity a, quantity b)
 {
-    return binary("-", a, b);
+    return binary(QUANTITY_SUBTRACT, a, b);
 }
 
 quantity quantity_multiply(quantity a, quantity b)
 {
-    return binary("*", a, b);
+    return binary(QUANTITY_MULTIPLY, a, b);
 }
 
 quantity quantity_divide(quantity a, quantity b)
 {
-    return binary("/", a, b);
+    return binary(QUANTITY_DIVIDE, a, b);
 }
 
 quantity quantity_power(quantity a, double exponent)
 {
-    return binary("^", a, quantity_number(exponent));
+    return binary(QUANTITY_POWER, a, quantity_number(exponent));
 }
 
 quantity quantity_call(const char *function, const quantity *arguments)

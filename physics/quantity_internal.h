@@ -22,6 +22,8 @@ typedef struct quantity_operation {
     ad_value (*record)(const ad_value *x);
 } quantity_operation;
 
+/* The operators are the first rows. */
+enum { QUANTITY_ADD, QUANTITY_SUBTRACT, QUANTITY_MULTIPLY, QUANTITY_DIVIDE, QUANTITY_POWER };
 extern const quantity_operation quantity_operations[];
 extern const int quantity_operation_count;
 

@@ -57,17 +57,33 @@ static double power_number(const double *x)
     {                                                                                              \
         text, arity, precedence, name##_number, name##_record                                      \
     }
+/* clang-format off */
 const quantity_operation quantity_operations[] = {
-    ROW("+", 2, 1, add),         ROW("-", 2, 1, subtract),        ROW("*", 2, 2, multiply),
-    ROW("/", 2, 2, divide),      {"^", 2, 3, power_number, NULL}, /* recorded by its exponent, a
-                                                                     number */
-    ROW("sin", 1, 0, f_sin),     ROW("cos", 1, 0, f_cos),         ROW("tan", 1, 0, f_tan),
-    ROW("asin", 1, 0, f_asin),   ROW("acos", 1, 0, f_acos),       ROW("atan", 1, 0, f_atan),
-    ROW("atan2", 2, 0, f_atan2), ROW("sinh", 1, 0, f_sinh),       ROW("cosh", 1, 0, f_cosh),
-    ROW("tanh", 1, 0, f_tanh),   ROW("exp", 1, 0, f_exp),         ROW("log", 1, 0, f_log),
-    ROW("sqrt", 1, 0, f_sqrt),   ROW("abs", 1, 0, f_abs),         ROW("min", 2, 0, f_min),
-    ROW("max", 2, 0, f_max),     ROW("step", 1, 0, f_step),       ROW("where", 3, 0, f_where),
+    [QUANTITY_ADD] = ROW("+", 2, 1, add),
+    [QUANTITY_SUBTRACT] = ROW("-", 2, 1, subtract),
+    [QUANTITY_MULTIPLY] = ROW("*", 2, 2, multiply),
+    [QUANTITY_DIVIDE] = ROW("/", 2, 2, divide),
+    [QUANTITY_POWER] = {"^", 2, 3, power_number, NULL}, /* recorded by its exponent, a number */
+    ROW("sin", 1, 0, f_sin),
+    ROW("cos", 1, 0, f_cos),
+    ROW("tan", 1, 0, f_tan),
+    ROW("asin", 1, 0, f_asin),
+    ROW("acos", 1, 0, f_acos),
+    ROW("atan", 1, 0, f_atan),
+    ROW("atan2", 2, 0, f_atan2),
+    ROW("sinh", 1, 0, f_sinh),
+    ROW("cosh", 1, 0, f_cosh),
+    ROW("tanh", 1, 0, f_tanh),
+    ROW("exp", 1, 0, f_exp),
+    ROW("log", 1, 0, f_log),
+    ROW("sqrt", 1, 0, f_sqrt),
+    ROW("abs", 1, 0, f_abs),
+    ROW("min", 2, 0, f_min),
+    ROW("max", 2, 0, f_max),
+    ROW("step", 1, 0, f_step),
+    ROW("where", 3, 0, f_where),
 };
+/* clang-format on */
 const int quantity_operation_count = sizeof quantity_operations / sizeof quantity_operations[0];
 
 const quantity_operation *quantity_operation_find(const char *name, size_t length)
@@ -130,7 +146,7 @@ static ad_value record_operation(const quantity_recording *on, const quantity_no
     if (!node->operation->record) {
         return record_power(x[0], node->x[1].number);
     }
-    if (node->operation->record == divide_record && by_number) {
+    if (node->operation == &quantity_operations[QUANTITY_DIVIDE] && by_number) {
         return ad_scale(x[0], 1 / node->x[1].number);
     }
     return node->operation->record(x);

@@ -56,10 +56,10 @@ static quantity parser_operate(quantity_parser *parser, size_t at,
     return result;
 }
 
-static quantity parser_binary(quantity_parser *parser, const char *operator, quantity a, quantity b)
+static quantity parser_binary(quantity_parser *parser, int operator, quantity a, quantity b)
 {
     const quantity x[2] = {a, b};
-    return parser_operate(parser, parser->at, quantity_operation_find(operator, 1), x);
+    return parser_operate(parser, parser->at, &quantity_operations[operator], x);
 }
 
 /* ---- grammar --------------------------------------------------------------------------------- */
@@ -248,7 +248,8 @@ static quantity parse_signed(quantity_parser *parser)
         return parser_fail(parser, parser->at, "nested more than 64 deep");
     }
     if (parser_accept(parser, '-')) {
-        result = parser_binary(parser, "*", quantity_number(-1), parse_signed(parser));
+        result =
+            parser_binary(parser, QUANTITY_MULTIPLY, quantity_number(-1), parse_signed(parser));
     } else if (parser_accept(parser, '+')) {
         result = parse_signed(parser);
     } else {
@@ -268,7 +269,7 @@ static quantity parse_power(quantity_parser *parser, quantity base)
     if (parser->status == AD_OK && !quantity_is_number(exponent, NULL)) {
         return parser_fail(parser, at, "the exponent of ^ must be constant; write exp(b*log(a))");
     }
-    return parser->status == AD_OK ? parser_binary(parser, "^", base, exponent) : base;
+    return parser->status == AD_OK ? parser_binary(parser, QUANTITY_POWER, base, exponent) : base;
 }
 
 static quantity parse_product(quantity_parser *parser)
@@ -281,7 +282,8 @@ static quantity parse_product(quantity_parser *parser)
         }
         parser->at++;
         quantity factor = parse_signed(parser);
-        result = parser_binary(parser, operation == '*' ? "*" : "/", result, factor);
+        result = parser_binary(parser, operation == '*' ? QUANTITY_MULTIPLY : QUANTITY_DIVIDE,
+                               result, factor);
     }
     return result;
 }
@@ -296,7 +298,8 @@ static quantity parse_sum(quantity_parser *parser)
         }
         parser->at++;
         quantity term = parse_product(parser);
-        result = parser_binary(parser, operation == '+' ? "+" : "-", result, term);
+        result = parser_binary(parser, operation == '+' ? QUANTITY_ADD : QUANTITY_SUBTRACT, result,
+                               term);
     }
     return result;
 }
