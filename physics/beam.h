@@ -17,6 +17,8 @@
  *   Euler-Bernoulli: kGA infinite, rhoI = 0, so that psi = w_s, V = -(M_s + mu) and
  *                rhoA w_tt + (EI w_ss)_ss + mu_s + k w + c w_t = q
  *
+ * EI, kGA, rhoA, rhoI, k and c may vary with s; the strong form then has the derivatives of EI as
+ * well, and its ends take w_sss from shear, moment and the slope of EI.
  * (Timoshenko, Young, Weaver 1974, Vibration Problems in Engineering, 4th ed., ch. 5; Hetenyi 1946,
  * Beams on Elastic Foundation.) Ends: clamped w = psi = 0, pinned w = M = 0, free V = M = 0, loaded
  * V and M given.
@@ -29,7 +31,8 @@
  *
  * One copy of each equation serves both theories and both forms: what is absent is a constant 0.
  * The problem is linear, so w is counted in a deflection W that its loads could cause, psi by W/L,
- * V by EI W/L^3, M by EI W/L^2, s by L and t by the scene's time (rod_scales_of).
+ * V by EI W/L^3, M by EI W/L^2, s by L and t by the scene's time (rod_scales_of, whose EI and rhoA
+ * are one number each).
  *
  * Errors are sticky on the tape. Scenes must pass scene_check and be beams. */
 #ifndef PHYSICS_BEAM_H

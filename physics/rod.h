@@ -13,14 +13,19 @@
  *   m_s + u x m + v x R^T N + R^T l
  *     = rhoJ w_t + w x (rhoJ w)                              balance of moment, body
  *
- * with f and l the distributed force and moment, world.
+ * with f and l the distributed force and moment, world. Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may
+ * vary with s, the rest shape v*, u* with s and t, gravity with t. Damping follows the rate of the
+ * strain itself, v_t and u_t, also where the rest shape moves (Kelvin and Voigt): a rod that takes
+ * on a new rest shape is damped against the space that it moves in, as if its material were a
+ * spring with a changing rest length beside a dashpot.
  *
  * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
- * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene; `s`
- * and `t` below are sigma and tau, the coordinates of the scene's domain. In a static scene there
- * is no t, and every derivative by it is an exact 0. Absent physics (no damping, locked strain, no
- * gravity) enters as a constant 0 and is folded away by the tape; there is one copy of each
- * equation.
+ * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene, and
+ * of EI and rhoA that vary one number each (rod_scales), the equations having their ratio to it;
+ * `s` and `t` below are sigma and tau, the coordinates of the scene's domain. In a static scene
+ * there is no t, and every derivative by it is an exact 0. Absent physics (no damping, locked
+ * strain, no gravity) enters as a constant 0 and is folded away by the tape; there is one copy of
+ * each equation.
  *
  * Errors are sticky on the tape. Scenes must pass scene_check. */
 #ifndef PHYSICS_ROD_H
@@ -40,11 +45,13 @@ typedef struct rod_scales {
     double time;   /* s: length^2 sqrt(rhoA/EI), 1 if static */
     double force;  /* N: EI/length^2 */
     double moment; /* N m: EI/length */
-} rod_scales;      /* EI: the smaller of the two bending stiffnesses that is finite */
+} rod_scales;      /* EI: the smaller of the two bending stiffnesses, where they vary their
+                    * scene_mean_stiffness; rhoA: the scene_mean */
 
 rod_scales rod_scales_of(const scene *scene);
 
-/* Dimensionless numbers that decide how hard a scene is. Infinite ratios: that strain is locked. */
+/* Dimensionless numbers that decide how hard a scene is. Infinite ratios: that strain is locked.
+ * Of what varies along the rod the means of scene.h, unless the largest value is said. */
 typedef struct rod_numbers {
     double shear_ratio;    /* kGA L^2/EI, the smaller */
     double axial_ratio;    /* EA L^2/EI */

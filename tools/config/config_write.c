@@ -406,5 +406,15 @@ void config_help(FILE *file)
         help_row(file, defaults, &config_keys[i]);
         before = path;
     }
+    fprintf(file, "\nformulas\n");
+    write_wrapped(
+        file,
+        "of arc length s and time t in SI units: numbers, pi, + - * / ^ (with a constant "
+        "exponent), sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs min "
+        "max, step(x), which is 0 for x <= 0 and else 1, where(c, a, b), which is a while "
+        "c > 0 and else b, and the names of parameters. Section, material, stiffness, "
+        "inertia, damping and drag may vary with s, gravity with t, the rest shape with "
+        "both.",
+        2);
     free(defaults);
 }
