@@ -1,7 +1,7 @@
 #!/bin/sh
-# Installs a build into a temporary prefix, moves the prefix, and builds and runs a program against
-# it: with the CMake package and with pkg-config. From the environment: CMAKE, CC, CFLAGS,
-# GENERATOR and LIBDIR of the build.
+# Installs a build into a temporary prefix, moves the prefix, and builds and runs programs against
+# it: with the CMake package, with pkg-config, from C++ and from Python. From the environment: CMAKE,
+# CC, CFLAGS, GENERATOR and LIBDIR of the build.
 #   check.sh ROOT BUILD
 set -eu
 root=$1
@@ -21,8 +21,9 @@ for text in "$root/" "$build/" "$work/first"; do
     found=$(grep -rlIF "$text" "$work/prefix" || true)
     [ -z "$found" ] || fail "$text is named in $found"
 done
-for path in include/cpinn/autodiff/ad.h include/cpinn/nn/nn.h include/cpinn/optim/optim.h \
-    include/cpinn/physics/scene.h share/cpinn/configs/elastica.yaml; do
+for path in include/cpinn/cpinn.h include/cpinn/autodiff/ad.h include/cpinn/physics/scene.h \
+    include/cpinn/tools/train/settings.h "$LIBDIR/libcpinn.so" share/cpinn/configs/elastica.yaml \
+    share/man/man1/cpinn-train.1 share/doc/cpinn/README.md; do
     [ -f "$work/prefix/$path" ] || fail "$path was not installed"
 done
 for program in "$build"/tools/cpinn-*; do
@@ -32,12 +33,32 @@ for program in "$build"/tools/cpinn-*; do
 done
 
 "$CMAKE" -S "$root/tests/install" -B "$work/cmake" -G "$GENERATOR" -DCMAKE_C_COMPILER="$CC" \
-    -DCMAKE_PREFIX_PATH="$work/prefix" >"$work/log" 2>&1 || fail "$(cat "$work/log")"
+    -DCMAKE_C_FLAGS="$CFLAGS" -DCMAKE_CXX_FLAGS="$CFLAGS" -DCMAKE_PREFIX_PATH="$work/prefix" \
+    >"$work/log" 2>&1 || fail "$(cat "$work/log")"
 "$CMAKE" --build "$work/cmake" >"$work/log" 2>&1 || fail "$(cat "$work/log")"
+scene=$work/prefix/share/cpinn/configs/cantilever_dynamic.yaml
 "$work/cmake/outside" || fail "the program built with CMake failed"
+"$work/cmake/by_hand" || fail "the scene filled in by hand: status $?"
+"$work/cmake/from_file" "$scene" "$work/run" || fail "the scene file: status $?"
+if [ -x "$work/cmake/from_file_cpp" ]; then
+    "$work/cmake/from_file_cpp" "$scene" "$work/run_cpp" || fail "the scene file from C++: status $?"
+fi
+if "$work/cmake/from_file" "$scene" "$work/run" 2>"$work/log"; then
+    fail "a run was written over"
+fi
+grep -q 'there is a run already' "$work/log" || fail "$(cat "$work/log")"
 
 export PKG_CONFIG_PATH="$work/prefix/$LIBDIR/pkgconfig"
-# shellcheck disable=SC2046,SC2086  # lists of options
-"$CC" -std=c11 $CFLAGS $(pkg-config --cflags cpinn) "$root/tests/install/outside.c" \
-    -o "$work/outside" $(pkg-config --libs cpinn)
-"$work/outside" || fail "the program built with pkg-config failed"
+export LD_LIBRARY_PATH="$work/prefix/$LIBDIR"
+for package in cpinn cpinn-static; do
+    # shellcheck disable=SC2046,SC2086  # lists of options
+    "$CC" -std=c11 $CFLAGS $(pkg-config --cflags $package) "$root/tests/install/outside.c" \
+        -o "$work/outside" $(pkg-config --libs $package) -lm || fail "$package cannot be linked"
+    "$work/outside" || fail "the program built with pkg-config and $package failed"
+done
+
+# Python cannot load what is built with the sanitizers.
+if [ -z "$CFLAGS" ] && python3 -c 'import numpy' 2>/dev/null; then
+    PYTHONPATH=$work/prefix/lib/python3/dist-packages LD_LIBRARY_PATH='' \
+        python3 "$root/tests/install/from_file.py" "$scene" || fail "the scene file from Python"
+fi

@@ -1,0 +1,75 @@
+"""The Python package: test_python.py CONFIGS, in an empty folder. Exit status 77 without numpy."""
+import sys
+
+try:
+    import numpy
+except ImportError:
+    sys.exit(77)
+import cpinn
+
+configs = sys.argv[1]
+elastica, moving = configs + "/elastica.yaml", configs + "/cantilever_dynamic.yaml"
+
+
+def raises(text, function, *arguments, **named):
+    try:
+        function(*arguments, **named)
+    except cpinn.Error as error:
+        assert text in str(error), str(error)
+    else:
+        raise AssertionError(f"{text}: nothing was raised")
+
+
+seen = []
+model = cpinn.train(elastica, threads=1, folder="run", progress=lambda now: seen.append(now.step))
+assert model.verdict.outcome == "solved" and model.verdict.reason == "none", model.verdict
+assert seen == list(range(1, len(seen) + 1)) and len(seen) > 2
+assert list(model.history["step"]) == seen
+assert model.history["error"][-1] < 1e-9  # against elliptic integrals
+
+# One point, many, and any shape that numpy broadcasts; a derivative against a difference.
+assert model.evaluate("x z", s=0.3)["x"].shape == ()
+grid = model.evaluate("x x_s", s=numpy.linspace(0, 0.3, 12).reshape(3, 4))
+assert grid["x"].shape == (3, 4)
+h = 1e-5
+x = model.evaluate("x", s=[0.1 - h, 0.1 + h])["x"]
+slope = model.evaluate("x_s", s=0.1)["x_s"]
+assert abs((x[1] - x[0]) / (2 * h) - slope) < 1e-8  # h^2 and 1e-16 / h
+
+# Kept, opened again, saved; the same numbers to the last bit.
+again = cpinn.open("run")
+assert again.verdict.outcome == "solved"
+assert numpy.array_equal(again.evaluate("r q", s=0.2)["z"], model.evaluate("r q", s=0.2)["z"])
+assert numpy.array_equal(again.history["loss"], model.history["loss"])
+model.save("saved.h5")
+assert numpy.array_equal(cpinn.open("saved.h5").evaluate("z", s=0.1)["z"],
+                         model.evaluate("z", s=0.1)["z"])
+raises("opened from a checkpoint", again.save, "other.h5")
+
+# The classical solution of the same rod.
+s = numpy.linspace(0, 0.3, 5)
+solved = cpinn.solve(elastica, s)
+assert solved.verdict.outcome == "solved" and solved.estimate < 1e-9
+assert abs(solved.values["z"] - model.evaluate("z", s)["z"]).max() < 1e-8
+
+# Stopped by the caller, and by what the caller raises.
+stopped = cpinn.train(moving, progress=lambda now: now.step < 2)
+assert stopped.verdict.outcome == "stopped" and stopped.verdict.reason == "unfinished"
+
+
+def fail(now):
+    raise KeyError(now.step)
+
+
+try:
+    cpinn.train(moving, progress=fail)
+    raise AssertionError("nothing was raised")
+except KeyError:
+    pass
+
+raises("cannot be read", cpinn.train, "missing.yaml")
+raises("rod.length: is -1", cpinn.train, elastica, ["rod.length=-1"])
+raises("there is a run already", cpinn.train, elastica, folder="run")
+raises("bend is no column", model.evaluate, "bend", 0.1)
+raises("missing.h5", cpinn.open, "missing.h5")
+assert cpinn.version()

@@ -1,0 +1,223 @@
+"""Physics-informed neural networks for beams and Cosserat rods.
+
+    import cpinn
+    model = cpinn.train("cantilever.yaml", threads=2)     # or cpinn.open("runs/cantilever")
+    print(model.verdict)                                  # solved, or a warning with its reason
+    values = model.evaluate("z r_tt", s=1, t=[0.5, 1])    # {"z": array, "x_tt": array, ...}
+    exact = cpinn.solve("cantilever.yaml", s=[0.5, 1], t=1).values["z"]
+
+Names are those of the C library, physics/evaluator.h: columns of the scene's model ("x", "qw", "m2",
+of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore s and t as
+often as differentiated. All numbers are in SI units; arrays are numpy's, and s and t are broadcast
+against each other. Errors are raised as cpinn.Error, with the line that cpinn-train would print.
+"""
+import ctypes
+import os
+
+import numpy
+
+__all__ = ["Error", "Model", "Progress", "Solution", "Verdict", "open", "solve", "train", "version"]
+
+
+class Error(Exception):
+    """What is wrong, and what is allowed, as one line."""
+
+
+class _Error(ctypes.Structure):
+    _fields_ = [("status", ctypes.c_int), ("message", ctypes.c_char * 512)]
+
+
+class Progress(ctypes.Structure):
+    """Where training stands after a step; numbers that are not known are NaN."""
+
+    _fields_ = [("step", ctypes.c_int64), ("window", ctypes.c_int), ("windows", ctypes.c_int),
+                ("stage", ctypes.c_int), ("stages", ctypes.c_int),
+                ("load_factor", ctypes.c_double), ("loss", ctypes.c_double),
+                ("held_out", ctypes.c_double), ("error", ctypes.c_double),
+                ("seconds", ctypes.c_double)]
+
+
+_PROGRESS = ctypes.CFUNCTYPE(ctypes.c_bool, ctypes.c_void_p, ctypes.POINTER(Progress))
+
+
+class _Options(ctypes.Structure):
+    _fields_ = [("threads", ctypes.c_int), ("folder", ctypes.c_char_p), ("resume", ctypes.c_bool),
+                ("progress", _PROGRESS), ("context", ctypes.c_void_p)]
+
+
+def _load():
+    """The shared library: CPINN_LIBRARY, beside the installed package, or where the system looks."""
+    name = "libcpinn.so.0.1"
+    named = os.environ.get("CPINN_LIBRARY")
+    try:
+        from ._installed import library_folder
+        beside = os.path.join(os.path.dirname(os.path.abspath(__file__)), library_folder, name)
+    except ImportError:
+        beside = ""
+    return ctypes.CDLL(named or (beside if os.path.exists(beside) else name))
+
+
+_library = _load()
+
+
+def _declare(name, result, *arguments):
+    function = getattr(_library, name)
+    function.restype, function.argtypes = result, arguments
+    return function
+
+
+_P, _I, _D, _S, _Z = (ctypes.c_void_p, ctypes.c_int, ctypes.c_double, ctypes.c_char_p,
+                      ctypes.c_size_t)
+_TEXTS, _OUT, _FAIL = ctypes.POINTER(_S), ctypes.POINTER(_P), ctypes.POINTER(_Error)
+_version = _declare("cpinn_version", _S)
+_train_file = _declare("cpinn_train_file", _I, _S, _I, _TEXTS, ctypes.POINTER(_Options), _OUT, _FAIL)
+_open = _declare("cpinn_open", _I, _S, _OUT, _FAIL)
+_save = _declare("cpinn_save", _I, _P, _S, _FAIL)
+_free = _declare("cpinn_free", None, _P)
+_verdict = _declare("cpinn_verdict", _P, _P)
+_rows = _declare("cpinn_history_rows", _Z, _P)
+_columns = _declare("cpinn_history_columns", _I, _P)
+_name = _declare("cpinn_history_name", _S, _P, _I)
+_value = _declare("cpinn_history_value", _D, _P, _Z, _S)
+_evaluator = _declare("cpinn_evaluator", _I, _P, _S, _OUT, _FAIL)
+_evaluator_free = _declare("evaluator_free", None, _P)
+_evaluator_columns = _declare("evaluator_columns", _I, _P)
+_evaluator_name = _declare("evaluator_column_name", _S, _P, _I)
+_evaluate = _declare("evaluator_evaluate", _I, _P, _Z, _P, _P, _P, _FAIL)
+_solve_file = _declare("cpinn_solve_file", _I, _S, _I, _TEXTS, _D, _Z, _P, _OUT, _FAIL)
+_solution_free = _declare("cpinn_solution_free", None, _P)
+_solution_verdict = _declare("cpinn_solution_verdict", _P, _P)
+_solution_estimate = _declare("cpinn_solution_estimate", _D, _P)
+_solution_columns = _declare("cpinn_solution_columns", _I, _P)
+_solution_name = _declare("cpinn_solution_column_name", _S, _P, _I)
+_solution_evaluate = _declare("cpinn_solution_evaluate", _I, _P, _Z, _P, _P, _P, _FAIL)
+_outcome_of = _declare("verdict_outcome_of", _I, _P)
+_outcome_name = _declare("verdict_outcome_name", _S, _I)
+_worst = _declare("verdict_worst", _I, _P)
+_reason_name = _declare("verdict_reason_name", _S, _I)
+_text = _declare("verdict_text", _S, _P)
+
+
+def _call(function, *arguments):
+    error = _Error()
+    if function(*arguments, ctypes.byref(error)) != 0:
+        raise Error(error.message.decode(errors="replace"))
+
+
+def _made(function, *arguments):
+    made = _P()
+    _call(function, *arguments, ctypes.byref(made))
+    return made
+
+
+def _overrides(overrides):
+    texts = [text.encode() for text in overrides]
+    return len(texts), (_S * (len(texts) + 1))(*texts)
+
+
+def _points(s, t):
+    """The shape of s and t together, and both as flat arrays of doubles."""
+    s, t = numpy.broadcast_arrays(numpy.asarray(s, dtype=float), numpy.asarray(t, dtype=float))
+    return s.shape, numpy.ascontiguousarray(s.ravel()), numpy.ascontiguousarray(t.ravel())
+
+
+def _fill(function, handle, names, shape, s, t):
+    values = numpy.empty((len(names), s.size))
+    _call(function, handle, s.size, s.ctypes.data, t.ctypes.data, values.ctypes.data)
+    return {name: values[i].reshape(shape) for i, name in enumerate(names)}
+
+
+class Verdict:
+    """How a computation ended: outcome ("solved", "warning", "stopped"), reason and text."""
+
+    def __init__(self, handle):
+        self.outcome = _outcome_name(_outcome_of(handle)).decode()
+        self.reason = _reason_name(_worst(handle)).decode()
+        self.text = _text(handle).decode(errors="replace")
+
+    def __repr__(self):
+        return f"{self.outcome} ({self.reason}): {self.text}" if self.text else self.outcome
+
+
+class Model:
+    """A trained model. Used by one thread at a time."""
+
+    def __init__(self, handle):
+        self._handle, self._evaluators = handle, {}
+        self.verdict = Verdict(_verdict(handle))
+        names = [_name(handle, i) for i in range(_columns(handle))]
+        self.history = {name.decode(): numpy.array([_value(handle, row, name)
+                                                    for row in range(_rows(handle))])
+                        for name in names}
+
+    def evaluate(self, names=None, s=0.0, t=0.0):
+        """Columns and derivatives by name at points s (m), t (s); None: every column."""
+        if names not in self._evaluators:
+            self._evaluators[names] = _made(_evaluator, self._handle,
+                                            names.encode() if names is not None else None)
+        made = self._evaluators[names]
+        columns = [_evaluator_name(made, i).decode() for i in range(_evaluator_columns(made))]
+        return _fill(_evaluate, made, columns, *_points(s, t))
+
+    def save(self, path):
+        """Write a checkpoint, of a model that was trained here."""
+        _call(_save, self._handle, os.fsencode(path))
+
+    def __del__(self):
+        for made in getattr(self, "_evaluators", {}).values():
+            _evaluator_free(made)
+        _free(getattr(self, "_handle", None))
+
+
+class Solution:
+    """A classical solution: values {column: array}, verdict, and the estimate of its error."""
+
+    def __init__(self, handle, shape, s, t):
+        columns = [_solution_name(handle, i).decode() for i in range(_solution_columns(handle))]
+        self.verdict = Verdict(_solution_verdict(handle))
+        self.estimate = _solution_estimate(handle)
+        self.values = _fill(_solution_evaluate, handle, columns, shape, s, t)
+
+
+def version():
+    return _version().decode()
+
+
+def train(path, overrides=(), threads=0, folder=None, resume=False, progress=None):
+    """Train what the file describes. overrides: "key=value"; folder: where the run is kept, None:
+    in memory alone; progress: called with a Progress after each step, false stops training. What it
+    raises ends training and is raised again."""
+    raised = []
+
+    def stepped(_, now):
+        try:
+            answer = progress(now.contents)
+            return answer is None or bool(answer)
+        except BaseException as error:  # handed on below
+            raised.append(error)
+            return False
+
+    options = _Options(threads, os.fsencode(folder) if folder is not None else None, resume,
+                       _PROGRESS(stepped) if progress else _PROGRESS())
+    model = Model(_made(_train_file, os.fsencode(path), *_overrides(overrides),
+                        ctypes.byref(options)))
+    if raised:
+        raise raised[0]
+    return model
+
+
+def open(path):
+    """A model from the folder of a run or a checkpoint."""
+    return Model(_made(_open, os.fsencode(path)))
+
+
+def solve(path, s, t=0.0, overrides=(), tolerance=0.0):
+    """Solve what the file describes by a classical method, at points s (m), t (s)."""
+    shape, s, t = _points(s, t)
+    times = numpy.unique(t)
+    handle = _made(_solve_file, os.fsencode(path), *_overrides(overrides), tolerance, times.size,
+                   times.ctypes.data)
+    try:
+        return Solution(handle, shape, s, t)
+    finally:
+        _solution_free(handle)
