@@ -1,0 +1,109 @@
+#!/bin/bash
+# What the pages of the project show is so: the commands of README.md run, in the order in which they
+# stand there, in a folder with nothing but configs; scenes and programs are those of the files that
+# the page names; the options of every other command exist; links lead to files.
+#   test_readme.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+PATH=$BIN/bench:$PATH
+ln -s "$ROOT/configs" "$ROOT/tests" .
+pages=(README.md configs/README.md configs/cases/README.md tools/bench/README.md)
+
+# block PAGE LANGUAGE NUMBER: the content of a fenced block.
+block() {
+    awk -v open="\`\`\`$2" -v number="$3" '
+        $0 == "```" { inside = 0 }
+        inside { print }
+        $0 == open && ++count == number { inside = 1 }' "$ROOT/$1"
+}
+
+# ---- README.md --------------------------------------------------------------------------------
+
+block README.md yaml 1 >shown.yaml
+same shown.yaml configs/soft_arm.yaml
+
+commands=0
+while IFS= read -r line; do
+    command=${line%%  #*}
+    [ -n "$command" ] || continue
+    got=0
+    bash -c "$command" >stdout.txt 2>stderr.txt </dev/null || got=$?
+    check "exit 0 of '$command'" -- test "$got" -eq 0
+    commands=$((commands + 1))
+done < <(block README.md sh 1)
+check there are commands -- test "$commands" -ge 5
+for file in runs/soft_arm/{checkpoint.h5,history.csv,config.yaml} soft_arm.csv solved.csv; do
+    check "README.md leaves $file" -- test -s "$file"
+done
+
+# The network and the solver agree on the scene of the page. Both are within 1e-4 of the length by
+# their own estimates; the points are the same.
+check network and solver agree -- awk -F, 'NR == FNR { row[FNR] = $3 " " $4 " " $5; next }
+    FNR > 1 { split(row[FNR], r, " "); for (i = 1; i <= 3; i++) {
+        off = r[i] - $(i + 2); if (off > 1e-4 * 0.3 || off < -1e-4 * 0.3) exit 1 } }
+    END { if (FNR != 1 + 41 * 25) exit 1 }' soft_arm.csv solved.csv
+
+if command -v gnuplot >/dev/null; then
+    run 0 gnuplot configs/soft_arm.gp
+    check the picture has every instant -- test "$(grep -c 'gnuplot_plot_' soft_arm.svg)" -ge 25
+fi
+
+# shown_in LANGUAGE FILE: the block stands in the file, line after line.
+shown_in() {
+    block README.md "$1" 1 >block.txt
+    check "README.md shows $1" -- test -s block.txt
+    check "the $1 of README.md is in $2" -- awk 'NR == FNR { want[NR] = $0; count = NR; next }
+        { have[FNR] = $0; last = FNR }
+        END { for (i = 1; i <= last; i++) {
+            for (k = 1; k <= count && have[i + k - 1] == want[k]; k++) { }
+            if (k > count) exit 0 }
+            exit 1 }' block.txt "$ROOT/$2"
+}
+
+# ---- all pages --------------------------------------------------------------------------------
+
+# Commands too slow to be run here: their programs and options exist.
+check_options() {
+    local program=$1 option
+    shift
+    for option in "$@"; do
+        "$program" --help 2>&1 | grep -q -- "$option" || failed "$program has no option $option"
+    done
+}
+
+for page in "${pages[@]}"; do
+    check "$page is there" -- test -s "$ROOT/$page"
+    # one command a line, of tables and of indented examples
+    while IFS= read -r command; do
+        program=${command%% *}
+        options=$(grep -oE -- '(^| )--[a-z][a-z-]*' <<<"$command" | tr -d ' ' | sort -u)
+        # shellcheck disable=SC2086  # a list of options
+        check_options "$program" $options
+    done < <(sed -nE 's/^(<!-- table: |    )//p' "$ROOT/$page" | grep -oE '(cpinn-[a-z]+) [^;|#`]*')
+    # links to files, without their anchors
+    folder=$(dirname "$ROOT/$page")
+    while IFS= read -r link; do
+        check "$page: the link $link" -- test -e "$folder/${link%%#*}"
+    done < <(grep -oE '\]\([^)]+\)' "$ROOT/$page" | sed 's/^](//; s/)$//' | grep -v '^http')
+done
+
+# tables.sh replaces what a command printed, and leaves the table of a command that fails.
+cat >page.md <<'EOT'
+before
+<!-- table: echo one; echo two -->
+old
+<!-- end of table -->
+<!-- table: no-such-command -->
+kept
+<!-- end of table -->
+after
+EOT
+run 1 "$ROOT/tools/bench/tables.sh" "$work/page.md"
+said stderr.txt 'failed, the table stays as it was'
+check the new table -- test "$(sed -n '3,7p' page.md | head -4 | tr '\n' '|')" = \
+    '```|$ echo one; echo two|one|two|'
+check the table of a failed command -- grep -qx kept page.md
+check what is around stays -- test "$(head -1 page.md) $(tail -1 page.md)" = "before after"
+said page.md '^Run on [0-9]{4}-[0-9]{2}-[0-9]{2}, .*, [0-9]+ cores\.$'
+
+finish
