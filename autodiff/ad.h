@@ -28,6 +28,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -64,6 +65,9 @@ typedef struct ad_tape_counts {
 } ad_tape_counts;
 
 ad_tape_counts ad_tape_count(const ad_tape *tape);
+
+/* Every value on a line of its own; file NULL, as a debugger may give it, is stderr. */
+void ad_tape_print(const ad_tape *tape, FILE *file);
 
 int ad_rows(ad_value x); /* 0 for a failed value */
 ad_extent ad_extent_of(ad_value x);
@@ -243,6 +247,12 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
 void ad_program_free(ad_program *program);
 ad_program_info ad_program_inspect(const ad_program *program);
 
+/* Every instruction on a line of its own: the value %n of the tape that it computes, @ where in the
+ * workspace (in units of a tile; / units between rows), operands with their places, products with
+ * sizes and operations, and the last instruction that reads the result. Groups, outputs and what
+ * shares memory as well. file NULL is stderr. */
+void ad_program_print(const ad_program *program, FILE *file);
+
 typedef struct ad_run {
     size_t points;
     const double *const *inputs;   /* per ad_input of the tape: [rows][points] */
@@ -279,6 +289,7 @@ ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             ad_normal **normal, ad_error *error);
 void ad_normal_free(ad_normal *normal);
 ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points);
+void ad_normal_print(const ad_normal *normal, FILE *file); /* its program and columns of J */
 
 /* Adds to jtj [parameters][parameters] (its upper triangle; the lower one is not touched), jtr
  * [parameters] and *rtr. run->outputs is not read. Allocates nothing after the first run with a

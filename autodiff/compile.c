@@ -330,13 +330,8 @@ static void count_instructions(ad_program *program)
             const instruction *now = &p->instructions[i];
             size_t scratch = ad_execute_scratch(now);
             program->scratch = scratch > program->scratch ? scratch : program->scratch;
-            if (now->columns) {
-                size_t a = (size_t)now->in[0].rows, b = (size_t)now->in[1].rows;
-                size_t product = now->op == OP_OUTER_SUM ? a * b : a;
-                info->products += now->op != OP_SUM_POINTS;
-                info->flops_per_point +=
-                    now->op == OP_SUM_POINTS ? 0 : 2 * product * (size_t)now->columns;
-            }
+            info->products += instruction_flops(now) > 0;
+            info->flops_per_point += instruction_flops(now);
         }
         program->most_reduced =
             p->reduced > program->most_reduced ? p->reduced : program->most_reduced;

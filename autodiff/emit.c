@@ -6,6 +6,7 @@
 typedef struct emitter {
     const pass_plan *plan;
     pass *to;
+    int value; /* the node at work */
     bool ok;
 } emitter;
 
@@ -35,6 +36,7 @@ static instruction *append(emitter *e, instruction i)
         e->ok = false;
         return NULL;
     }
+    i.value = e->value;
     p->instructions[p->count] = i;
     return &p->instructions[p->count++];
 }
@@ -136,6 +138,7 @@ static void emit_products(emitter *e, int at, bool *done)
             return;
         }
         done[next] = true;
+        e->value = next;
         instruction i = {.op = op, .columns = 1};
         i.in[0] = place_for(e, plan->arguments[next][0], 0);
         i.in[1] = place_for(e, plan->arguments[next][1], 0);
@@ -162,6 +165,7 @@ static void emit_node(emitter *e, int at, bool *done)
     if (done[id]) {
         return;
     }
+    e->value = id;
     switch (n->op) {
     case OP_INPUT:
     case OP_SLICE: /* views */

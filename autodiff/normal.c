@@ -144,6 +144,27 @@ ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points)
                             .flops = ad_strips_flops(&normal->strips, (int)rows)};
 }
 
+void ad_normal_print(const ad_normal *normal, FILE *file)
+{
+    const strips *s = &normal->strips;
+    file = file ? file : stderr;
+    fprintf(file,
+            "normal equations of %d residuals per point by %zu parameters, %zu flops per point\n",
+            normal->jacobian.row_count, normal->parameters,
+            ad_strips_flops(s, normal->jacobian.row_count));
+    for (size_t i = 0; i < s->count; i++) {
+        fprintf(file, "  columns %5zu to %5zu of J, in residuals", s->items[i].first,
+                s->items[i].first + s->items[i].width - 1);
+        for (int r = 0; r < normal->jacobian.row_count; r++) {
+            if (s->items[i].live[r]) {
+                fprintf(file, " %d", r);
+            }
+        }
+        fputc('\n', file);
+    }
+    ad_program_print(normal->program, file);
+}
+
 /* ---- rows of J ------------------------------------------------------------------------------- */
 
 /* out += y x^T where a factor may be the same at every point. */

@@ -33,10 +33,19 @@ typedef struct instruction {
     int columns; /* of a matrix product: values side by side in one panel */
     int whole;
     double number;
+    int value; /* the node that it computes or adds up, of a panel that of the first column */
     kernel loop;
     place out;
     place in[AD_ARITY_MAX];
 } instruction;
+
+/* Of a matrix product, per point. */
+static inline size_t instruction_flops(const instruction *i)
+{
+    size_t a = (size_t)i->in[0].rows, b = (size_t)i->in[1].rows;
+    return i->op == OP_SUM_POINTS ? 0
+                                  : 2 * (i->op == OP_OUTER_SUM ? a * b : a) * (size_t)i->columns;
+}
 
 /* instructions[first .. first+count-1]; elementwise ones of equal many rows are worked on piece by
  * piece, all instructions on one piece before the next. */

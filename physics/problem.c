@@ -213,6 +213,30 @@ problem_set_info problem_set_inspect(const problem *p, int set)
     return info;
 }
 
+void problem_print(const problem *p, FILE *file)
+{
+    for (int i = 0; i < p->set_count; i++) {
+        const problem_set *s = &p->sets[i];
+        const struct {
+            const char *what;
+            const ad_program *program;
+        } programs[] = {{"once for a set of points", s->gradient_fixed.program},
+                        {"loss and gradient", s->gradient},
+                        {"losses", s->value},
+                        {"products with J^T J", s->product}};
+        for (size_t k = 0; k < sizeof programs / sizeof *programs; k++) {
+            if (programs[k].program) {
+                fprintf(file, "== %s: %s\n", s->about->name, programs[k].what);
+                ad_program_print(programs[k].program, file);
+            }
+        }
+        if (s->normal) {
+            fprintf(file, "== %s: rows of J\n", s->about->name);
+            ad_normal_print(s->normal, file);
+        }
+    }
+}
+
 const char *problem_derivatives(const problem *p)
 {
     return p->derivatives;

@@ -222,6 +222,9 @@ typedef struct problem_set_info {
 int problem_sets(const problem *p);
 problem_set_info problem_set_inspect(const problem *p, int set);
 
+/* The programs of every set that have been compiled, line by line as ad_program_print. */
+void problem_print(const problem *p, FILE *file);
+
 /* The derivatives of the unknowns that the equations inside use, as text: "r_s r_tt q_s ...". */
 const char *problem_derivatives(const problem *p);
 

@@ -522,6 +522,44 @@ static void test_too_many_rows(void **state)
     ad_tape_free(tape);
 }
 
+/* What a printed tape and program say, whatever their layout. */
+static void test_print(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value x = ad_input(tape, "place", 2), load = ad_uniform(tape, "load", 1), outputs[2];
+    ad_value w = ad_parameter(tape, "weights", 6, 10);
+    outputs[0] = ad_sum_points(ad_mul(load, ad_sum_rows(ad_tanh(ad_matvec(w, x)))));
+    ad_reverse(outputs[0], 1, &w, AD_SUMMED, &outputs[1]);
+    compiled c = compile_values(2, outputs, NULL, 1);
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    ad_tape_print(tape, file);
+    ad_program_print(c.program, file);
+    assert_int_equal(fclose(file), 0);
+    static const char *const expected[] = {
+        "input \"place\"",
+        "uniform \"load\"",
+        "parameter \"weights\" from 10 on",
+        "matvec \"weights\" \"place\"\n",
+        "matvec \"weights\" \"place\"@0; 3 x 2 times 1 column, 12 flops",
+        "outer_sum",
+        "3 rows, ",
+        "2 matrix products per tile, 24 flops per point; 7 sums",
+        "read until ",
+        "output 1: %"};
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+        if (!strstr(text, expected[i])) {
+            fail_msg("\"%s\" is missing in:\n%s", expected[i], text);
+        }
+    }
+    free(text);
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -536,6 +574,7 @@ int main(void)
         cmocka_unit_test(test_outputs_not_wanted),
         cmocka_unit_test(test_sum_of_constants),
         cmocka_unit_test(test_too_many_rows),
+        cmocka_unit_test(test_print),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

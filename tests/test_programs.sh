@@ -163,6 +163,10 @@ run 0 cpinn-train "$dynamic" --explain
 said stdout.txt '^  at t = 0: from \(0, 0, 0\) to \(1, 0, 0\) m, straight along \+x$'
 check an explanation is a page -- test "$(wc -l <stdout.txt)" -gt 15
 said stdout.txt 'parameters'
+run 0 cpinn-train "$dynamic" --explain=program
+said stdout.txt '^== interior: loss and gradient$'
+said stdout.txt 'outer_sum .* flops per point'
+refused 'explain=tape: allowed: --explain, --explain=program' cpinn-train "$dynamic" --explain=tape
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
 check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
 for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml; do

@@ -102,8 +102,12 @@ static void print_help_text(const char *text, int column)
 
 static void print_option(const cli_option *option)
 {
-    int column = printf("  %s%s%s", option->name, option->value ? " " : "",
-                        option->value ? option->value : "");
+    bool choice = option->kind == CLI_CHOICE;
+    int column = printf("  %s%s%s%s", option->name,
+                        choice          ? "[="
+                        : option->value ? " "
+                                        : "",
+                        option->value ? option->value : "", choice ? "]" : "");
     print_help_text(option->help, column);
 }
 
@@ -147,6 +151,13 @@ static int store(const char *program, const cli_option *option, const char *text
     switch (option->kind) {
     case CLI_FLAG:
         *(bool *)option->target = true;
+        return CLI_RUN;
+    case CLI_CHOICE:
+        if (text && strcmp(text, option->value) != 0) {
+            return cli_fail(program, "%s=%s: allowed: %s, %s=%s", option->name, text, option->name,
+                            option->name, option->value);
+        }
+        *(const char **)option->target = text ? text : "";
         return CLI_RUN;
     case CLI_TEXT:
         *(const char **)option->target = text;
@@ -193,6 +204,9 @@ static int take_option(const char *program, const cli_option *options, int count
     const cli_option *option = find(options, count, name, length);
     if (!option) {
         return cli_fail(program, "unknown option %s; --help lists the options", name);
+    }
+    if (option->kind == CLI_CHOICE) {
+        return store(program, option, equals ? equals + 1 : NULL);
     }
     if (!option->value) {
         return equals ? cli_fail(program, "%s takes no value", option->name)

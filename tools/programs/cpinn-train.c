@@ -47,7 +47,8 @@ typedef struct options {
     const char *config, *out, *json;
     cli_list overrides;
     int threads;
-    bool resume, print_config, explain, quiet;
+    const char *explain; /* NULL: train; "": the scene; "program" */
+    bool resume, print_config, quiet;
 } options;
 
 /* A session with what only a program has. */
@@ -275,6 +276,9 @@ static void blame(training *t, const ad_error *error, bool began)
 static ad_status go(training *t, config *settings, bool *began, ad_error *error)
 {
     ad_status status = config_session_prepare(settings, t->asked->threads, &t->s, error);
+    if (status == AD_OK && t->asked->explain && *t->asked->explain) {
+        return explain_programs(stdout, t->s.e, t->s.problem, error);
+    }
     if (status == AD_OK && t->asked->explain) {
         explain_print(stdout, t->s.e, t->s.problem, t->s.known);
         return AD_OK;
@@ -333,9 +337,10 @@ static int parse(int count, char **arguments, options *o)
          "default 0: one for each processor; results do not depend on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
          "print the experiment with every default filled in, and stop"},
-        {"--explain", NULL, CLI_FLAG, &o->explain, 0, 0,
+        {"--explain", "program", CLI_CHOICE, &o->explain, 0, 0,
          "print what the scene consists of, what about it is hard or\n"
-         "implausible, what is computed and what is left out, and stop"},
+         "implausible, what is computed and what is left out, and stop;\n"
+         "=program: the compiled programs, line by line"},
         {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
          "write how it ended as one JSON object, see below; - is standard\n"
          "output, with nothing else on it"},

@@ -511,3 +511,18 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
     print_network(file, e, p);
     print_plan(file, e, p, r);
 }
+
+ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; status == AD_OK && i < e->settings->stage_count; i++) {
+        linear_model_info plan; /* compiles what it needs */
+        if (e->settings->stages[i].optimizer == TRAIN_GAUSS_NEWTON) {
+            status = linear_model_plan(p, &e->settings->stages[i], i, &plan, error);
+        }
+    }
+    if (status == AD_OK) {
+        problem_print(p, file);
+    }
+    return status;
+}

@@ -10,4 +10,7 @@
 /* At most 100 columns. r may be NULL: the scene names no reference. */
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
 
+/* The programs that training runs, those of Gauss-Newton included. */
+ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error);
+
 #endif
