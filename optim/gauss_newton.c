@@ -52,16 +52,17 @@ static const double HARDLY_DAMPED = 1e-12;
 struct optim_gauss_newton {
     optim_gauss_newton_settings settings;
     size_t count;
-    double *x;       /* [count] */
-    double *jtr;     /* [count] */
-    double *scale;   /* [count], diagonal of the scaling matrix */
-    double *step;    /* [count], work */
-    double *trial_x; /* [count], work */
-    double *anchor;  /* [count], where J was computed */
-    int has_model;   /* whether the model remembers that J: not after the state was restored */
-    double unit;     /* of the damping at x: the largest diagonal entry, or 1 */
-    double promised; /* decrease that the model predicts for the step */
-    double damped;   /* what the step was computed with */
+    double *x;            /* [count] */
+    double *jtr;          /* [count] */
+    double *scale;        /* [count], diagonal of the scaling matrix */
+    double *step;         /* [count], work */
+    double *trial_x;      /* [count], work */
+    double *anchor;       /* [count], where J was computed */
+    int has_model;        /* whether the model remembers that J: not after the state was restored */
+    double unit;          /* of the damping at x: the largest diagonal entry, or 1 */
+    double promised;      /* decrease that the model predicts for the step */
+    double damped;        /* what the step was computed with */
+    double gradient_norm; /* |2 J^T r| at the last model; not part of the state */
     double scalar[SCALAR_COUNT];
 };
 
@@ -153,6 +154,7 @@ optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
         gn->settings = *settings;
         memcpy(gn->x, x, count * sizeof *x);
         gn->scalar[GRADIENT_MAX] = INFINITY;
+        gn->gradient_norm = NAN;
         optim_gauss_newton_objective_changed(gn);
     }
     if (why) {
@@ -250,6 +252,7 @@ static optim_status linearize(optim_gauss_newton *gn, const optim_linear_model *
     if (status != OPTIM_RUNNING) {
         return status;
     }
+    gn->gradient_norm = 2 * sqrt(optim_dot(gn->count, gn->jtr, gn->jtr));
     if (!optim_all_finite(gn->count, gn->jtr)) {
         return OPTIM_NOT_FINITE;
     }
@@ -431,6 +434,7 @@ optim_gauss_newton_info optim_gauss_newton_get_info(const optim_gauss_newton *gn
                                      .unsolved = (int64_t)scalar[UNSOLVED],
                                      .value = scalar[VALUE],
                                      .gradient_max = scalar[GRADIENT_MAX],
+                                     .gradient_norm = gn->gradient_norm,
                                      .damping = scalar[DAMPING],
                                      .step = scalar[STEP]};
 }

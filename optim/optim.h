@@ -1,7 +1,7 @@
 /* Minimisers on flat vectors of doubles: Adam, L-BFGS and the self-scaled Broyden method with a
  * strong Wolfe line search, Levenberg-Marquardt (Gauss-Newton with damping), and learning-rate
- * schedules. Knows nothing of
- * networks; needs libc and libm only.
+ * schedules. Knows nothing of networks; needs libc and libm only. optimizer.h has one interface
+ * to all of them.
  *
  *     const char *why;
  *     optim_lbfgs_settings settings = optim_lbfgs_defaults();
@@ -298,7 +298,7 @@ const char *optim_ssbroyden_state_check(const optim_ssbroyden *ssb);
  * |r + J step|^2 + damping step.D step. The damping rises until a step lowers the value, also when
  * the value is not finite or the step cannot be computed, and falls afterwards. */
 
-/* The residuals around a point, by whoever has J in some form; which form is not seen here.
+/* A linear model of the residuals at a point. The optimiser does not need to know how it stores J.
  * Functions return what an optim_objective does, unless said otherwise. */
 typedef struct optim_linear_model {
     void *context;
@@ -346,15 +346,16 @@ typedef struct optim_gauss_newton_settings {
 } optim_gauss_newton_settings;
 
 typedef struct optim_gauss_newton_info {
-    int64_t iterations;  /* steps taken */
-    int64_t evaluations; /* calls of evaluate and linearize */
-    int64_t rejected;    /* steps that did not lower the value */
-    int64_t not_finite;  /* steps to where it is not finite */
-    int64_t unsolved;    /* dampings for which the model found no step */
-    double value;        /* at the current point; +infinity before the first evaluation */
-    double gradient_max; /* max |2 J^T r|_i before the last step; +infinity before the first */
-    double damping;      /* for the next step, as added to the diagonal: not in units */
-    double step;         /* 2-norm of the last step */
+    int64_t iterations;   /* steps taken */
+    int64_t evaluations;  /* calls of evaluate and linearize */
+    int64_t rejected;     /* steps that did not lower the value */
+    int64_t not_finite;   /* steps to where it is not finite */
+    int64_t unsolved;     /* dampings for which the model found no step */
+    double value;         /* at the current point; +infinity before the first evaluation */
+    double gradient_max;  /* max |2 J^T r|_i before the last step; +infinity before the first */
+    double gradient_norm; /* |2 J^T r| there; NaN before the first step, also after a restore */
+    double damping;       /* for the next step, as added to the diagonal: not in units */
+    double step;          /* 2-norm of the last step */
 } optim_gauss_newton_info;
 
 typedef struct optim_gauss_newton optim_gauss_newton;

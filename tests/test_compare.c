@@ -72,7 +72,7 @@ static void test_methods_are_configs(void **state)
             fail_msg("%s", error.message);
         }
         assert_true(settings->settings.stages[0].adam.schedule.learning_rate < 0.5);
-        assert_int_equal(settings->settings.stages[0].optimizer, TRAIN_ADAM);
+        assert_int_equal(settings->settings.stages[0].optimizer, OPTIM_ADAM);
         config_free(settings);
     }
 }

@@ -155,13 +155,13 @@ static void test_aliases(void **state)
     assert_close(experiment->scene.rod.bending_stiffness[1].number, 5, 0);
     assert_close(experiment->scene.rod.torsional_stiffness.number, 1, 0);
     assert_int_equal(experiment->settings.stage_count, 3);
-    assert_int_equal(experiment->settings.stages[1].optimizer, TRAIN_ADAM);
+    assert_int_equal(experiment->settings.stages[1].optimizer, OPTIM_ADAM);
     assert_int_equal(experiment->settings.stages[1].steps, 8);
     assert_close(experiment->settings.stages[0].stop_loss, 0.5, 0);
     assert_close(experiment->settings.stages[1].stop_loss, 0, 0); /* a section is replaced whole */
     assert_close(experiment->settings.stages[1].stop_seconds, 5, 0);
     assert_int_equal(experiment->settings.stages[2].optimizer,
-                     TRAIN_LBFGS); /* the earlier one wins */
+                     OPTIM_LBFGS); /* the earlier one wins */
     assert_int_equal(experiment->settings.stages[2].steps, 8);
     config_free(experiment);
 }
@@ -246,7 +246,7 @@ static void test_defaults(void **state)
     assert_text(experiment->scene.start.rotation[0], "1");
     assert_int_equal(experiment->scene.end.type, SCENE_FREE);
     assert_int_equal(experiment->settings.stage_count, 1);
-    assert_int_equal(experiment->settings.stages[0].optimizer, TRAIN_GAUSS_NEWTON);
+    assert_int_equal(experiment->settings.stages[0].optimizer, OPTIM_GAUSS_NEWTON);
     assert_int_equal(experiment->settings.stages[0].steps, 200);
     assert_close(experiment->settings.stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
     assert_close(experiment->settings.stages[0].gauss_newton.initial_damping, 1e-10, 0);
@@ -326,7 +326,7 @@ static void test_overrides(void **state)
     config_free(experiment);
     experiment = read_with(BASE, "training.stages=[{optimizer: lbfgs, steps: 5}]");
     assert_int_equal(experiment->settings.stage_count, 1);
-    assert_int_equal(experiment->settings.stages[0].optimizer, TRAIN_LBFGS);
+    assert_int_equal(experiment->settings.stages[0].optimizer, OPTIM_LBFGS);
     config_free(experiment);
 }
 
@@ -575,12 +575,12 @@ static void test_stated_defaults(void **state)
     config_help(file);
     fclose(file);
     int compared = 0;
-    for (int round = 0; round < 4 * TRAIN_OPTIMIZER_COUNT; round++) {
-        train_optimizer optimizer = (train_optimizer)(round / 4);
+    for (int round = 0; round < 4 * OPTIM_METHOD_COUNT; round++) {
+        optim_method optimizer = (optim_method)(round / 4);
         const char *text = scenes[round % 2];
         char stage[80];
         snprintf(stage, sizeof stage, "training.stages=[{optimizer: %s}]",
-                 train_optimizer_name(optimizer));
+                 optim_method_name(optimizer));
         const char *overrides[] = {stage, "network.hidden=[8]"};
         config *experiment = read_text(text, 1 + round / 2 % 2, overrides);
         for (int i = 0; i < config_key_count; i++) {

@@ -104,8 +104,8 @@ static void a_log_has_room_for_all(void **state)
 /* ---- time left ----------------------------------------------------------------------------- */
 
 /* Numbers of seconds below are small integers and halves, so that sums of them are exact. */
-static const train_stage stages[] = {{.optimizer = TRAIN_ADAM, .steps = 100},
-                                     {.optimizer = TRAIN_GAUSS_NEWTON, .steps = 40}};
+static const train_stage stages[] = {{.optimizer = OPTIM_ADAM, .steps = 100},
+                                     {.optimizer = OPTIM_GAUSS_NEWTON, .steps = 40}};
 
 static const status_pace pace_0 = {.stages = stages,
                                    .stage_count = 2,

@@ -96,7 +96,7 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 /* A key of another optimiser in a stage is a mistake, not something to pass over. */
 static ad_status check_stage_keys(const config *experiment, int stage, ad_error *error)
 {
-    train_optimizer optimizer = experiment->settings.stages[stage].optimizer;
+    optim_method optimizer = experiment->settings.stages[stage].optimizer;
     char path[CONFIG_PATH_MAX], owners[64];
     for (int i = 0; i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
@@ -108,7 +108,7 @@ static ad_status check_stage_keys(const config *experiment, int stage, ad_error 
             config_key_optimizers(key, owners, sizeof owners);
             return config_blame(experiment->source, error, path,
                                 "belongs to optimizer %s, but this stage runs %s; leave it out",
-                                owners, train_optimizer_name(optimizer));
+                                owners, optim_method_name(optimizer));
         }
     }
     return AD_OK;

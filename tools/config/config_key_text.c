@@ -86,10 +86,10 @@ bool config_key_in_stage(const config_key *key)
     return strstr(key->path, "[].") != NULL;
 }
 
-static const unsigned optimizer_flags[TRAIN_OPTIMIZER_COUNT] = {
+static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {
     CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS, CONFIG_FOR_GAUSS_NEWTON, CONFIG_FOR_SSBROYDEN};
 
-bool config_key_applies(const config_key *key, train_optimizer optimizer)
+bool config_key_applies(const config_key *key, optim_method optimizer)
 {
     return !(key->flags & CONFIG_FOR_ANY) || (key->flags & optimizer_flags[optimizer]);
 }
@@ -98,10 +98,10 @@ void config_key_optimizers(const config_key *key, char *text, size_t size)
 {
     size_t used = 0;
     text[0] = '\0';
-    for (int i = 0; i < TRAIN_OPTIMIZER_COUNT && used < size; i++) {
+    for (int i = 0; i < OPTIM_METHOD_COUNT && used < size; i++) {
         if (key->flags & optimizer_flags[i]) {
             used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "",
-                                     train_optimizer_name((train_optimizer)i));
+                                     optim_method_name((optim_method)i));
         }
     }
 }

@@ -73,7 +73,7 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 bool config_key_in_stage(const config_key *key);
 
 /* Whether a key of a stage means something to its optimiser. */
-bool config_key_applies(const config_key *key, train_optimizer optimizer);
+bool config_key_applies(const config_key *key, optim_method optimizer);
 
 /* The optimisers that a key belongs to, "lbfgs, gauss_newton". */
 void config_key_optimizers(const config_key *key, char *text, size_t size);

@@ -263,7 +263,7 @@ static int write_stages(yaml_writer *writer, int first)
 {
     const config *experiment = writer->experiment;
     int end = first;
-    bool explained[TRAIN_OPTIMIZER_COUNT] = {false};
+    bool explained[OPTIM_METHOD_COUNT] = {false};
     while (end < config_key_count && config_key_in_stage(&config_keys[end])) {
         end++;
     }

@@ -24,8 +24,8 @@ static const char endless[] = "1000000000"; /* the most that training.stages[].s
 
 static bool is_optimizer(const char *name, size_t length)
 {
-    for (int i = 0; i < TRAIN_OPTIMIZER_COUNT; i++) {
-        const char *known = train_optimizer_name((train_optimizer)i);
+    for (int i = 0; i < OPTIM_METHOD_COUNT; i++) {
+        const char *known = optim_method_name((optim_method)i);
         if (strlen(known) == length && strncmp(known, name, length) == 0) {
             return true;
         }
@@ -57,9 +57,9 @@ void compare_method_names(char *text, size_t size)
 static void optimizer_names(char *text, size_t size)
 {
     size_t length = 0;
-    for (int i = 0; i < TRAIN_OPTIMIZER_COUNT && length < size; i++) {
+    for (int i = 0; i < OPTIM_METHOD_COUNT && length < size; i++) {
         length += (size_t)snprintf(text + length, size - length, "%s%s", i ? ", " : "",
-                                   train_optimizer_name((train_optimizer)i));
+                                   optim_method_name((optim_method)i));
     }
 }
 

@@ -404,7 +404,7 @@ static void print_linear_algebra(FILE *file, const train_settings *settings, pro
         linear_model_info plan;
         ad_error error = {AD_OK, ""};
         char text[160];
-        if (settings->stages[i].optimizer != TRAIN_GAUSS_NEWTON) {
+        if (settings->stages[i].optimizer != OPTIM_GAUSS_NEWTON) {
             continue;
         }
         if (linear_model_plan(p, &settings->stages[i], i, &plan, &error) == AD_OK) {
@@ -448,8 +448,8 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     paragraph line = paragraph_begin(file, windows > 1 ? "in each window" : "training");
     for (int i = 0; i < settings->stage_count; i++) {
         char text[64];
-        snprintf(text, sizeof text, "%s %d steps",
-                 train_optimizer_name(settings->stages[i].optimizer), settings->stages[i].steps);
+        snprintf(text, sizeof text, "%s %d steps", optim_method_name(settings->stages[i].optimizer),
+                 settings->stages[i].steps);
         paragraph_add(&line, text, i + 1 < settings->stage_count);
     }
     fputc('\n', file);
@@ -517,7 +517,7 @@ ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < e->settings->stage_count; i++) {
         linear_model_info plan; /* compiles what it needs */
-        if (e->settings->stages[i].optimizer == TRAIN_GAUSS_NEWTON) {
+        if (e->settings->stages[i].optimizer == OPTIM_GAUSS_NEWTON) {
             status = linear_model_plan(p, &e->settings->stages[i], i, &plan, error);
         }
     }

@@ -88,7 +88,7 @@ static int write_line(const progress *p, const trainer_info *info, const experim
 {
     const train_settings *settings = e->settings;
     const train_stage *stage = &settings->stages[info->stage];
-    status_line line = {.optimizer = train_optimizer_name(stage->optimizer),
+    status_line line = {.optimizer = optim_method_name(stage->optimizer),
                         .window = info->window + 1,
                         .windows = e->scene->windows,
                         .stage = info->stage + 1,

@@ -1,5 +1,5 @@
-/* The optimiser at work on a stage of training, whichever the stage names, behind one interface.
- * What differs from one to the next is one row of a table in optimizer.c. */
+/* The optimiser of a stage of training: one of optim/optimizer.h with the settings of the stage,
+ * and for Gauss-Newton the linear model of the problem. */
 #ifndef TOOLS_TRAIN_OPTIMIZER_H
 #define TOOLS_TRAIN_OPTIMIZER_H
 
@@ -17,14 +17,6 @@ typedef struct optimizer_objective {
     void *context;
 } optimizer_objective;
 
-typedef struct optimizer_info {
-    double loss; /* at the current point; Adam's: before its last update */
-    double
-        gradient_norm; /* at the current point; Adam's and Gauss-Newton's: before the last step */
-    double rate; /* Adam: the learning rate; L-BFGS, SSBroyden: the step length of the last line
-                  * search; Gauss-Newton: the damping */
-} optimizer_info;
-
 /* Is the optimiser of every stage made for so many parameters? AD_BAD_INPUT names the first stage
  * for which it is not. */
 ad_status optimizer_check(const train_settings *settings, problem *p, ad_error *error);
@@ -35,14 +27,9 @@ ad_status optimizer_create(const train_settings *settings, int stage, problem *p
 void optimizer_free(optimizer *o); /* NULL is fine */
 
 optim_status optimizer_step(optimizer *o, const optimizer_objective *objective);
-void optimizer_objective_changed(optimizer *o);
 
-const double *optimizer_x(const optimizer *o); /* [count], the current point */
-
-/* [count], the best point that a step has started from or ended at; it means something while the
- * objective's values compare. */
-const double *optimizer_best_x(const optimizer *o);
-optimizer_info optimizer_inspect(const optimizer *o);
+/* What optim/optimizer.h tells of it: points, info, state. Owned by the optimiser. */
+optim_optimizer *optimizer_method(const optimizer *o);
 
 /* How its steps are computed, in a few words; empty when there is nothing to tell. */
 void optimizer_describe(const optimizer *o, char text[160]);
@@ -52,9 +39,5 @@ void optimizer_account(const optimizer *o, char text[160]);
 
 /* What to try when a number is not finite, for one who resumes the run. */
 void optimizer_advise(const optimizer *o, char advice[160]);
-
-/* As optim_adam_state, with room for OPTIM_STATE_CAPACITY, and optim_adam_state_check. */
-int optimizer_state(optimizer *o, optim_array *arrays);
-const char *optimizer_state_check(const optimizer *o);
 
 #endif

@@ -10,18 +10,13 @@
         return names;                                                                              \
     }
 
-NAMES(train_optimizer_names, TRAIN_OPTIMIZER_LIST)
+NAMES(train_optimizer_names, OPTIM_METHOD_LIST)
 NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
 
-const char *train_optimizer_name(train_optimizer optimizer)
-{
-    return train_optimizer_names()[optimizer];
-}
-
 train_stage train_stage_default(void)
 {
-    train_stage stage = {.optimizer = TRAIN_ADAM,
+    train_stage stage = {.optimizer = OPTIM_ADAM,
                          .steps = 1000,
                          .adam = optim_adam_defaults(),
                          .lbfgs = optim_lbfgs_defaults(),
@@ -62,7 +57,7 @@ train_settings train_settings_default(void)
     for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
         settings.stages[i] = train_stage_default();
     }
-    settings.stages[0].optimizer = TRAIN_GAUSS_NEWTON;
+    settings.stages[0].optimizer = OPTIM_GAUSS_NEWTON;
     settings.stages[0].steps = 200;
     settings.stages[0].lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */
     return settings;

@@ -9,7 +9,7 @@
 #define TOOLS_TRAIN_SETTINGS_H
 
 #include "nn/nn.h"
-#include "optim/optim.h"
+#include "optim/optimizer.h"
 #include "physics/problem.h"
 #include "physics/scene.h"
 
@@ -24,12 +24,6 @@ enum { TRAIN_STAGES_MAX = 32, TRAIN_KEY_MAX = 64 };
 /* The value of an integer or a choice that is left open; of counts of points and steps it is 0, of
  * numbers NaN. */
 enum { TRAIN_OPEN = -1 };
-
-#define TRAIN_OPTIMIZER_LIST(X)                                                                    \
-    X(TRAIN_ADAM, "adam")                                                                          \
-    X(TRAIN_LBFGS, "lbfgs")                                                                        \
-    X(TRAIN_GAUSS_NEWTON, "gauss_newton") /* Levenberg-Marquardt */                                \
-    X(TRAIN_SSBROYDEN, "ssbroyden")       /* self-scaled Broyden */
 
 /* How a Gauss-Newton step is computed; tools/train/linear_model.h says what each form is. */
 #define TRAIN_LINEAR_ALGEBRA_LIST(X)                                                               \
@@ -47,9 +41,6 @@ enum { TRAIN_OPEN = -1 };
     X(TRAIN_REFERENCE_MANUFACTURED, "manufactured")
 
 #define TRAIN_ENUM(name, text) name,
-typedef enum train_optimizer {
-    TRAIN_OPTIMIZER_LIST(TRAIN_ENUM) TRAIN_OPTIMIZER_COUNT
-} train_optimizer;
 typedef enum train_linear_algebra {
     TRAIN_LINEAR_ALGEBRA_LIST(TRAIN_ENUM) TRAIN_LINEAR_ALGEBRA_COUNT
 } train_linear_algebra;
@@ -60,11 +51,10 @@ typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_referenc
 const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
-const char *train_optimizer_name(train_optimizer optimizer);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
-    train_optimizer optimizer;
+    optim_method optimizer;
     int steps;
     optim_adam_settings adam;   /* its schedule included; decay_steps 0: the steps after warm-up */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */

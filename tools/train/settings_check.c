@@ -9,9 +9,9 @@
 static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
 {
     const train_stage *stage = &settings->stages[index];
-    bool adam = stage->optimizer == TRAIN_ADAM;
+    bool adam = stage->optimizer == OPTIM_ADAM;
     const char *problem = adam ? optim_adam_check(&stage->adam)
-                          : stage->optimizer == TRAIN_GAUSS_NEWTON
+                          : stage->optimizer == OPTIM_GAUSS_NEWTON
                               ? optim_gauss_newton_check(&stage->gauss_newton)
                               : optim_lbfgs_check(&stage->lbfgs);
     if (problem) {
@@ -68,7 +68,7 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                             losses->balance ? "losses.balance" : "losses.causal.slices");
     }
     for (int i = 0; i < settings->stage_count; i++) {
-        moved = moved || settings->stages[i].optimizer == TRAIN_ADAM;
+        moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
     }
     if (!moved && (adaptive || losses->balance)) {
         return train_refuse(key, moving, error,
@@ -82,7 +82,7 @@ bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
            settings->network.hidden_count == 0 &&
-           settings->stages[0].optimizer == TRAIN_GAUSS_NEWTON;
+           settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
 /* ---- reference ----------------------------------------------------------------------------- */

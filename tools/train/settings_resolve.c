@@ -57,7 +57,7 @@ static bool is_open(int value)
 
 static bool begins_with_gauss_newton(const train_settings *settings)
 {
-    return settings->stages[0].optimizer == TRAIN_GAUSS_NEWTON;
+    return settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
 /* Without hidden layers windows are so short that a moderate number of features spans what happens

@@ -150,12 +150,13 @@ void trainer_free(trainer *t)
 
 static const double *current_x(const trainer *t)
 {
-    return t->optimizer ? optimizer_x(t->optimizer) : experiment_parameters(t->e);
+    return t->optimizer ? optim_x(optimizer_method(t->optimizer)) : experiment_parameters(t->e);
 }
 
 const double *trainer_parameters(const trainer *t)
 {
-    return t->losses_compare && t->optimizer ? optimizer_best_x(t->optimizer) : current_x(t);
+    return t->losses_compare && t->optimizer ? optim_best_x(optimizer_method(t->optimizer))
+                                             : current_x(t);
 }
 
 trainer_info trainer_inspect(const trainer *t)
@@ -339,11 +340,11 @@ static optim_status take_step(trainer *t)
 {
     const optimizer_objective f = {objective, linearize, t};
     optim_status status = optimizer_step(t->optimizer, &f);
-    optimizer_info done = optimizer_inspect(t->optimizer);
-    t->info.loss = done.loss;
+    optim_info done = optim_inspect(optimizer_method(t->optimizer));
+    t->info.loss = done.value;
     t->info.gradient_norm = done.gradient_norm;
     t->info.learning_rate = done.rate;
-    return failed(status) || t->evaluated == done.loss ? status : settle(t, status);
+    return failed(status) || t->evaluated == done.value ? status : settle(t, status);
 }
 
 /* Of what is small with a part of the loads: where the next part starts. */
@@ -454,7 +455,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == TRAIN_ADAM) {
+    if (stage_of(t)->optimizer == OPTIM_ADAM) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {
@@ -462,7 +463,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         }
     }
     if (changed || weights) {
-        optimizer_objective_changed(t->optimizer);
+        optim_objective_changed(optimizer_method(t->optimizer));
     }
     optim_status result = take_step(t);
     if (failed(result)) {

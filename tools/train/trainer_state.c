@@ -46,7 +46,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     put_loads(&t->loads, file);
     optim_array arrays[OPTIM_STATE_CAPACITY];
     char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
-    int count = t->optimizer ? optimizer_state(t->optimizer, arrays) : 0;
+    int count = t->optimizer ? optim_state(optimizer_method(t->optimizer), arrays) : 0;
     for (int i = 0; i < count; i++) {
         item_name(names[i], "optimizer", arrays[i].name);
         checkpoint_put_doubles(file, names[i], arrays[i].data, 1, &arrays[i].count);
@@ -91,14 +91,14 @@ static ad_status get_integer(const checkpoint *file, const char *name, int64_t l
 static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error *error)
 {
     optim_array arrays[OPTIM_STATE_CAPACITY];
-    int count = optimizer_state(t->optimizer, arrays);
+    int count = optim_state(optimizer_method(t->optimizer), arrays);
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < count; i++) {
         char name[NAME_MAX_];
         item_name(name, "optimizer", arrays[i].name);
         status = checkpoint_get_doubles(file, name, arrays[i].data, arrays[i].count, error);
     }
-    const char *why = optimizer_state_check(t->optimizer);
+    const char *why = optim_state_check(optimizer_method(t->optimizer));
     return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }
 
