@@ -59,6 +59,8 @@ shown_in() {
             if (k > count) exit 0 }
             exit 1 }' block.txt "$ROOT/$2"
 }
+shown_in c tests/install/from_file.c
+shown_in python tests/install/from_file.py
 
 # ---- all pages --------------------------------------------------------------------------------
 
