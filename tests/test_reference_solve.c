@@ -489,6 +489,8 @@ static void test_several_equilibria(void **state)
     outcome kept = outcome_of("column.yaml", column, NULL);
     assert_says(solved.account, "several equilibria");
     assert_says(kept.account, "several equilibria");
+    assert_says(solved.account, "which is unstable");
+    assert_says(kept.account, "which is unstable");
 }
 
 /* Errors below that of the reference are not told apart. */

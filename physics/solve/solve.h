@@ -25,9 +25,9 @@
 extern "C" {
 #endif
 
-/* Raised when solutions change by more than their estimated error, so that those kept in files are
- * solved anew. */
-#define SOLUTION_VERSION 4
+/* Raised when solutions change by more than their estimated error, or when what is kept of them
+ * does: those in files are then solved anew. */
+#define SOLUTION_VERSION 5
 
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its

@@ -47,7 +47,9 @@ static const char epilogue[] =
     "curves; lines that begin with # are comments.\n"
     "\n"
     "Exit status: 0 done, 1 out of memory or a file cannot be written, 2 bad input, 130 or 143\n"
-    "stopped by a signal. A run with a number that is not finite is counted as failed.\n"
+    "stopped by a signal. A run with a number that is not finite is counted as failed, and one "
+    "that\n"
+    "ends with a warning as such.\n"
     "\n"
     "Methods";
 

@@ -4,6 +4,7 @@
 #include "tools/files/checkpoint.h"
 #include "tools/files/file_bytes.h"
 #include "tools/train/clock.h"
+#include "tools/train/report.h"
 #include "tools/train/run.h"
 
 #include <inttypes.h>
@@ -70,14 +71,17 @@ static void say_solved(const request *r, const char *source, reference_solution 
 {
     double asked = r->e->settings->reference_tolerance;
     char missed[64] = "";
+    bool unstable = verdict_has(&about->verdict, VERDICT_UNSTABLE);
+    bool several = unstable || verdict_has(&about->verdict, VERDICT_SEVERAL_EQUILIBRIA);
+    bool lost = verdict_has(&about->verdict, VERDICT_ENERGY_OUT_OF_BALANCE);
     if (about->estimate > asked) {
         snprintf(missed, sizeof missed, ", not the %.1g asked for", asked);
     }
     snprintf(about->account, sizeof about->account,
-             "solved classically, estimated error %.1e of the %s%s%s, %s", about->estimate,
+             "solved classically, estimated error %.1e of the %s%s%s%s%s, %s", about->estimate,
              scene_is_beam(r->e->scene) ? "deflection" : "length", missed,
-             about->may_buckle ? ", of several equilibria the one that continues the unstressed rod"
-                               : "",
+             several ? ", of several equilibria the one that continues the unstressed rod" : "",
+             unstable ? ", which is unstable" : "", lost ? ", its energy out of balance" : "",
              source);
 }
 
@@ -85,7 +89,6 @@ static ad_status read_kept(const request *r, const checkpoint *file, reference_s
                            ad_error *error)
 {
     const char *text = NULL;
-    int64_t may_buckle = 0;
     size_t count = (size_t)r->columns * r->points;
     ad_status status = checkpoint_get_text(file, "scene", &text, error);
     if (status == AD_OK && strcmp(text, r->text) != 0) {
@@ -98,8 +101,7 @@ static ad_status read_kept(const request *r, const checkpoint *file, reference_s
         status = checkpoint_get_doubles(file, "size", &about->size, 1, error);
     }
     if (status == AD_OK) {
-        status = checkpoint_get_int64(file, "may_buckle", &may_buckle, 1, error);
-        about->may_buckle = may_buckle != 0;
+        status = report_get_verdict(file, &about->verdict, error);
     }
     return status == AD_OK ? checkpoint_get_doubles(file, "poses", r->poses, count, error) : status;
 }
@@ -135,15 +137,16 @@ static void keep(const request *r, reference_solution *about)
 {
     const size_t shape[2] = {(size_t)r->columns, r->points};
     checkpoint *file = *r->folder ? checkpoint_create(CPINN_VERSION) : NULL;
+    char found[REPORT_VERDICT_TEXT];
     ad_error why;
     if (!file) {
         return;
     }
+    report_put_verdict(file, &about->verdict, found);
     checkpoint_put_text(file, "scene", r->text);
     checkpoint_put_doubles(file, "poses", r->poses, 2, shape);
     checkpoint_put_double(file, "estimate", about->estimate);
     checkpoint_put_double(file, "size", about->size);
-    checkpoint_put_integer(file, "may_buckle", about->may_buckle);
     run_make_folder(r->folder, NULL); /* or writing says so */
     if (checkpoint_write(file, r->path, 1, &why) != AD_OK) {
         snprintf(about->remark, sizeof about->remark, "%s; not kept for the next run", why.message);
@@ -173,17 +176,18 @@ static ad_status judge(const request *r, const solve_report *report, ad_error *e
     return experiment_refuse(r->e, "reference.solve", problem, error);
 }
 
-static ad_status solve(const request *r, solve_report *report, ad_error *error)
+static ad_status solve(const request *r, reference_solution *about, ad_error *error)
 {
+    solve_report report;
     const scene *rod_scene = r->e->scene;
     bool dynamic = scene_is_dynamic(rod_scene);
     const solve_settings asked = {.tolerance = r->e->settings->reference_tolerance};
     solution *solved = NULL;
     ad_error why;
     ad_status status = solution_create(rod_scene, &asked, dynamic ? r->points : 0,
-                                       dynamic ? r->t : NULL, &solved, report, &why);
+                                       dynamic ? r->t : NULL, &solved, &report, &why);
     if (status == AD_OK) {
-        status = judge(r, report, &why);
+        status = judge(r, &report, &why);
     } else if (status != AD_NO_MEMORY) {
         char problem[sizeof why.message];
         snprintf(problem, sizeof problem, "%s", why.message);
@@ -193,6 +197,12 @@ static ad_status solve(const request *r, solve_report *report, ad_error *error)
         status = solution_evaluate(solved, r->columns, r->points, r->s, dynamic ? r->t : NULL,
                                    r->poses, &why);
     }
+    if (status == AD_OK) {
+        about->estimate = report.estimate;
+        about->size = report.size;
+        about->verdict = (verdict){.count = 0};
+        solution_verdict(solved, rod_scene, &asked, &report, &about->verdict);
+    }
     solution_free(solved);
     return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", why.message);
 }
@@ -201,7 +211,6 @@ ad_status reference_solve(const experiment *e, size_t points, const double *s, c
                           int columns, double *poses, reference_solution *about, ad_error *error)
 {
     request r = {e, points, s, t, columns, poses, .folder = ""};
-    solve_report report;
     ad_status status = AD_OK;
     about->remark[0] = '\0';
     if (e->origin.write_physics) {
@@ -214,11 +223,8 @@ ad_status reference_solve(const experiment *e, size_t points, const double *s, c
     if (!take_kept(&r, about)) {
         char source[32];
         double start = train_seconds();
-        status = solve(&r, &report, error);
+        status = solve(&r, about, error);
         if (status == AD_OK) {
-            about->estimate = report.estimate;
-            about->size = report.size;
-            about->may_buckle = report.may_buckle;
             snprintf(source, sizeof source, "%.3g s", train_seconds() - start);
             say_solved(&r, source, about);
             keep(&r, about);

@@ -9,19 +9,20 @@
  *   poses      [columns, points]
  *   estimate   of the error of the position over the size
  *   size       the length, of a beam of small deflection its largest, m
- *   may_buckle 1: there may be other equilibria
+ *   verdict    on the solution, tools/train/report.h
  *
  * FNV-1a is that of the checkpoints: since the text is compared, a hash need not resist more than
  * accidents. */
 #ifndef TOOLS_TRAIN_REFERENCE_SOLVE_H
 #define TOOLS_TRAIN_REFERENCE_SOLVE_H
 
+#include "physics/verdict.h"
 #include "tools/train/experiment.h"
 
 typedef struct reference_solution {
     double estimate;   /* of the error of the position over the size */
     double size;       /* the length, of a beam of small deflection its largest; m */
-    bool may_buckle;   /* one of possibly several equilibria */
+    verdict verdict;   /* on the solution */
     char account[640]; /* "solved classically, estimated error 2e-11 of the length, 0.2 s" */
     char remark[640];  /* what was wrong with the file in the cache; "": nothing */
 } reference_solution;
