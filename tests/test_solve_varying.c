@@ -108,6 +108,10 @@ static void test_tip_moment(void **state)
         assert_near(values[Y], -integral(sine, 0, s, 1e-15), 1e-12);
         assert_near(values[Z], integral(cosine, 0, s, 1e-15), 1e-12);
     }
+    ad_error error;
+    solve_energy energy;
+    assert_int_equal(solution_energy(x.solution, 0, &energy, &error), AD_OK);
+    assert_near(energy.strain, turned(1.5) / 2, 1e-12); /* the integral of M^2/(2 EI) */
     release(&x);
 }
 
@@ -326,6 +330,41 @@ static void test_curling(void **state)
     release(&x);
 }
 
+#define JUMPING                                                                                    \
+    "rod:\n"                                                                                       \
+    "  length: 1\n"                                                                                \
+    "  stiffness: {shear: [40, 50], axial: 90, bending: [2 - s, 3], torsion: 1}\n"                 \
+    "  inertia: {mass_per_length: 2 - s, rotary: [0.03, 0.02, 0.05]}\n"
+
+/* A rest shape that jumps sets off the motion of a rod that begins straight, and puts in the energy
+ * of the straight rod: that of the curvature 4 (1 - s)^2 in EI = 2 - s. */
+static void test_jump(void **state)
+{
+    (void)state;
+    static const char jumping[] = JUMPING "  rest: {curvature: [4*(1 - s)^2*step(t - 0.3), 0, 0]}\n"
+                                          "time: {duration: 0.8}\n",
+                      straight[] =
+                          JUMPING "  rest: {curvature: [4*(1 - s)^2, 0, 0]}\n"
+                                  "initial: {position: [0, 0, s], rotation: [1, 0, 0, 0]}\n"
+                                  "time: {duration: 0.5}\n";
+    const double late = 0.8, early = 0.5, strain = 0.5 * 16 * 11 / 30;
+    double after[COLUMNS], from_straight[COLUMNS];
+    solved x = solve(jumping, 1e-5, 1, &late), y = solve(straight, 1e-5, 1, &early);
+    evaluate(&x, 1, late, after);
+    evaluate(&y, 1, early, from_straight);
+    assert_true(after[Y] < -0.1);
+    for (int i = X; i <= Z; i++) {
+        assert_near(after[i], from_straight[i], 2e-5); /* of each its tolerance */
+    }
+    ad_error error;
+    solve_energy energy;
+    assert_int_equal(solution_energy(x.solution, late, &energy, &error), AD_OK);
+    assert_near(energy.work, strain, 1e-6 * strain);
+    assert_near(energy.mismatch, 0, 1e-4 * strain); /* some hundred steps */
+    release(&x);
+    release(&y);
+}
+
 #define SOFT_CONE                                                                                  \
     "rod:\n"                                                                                       \
     "  length: 1\n"                                                                                \
@@ -404,10 +443,11 @@ static void test_everything(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_tip_moment),      cmocka_unit_test(test_heavy_cone),
-        cmocka_unit_test(test_tapered_column),  cmocka_unit_test(test_waves),
-        cmocka_unit_test(test_shrinking),       cmocka_unit_test(test_curling),
-        cmocka_unit_test(test_turning_gravity), cmocka_unit_test(test_everything),
+        cmocka_unit_test(test_tip_moment),     cmocka_unit_test(test_heavy_cone),
+        cmocka_unit_test(test_tapered_column), cmocka_unit_test(test_waves),
+        cmocka_unit_test(test_shrinking),      cmocka_unit_test(test_curling),
+        cmocka_unit_test(test_jump),           cmocka_unit_test(test_turning_gravity),
+        cmocka_unit_test(test_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,8 +67,7 @@ static double distance(const double *p, const double *q)
     return sqrt(sum);
 }
 
-/* Where between samples i and i + 1 most of the change is, to 1e-9 of the duration: from *early to
- * *late. */
+/* Where between samples i and i + 1 most of the change is: from *early to *late. */
 static ad_status bisect(const solve_rod *rod, samples *x, int i, double *early, double *late,
                         ad_error *error)
 {
@@ -78,7 +77,7 @@ static ad_status bisect(const solve_rod *rod, samples *x, int i, double *early, 
     memcpy(after, x->numbers[i + 1], sizeof after);
     *early = x->t[i];
     *late = x->t[i + 1];
-    while (status == AD_OK && *late - *early > 1e-9 * rod->duration) {
+    while (status == AD_OK && *late - *early > EVENTS_JUMP * rod->duration) {
         double *middle = x->numbers[EXTRA];
         x->t[EXTRA] = (*early + *late) / 2;
         status = take(rod, x, EXTRA, 1, error);

@@ -5,6 +5,9 @@
 
 #include "physics/solve/rod_model.h"
 
+/* Of the duration: a jump lies between two instants that are no further apart. */
+static const double EVENTS_JUMP = 1e-9;
+
 /* times [count], ascending, in [0, duration]: instants that no step may pass. Between two of them
  * loads, prescribed ends and rest shape change by no more than half of their largest change, but
  * for jumps, which have one just before and one just after. What comes and goes within 1/2048 of

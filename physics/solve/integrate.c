@@ -183,12 +183,33 @@ static double *state_at(integration *in, double t, bool has_stepped)
     return state;
 }
 
+/* The work of a rest shape that jumps, of which its rate knows nothing: what the strain energy
+ * changes by where the rod is, from in->time to t. */
+static bool add_jump(integration *in, double t)
+{
+    double strain[2];
+    for (int i = 0; i < 2; i++) {
+        const double *state = state_at(in, t, true);
+        if (!state || motion_at(in->motion, i ? t : in->time, &in->error) != AD_OK) {
+            return false;
+        }
+        strain[i] = motion_energy_of(in->motion, state).strain;
+    }
+    in->work += strain[1] - strain[0];
+    return true;
+}
+
 /* Work and dissipation from in->time to t, within the last step. */
 static bool integrate_power(integration *in, double t)
 {
+    const solve_rod *rod = motion_rod(in->motion);
     const gauss_rule *rule = &in->quadrature;
     double length = t - in->time;
-    for (int i = 0; length > 0 && i < rule->stages; i++) {
+    bool jumps = rod->rest_moves && length > 0 && length <= EVENTS_JUMP * rod->duration;
+    if (jumps && !add_jump(in, t)) {
+        return false;
+    }
+    for (int i = 0; length > 0 && !jumps && i < rule->stages; i++) {
         const double *state = state_at(in, in->time + length * rule->nodes[i], true);
         if (!state) {
             return false;

@@ -114,7 +114,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
                                        record_end(&context, 1, &rod->ends[1]),
                                        record_initial(&context)};
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
-    rod->rest_moves = !ad_is_constant(ad_slice(rest, 9, 6), 0);
+    rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
         status = solve_formula_create(values[i], f->pool, &f->all[i], error);

@@ -1,20 +1,14 @@
 #include "physics/solve/stability.h"
 
 #include "autodiff/dense.h"
-#include "physics/rod.h"
+#include "physics/solve/quaternion.h"
+#include "physics/solve/rod_model.h"
 
-#include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
 
-/* Columns of the model. */
-enum {
-    ELEMENTS = STABILITY_POINTS,
-    ROTATION = 3,
-    STRAIN = 7,
-    CURVATURE = 10,
-    FORCE = 13,
-    MOMENT = 16
-};
+enum { ELEMENTS = STABILITY_POINTS };
 
 /* The second variation as a matrix: axes unknowns at every node, then those of nu. */
 typedef struct variation {
@@ -25,18 +19,6 @@ typedef struct variation {
     double stiffness[3], softness[3]; /* K, C of the element */
     double step;                      /* length of an element */
 } variation;
-
-static void cross(const double a[3], const double b[3], double result[3])
-{
-    for (int i = 0; i < 3; i++) {
-        result[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-    }
-}
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* Whether the question makes sense for this scene. */
 static bool is_asked(const scene *rod_scene, bool planar)
@@ -55,15 +37,11 @@ static bool is_asked(const scene *rod_scene, bool planar)
 /* R(q)^T R(p) e_k */
 static void turned(const double p[4], const double q[4], int k, double result[3])
 {
-    double w = q[0] * p[0] + q[1] * p[1] + q[2] * p[2] + q[3] * p[3], e[3] = {0, 0, 0}, first[3];
-    const double vector[3] = {q[0] * p[1] - p[0] * q[1] - (q[2] * p[3] - q[3] * p[2]),
-                              q[0] * p[2] - p[0] * q[2] - (q[3] * p[1] - q[1] * p[3]),
-                              q[0] * p[3] - p[0] * q[3] - (q[1] * p[2] - q[2] * p[1])};
-    e[k] = 1;
-    cross(vector, e, first);
-    cross(vector, first, result);
+    double turn[4], R[3][3];
+    quaternion_quotient(q, p, turn);
+    rotation_matrix(turn, R);
     for (int i = 0; i < 3; i++) {
-        result[i] = e[i] + 2 * (w * first[i] + result[i]);
+        result[i] = R[i][k];
     }
 }
 
@@ -73,29 +51,29 @@ typedef struct direction {
     double eta[3], bend[3], pull[3];
 } direction;
 
-/* The bilinear form of two directions at a state: v, u, n, m. */
-static double energy_of(const variation *x, const double (*state)[3], const direction *p,
+/* The bilinear form of two directions at a state. */
+static double energy_of(const variation *x, const solve_state *state, const direction *p,
                         const direction *q)
 {
-    const double *v = state[0], *n = state[2], *m = state[3];
+    const double *v = state->strain, *n = state->force, *m = state->moment;
     double pn[3], qn[3], pv[3], qv[3], ab[3], ba[3], sum = 0;
-    cross(p->eta, n, pn);
-    cross(q->eta, n, qn);
-    cross(p->eta, v, pv);
-    cross(q->eta, v, qv);
-    cross(p->bend, q->eta, ab);
-    cross(q->bend, p->eta, ba);
+    vector_cross(p->eta, n, pn);
+    vector_cross(q->eta, n, qn);
+    vector_cross(p->eta, v, pv);
+    vector_cross(q->eta, v, qv);
+    vector_cross(p->bend, q->eta, ab);
+    vector_cross(q->bend, p->eta, ba);
     for (int i = 0; i < 3; i++) {
         sum += x->stiffness[i] * p->bend[i] * q->bend[i];
         sum -= x->softness[i] * (pn[i] - p->pull[i]) * (qn[i] - q->pull[i]);
         sum += (pn[i] * qv[i] + qn[i] * pv[i]) / 2; /* -n.(eta x (eta x v)) */
     }
-    return sum + (dot(m, ab) + dot(m, ba)) / 2 - dot(p->pull, qv) - dot(q->pull, pv);
+    return sum + (vector_dot(m, ab) + vector_dot(m, ba)) / 2 - vector_dot(p->pull, qv) -
+           vector_dot(q->pull, pv);
 }
 
-/* Element k; state: v, u, n, m in its middle. */
-static void add_element(variation *x, int k, const double (*state)[3], const double base[4],
-                        const double rotation[4])
+/* Element k, with the state in its middle; base: the rotation of the first. */
+static void add_element(variation *x, int k, const solve_state *state, const double base[4])
 {
     direction all[9];
     int count = 0;
@@ -104,7 +82,7 @@ static void add_element(variation *x, int k, const double (*state)[3], const dou
             direction *d = &all[count++];
             *d = (direction){.place = (k + side) * x->axes + j};
             d->eta[x->axis[j]] = 0.5;
-            cross(state[1], d->eta, d->bend);
+            vector_cross(state->curvature, d->eta, d->bend);
             d->bend[x->axis[j]] += (side ? 1 : -1) / x->step;
         }
     }
@@ -112,7 +90,7 @@ static void add_element(variation *x, int k, const double (*state)[3], const dou
         direction *d = &all[count++];
         axis += x->axes == 1 && axis == x->axis[0]; /* within the plane */
         *d = (direction){.place = (ELEMENTS + 1) * x->axes + j};
-        turned(base, rotation, axis, d->pull);
+        turned(base, state->rotation, axis, d->pull);
     }
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < count; j++) {
@@ -161,21 +139,18 @@ static void take_section(variation *x, const scene *rod_scene, const scene_prope
 static void assemble(variation *x, const scene *rod_scene, const double *values)
 {
     const scene_properties properties = scene_properties_of(rod_scene);
-    double base[4] = {1, 0, 0, 0};
+    double base[4];
     for (int k = 0; k < ELEMENTS; k++) {
-        double state[4][3], rotation[4];
-        for (int i = 0; i < 3; i++) {
-            state[0][i] = values[(STRAIN + i) * ELEMENTS + k];
-            state[1][i] = values[(CURVATURE + i) * ELEMENTS + k];
-            state[2][i] = values[(FORCE + i) * ELEMENTS + k];
-            state[3][i] = values[(MOMENT + i) * ELEMENTS + k];
+        solve_state state = {.velocity = {0}};
+        for (size_t column = 0; column < offsetof(solve_state, velocity) / sizeof(double);
+             column++) {
+            ((double *)&state)[column] = values[column * ELEMENTS + (size_t)k];
         }
-        for (int i = 0; i < 4; i++) {
-            rotation[i] = values[(ROTATION + i) * ELEMENTS + k];
-            base[i] = k ? base[i] : rotation[i];
+        if (k == 0) {
+            memcpy(base, state.rotation, sizeof base);
         }
         take_section(x, rod_scene, &properties, k);
-        add_element(x, k, (const double(*)[3])state, base, rotation);
+        add_element(x, k, &state, base);
     }
     if (scene_end_holds_rotation(rod_scene->start.type)) {
         hold_rotation(x, 0);
