@@ -189,6 +189,12 @@ static ad_value rod_distributed(const rod_context *rod, const quantity *given, d
     return follower ? ad_rotate(rotation, load) : from_world(rod, load);
 }
 
+ad_value rod_resistance(const rod_context *rod, ad_value velocity)
+{
+    (void)velocity;
+    return ad_zeros(rod->tape, 3);
+}
+
 /* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state)
 {
@@ -197,7 +203,7 @@ ad_value rod_force_balance(const rod_context *rod, rod_state state)
     ad_value load =
         rod_distributed(rod, rod->scene->loads.force, rod->scales.force / rod->scales.length,
                         state.rotation, rod_from_world);
-    ad_value drag = ad_mul(c.drag, k.velocity);
+    ad_value drag = ad_add(ad_mul(c.drag, k.velocity), rod_resistance(rod, k.velocity));
     ad_value outside = ad_sub(ad_add(load, c.weight), drag);
     ad_value inertia = ad_mul(c.mass, k.acceleration);
     return ad_sub(ad_add(rod_space_derivative(rod, state.force), outside), inertia);

@@ -133,6 +133,10 @@ ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
 ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
+/* Force per length, in the frame of the equations, with which what surrounds the rod resists its
+ * velocity beyond the drag that is linear in it; 0 at rest. The classical solver evaluates it too.
+ */
+ad_value rod_resistance(const rod_context *rod, ad_value velocity);
 /* Left sides minus right sides of the two balance laws, without a manufactured load. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state);
 ad_value rod_moment_balance(const rod_context *rod, rod_state state);

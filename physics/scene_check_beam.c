@@ -2,6 +2,7 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
+#include <string.h>
 
 ad_status scene_check_no_beam(const scene_checker *check)
 {
@@ -77,6 +78,13 @@ static ad_status check_rods_keys(const scene_checker *check)
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].is_given) {
             return scene_refuse(check, rows[i].key, rows[i].sentence);
+        }
+    }
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        if (field->part == SCENE_OF_LOADS && strncmp(field->key, "loads.", 6) == 0 &&
+            quantity_any_something(field->count, scene_field_of(given, field))) {
+            return scene_refuse(check, field->key, loads);
         }
     }
     return AD_OK;

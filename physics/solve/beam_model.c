@@ -71,7 +71,7 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
                                        record_ends(&context, beam), record_initial(&context)};
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = solve_formula_create(values[i], f->pool, &f->all[i], error);
+        status = solve_formula_create(values[i], 0, f->pool, &f->all[i], error);
     }
     ad_tape_free(tape);
     return status;

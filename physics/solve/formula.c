@@ -4,13 +4,14 @@
 
 struct formula {
     ad_program *program;
-    size_t rows;
+    size_t rows, more;
     bool is_uniform; /* the same at all points */
-    double *memory;  /* [2 + rows][capacity]: s, t, values */
+    double *memory;  /* [2 + more + rows][capacity]: s, t, the third input, values */
     size_t capacity;
 };
 
-ad_status solve_formula_create(ad_value value, ad_pool *pool, formula **result, ad_error *error)
+ad_status solve_formula_create(ad_value value, int more, ad_pool *pool, formula **result,
+                               ad_error *error)
 {
     *result = NULL;
     formula *f = calloc(1, sizeof *f);
@@ -18,6 +19,7 @@ ad_status solve_formula_create(ad_value value, ad_pool *pool, formula **result, 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a formula");
     }
     f->rows = (size_t)ad_rows(value);
+    f->more = (size_t)more;
     f->is_uniform = ad_extent_of(value) == AD_UNIFORM;
     ad_status status = ad_compile(1, &value, NULL, pool, &f->program, error);
     if (status != AD_OK) {
@@ -39,22 +41,26 @@ void solve_formula_free(formula *f)
 
 /* t: every `t_step`th number of it. */
 static ad_status evaluate(formula *f, size_t n, const double *s, const double *t, size_t t_step,
-                          double *out, ad_error *error)
+                          const double *third, double *out, ad_error *error)
 {
     if (n > f->capacity) {
-        double *memory = realloc(f->memory, (2 + f->rows) * n * sizeof *memory);
+        double *memory = realloc(f->memory, (2 + f->more + f->rows) * n * sizeof *memory);
         if (!memory) {
             return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
         }
         f->memory = memory;
         f->capacity = n;
     }
-    double *points = f->memory, *times = points + n, *values = times + n;
+    double *points = f->memory, *times = points + n, *more = times + n;
+    double *values = more + f->more * n;
     for (size_t i = 0; i < n; i++) {
         points[i] = s[i];
         times[i] = t[i * t_step];
+        for (size_t row = 0; row < f->more; row++) {
+            more[row * n + i] = third[i * f->more + row];
+        }
     }
-    const double *inputs[2] = {points, times};
+    const double *inputs[3] = {points, times, more};
     const ad_run run = {.points = n, .inputs = inputs, .outputs = &values};
     ad_status status = ad_execute(f->program, &run, error);
     size_t stride = f->is_uniform ? 1 : n;
@@ -69,11 +75,17 @@ static ad_status evaluate(formula *f, size_t n, const double *s, const double *t
 ad_status solve_formula_evaluate(formula *f, size_t n, const double *s, double t, double *out,
                                  ad_error *error)
 {
-    return evaluate(f, n, s, &t, 0, out, error);
+    return evaluate(f, n, s, &t, 0, NULL, out, error);
 }
 
 ad_status solve_formula_evaluate_at(formula *f, size_t n, const double *s, const double *t,
                                     double *out, ad_error *error)
 {
-    return evaluate(f, n, s, t, 1, out, error);
+    return evaluate(f, n, s, t, 1, NULL, out, error);
+}
+
+ad_status solve_formula_evaluate_of(formula *f, size_t n, const double *s, double t,
+                                    const double *third, double *out, ad_error *error)
+{
+    return evaluate(f, n, s, &t, 0, third, out, error);
 }

@@ -33,10 +33,12 @@ static bool allocate(motion *m)
     m->torque = calloc(nodes, sizeof *m->torque);
     m->push = calloc(nodes, sizeof *m->push);
     m->turn = calloc(nodes, sizeof *m->turn);
+    m->velocity = calloc(nodes, sizeof *m->velocity);
+    m->resistance = calloc(nodes, sizeof *m->resistance);
     return m->points && m->point_weights && m->derivative && m->transposed && m->s && m->weight &&
            m->element_weight && m->materials && m->rest && m->load && m->pose && m->flow &&
            m->spin && m->R && m->slope && m->slope_rate && m->wrench && m->sections && m->force &&
-           m->torque && m->push && m->turn;
+           m->torque && m->push && m->turn && m->velocity && m->resistance;
 }
 
 void motion_free(motion *m)
@@ -46,7 +48,7 @@ void motion_free(motion *m)
                        m->weight, m->element_weight, m->rest,       m->load,       m->pose,
                        m->flow,   m->spin,           m->R,          m->slope,      m->slope_rate,
                        m->wrench, m->sections,       m->force,      m->torque,     m->push,
-                       m->turn,   m->materials};
+                       m->turn,   m->materials,      m->velocity,   m->resistance};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }

@@ -99,7 +99,9 @@ motion_power motion_power_of(motion *m, const double *state)
     }
     for (size_t i = 0; i < m->nodes; i++) {
         const double *V = m->flow[i], *w = m->spin[i];
-        power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w);
+        double resisted = m->weight[i] * vector_dot(m->resistance[i], V); /* part of the push */
+        power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w) + resisted;
+        power.dissipation += resisted;
         power.dissipation += m->weight[i] * m->materials[i].section.drag * vector_dot(V, V);
     }
     power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;

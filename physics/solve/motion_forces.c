@@ -3,6 +3,7 @@
 
 #include "physics/solve/quaternion.h"
 
+#include <math.h>
 #include <string.h>
 
 /* ---- internal forces ----------------------------------------------------------------------- */
@@ -143,6 +144,24 @@ void motion_internal_forces(motion *m)
 
 /* ---- loads --------------------------------------------------------------------------------- */
 
+/* Where it fails the rate is not a number, and so the step. */
+static void resist(motion *m)
+{
+    ad_error ignored;
+    for (size_t i = 0; i < m->nodes; i++) {
+        memcpy(m->velocity[i], m->flow[i], sizeof m->velocity[i]);
+    }
+    if (solve_rod_resistance(m->rod, m->nodes, m->s, m->time, (const double(*)[3])m->velocity,
+                             m->resistance, &ignored) != AD_OK) {
+        m->resistance[0][0] = NAN;
+    }
+    for (size_t i = 0; i < m->nodes; i++) {
+        for (int k = 0; k < 3; k++) {
+            m->push[i][k] -= m->weight[i] * m->resistance[i][k];
+        }
+    }
+}
+
 void motion_outside_forces(motion *m)
 {
     for (size_t i = 0; i < m->nodes; i++) {
@@ -172,6 +191,9 @@ void motion_outside_forces(motion *m)
                                  ? 0
                                  : sign * (given->moment_is_body ? now->moment[k] : moment[k]);
         }
+    }
+    if (m->rod->resists) {
+        resist(m);
     }
 }
 

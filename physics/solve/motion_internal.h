@@ -45,10 +45,12 @@ struct motion {
     double (*R)[3][3];                                              /* [nodes] */
     double (*slope)[LANES], (*slope_rate)[LANES], (*wrench)[LANES]; /* [degree + 1] */
     motion_strained *sections;                                      /* [elements][degree + 1] */
-    double (*force)[LANES]; /* [nodes] internal, as an impulse on r and q */
-    double (*torque)[3];    /* [nodes] internal, body */
-    double (*push)[3];      /* [nodes] outside force without drag, world */
-    double (*turn)[3];      /* [nodes] outside moment, body */
+    double (*force)[LANES];  /* [nodes] internal, as an impulse on r and q */
+    double (*torque)[3];     /* [nodes] internal, body */
+    double (*push)[3];       /* [nodes] outside force without the drag of the section, world */
+    double (*turn)[3];       /* [nodes] outside moment, body */
+    double (*velocity)[3];   /* [nodes] V */
+    double (*resistance)[3]; /* [nodes] per length, part of the push; 0 without any */
 };
 
 /* The node at an end, 0 or 1. */
@@ -60,7 +62,7 @@ static inline size_t motion_end_node(const motion *m, int end)
 /* Take a state, with what the ends prescribe at the time. */
 void motion_set_nodes(motion *m, const double *state);
 
-/* From nodes that are set: strains, internal forces; outside forces, without drag. */
+/* From nodes that are set: strains, internal forces; outside forces. */
 void motion_internal_forces(motion *m);
 void motion_outside_forces(motion *m);
 

@@ -15,6 +15,7 @@ typedef struct solve_functions {
         };
         formula *all[FORMULAS];
     };
+    formula *resistance; /* NULL: none */
 } solve_functions;
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -117,7 +118,29 @@ static ad_status record(solve_rod *rod, ad_error *error)
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = solve_formula_create(values[i], f->pool, &f->all[i], error);
+        status = solve_formula_create(values[i], 0, f->pool, &f->all[i], error);
+    }
+    ad_tape_free(tape);
+    return status;
+}
+
+/* On a tape of its own, as it has another input, the velocity. */
+static ad_status record_resistance(solve_rod *rod, ad_error *error)
+{
+    solve_functions *f = rod->formula;
+    ad_tape *tape = ad_tape_create();
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
+    ad_value velocity = ad_input(tape, "velocity", 3);
+    const domain_place at = rod_place(&rod->scene, s, t);
+    const rod_context context = rod_context_of(&rod->scene, &at);
+    ad_value force = rod_resistance(&context, velocity);
+    ad_status status = ad_tape_status(tape, error);
+    rod->resists = rod->dynamic && status == AD_OK && !ad_is_constant(force, 0);
+    if (rod->resists) {
+        status = solve_formula_create(force, 3, f->pool, &f->resistance, error);
     }
     ad_tape_free(tape);
     return status;
@@ -145,6 +168,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
+    status = status == AD_OK ? record_resistance(rod, error) : status;
     if (status != AD_OK) {
         solve_rod_free(rod);
         return status;
@@ -160,6 +184,7 @@ void solve_rod_free(solve_rod *rod)
         for (int i = 0; i < FORMULAS; i++) {
             solve_formula_free(f->all[i]);
         }
+        solve_formula_free(f->resistance);
         ad_pool_free(f->pool);
         free(f);
         free(rod);
@@ -196,6 +221,12 @@ ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const
                           solve_load *out, ad_error *error)
 {
     return solve_formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
+}
+
+ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,
+                               const double (*velocity)[3], double (*out)[3], ad_error *error)
+{
+    return solve_formula_evaluate_of(rod->formula->resistance, n, s, t, velocity[0], out[0], error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,

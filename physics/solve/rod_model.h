@@ -39,6 +39,7 @@ typedef struct solve_rod {
     double duration;                 /* in scales.time */
     bool has_body_load;              /* false: solve_load.body_* are 0 everywhere */
     bool rest_moves;                 /* false: the rest shape is the same at all times */
+    bool resists;                    /* false: solve_rod_resistance is 0 everywhere */
     solve_end ends[2];               /* at s = 0 and 1 */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
@@ -105,6 +106,11 @@ ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const
                           solve_rest *out, ad_error *error);
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error);
+
+/* Force per length with which what surrounds a rod resists its velocity r_t [n][3], beside the drag
+ * of its section: out [n][3], world. Of rods in motion that have any (rod->resists). */
+ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,
+                               const double (*velocity)[3], double (*out)[3], ad_error *error);
 
 /* end: 0 or 1. */
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,
