@@ -191,8 +191,12 @@ static ad_value rod_distributed(const rod_context *rod, const quantity *given, d
 
 ad_value rod_resistance(const rod_context *rod, ad_value velocity)
 {
-    (void)velocity;
-    return ad_zeros(rod->tape, 3);
+    const rod_scales *scale = &rod->scales;
+    double speed = rod->dynamic ? scale->length / scale->time : 0;
+    quantity given = quantity_or(rod->scene->loads.quadratic_drag, quantity_number(0));
+    quantity drag = quantity_scale(given, speed * speed * scale->length);
+    ad_value factor = rod_record_ratio(rod, ROD_DIVIDE, drag, scale->force);
+    return ad_mul(factor, ad_mul(ad_norm(velocity), velocity));
 }
 
 /* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag. */

@@ -91,6 +91,8 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
              still ? still : reason_if(are_zero(properties.curvature_damping), "not given", NULL));
     term_add(list, "drag",
              still ? still : reason_if(is_only(rod_scene->loads.drag, 0), "not given", NULL));
+    bool linear = is_only(rod_scene->loads.quadratic_drag, 0);
+    term_add(list, "quadratic drag", still ? still : reason_if(linear, "not given", NULL));
 }
 
 static const char *load_reason(scene_end_type type, const scene_load *load)

@@ -119,13 +119,14 @@ typedef struct scene_load {
 } scene_load;
 
 typedef struct scene_loads {
-    quantity gravity[3]; /* m/s^2; default 0 */
-    quantity drag;       /* force per length against the velocity, f = -drag r_t; N s/m^2 */
-    quantity force[3];   /* distributed, formulas of s, t; N/m */
-    quantity moment[3];  /* distributed, formulas of s, t; N m/m */
-    scene_frame frame;   /* of the distributed force and moment */
-    scene_load base;     /* at s = 0 */
-    scene_load tip;      /* at s = length */
+    quantity gravity[3];     /* m/s^2; default 0 */
+    quantity drag;           /* force per length against the velocity, f = -drag r_t; N s/m^2 */
+    quantity quadratic_drag; /* f = -quadratic_drag |r_t| r_t; of s; N s^2/m^3 */
+    quantity force[3];       /* distributed, formulas of s, t; N/m */
+    quantity moment[3];      /* distributed, formulas of s, t; N m/m */
+    scene_frame frame;       /* of the distributed force and moment */
+    scene_load base;         /* at s = 0 */
+    scene_load tip;          /* at s = length */
 } scene_loads;
 
 typedef struct scene_end {

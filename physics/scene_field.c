@@ -35,6 +35,9 @@ const scene_field scene_fields[] = {
     OF_ROD("rod.damping.curvature", 3, curvature_damping, SCENE_NOT_NEGATIVE),
     NUMBER("loads.drag", loads.drag, SCENE_OF_ROD, SCENE_ALONG, SCENE_NOT_NEGATIVE),
 
+    NUMBER("loads.quadratic_drag", loads.quadratic_drag, SCENE_OF_LOADS, SCENE_ALONG,
+           SCENE_NOT_NEGATIVE),
+
     ROW("rod.rest.strain", 3, rod.rest_strain, SCENE_OF_LOADS, SCENE_EVERYWHERE, SCENE_ANY,
         SCENE_POLAR_VECTOR, SCENE_BODY),
     ROW("rod.rest.curvature", 3, rod.rest_curvature, SCENE_OF_LOADS, SCENE_EVERYWHERE, SCENE_ANY,

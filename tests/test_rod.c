@@ -128,12 +128,12 @@ static void test_d7_values(void **state)
 /* What the plain reference knows; SI. */
 typedef struct plain {
     bool dynamic, varies; /* along the rod, gravity and the rest shape in time */
-    double kse[3], kbt[3], bse[3], bbt[3], mass, inertia[3], gravity[3], drag;
+    double kse[3], kbt[3], bse[3], bbt[3], mass, inertia[3], gravity[3], drag, quadratic;
 } plain;
 
 /* What each of these is multiplied by where the rod varies: 1 + slope s. */
 static const double SLOPE_KSE = 0.3, SLOPE_KBT = -0.2, SLOPE_BSE = 0.1, SLOPE_BBT = 0.5,
-                    SLOPE_MASS = 0.4, SLOPE_INERTIA = 0.7, SLOPE_DRAG = 0.6;
+                    SLOPE_MASS = 0.4, SLOPE_INERTIA = 0.7, SLOPE_DRAG = 0.6, SLOPE_QUADRATIC = -0.1;
 
 static double along(const plain *p, double slope, double s)
 {
@@ -328,7 +328,10 @@ static void plain_load(const plain *p, bool follower, double s, double t, double
         plain_rotate(q, moment, moment);
     }
     double rate = p->dynamic ? 1 : 0, mass = along(p, SLOPE_MASS, s) * p->mass;
-    double drag = along(p, SLOPE_DRAG, s) * p->drag;
+    double speed =
+        sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2]);
+    double drag =
+        along(p, SLOPE_DRAG, s) * p->drag + along(p, SLOPE_QUADRATIC, s) * p->quadratic * speed;
     for (int i = 0; i < 3; i++) {
         f[i] = rate * (mass * acceleration[i] + drag * velocity[i]) - n_s[i] -
                mass * pulling(p, t) * p->gravity[i] - force[i];
@@ -367,6 +370,7 @@ static scene full_scene(const plain *p, double length, scene_frame frame)
     made.rod.torsional_stiffness = varying(p, p->kbt[2], SLOPE_KBT);
     made.rod.mass_per_length = varying(p, p->mass, SLOPE_MASS);
     made.loads.drag = varying(p, p->drag, SLOPE_DRAG);
+    made.loads.quadratic_drag = varying(p, p->quadratic, SLOPE_QUADRATIC);
     made.loads.frame = frame;
     if (p->varies && p->dynamic) {
         made.loads.gravity[0] = Q("3*cos(3*t)");
@@ -389,7 +393,8 @@ static plain full_plain(bool dynamic, bool varies)
                    .mass = 1.3,
                    .inertia = {0.03, 0.02, 0.05},
                    .gravity = {3, -2, -9.81},
-                   .drag = 0.7};
+                   .drag = 0.7,
+                   .quadratic = 0.9};
 }
 
 static void check_full(bool dynamic, bool varies, scene_frame frame, double length)

@@ -412,6 +412,34 @@ static void test_turning_gravity(void **state)
     release(&x);
 }
 
+/* A free rod, thrown through what resists it as the square of its velocity, and in proportion to
+ * its mass, stays straight: v_t = -0.8 v^2. */
+static void test_thrown(void **state)
+{
+    (void)state;
+    static const char text[] = SOFT_CONE "loads: {quadratic_drag: 0.8*(2 - s)}\n"
+                                         "boundary: {start: {type: free}}\n"
+                                         "initial: {position: [0, 0, s], rotation: [1, 0, 0, 0],\n"
+                                         "  velocity: [0, 3, 4]}\n";
+    const double t = 1, slowed = 1 + 0.8 * 5 * t, way = log(slowed) / 0.8;
+    ad_error error;
+    solve_energy energy;
+    double values[COLUMNS];
+    solved x = solve(text, 1e-7, 1, &t);
+    for (int i = 0; i <= 2; i++) {
+        evaluate(&x, i / 2.0, t, values);
+        assert_near(values[X], 0, 1e-9);
+        assert_near(values[Y], 0.6 * way, 1e-6);
+        assert_near(values[Z], i / 2.0 + 0.8 * way, 1e-6);
+    }
+    double before = 0.5 * 1.5 * 25, after = before / (slowed * slowed); /* a mass of 1.5 */
+    assert_int_equal(solution_energy(x.solution, t, &energy, &error), AD_OK);
+    assert_near(energy.kinetic, after, 1e-4 * before); /* some hundred steps to 1e-7 */
+    assert_near(energy.dissipated, before - after, 1e-4 * before);
+    assert_near(energy.work, 0, 1e-9);
+    release(&x);
+}
+
 /* Every term of the equations with coefficients that vary, and a rest shape and gravity that
  * change, under the loads that make a chosen motion the solution. */
 static void test_everything(void **state)
@@ -426,9 +454,10 @@ static void test_everything(void **state)
         "0.4*s*t^2]}",
         "rod.damping={strain: [0.6*(1 + s), 0.5, 0.8 - 0.3*s], curvature: [0.03*(1 + s), 0.02, "
         "0.01*exp(s)]}",
-        "loads.gravity=[0.5*t, -1 + t^2, -2*cos(t)]"};
+        "loads.gravity=[0.5*t, -1 + t^2, -2*cos(t)]",
+        "loads.quadratic_drag=0.3 + 0.2*s"};
     const double t = 1;
-    solved x = solve_with("configs/manufactured_dynamic.yaml", NULL, 5, overrides, 1e-6, 1, &t);
+    solved x = solve_with("configs/manufactured_dynamic.yaml", NULL, 6, overrides, 1e-6, 1, &t);
     for (int i = 0; i <= 8; i++) {
         double s = i / 8.0, values[COLUMNS];
         evaluate(&x, s, t, values);
@@ -447,7 +476,7 @@ int main(void)
         cmocka_unit_test(test_tapered_column), cmocka_unit_test(test_waves),
         cmocka_unit_test(test_shrinking),      cmocka_unit_test(test_curling),
         cmocka_unit_test(test_jump),           cmocka_unit_test(test_turning_gravity),
-        cmocka_unit_test(test_everything),
+        cmocka_unit_test(test_thrown),         cmocka_unit_test(test_everything),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -121,6 +121,11 @@ const config_key config_keys[] = {
      .help = "Acceleration of gravity, world frame; formulas of t."},
     {"loads.drag", CONFIG_QUANTITY, AT(scene.loads.drag), .unit = "N s/m^2", NOT_NEGATIVE,
      .help = "Force per length against the velocity, f = -drag r_t; formula of s."},
+    {"loads.quadratic_drag", CONFIG_QUANTITY, AT(scene.loads.quadratic_drag),
+     .unit = "N s^2/m^3", NOT_NEGATIVE,
+     .help = "Force per length against the square of the velocity, f = -quadratic_drag |r_t| r_t; "
+             "of a cylinder across a flow half of density, drag coefficient and diameter; formula "
+             "of s."},
     {FORMULAS("loads.force", scene.loads.force), .unit = "N/m",
      .help = "Distributed force; formulas of s and t."},
     {FORMULAS("loads.moment", scene.loads.moment), .unit = "N m/m",
