@@ -47,8 +47,7 @@ static ad_value rod_record_ratio(const rod_context *rod, rod_ratio ratio, quanti
     if (quantity_is_number(q, &number)) {
         return ad_scalar(rod->tape, ratio.number(number, unit));
     }
-    ad_value s = ad_scale(rod->s, rod->scales.length), t = ad_scale(rod->t, rod->scales.time);
-    return ratio.record(quantity_record_at(q, s, t), unit);
+    return ratio.record(rod_quantity(rod, q, rod->s, rod->t), unit);
 }
 
 /* [3] */

@@ -77,6 +77,9 @@ rod_context rod_context_of(const scene *scene, const domain_place *at);
 double rod_force_scale(const scene *scene);
 double rod_moment_scale(const scene *scene);
 
+/* A quantity at dimensionless s, t, in SI. */
+ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t);
+
 /* `count` quantities at dimensionless s, t as one value, times factor; `fallback` [count] are the
  * numbers, already dimensionless, of those that are not given. */
 ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,

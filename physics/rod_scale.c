@@ -32,15 +32,21 @@ rod_scales rod_scales_of(const scene *rod_scene)
     return scales;
 }
 
+ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t)
+{
+    double number = 0;
+    return quantity_is_number(q, &number) ? ad_scalar(rod->tape, number)
+                                          : quantity_record_at(q, ad_scale(s, rod->scales.length),
+                                                               ad_scale(t, rod->scales.time));
+}
+
 ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,
                         const double *fallback, double factor, ad_value s, ad_value t)
 {
-    ad_value arc_length = ad_scale(s, rod->scales.length), time = ad_scale(t, rod->scales.time);
     ad_value parts[4];
     for (int i = 0; i < count; i++) {
-        parts[i] = given[i].is_given
-                       ? ad_scale(quantity_record_at(given[i], arc_length, time), factor)
-                       : ad_scalar(rod->tape, fallback[i]);
+        parts[i] = given[i].is_given ? ad_scale(rod_quantity(rod, given[i], s, t), factor)
+                                     : ad_scalar(rod->tape, fallback[i]);
     }
     return ad_stack(count, parts);
 }

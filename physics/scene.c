@@ -66,14 +66,14 @@ scene_range scene_range_of(const scene *rod_scene, quantity q)
     return range;
 }
 
-/* By the midpoint rule; one number for many does not need to be the exact integral. */
-static double scene_integral(const scene *rod_scene, quantity q, bool of_inverse)
+/* By the midpoint rule; one number for many does not need to be the exact mean. */
+static double scene_average(const scene *rod_scene, quantity q, bool of_logarithm)
 {
     double sum = 0;
     for (int i = 0; i < SCENE_MEAN_SAMPLES; i++) {
         double s = scene_length(rod_scene) * (i + 0.5) / SCENE_MEAN_SAMPLES;
         double value = quantity_value(q, s, 0);
-        sum += (of_inverse ? 1 / value : value) / SCENE_MEAN_SAMPLES;
+        sum += (of_logarithm ? log(value) : value) / SCENE_MEAN_SAMPLES;
     }
     return sum;
 }
@@ -82,13 +82,13 @@ double scene_mean_stiffness(const scene *rod_scene, quantity stiffness)
 {
     double value = 0;
     return quantity_is_number(stiffness, &value) ? value
-                                                 : 1 / scene_integral(rod_scene, stiffness, true);
+                                                 : exp(scene_average(rod_scene, stiffness, true));
 }
 
 double scene_mean(const scene *rod_scene, quantity q)
 {
     double value = 0;
-    return quantity_is_number(q, &value) ? value : scene_integral(rod_scene, q, false);
+    return quantity_is_number(q, &value) ? value : scene_average(rod_scene, q, false);
 }
 
 /* ---- the scene --------------------------------------------------------------------------------

@@ -249,9 +249,8 @@ typedef struct scene_range {
 
 scene_range scene_range_of(const scene *rod_scene, quantity q);
 
-/* One number for what varies along the rod, at t = 0: of a stiffness that of the uniform rod which
- * a constant force or moment deforms as much (the harmonic mean), of anything else the mean; both
- * by a few samples. */
+/* One number for what varies along the rod, at t = 0, by a few samples: of a stiffness, which may
+ * vary by powers of ten, the geometric mean, of anything else the mean. */
 double scene_mean_stiffness(const scene *rod_scene, quantity stiffness);
 double scene_mean(const scene *rod_scene, quantity q);
 

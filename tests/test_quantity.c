@@ -1,6 +1,7 @@
 /* Quantities: their numbers, derivatives, texts, what they say about mistakes, and names. */
 #include "evaluate.h"
 
+#include "allocations.h"
 #include "quantity_testing.h"
 
 #include <locale.h>
@@ -392,6 +393,32 @@ static void test_bindings(void **state)
     quantities_free(names);
 }
 
+/* Memory that runs out anywhere is an error of the quantity, and of what is made of it. */
+static void test_memory(void **state)
+{
+    (void)state;
+    bool failed = true;
+    for (long n = 1; failed; n++) {
+        ad_status status = AD_NO_MEMORY;
+        allocations = 0;
+        failing_allocation = n;
+        quantities *names = quantities_create();
+        if (names) {
+            quantity later = quantity_unparsed(names, "2*load*s + sin(t)");
+            status = quantities_define(names, "load", quantity_formula(names, "exp(s)"), NULL);
+            quantity made = quantity_multiply(quantity_parsed(later), quantity_formula(names, "t"));
+            status = status == AD_OK ? quantity_check(made, NULL) : status;
+            if (status == AD_OK) {
+                assert_near(quantity_value(made, 0, 2), 2 * sin(2), 1e-15);
+            }
+        }
+        failed = failing_allocation <= allocations;
+        failing_allocation = 0;
+        assert_true(status == (failed ? AD_NO_MEMORY : AD_OK));
+        quantities_free(names);
+    }
+}
+
 /* ---- locale ---------------------------------------------------------------------------------- */
 
 /* Numbers have a point whatever the locale of the program, of which some have a comma. */
@@ -434,7 +461,8 @@ int main(void)
         cmocka_unit_test(test_not_finite), cmocka_unit_test(test_algebra),
         cmocka_unit_test(test_text),       cmocka_unit_test(test_algebra_derivative),
         cmocka_unit_test(test_names),      cmocka_unit_test(test_unparsed),
-        cmocka_unit_test(test_bindings),   cmocka_unit_test(test_locale),
+        cmocka_unit_test(test_bindings),   cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_locale),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
