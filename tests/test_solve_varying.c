@@ -313,7 +313,7 @@ static void test_curling(void **state)
         "  rest: {curvature: [1.5*(t/20)^3*(10 - 15*t/20 + 6*(t/20)^2), 0, 0]}\n"
         "time: {duration: 20}\n";
     const double t = 20, off = 5.8 * 1.5 / (20 * 20) / 4;
-    solved x = solve(text, 1e-5, 1, &t);
+    solved x = solve(text, 3e-6, 1, &t);
     ad_error error;
     solve_energy energy;
     double values[COLUMNS];
