@@ -40,13 +40,20 @@ static unsigned char *slurp(const char *path, size_t *size)
     return bytes;
 }
 
+static ad_status write_words(const char *path, const char *const *names,
+                             const double *const *columns, const char *const *const *words,
+                             size_t ncols, size_t nrows, ad_error *error)
+{
+    const table_source table = {names, columns, words, ncols, nrows, NULL};
+    return table_write(path, &table, error);
+}
+
 /* Numbers without units. */
 static ad_status write_table(const char *path, const char *const *names,
                              const double *const *columns, size_t ncols, size_t nrows,
                              ad_error *error)
 {
-    const table_source table = {.names = names, .columns = columns, .ncols = ncols, .nrows = nrows};
-    return table_write(path, &table, error);
+    return write_words(path, names, columns, NULL, ncols, nrows, error);
 }
 
 static table_file *read_or_fail(const char *path, table_numbers numbers)
@@ -530,7 +537,7 @@ static void columns_of_words(void **state)
     for (int i = 0; i < 2; i++) {
         table_file *table;
         ad_error error = {AD_OK, ""};
-        assert_int_equal(table_write_words(at(files[i]), names, columns, words, 2, 3, NULL), AD_OK);
+        assert_int_equal(write_words(at(files[i]), names, columns, words, 2, 3, NULL), AD_OK);
         if (table_read_words(at(files[i]), TABLE_NONFINITE, wanted, &table, &error) != AD_OK) {
             fail_msg("%s", error.message);
         }
@@ -558,11 +565,10 @@ static void words_refused(void **state)
     ad_error error;
     table_file *table;
     (void)state;
-    assert_int_equal(table_write_words(at("w.csv"), names, columns, bad, 1, 1, NULL),
-                     AD_BAD_ARGUMENT);
-    assert_int_equal(table_write_words(at("w.csv"), names, columns, good, 1, 1, NULL), AD_OK);
+    assert_int_equal(write_words(at("w.csv"), names, columns, bad, 1, 1, NULL), AD_BAD_ARGUMENT);
+    assert_int_equal(write_words(at("w.csv"), names, columns, good, 1, 1, NULL), AD_OK);
     assert_refused(at("w.csv"), ":2:1: 'tip': the field is not a number");
-    assert_int_equal(table_write_words(at("w.h5"), names, columns, good, 1, 1, NULL), AD_OK);
+    assert_int_equal(write_words(at("w.h5"), names, columns, good, 1, 1, NULL), AD_OK);
     assert_refused(at("w.h5"), "column 'place' is not float64");
     assert_int_equal(write_table(at("n.h5"), names, columns, 1, 1, NULL), AD_OK);
     assert_int_equal(table_read_words(at("n.h5"), TABLE_FINITE, wanted, &table, &error),

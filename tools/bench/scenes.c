@@ -205,7 +205,12 @@ static ad_status write_table(const entrant *scenes, int count, double numbers[NU
     for (int k = 0; k < NUMBERS; k++) {
         columns[1 + k] = numbers[k];
     }
-    return table_write_words(out, names, columns, words, 1 + NUMBERS, (size_t)count, error);
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .words = words,
+                                .ncols = 1 + NUMBERS,
+                                .nrows = (size_t)count};
+    return table_write(out, &table, error);
 }
 
 static int report(entrant *scenes, int count, const char *out)

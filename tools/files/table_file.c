@@ -322,11 +322,3 @@ ad_status table_write(const char *path, const table_source *table, ad_error *err
     free(bytes);
     return status;
 }
-
-ad_status table_write_words(const char *path, const char *const *names,
-                            const double *const *columns, const char *const *const *words,
-                            size_t ncols, size_t nrows, ad_error *error)
-{
-    const table_source table = {names, columns, words, ncols, nrows, NULL};
-    return table_write(path, &table, error);
-}

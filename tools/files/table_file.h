@@ -81,11 +81,6 @@ typedef struct table_source {
  * that was there is then untouched. */
 ad_status table_write(const char *path, const table_source *table, ad_error *error);
 
-/* The same of a table without units. */
-ad_status table_write_words(const char *path, const char *const *names,
-                            const double *const *columns, const char *const *const *words,
-                            size_t ncols, size_t nrows, ad_error *error);
-
 #ifdef __cplusplus
 }
 #endif

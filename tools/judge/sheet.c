@@ -47,8 +47,12 @@ ad_status sheet_write(const sheet *s, const char *path, ad_error *error)
     for (size_t k = 0; k < s->number_count; k++) {
         numbers[s->word_count + k] = s->numbers + k * s->capacity;
     }
-    return table_write_words(path, s->names, numbers, words, s->word_count + s->number_count,
-                             s->rows, error);
+    const table_source table = {.names = s->names,
+                                .columns = numbers,
+                                .words = words,
+                                .ncols = s->word_count + s->number_count,
+                                .nrows = s->rows};
+    return table_write(path, &table, error);
 }
 
 ad_status sheet_write_both(const sheet *s, const char *folder, const char *name, ad_error *error)

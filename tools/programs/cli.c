@@ -87,7 +87,7 @@ static void check_output_at_exit(const char *name)
 
 enum { HELP_COLUMN = 24 };
 
-/* Indented by HELP_COLUMN, the first line after what stands there already. */
+/* Prints the text indented by HELP_COLUMN; the first line follows what stands there already. */
 static void print_help_text(const char *text, int column)
 {
     printf("%*s", column < HELP_COLUMN - 1 ? HELP_COLUMN - column : 2, "");
@@ -194,7 +194,7 @@ static const cli_option *find(const cli_option *options, int count, const char *
     return NULL;
 }
 
-/* The option at argv[*at], and its value, which may be the next argument. */
+/* Stores the option at argv[*at] with its value, which may be the next argument. */
 static int take_option(const char *program, const cli_option *options, int count, int argc,
                        char **argv, int *at)
 {

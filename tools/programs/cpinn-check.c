@@ -1,4 +1,4 @@
-/* cpinn-check: are the gradients of a scene the gradients? See --help. */
+/* cpinn-check: compares the derivatives of a scene with differences; see --help. */
 #include "physics/derivative_check.h"
 #include "tools/config/config_experiment.h"
 #include "tools/programs/cli.h"
@@ -38,7 +38,7 @@ static const char *const few_points[] = {"losses.interior.points=32", "losses.bo
                                          "losses.initial.points=16", "losses.held_out_points=16"};
 enum { FEW = sizeof few_points / sizeof *few_points, DERIVATIVE_POINTS = 12 };
 
-/* Parameters are moved off their initial values, where biases are 0. */
+/* Parameters are moved off their initial values by this much, because biases are 0 there. */
 static const double PERTURBATION = 0.1;
 
 typedef struct options {
@@ -103,7 +103,7 @@ static void print_row(session *s, const char *kind, const char *name, double err
     printf("%s\n", good ? "" : "  FAILED");
 }
 
-/* A check that could not be done counts as failed, unless memory or the like is to blame. */
+/* A check whose numbers are not finite counts as failed; any other error ends the program. */
 static ad_status print_failure(session *s, const char *kind, const char *name, ad_error *error)
 {
     if (error->status != AD_NOT_FINITE) {
@@ -127,7 +127,7 @@ static void entry_name(const nn_view *view, size_t entry, char *text, size_t siz
 
 /* ---- parameter gradients -------------------------------------------------------------------- */
 
-/* Entries of one view, all of whose errors are seen relative to `scale`. */
+/* Checks entries of one view. All errors are relative to `scale`. */
 static ad_status check_view(session *s, int term, const nn_view *view, size_t entries, double scale,
                             double *worst, ad_check *worst_check, char *where, size_t size,
                             ad_error *error)
@@ -287,7 +287,7 @@ static void perturb(session *s, const char *stream)
     }
 }
 
-/* Our few points, then the user's overrides, which so win. */
+/* The few points come first, so that the user's overrides replace them. */
 static ad_status prepare(session *s, ad_error *error)
 {
     const char *overrides[FEW + CLI_LIST_MAX + 1];
@@ -345,7 +345,7 @@ static ad_status check_window(session *s, ad_error *error)
     return status == AD_OK ? check_derivatives(s, error) : status;
 }
 
-/* All windows after the first have the same program, but for the number of those before. */
+/* The second window stands for all later ones, which run the same program. */
 static ad_status enter_second_window(session *s, ad_error *error)
 {
     memcpy(s->e->parameters, s->x, s->e->count * sizeof *s->x);

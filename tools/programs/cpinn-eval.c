@@ -46,7 +46,7 @@ typedef struct options {
     bool json, speed;
 } options;
 
-/* From "training/...", -1 or NaN: not in the checkpoint. */
+/* How far training has come, from "training/..."; -1 or NaN where the checkpoint does not say. */
 typedef struct progress {
     int64_t step, stage;
     double seconds;
@@ -87,7 +87,7 @@ static double trained_until(const experiment *e)
     return begun == windows ? scene_duration(scene) : scene_duration(scene) * begun / windows;
 }
 
-/* A point of the file that is not in the scene; an end may be missed by rounding. */
+/* Refuses a point of the file that lies outside the scene by more than rounding. */
 static ad_status check_point(const char *path, const table_file *table, size_t row,
                              const char *name, double value, double limit, ad_error *error)
 {
@@ -179,7 +179,7 @@ static ad_status evaluate_tip(session *x, ad_error *error)
     return evaluate(x, &x->tip, error);
 }
 
-/* The asked points over and over, repeated to a batch worth timing. */
+/* Evaluates the points again and again, in batches that are large enough to be timed. */
 static ad_status measure(session *x, ad_error *error)
 {
     const samples *p = &x->samples;

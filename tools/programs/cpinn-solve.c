@@ -96,7 +96,7 @@ static ad_status evaluate(const solution *solved, const samples *p, ad_error *er
     return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
 }
 
-/* Those of the grid and of the reference. */
+/* Collects the times of the grid and of the reference. */
 static ad_status gather_times(session *x, ad_error *error)
 {
     size_t points = x->known ? reference_points(x->known) : 0;
@@ -192,7 +192,7 @@ static void print_reference(const session *x)
     print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
-/* At the end. */
+/* Prints the energy at the end of the motion, or at rest. */
 static ad_status print_energy(const session *x, ad_error *error)
 {
     solve_energy e;
@@ -277,7 +277,8 @@ static ad_status write_json(const session *x, ad_error *error)
 /* ---- work and precision -------------------------------------------------------------------- */
 
 enum { SWEEP_MAX = 32 };
-static const double SMALLEST = 1e-16; /* error told, since curves are drawn over logarithms */
+/* Errors are shown as at least this much, because curves are drawn over logarithms. */
+static const double SMALLEST = 1e-16;
 
 typedef struct sweep {
     session *x;
@@ -375,7 +376,7 @@ static ad_status open_reference(session *x, ad_error *error)
     return status;
 }
 
-/* Without --tol; of the solution that others are compared with. */
+/* The tolerance without --tol, and that of the solution with which others are compared. */
 static void choose_tolerance(session *x)
 {
     double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
@@ -398,7 +399,7 @@ static ad_status solve(session *x, ad_error *error)
     return status;
 }
 
-/* Everything but the solution. */
+/* Reads the scene and prepares everything that the solution needs. */
 static ad_status prepare(session *x, ad_error *error)
 {
     const options *o = &x->asked;

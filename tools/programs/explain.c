@@ -17,7 +17,7 @@ static void heading(FILE *file, const char *text)
     fprintf(file, "\n%s\n", text);
 }
 
-/* Words after one another, continued under `indent` when the line is full. */
+/* A paragraph puts words behind one another and goes on under `indent` when a line is full. */
 typedef struct paragraph {
     FILE *file;
     int indent, column;
@@ -55,7 +55,7 @@ static void bytes_text(double bytes, char text[32])
 
 /* ---- how hard it is ------------------------------------------------------------------------ */
 
-/* What a number means from `from` on; rows of one number in rising order. */
+/* Says what a number means from `from` on. Rows about one number are in rising order. */
 typedef struct meaning {
     double from;
     const char *text;
@@ -297,7 +297,7 @@ static void print_unknowns(FILE *file, const experiment *e, const problem *p)
     fputc('\n', file);
 }
 
-/* Terms left out for one and the same reason, behind one another. */
+/* Prints all terms that are left out for the same reason in one paragraph. */
 static void print_left_out(FILE *file, const rod_term *terms, int count, int first)
 {
     char text[96];
@@ -397,7 +397,7 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
             ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
 }
 
-/* Matrices that come on top of the memory of the loss. */
+/* Prints the matrices that Gauss-Newton needs beside the memory of the loss. */
 static void print_linear_algebra(FILE *file, const train_settings *settings, problem *p)
 {
     for (int i = 0; i < settings->stage_count; i++) {
@@ -414,7 +414,7 @@ static void print_linear_algebra(FILE *file, const train_settings *settings, pro
     }
 }
 
-/* Weights that follow training, where there are any. */
+/* Prints which weights follow the training, if any do. */
 static void print_weights(FILE *file, const problem_settings *losses)
 {
     if (losses->causal_slices) {

@@ -1,4 +1,4 @@
-/* The scene in one page, before any training. */
+/* Explains a scene in one page, before any training. */
 #ifndef TOOLS_PROGRAMS_EXPLAIN_H
 #define TOOLS_PROGRAMS_EXPLAIN_H
 
@@ -7,7 +7,7 @@
 
 #include <stdio.h>
 
-/* At most 100 columns. r may be NULL: the scene names no reference. */
+/* Prints lines of at most 100 columns. r is NULL where the scene names no reference. */
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
 
 /* The programs that training runs, those of Gauss-Newton included. */

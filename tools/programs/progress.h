@@ -25,13 +25,13 @@ typedef struct progress {
 
 progress progress_start(FILE *file, bool quiet, const trainer *t);
 
-/* After every step; speaks only when it is time. */
+/* To be called after every step. Prints only when it is time to. */
 void progress_step(progress *p, const trainer *t, const experiment *e);
 
-/* Take away what is live. */
+/* Removes the live line. */
 void progress_clear(progress *p);
 
-/* A line that stays, below whatever is live. */
+/* Prints a line that stays, in place of the live line. */
 void progress_say(progress *p, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several

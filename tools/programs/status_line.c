@@ -17,7 +17,9 @@ typedef char part_text[LEVELS][64];
 static void duration_text(double seconds, char text[24])
 {
     long whole = (long)fmin(seconds + 0.5, 1e9);
-    if (whole < 60) {
+    if (whole < 1) {
+        snprintf(text, 24, "<1s");
+    } else if (whole < 60) {
         snprintf(text, 24, "%lds", whole);
     } else if (whole < 3600) {
         snprintf(text, 24, "%ldm%02lds", whole / 60, whole % 60);
@@ -63,8 +65,8 @@ static void part_texts(const status_line *line, part_text texts[PARTS])
     }
     if (!isnan(line->left)) {
         duration_text(line->left, duration);
-        snprintf(texts[LEFT][1], sizeof texts[LEFT][1], "%s%s left", line->at_most ? "<" : "",
-                 duration);
+        bool less = line->at_most && *duration != '<';
+        snprintf(texts[LEFT][1], sizeof texts[LEFT][1], "%s%s left", less ? "<" : "", duration);
     }
     if (!isnan(line->points_per_s)) {
         snprintf(texts[SPEED][1], sizeof texts[SPEED][1], "%.2fM points/s",
