@@ -220,7 +220,7 @@ int ad_pool_threads(const ad_pool *pool);
 typedef struct ad_settings {
     int tile;  /* points per tile, at most 65536; 0: chosen by the size of the L2 cache */
     int piece; /* numbers per piece of an elementwise group */
-    bool fuse; /* stack matrix products that share a matrix, contract a*b+c; off only to
+    bool fuse; /* stack matrix products that share a matrix, contract k*a*b+c; off only to
                 * compare: results agree to rounding */
 } ad_settings;
 

@@ -339,8 +339,9 @@ static void count_instructions(ad_program *program)
     }
 }
 
-/* A workspace half as large again as the second cache: most of it is values of layers that rest
- * from the way forward to the way back, and longer rows repay what they cost. */
+/* A workspace of three quarters of the second cache, which also holds parameters, sums and a
+ * transposed panel. Larger tiles have fewer calls and longer rows, but the values of layers that
+ * rest from the way forward to the way back are then fetched from the third cache. */
 static int choose_tile(const ad_program *program)
 {
     if (program->settings.tile > 0) {
@@ -348,7 +349,7 @@ static int choose_tile(const ad_program *program)
         return steps * TILE_STEP;
     }
     long cache = sysconf(_SC_LEVEL2_CACHE_SIZE);
-    size_t budget = (cache > 0 ? (size_t)cache : 1u << 20) / 2 * 3;
+    size_t budget = (cache > 0 ? (size_t)cache : 1u << 20) / 4 * 3;
     size_t per_point = (size_t)program->most_units * sizeof(double);
     size_t tile = per_point ? budget / per_point / TILE_MIN * TILE_MIN : TILE_MAX;
     return tile < TILE_MIN ? TILE_MIN : tile > TILE_MAX ? TILE_MAX : (int)tile;

@@ -83,19 +83,33 @@ static const node *argument_node(const formulas *f, const node *n, int i)
     return &f->tape->nodes[argument(f, n, i)];
 }
 
+/* A row of a value that is the same at every point. */
+static formula uniform_row(const formulas *f, int id, int row)
+{
+    const node *n = &f->tape->nodes[id];
+    int first = id, within = row;
+    for (; n->op == OP_SLICE; n = &f->tape->nodes[first]) {
+        within += n->whole;
+        first = argument(f, n, 0);
+    }
+    return n->op == OP_CONSTANT
+               ? constant_of(ad_constant_row(value_of((ad_tape *)f->tape, first), within))
+               : formula_at(f->places[id], row);
+}
+
 int ad_formulas_row(const formulas *f, int id, int row)
 {
     const node *n = &f->tape->nodes[id];
     row = n->rows == 1 ? 0 : row;
     return n->extent == AD_BATCH ? f->rows[f->first[id] + row]
-                                 : ad_formulas_find(f, formula_at(f->places[id], row));
+                                 : ad_formulas_find(f, uniform_row(f, id, row));
 }
 
 static int row_of(formulas *f, int id, int row)
 {
     const node *n = &f->tape->nodes[id];
     return n->extent == AD_BATCH ? ad_formulas_row(f, id, row)
-                                 : make(f, formula_at(f->places[id], n->rows == 1 ? 0 : row));
+                                 : make(f, uniform_row(f, id, n->rows == 1 ? 0 : row));
 }
 
 /* All rows of a value as one formula: matrices of parameters by where they lie. */
@@ -122,7 +136,7 @@ static int join_row(formulas *f, const node *n, int row)
         }
         before += rows;
     }
-    return make(f, (formula){.op = UNIFORM_AT}); /* the zero for padding */
+    return make(f, constant_of(0)); /* padding */
 }
 
 static int sum_of_rows(formulas *f, int id)

@@ -6,7 +6,8 @@
 #include "autodiff/program.h"
 
 /* Formulas that are not operations: numbers in the uniform memory and in the parameter vector at
- * `a`; `b` of these side by side, from `a` on; the row `b` after the list `a`. */
+ * `a`; `b` of these side by side, from `a` on; the row `b` after the list `a`. Constants are what
+ * they are, wherever they lie. */
 enum { UNIFORM_AT = OP_COUNT, PARAMETER_AT, BLOCK, LIST };
 
 typedef struct formula {
@@ -49,6 +50,11 @@ static inline formula product_of(int a, int b)
     return (formula){.op = OP_MUL, .a = a < b ? a : b, .b = a < b ? b : a};
 }
 
+static inline formula difference_of(int a, int b)
+{
+    return (formula){.op = OP_SUB, .a = a, .b = b};
+}
+
 /* An elementwise operation of rows x[AD_ARITY_MAX], 0 beyond its arity. */
 static inline formula operation_of(int op, int whole, double number, const int *x)
 {
@@ -62,6 +68,11 @@ static inline formula formula_at(place p, int row)
 {
     return (formula){.op = p.kind == PLACE_PARAMETER ? PARAMETER_AT : UNIFORM_AT,
                      .a = p.offset + row * p.stride};
+}
+
+static inline formula constant_of(double number)
+{
+    return (formula){.op = OP_CONSTANT, .number = number};
 }
 
 static inline formula block_at(place p)

@@ -225,6 +225,9 @@ LOOP1(copy, a)
 LOOP3(mul_add, a *b + c)
 LOOP3(mul_sub, a *b - c)
 LOOP3(sub_mul, c - a * b)
+LOOP2(scaled_mul, number *(a *b))
+LOOP3(scaled_mul_add, number *(a *b) + c)
+LOOP3(scaled_mul_sub, number *(a *b) - c)
 
 static void sum_points(int rows, int points, double *sum, kernel_operand x)
 {
@@ -333,6 +336,9 @@ const kernel_set AD_KERNEL_SET = {
             [OP_MUL_ADD] = ROW3(mul_add),
             [OP_MUL_SUB] = ROW3(mul_sub),
             [OP_SUB_MUL] = ROW3(sub_mul),
+            [OP_SCALED_MUL] = ROW2(scaled_mul),
+            [OP_SCALED_MUL_ADD] = ROW3(scaled_mul_add),
+            [OP_SCALED_MUL_SUB] = ROW3(scaled_mul_sub),
             [OP_COPY] = ROW1(copy),
         },
     .sum_points = sum_points,

@@ -35,27 +35,69 @@ bool ad_plan_is_product(const pass_plan *plan, int id)
 
 /* ---- contraction --------------------------------------------------------------------------- */
 
-/* a b + c, a b - c, c - a b in one instruction, where the product has no other use. */
+/* Is this a product that nobody else needs, of as many rows as its user n? */
+static bool is_own_product(const pass_plan *plan, int product, const node *n)
+{
+    const node *m = &plan->nodes[product];
+    return (m->op == OP_MUL || m->op == OP_SCALED_MUL) && plan->uses[product] == 1 &&
+           m->rows == n->rows;
+}
+
+static void take_factors(pass_plan *plan, int id, int product)
+{
+    plan->arguments[id][0] = plan->arguments[product][0];
+    plan->arguments[id][1] = plan->arguments[product][1];
+    plan->nodes[product].op = OP_COUNT;
+}
+
+/* A constant times a product. */
+static void contract_scaled(pass_plan *plan, int id)
+{
+    node *n = &plan->nodes[id];
+    const node *factor = &plan->tape->nodes[plan->arguments[id][0]];
+    int product = plan->arguments[id][1];
+    if (factor->op == OP_CONSTANT && factor->splat && plan->nodes[product].op == OP_MUL &&
+        is_own_product(plan, product, n)) {
+        n->op = OP_SCALED_MUL;
+        n->number = factor->number;
+        take_factors(plan, id, product);
+    }
+}
+
+/* a b + c, a b - c, c - a b, where a b may have a constant factor. */
+static void contract_sum(pass_plan *plan, int id)
+{
+    node *n = &plan->nodes[id];
+    for (int i = 0; i < 2; i++) {
+        int product = plan->arguments[id][i], other = plan->arguments[id][1 - i];
+        if (!is_own_product(plan, product, n)) {
+            continue;
+        }
+        bool scaled = plan->nodes[product].op == OP_SCALED_MUL, minus = n->op == OP_SUB;
+        if (scaled) {
+            bool first = minus && i == 0;
+            n->number =
+                minus && i == 1 ? -plan->nodes[product].number : plan->nodes[product].number;
+            n->op = first ? OP_SCALED_MUL_SUB : OP_SCALED_MUL_ADD;
+        } else {
+            n->op = !minus ? OP_MUL_ADD : i == 0 ? OP_MUL_SUB : OP_SUB_MUL;
+        }
+        n->count = 3;
+        take_factors(plan, id, product);
+        plan->arguments[id][2] = other;
+        return;
+    }
+}
+
+/* One instruction for several operations, where what lies between has no other use. */
 static void contract(pass_plan *plan)
 {
     for (int id = 0; id < plan->count; id++) {
-        node *n = &plan->nodes[id];
-        if (n->op != OP_ADD && n->op != OP_SUB) {
-            continue;
-        }
-        for (int i = 0; i < 2; i++) {
-            int product = plan->arguments[id][i], other = plan->arguments[id][1 - i];
-            node *m = &plan->nodes[product];
-            if (m->op != OP_MUL || plan->uses[product] != 1 || m->rows != n->rows) {
-                continue;
-            }
-            n->op = n->op == OP_ADD ? OP_MUL_ADD : i == 0 ? OP_MUL_SUB : OP_SUB_MUL;
-            n->count = 3;
-            plan->arguments[id][0] = plan->arguments[product][0];
-            plan->arguments[id][1] = plan->arguments[product][1];
-            plan->arguments[id][2] = other;
-            m->op = OP_COUNT;
-            break;
+        int op = plan->nodes[id].op;
+        if (op == OP_MUL) {
+            contract_scaled(plan, id);
+        } else if (op == OP_ADD || op == OP_SUB) {
+            contract_sum(plan, id);
         }
     }
 }

@@ -198,6 +198,9 @@ const op_row ad_op_table[OP_COUNT] = {
     [OP_MUL_ADD] = {"mul_add", 3, LEAF, NULL, NULL},
     [OP_MUL_SUB] = {"mul_sub", 3, LEAF, NULL, NULL},
     [OP_SUB_MUL] = {"sub_mul", 3, LEAF, NULL, NULL},
+    [OP_SCALED_MUL] = {"scaled_mul", 2, LEAF, NULL, NULL},
+    [OP_SCALED_MUL_ADD] = {"scaled_mul_add", 3, LEAF, NULL, NULL},
+    [OP_SCALED_MUL_SUB] = {"scaled_mul_sub", 3, LEAF, NULL, NULL},
     [OP_COPY] = {"copy", 1, LEAF, NULL, NULL},
     [OP_SLICE] = {"slice", 1, LINEAR, NULL, adjoint_slice},
     [OP_STACK] = {"stack", AD_ARITY_ANY, LINEAR, NULL, adjoint_stack},
@@ -286,6 +289,12 @@ double ad_op_evaluate(int op, int whole, double number, const double *x)
         return fma(x[0], x[1], -x[2]);
     case OP_SUB_MUL:
         return fma(-x[0], x[1], x[2]);
+    case OP_SCALED_MUL:
+        return number * (x[0] * x[1]);
+    case OP_SCALED_MUL_ADD:
+        return fma(number, x[0] * x[1], x[2]);
+    case OP_SCALED_MUL_SUB:
+        return fma(number, x[0] * x[1], -x[2]);
     default:
         return NAN;
     }

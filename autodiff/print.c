@@ -30,7 +30,9 @@ static void put_value(const ad_tape *tape, int id, FILE *file)
 
 static void put_attribute(int op, int whole, double number, FILE *file)
 {
-    if (op == OP_POWER) {
+    if (op_is_scaled(op)) {
+        fprintf(file, " scale %g", number);
+    } else if (op == OP_POWER) {
         fprintf(file, " exponent %g", number);
     } else if (op == OP_STUMPFF) {
         fprintf(file, " order %d", whole);

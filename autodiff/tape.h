@@ -42,9 +42,12 @@ typedef enum op_code {
     OP_SELECT,
     OP_REPEAT,
     /* appear only in programs: contractions found by the compiler, copies of parts of a stack */
-    OP_MUL_ADD, /* a b + c */
-    OP_MUL_SUB, /* a b - c */
-    OP_SUB_MUL, /* c - a b */
+    OP_MUL_ADD,        /* a b + c */
+    OP_MUL_SUB,        /* a b - c */
+    OP_SUB_MUL,        /* c - a b */
+    OP_SCALED_MUL,     /* number (a b) */
+    OP_SCALED_MUL_ADD, /* number (a b) + c */
+    OP_SCALED_MUL_SUB, /* number (a b) - c */
     OP_COPY,
     OP_ELEMENTWISE_END,
     /* rows, points, matrices */
@@ -68,6 +71,12 @@ static inline bool op_is_elementwise(int op)
 static inline bool op_is_reduction(int op)
 {
     return op == OP_SUM_POINTS || op == OP_OUTER_SUM;
+}
+
+/* Of a product with a constant factor. */
+static inline bool op_is_scaled(int op)
+{
+    return op >= OP_SCALED_MUL && op <= OP_SCALED_MUL_SUB;
 }
 
 /* Of one argument, and smooth everywhere. */

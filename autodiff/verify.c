@@ -20,6 +20,7 @@ typedef struct verifier {
     const ad_tape *tape;
     formulas formulas;
     bool *ready, *owned; /* [uniform_count] numbers of the uniform memory */
+    bool *constant;      /* [uniform_count] */
     uint64_t *sums;      /* [uniform_count] what is expected, then minus what was added */
     int *outputs;        /* [outputs] how often each was written */
     int *unit, *reader;  /* [units] of the pass: formula held; last instruction that read it */
@@ -120,6 +121,7 @@ static bool check_constant(verifier *v, int id)
         if (memcmp(&at[row], &value, sizeof value) != 0) {
             return wrong(v, "constant %%%d holds %g in place of %g", id, at[row], value);
         }
+        v->constant[v->program->places[id].offset + row] = true;
     }
     set_ready(v, id);
     return true;
@@ -151,7 +153,7 @@ static bool check_uniforms(verifier *v)
             return false;
         }
     }
-    v->ready[0] = v->program->uniform[0] == 0;
+    v->ready[0] = v->constant[0] = v->program->uniform[0] == 0;
     return v->ready[0] || wrong(v, "the zero for padding is not 0");
 }
 
@@ -258,8 +260,12 @@ static int read_row(verifier *v, place from, int row)
         return wrong(v, "row %d of an operand of %d", row, from.rows);
     }
     if (from.kind != PLACE_TILE) {
-        return is_there(v, from.kind, at) ? ad_formulas_find(&v->formulas, formula_at(from, row))
-                                          : 0;
+        if (!is_there(v, from.kind, at)) {
+            return 0;
+        }
+        bool constant = from.kind == PLACE_UNIFORM && v->constant[at];
+        return ad_formulas_find(&v->formulas, constant ? constant_of(v->program->uniform[at])
+                                                       : formula_at(from, row));
     }
     if (at < 0 || at >= v->program->passes[v->pass].units) {
         return wrong(v, "reads unit %d of %d", at, v->program->passes[v->pass].units);
@@ -294,24 +300,34 @@ static bool write_row(verifier *v, place to, int row, int held, bool apart)
 /* What an elementwise operation makes of rows; 0: no value of the tape. */
 static int combine(const verifier *v, const instruction *i, const int *x)
 {
-    int product = 0;
-    if (i->op == OP_MUL_ADD || i->op == OP_MUL_SUB || i->op == OP_SUB_MUL) {
-        product = ad_formulas_find(&v->formulas, product_of(x[0], x[1]));
+    const formulas *f = &v->formulas;
+    int product = ad_formulas_find(f, product_of(x[0], x[1])), scaled = 0, opposite = 0;
+    if (op_is_scaled(i->op)) {
+        int k = ad_formulas_find(f, constant_of(i->number));
+        int minus_k = ad_formulas_find(f, constant_of(-i->number));
+        scaled = ad_formulas_find(f, product_of(k, product));
+        opposite = ad_formulas_find(f, product_of(minus_k, product));
     }
     switch (i->op) {
     case OP_COPY:
     case OP_REPEAT:
         return x[0];
     case OP_MUL_ADD:
-        return ad_formulas_find(&v->formulas, sum_of(product, x[2]));
+        return ad_formulas_find(f, sum_of(product, x[2]));
     case OP_MUL_SUB:
-        return ad_formulas_find(&v->formulas,
-                                operation_of(OP_SUB, 0, 0, (int[]){product, x[2], 0}));
+        return ad_formulas_find(f, difference_of(product, x[2]));
     case OP_SUB_MUL:
-        return ad_formulas_find(&v->formulas,
-                                operation_of(OP_SUB, 0, 0, (int[]){x[2], product, 0}));
+        return ad_formulas_find(f, difference_of(x[2], product));
+    case OP_SCALED_MUL:
+        return scaled;
+    case OP_SCALED_MUL_ADD: { /* c - k a b as well */
+        int sum = scaled ? ad_formulas_find(f, sum_of(scaled, x[2])) : 0;
+        return sum ? sum : ad_formulas_find(f, difference_of(x[2], opposite));
+    }
+    case OP_SCALED_MUL_SUB:
+        return ad_formulas_find(f, difference_of(scaled, x[2]));
     default:
-        return ad_formulas_find(&v->formulas, operation_of(i->op, i->whole, i->number, x));
+        return ad_formulas_find(f, operation_of(i->op, i->whole, i->number, x));
     }
 }
 
@@ -584,8 +600,9 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error)
 {
     verifier v = {.program = program, .tape = program->tape, .instruction = -1, .error = error};
     size_t uniform = (size_t)program->uniform_count, units = (size_t)program->most_units + 1;
-    v.ready = calloc(2 * uniform, sizeof *v.ready);
+    v.ready = calloc(3 * uniform, sizeof *v.ready);
     v.owned = v.ready ? v.ready + uniform : NULL;
+    v.constant = v.ready ? v.ready + 2 * uniform : NULL;
     v.sums = calloc(uniform, sizeof *v.sums);
     v.outputs = calloc((size_t)program->outputs, sizeof *v.outputs);
     v.unit = calloc(2 * units, sizeof *v.unit);

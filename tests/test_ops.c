@@ -69,6 +69,9 @@ static const struct {
     {OP_STUMPFF, {.low = -3, .high = 3, .whole = 2}},
     {OP_STUMPFF, {.low = 3, .high = 30, .whole = 3}},
     {OP_STUMPFF, {.low = -30, .high = -3, .whole = 4}},
+    {OP_SCALED_MUL, {.low = -2, .high = 2, .number = -2.5}},
+    {OP_SCALED_MUL_ADD, {.low = -2, .high = 2, .number = -2.5}},
+    {OP_SCALED_MUL_SUB, {.low = -2, .high = 2, .number = 0.3}},
     {OP_SELECT, {.low = 0.3, .high = 2}},
     {OP_SELECT, {.low = -2, .high = -0.3}},
 };
@@ -89,7 +92,7 @@ static bool find_hint(int op, int number, hint *found)
 
 static bool only_in_programs(int op)
 {
-    return op == OP_MUL_ADD || op == OP_MUL_SUB || op == OP_SUB_MUL || op == OP_COPY;
+    return op >= OP_MUL_ADD && op <= OP_COPY;
 }
 
 static bool is_leaf(int op)
@@ -213,7 +216,7 @@ static const double special[] = {0.0,
                                  19.0615};
 
 /* What the function of the library may be off, and fused or not fused products. */
-static double allowed(int op, const double *x, double expected)
+static double allowed(int op, const double *x, double number, double expected)
 {
     double ulp = fmax(fabs(expected) * DBL_EPSILON, 5e-324);
     switch (op) {
@@ -230,21 +233,25 @@ static double allowed(int op, const double *x, double expected)
     case OP_MUL_SUB:
     case OP_SUB_MUL: /* the product rounded or not */
         return ulp + DBL_EPSILON * fabs(x[0] * x[1]);
+    case OP_SCALED_MUL_ADD:
+    case OP_SCALED_MUL_SUB:
+        return ulp + DBL_EPSILON * fabs(number * (x[0] * x[1]));
     default:
         return 0;
     }
 }
 
-static bool agrees(int op, const double *x, double value, double expected)
+static bool agrees(int op, const double *x, double number, double value, double expected)
 {
-    bool fused = op == OP_MUL_ADD || op == OP_MUL_SUB || op == OP_SUB_MUL;
-    if (fused && isinf(x[0] * x[1]) && isfinite(x[0]) && isfinite(x[1]))
+    bool fused = op >= OP_MUL_ADD && op < OP_COPY;
+    double product = op_is_scaled(op) ? number * (x[0] * x[1]) : x[0] * x[1];
+    if (fused && isinf(product) && isfinite(x[0]) && isfinite(x[1]))
         return true; /* overflow before the sum, in one of the two */
     if (isnan(expected) || isnan(value))
         return isnan(expected) && isnan(value);
     if (value == expected)
         return true;
-    return fabs(value - expected) <= allowed(op, x, expected);
+    return fabs(value - expected) <= allowed(op, x, number, expected);
 }
 
 enum { WIDTH = 64, HEIGHT = 2 };
@@ -274,7 +281,7 @@ static void check_kernel(const kernel_set *set, int op, const hint *h, unsigned 
                 at[i] = mask >> i & 1 ? in[i][row] : in[i][row * WIDTH + j];
             double expected = ad_op_evaluate(op, h->whole, h->number, at);
             double value = out[row * WIDTH + j];
-            if (!agrees(op, at, value, expected))
+            if (!agrees(op, at, h->number, value, expected))
                 fail_msg("%s, %s, mask %u: (%.17g, %.17g, %.17g) gives %.17g, not %.17g", set->name,
                          ad_op_table[op].name, mask, at[0], at[1], at[2], value, expected);
         }
