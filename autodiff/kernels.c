@@ -146,8 +146,8 @@ INLINE vec v_stumpff(vec a, int whole)
                             const kernel_operand *x, int arity, int whole, double number)          \
     {                                                                                              \
         (void)whole, (void)number;                                                                 \
-        const double *at[3] = {NULL, NULL, NULL};                                                  \
-        ptrdiff_t next[3] = {0, 0, 0};                                                             \
+        const double *at[4] = {NULL, NULL, NULL, NULL};                                            \
+        ptrdiff_t next[4] = {0, 0, 0, 0};                                                          \
         for (int i = 0; i < arity; i++) {                                                          \
             at[i] = x[i].at;                                                                       \
             next[i] = x[i].stride;                                                                 \
@@ -157,6 +157,7 @@ INLINE vec v_stumpff(vec a, int whole)
             vec a = mask & 1 ? splat(*at[0]) : splat(0);                                           \
             vec b = mask & 2 ? splat(*at[1]) : splat(0);                                           \
             vec c = mask & 4 ? splat(*at[2]) : splat(0);                                           \
+            vec d = mask & 8 ? splat(*at[3]) : splat(0);                                           \
             for (ptrdiff_t j = 0; j < end; j += LANES) {                                           \
                 if (!(mask & 1)) {                                                                 \
                     a = *(const vec *)(at[0] + j);                                                 \
@@ -167,7 +168,10 @@ INLINE vec v_stumpff(vec a, int whole)
                 if (arity > 2 && !(mask & 4)) {                                                    \
                     c = *(const vec *)(at[2] + j);                                                 \
                 }                                                                                  \
-                (void)b, (void)c;                                                                  \
+                if (arity > 3 && !(mask & 8)) {                                                    \
+                    d = *(const vec *)(at[3] + j);                                                 \
+                }                                                                                  \
+                (void)b, (void)c, (void)d;                                                         \
                 *(vec *)(out + j) = (expression);                                                  \
             }                                                                                      \
             for (int i = 0; i < arity; i++) {                                                      \
@@ -203,6 +207,24 @@ INLINE vec v_stumpff(vec a, int whole)
     VARIANT(name, 3, 5)                                                                            \
     VARIANT(name, 3, 6)
 
+#define LOOP4(name, expression)                                                                    \
+    LOOP(name, expression)                                                                         \
+    VARIANT(name, 4, 0)                                                                            \
+    VARIANT(name, 4, 1)                                                                            \
+    VARIANT(name, 4, 2)                                                                            \
+    VARIANT(name, 4, 3)                                                                            \
+    VARIANT(name, 4, 4)                                                                            \
+    VARIANT(name, 4, 5)                                                                            \
+    VARIANT(name, 4, 6)                                                                            \
+    VARIANT(name, 4, 7)                                                                            \
+    VARIANT(name, 4, 8)                                                                            \
+    VARIANT(name, 4, 9)                                                                            \
+    VARIANT(name, 4, 10)                                                                           \
+    VARIANT(name, 4, 11)                                                                           \
+    VARIANT(name, 4, 12)                                                                           \
+    VARIANT(name, 4, 13)                                                                           \
+    VARIANT(name, 4, 14)
+
 LOOP2(add, a + b)
 LOOP2(sub, a - b)
 LOOP2(mul, a *b)
@@ -228,6 +250,9 @@ LOOP3(sub_mul, c - a * b)
 LOOP2(scaled_mul, number *(a *b))
 LOOP3(scaled_mul_add, number *(a *b) + c)
 LOOP3(scaled_mul_sub, number *(a *b) - c)
+LOOP4(pair_add, number *(a *b) + c * d)
+LOOP4(pair_sub, number *(a *b) - c * d)
+LOOP2(tanh_sum, v_tanh(a + b))
 
 static void sum_points(int rows, int points, double *sum, kernel_operand x)
 {
@@ -310,6 +335,12 @@ static void transpose(int rows, int points, double *out, ptrdiff_t stride, kerne
         name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6                       \
     }
 
+#define ROW4(name)                                                                                 \
+    {                                                                                              \
+        name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7, name##_8,  \
+            name##_9, name##_10, name##_11, name##_12, name##_13, name##_14                        \
+    }
+
 const kernel_set AD_KERNEL_SET = {
     .name = AD_KERNEL_NAME,
     .loops =
@@ -339,6 +370,9 @@ const kernel_set AD_KERNEL_SET = {
             [OP_SCALED_MUL] = ROW2(scaled_mul),
             [OP_SCALED_MUL_ADD] = ROW3(scaled_mul_add),
             [OP_SCALED_MUL_SUB] = ROW3(scaled_mul_sub),
+            [OP_PAIR_ADD] = ROW4(pair_add),
+            [OP_PAIR_SUB] = ROW4(pair_sub),
+            [OP_TANH_SUM] = ROW2(tanh_sum),
             [OP_COPY] = ROW1(copy),
         },
     .sum_points = sum_points,

@@ -16,7 +16,7 @@ typedef struct kernel_operand {
 typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, const kernel_operand *x,
                        int whole, double number);
 
-enum { KERNEL_MASKS = 8 };
+enum { KERNEL_MASKS = 1 << AD_ARITY_MAX };
 
 typedef struct kernel_set {
     const char *name;

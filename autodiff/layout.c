@@ -43,7 +43,7 @@ static bool is_own_product(const pass_plan *plan, int product, const node *n)
            m->rows == n->rows;
 }
 
-static void take_factors(pass_plan *plan, int id, int product)
+static void take_arguments(pass_plan *plan, int id, int product)
 {
     plan->arguments[id][0] = plan->arguments[product][0];
     plan->arguments[id][1] = plan->arguments[product][1];
@@ -60,8 +60,37 @@ static void contract_scaled(pass_plan *plan, int id)
         is_own_product(plan, product, n)) {
         n->op = OP_SCALED_MUL;
         n->number = factor->number;
-        take_factors(plan, id, product);
+        take_arguments(plan, id, product);
     }
+}
+
+static double factor_of(const node *product)
+{
+    return product->op == OP_SCALED_MUL ? product->number : 1;
+}
+
+/* k a b + c d or k a b - c d from two products, of which one may have a constant factor. */
+static bool contract_pair(pass_plan *plan, int id)
+{
+    node *n = &plan->nodes[id];
+    int one = plan->arguments[id][0], other = plan->arguments[id][1];
+    if (!is_own_product(plan, one, n) || !is_own_product(plan, other, n)) {
+        return false;
+    }
+    double sign = n->op == OP_SUB ? -1 : 1, factor = factor_of(&plan->nodes[one]);
+    bool swap = factor_of(&plan->nodes[other]) != 1;
+    if (swap && factor != 1) {
+        return false;
+    }
+    n->op = swap || sign > 0 ? OP_PAIR_ADD : OP_PAIR_SUB;
+    n->number = swap ? sign * factor_of(&plan->nodes[other]) : factor;
+    n->whole = swap && sign < 0;
+    n->count = 4;
+    take_arguments(plan, id, swap ? other : one);
+    plan->arguments[id][2] = plan->arguments[swap ? one : other][0];
+    plan->arguments[id][3] = plan->arguments[swap ? one : other][1];
+    plan->nodes[swap ? one : other].op = OP_COUNT;
+    return true;
 }
 
 /* a b + c, a b - c, c - a b, where a b may have a constant factor. */
@@ -76,6 +105,7 @@ static void contract_sum(pass_plan *plan, int id)
         bool scaled = plan->nodes[product].op == OP_SCALED_MUL, minus = n->op == OP_SUB;
         if (scaled) {
             bool first = minus && i == 0;
+            n->whole = minus && i == 1;
             n->number =
                 minus && i == 1 ? -plan->nodes[product].number : plan->nodes[product].number;
             n->op = first ? OP_SCALED_MUL_SUB : OP_SCALED_MUL_ADD;
@@ -83,9 +113,21 @@ static void contract_sum(pass_plan *plan, int id)
             n->op = !minus ? OP_MUL_ADD : i == 0 ? OP_MUL_SUB : OP_SUB_MUL;
         }
         n->count = 3;
-        take_factors(plan, id, product);
+        take_arguments(plan, id, product);
         plan->arguments[id][2] = other;
         return;
+    }
+}
+
+/* The activation of a layer, with its bias. */
+static void contract_tanh(pass_plan *plan, int id)
+{
+    node *n = &plan->nodes[id];
+    int sum = plan->arguments[id][0];
+    if (plan->nodes[sum].op == OP_ADD && plan->uses[sum] == 1 && plan->nodes[sum].rows == n->rows) {
+        n->op = OP_TANH_SUM;
+        n->count = 2;
+        take_arguments(plan, id, sum);
     }
 }
 
@@ -96,8 +138,10 @@ static void contract(pass_plan *plan)
         int op = plan->nodes[id].op;
         if (op == OP_MUL) {
             contract_scaled(plan, id);
-        } else if (op == OP_ADD || op == OP_SUB) {
+        } else if ((op == OP_ADD || op == OP_SUB) && !contract_pair(plan, id)) {
             contract_sum(plan, id);
+        } else if (op == OP_TANH) {
+            contract_tanh(plan, id);
         }
     }
 }

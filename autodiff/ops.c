@@ -201,6 +201,9 @@ const op_row ad_op_table[OP_COUNT] = {
     [OP_SCALED_MUL] = {"scaled_mul", 2, LEAF, NULL, NULL},
     [OP_SCALED_MUL_ADD] = {"scaled_mul_add", 3, LEAF, NULL, NULL},
     [OP_SCALED_MUL_SUB] = {"scaled_mul_sub", 3, LEAF, NULL, NULL},
+    [OP_PAIR_ADD] = {"pair_add", 4, LEAF, NULL, NULL},
+    [OP_PAIR_SUB] = {"pair_sub", 4, LEAF, NULL, NULL},
+    [OP_TANH_SUM] = {"tanh_sum", 2, LEAF, NULL, NULL},
     [OP_COPY] = {"copy", 1, LEAF, NULL, NULL},
     [OP_SLICE] = {"slice", 1, LINEAR, NULL, adjoint_slice},
     [OP_STACK] = {"stack", AD_ARITY_ANY, LINEAR, NULL, adjoint_stack},
@@ -295,6 +298,12 @@ double ad_op_evaluate(int op, int whole, double number, const double *x)
         return fma(number, x[0] * x[1], x[2]);
     case OP_SCALED_MUL_SUB:
         return fma(number, x[0] * x[1], -x[2]);
+    case OP_PAIR_ADD:
+        return fma(number, x[0] * x[1], x[2] * x[3]);
+    case OP_PAIR_SUB:
+        return fma(number, x[0] * x[1], -(x[2] * x[3]));
+    case OP_TANH_SUM:
+        return tanh(x[0] + x[1]);
     default:
         return NAN;
     }

@@ -46,8 +46,11 @@ typedef enum op_code {
     OP_MUL_SUB,        /* a b - c */
     OP_SUB_MUL,        /* c - a b */
     OP_SCALED_MUL,     /* number (a b) */
-    OP_SCALED_MUL_ADD, /* number (a b) + c */
+    OP_SCALED_MUL_ADD, /* number (a b) + c; whole 1: recorded as c - (-number) (a b), as below */
     OP_SCALED_MUL_SUB, /* number (a b) - c */
+    OP_PAIR_ADD,       /* number (a b) + c d */
+    OP_PAIR_SUB,       /* number (a b) - c d */
+    OP_TANH_SUM,       /* tanh(a + b) */
     OP_COPY,
     OP_ELEMENTWISE_END,
     /* rows, points, matrices */
@@ -73,10 +76,10 @@ static inline bool op_is_reduction(int op)
     return op == OP_SUM_POINTS || op == OP_OUTER_SUM;
 }
 
-/* Of a product with a constant factor. */
+/* Of a product a b with a constant factor. */
 static inline bool op_is_scaled(int op)
 {
-    return op >= OP_SCALED_MUL && op <= OP_SCALED_MUL_SUB;
+    return op >= OP_SCALED_MUL && op <= OP_PAIR_SUB;
 }
 
 /* Of one argument, and smooth everywhere. */
@@ -85,7 +88,7 @@ static inline bool op_is_regular(int op)
     return op == OP_TANH || op == OP_SIN || op == OP_COS || op == OP_EXP || op == OP_ERF;
 }
 
-enum { AD_ARITY_MAX = 3, AD_ARITY_ANY = -1, AD_STUMPFF_MAX = 12 };
+enum { AD_ARITY_MAX = 4, AD_ARITY_ANY = -1, AD_STUMPFF_MAX = 12 };
 
 typedef struct node {
     uint16_t op;

@@ -297,35 +297,44 @@ static bool write_row(verifier *v, place to, int row, int held, bool apart)
     return true;
 }
 
+static int scaled(const formulas *f, double factor, int product)
+{
+    int constant = ad_formulas_find(f, constant_of(factor));
+    return factor == 1 ? product : ad_formulas_find(f, product_of(constant, product));
+}
+
 /* What an elementwise operation makes of rows; 0: no value of the tape. */
 static int combine(const verifier *v, const instruction *i, const int *x)
 {
     const formulas *f = &v->formulas;
-    int product = ad_formulas_find(f, product_of(x[0], x[1])), scaled = 0, opposite = 0;
-    if (op_is_scaled(i->op)) {
-        int k = ad_formulas_find(f, constant_of(i->number));
-        int minus_k = ad_formulas_find(f, constant_of(-i->number));
-        scaled = ad_formulas_find(f, product_of(k, product));
-        opposite = ad_formulas_find(f, product_of(minus_k, product));
+    int product = ad_formulas_find(f, product_of(x[0], x[1])), other = x[2];
+    if (i->op == OP_PAIR_ADD || i->op == OP_PAIR_SUB) {
+        other = ad_formulas_find(f, product_of(x[2], x[3]));
     }
     switch (i->op) {
     case OP_COPY:
     case OP_REPEAT:
         return x[0];
     case OP_MUL_ADD:
-        return ad_formulas_find(f, sum_of(product, x[2]));
+        return ad_formulas_find(f, sum_of(product, other));
     case OP_MUL_SUB:
-        return ad_formulas_find(f, difference_of(product, x[2]));
+        return ad_formulas_find(f, difference_of(product, other));
     case OP_SUB_MUL:
-        return ad_formulas_find(f, difference_of(x[2], product));
+        return ad_formulas_find(f, difference_of(other, product));
     case OP_SCALED_MUL:
-        return scaled;
-    case OP_SCALED_MUL_ADD: { /* c - k a b as well */
-        int sum = scaled ? ad_formulas_find(f, sum_of(scaled, x[2])) : 0;
-        return sum ? sum : ad_formulas_find(f, difference_of(x[2], opposite));
-    }
+        return scaled(f, i->number, product);
+    case OP_SCALED_MUL_ADD:
+    case OP_PAIR_ADD:
+        return i->whole == 1
+                   ? ad_formulas_find(f, difference_of(other, scaled(f, -i->number, product)))
+                   : ad_formulas_find(f, sum_of(scaled(f, i->number, product), other));
     case OP_SCALED_MUL_SUB:
-        return ad_formulas_find(f, difference_of(scaled, x[2]));
+    case OP_PAIR_SUB:
+        return ad_formulas_find(f, difference_of(scaled(f, i->number, product), other));
+    case OP_TANH_SUM: {
+        const int sum[AD_ARITY_MAX] = {ad_formulas_find(f, sum_of(x[0], x[1]))};
+        return ad_formulas_find(f, operation_of(OP_TANH, 0, 0, sum));
+    }
     default:
         return ad_formulas_find(f, operation_of(i->op, i->whole, i->number, x));
     }
