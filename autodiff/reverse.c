@@ -86,6 +86,7 @@ static ad_value contribution_to(ad_value y, ad_value adjoint, int i)
     ad_value zero = ad_zeros(y.tape, 1);
     switch (row->kind) {
     case SMOOTH:
+    case ENTIRE:
         return ad_mul(adjoint, row->partial(y, i));
     case SELECT:
         return i == 1 ? ad_select(argument_of(y, 0), adjoint, zero)

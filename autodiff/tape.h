@@ -11,9 +11,11 @@
  *   LINEAR    coefficient by coefficient; adjoint by its rule
  *   BILINEAR  convolution of coefficients; adjoint by its rule
  *   SMOOTH    y' = sum_i partial_i x_i'; both transforms follow from the partials
+ *   ENTIRE    SMOOTH, of one argument and without a singular point. For these the Taylor transform
+ *             also notes known_partials of the coefficients that it makes
  *   SELECT    linear in its last two arguments, the first frozen
  *   FLAT      derivative zero */
-typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, SELECT, FLAT } op_kind;
+typedef enum op_kind { LEAF, LINEAR, BILINEAR, SMOOTH, ENTIRE, SELECT, FLAT } op_kind;
 
 typedef enum op_code {
     OP_CONSTANT,
@@ -82,12 +84,6 @@ static inline bool op_is_scaled(int op)
     return op >= OP_SCALED_MUL && op <= OP_PAIR_SUB;
 }
 
-/* Of one argument, and smooth everywhere. */
-static inline bool op_is_regular(int op)
-{
-    return op == OP_TANH || op == OP_SIN || op == OP_COS || op == OP_EXP || op == OP_ERF;
-}
-
 enum { AD_ARITY_MAX = 4, AD_ARITY_ANY = -1, AD_STUMPFF_MAX = 12 };
 
 typedef struct node {
@@ -104,8 +100,11 @@ typedef struct node {
     bool used;     /* by an operation that was asked for, even if algebra answered it */
 } node;
 
-/* d value / d argument = partial, elementwise; all that a value has together replace its
- * operation's adjoint rule. */
+/* d value / d argument = partial, elementwise. The derivative of a Taylor coefficient y_k of an
+ * ENTIRE function of x is a Taylor coefficient itself, d y_k / d x_j = f'(x)_(k-j). The Taylor
+ * transform notes these where it makes y_k; they replace the adjoint rule of the operation that
+ * happened to compute y_k, and take fewer operations than going back through its recurrence. All
+ * that a value has are noted together, so reverse.c uses either them or the rule. */
 typedef struct known_partial {
     int argument, partial;
     int next; /* of the same value, as in node */
@@ -143,13 +142,18 @@ typedef struct op_row {
     const char *name;
     int arity;
     op_kind kind;
-    /* SMOOTH: d y / d argument i. */
+    /* SMOOTH, ENTIRE: d y / d argument i. */
     ad_value (*partial)(ad_value y, int i);
     /* LINEAR, BILINEAR: contribution of the adjoint of y to argument i. */
     ad_value (*adjoint)(ad_value y, ad_value adjoint, int i);
 } op_row;
 
 extern const op_row ad_op_table[OP_COUNT];
+
+static inline bool op_is_smooth(int op)
+{
+    return ad_op_table[op].kind == SMOOTH || ad_op_table[op].kind == ENTIRE;
+}
 
 /* The scalar meaning of an elementwise operation: folds constants, evaluates uniform values, and is
  * what the kernels are tested against. */

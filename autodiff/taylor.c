@@ -138,7 +138,7 @@ static void note_partials(taylor *t, ad_value y, int k, ad_value result)
     if (ad_is_constant(result, 0) || node_of(result)->partials) {
         return;
     }
-    if (op_is_regular(node_of(y)->op)) {
+    if (ad_op_table[node_of(y)->op].kind == ENTIRE) {
         ad_value x = argument_of(y, 0);
         if (is_older(t, x, k, result)) {
             note_series(t, result, x, ad_op_table[node_of(y)->op].partial(y, 0), k);
@@ -181,6 +181,7 @@ static ad_value coefficient_compute(taylor *t, ad_value y, int k)
     case BILINEAR:
         return coefficient_bilinear(t, y, k);
     case SMOOTH:
+    case ENTIRE:
         return coefficient_smooth(t, y, k);
     default:
         return ad_transform_zeros(y);

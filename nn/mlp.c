@@ -302,12 +302,3 @@ ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset
     ad_value b = ad_parameter(input.tape, "combined/bias", outputs, offset + (size_t)numbers);
     return ad_add(ad_matvec(w, nn_mlp_waves(mlp, input)), b);
 }
-
-ad_value nn_rotation_quaternion(ad_value outputs)
-{
-    if (ad_is_valid(outputs) && ad_rows(outputs) != 4) {
-        ad_tape_fail(outputs.tape, AD_BAD_SHAPE, "rotation: %d rows, 4 are expected",
-                     ad_rows(outputs));
-    }
-    return ad_normalize(outputs);
-}

@@ -94,9 +94,6 @@ size_t nn_mlp_combined_parameters(const nn_mlp *mlp);
 void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combined);
 ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset);
 
-/* A unit quaternion from 4 outputs; defined (0) for the zero vector. */
-ad_value nn_rotation_quaternion(ad_value outputs);
-
 #ifdef __cplusplus
 }
 #endif

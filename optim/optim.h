@@ -129,10 +129,6 @@ const char *optim_schedule_check(const optim_schedule *schedule);
  * check. */
 double optim_schedule_rate(const optim_schedule *schedule, int64_t step);
 
-/* Name of a kind, never NULL; kind of a name, or OPTIM_SCHEDULE_COUNT when there is none. */
-const char *optim_schedule_kind_name(optim_schedule_kind kind);
-optim_schedule_kind optim_schedule_kind_of(const char *name);
-
 /* ---- Adam: Kingma & Ba 2015, algorithm 1 ---- */
 
 typedef struct optim_adam_settings {

@@ -1,27 +1,6 @@
 #include "optim.h"
 
 #include <math.h>
-#include <string.h>
-
-static const char *const kind_names[OPTIM_SCHEDULE_COUNT] = {
-#define OPTIM_SCHEDULE_NAME(code, name) [code] = name,
-    OPTIM_SCHEDULE_LIST(OPTIM_SCHEDULE_NAME)
-#undef OPTIM_SCHEDULE_NAME
-};
-
-const char *optim_schedule_kind_name(optim_schedule_kind kind)
-{
-    return (unsigned)kind < OPTIM_SCHEDULE_COUNT ? kind_names[kind] : "unknown schedule";
-}
-
-optim_schedule_kind optim_schedule_kind_of(const char *name)
-{
-    int kind = 0;
-    while (kind < OPTIM_SCHEDULE_COUNT && strcmp(kind_names[kind], name) != 0) {
-        kind++;
-    }
-    return (optim_schedule_kind)kind;
-}
 
 optim_schedule optim_schedule_defaults(void)
 {

@@ -195,7 +195,7 @@ static ad_value rod_turn_between(const rod_context *rod, ad_value from, ad_value
 static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
 {
     if (!rod->plane.is_planar) {
-        return nn_rotation_quaternion(ad_add(from, turn));
+        return ad_normalize(ad_add(from, turn));
     }
     return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
 }

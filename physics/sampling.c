@@ -26,20 +26,6 @@ bool sampling_kind_is_tensor(sampling_kind kind)
     return (unsigned)kind < SAMPLING_KIND_COUNT && kinds[kind].tensor;
 }
 
-ad_status sampling_kind_parse(const char *text, sampling_kind *kind, ad_error *error)
-{
-    char allowed[160] = "";
-    for (int row = 0; row < SAMPLING_KIND_COUNT; row++) {
-        if (strcmp(text, kinds[row].text) == 0) {
-            *kind = (sampling_kind)row;
-            return AD_OK;
-        }
-        const size_t used = strlen(allowed);
-        snprintf(allowed + used, sizeof allowed - used, "%s%s", row ? ", " : "", kinds[row].text);
-    }
-    return ad_fail(error, AD_BAD_INPUT, "unknown sampling '%s'; allowed: %s", text, allowed);
-}
-
 /* ---- tensor grids ---- */
 
 typedef struct shape_search {

@@ -51,9 +51,6 @@ enum { SAMPLING_MAX_DIMENSION = 8, SAMPLING_MAX_GRID_DIMENSION = 3 };
 /* Text of a kind, never NULL. */
 const char *sampling_kind_text(sampling_kind kind);
 
-/* Kind of a text; AD_BAD_INPUT with the list of allowed texts when there is none. */
-ad_status sampling_kind_parse(const char *text, sampling_kind *kind, ad_error *error);
-
 bool sampling_kind_is_tensor(sampling_kind kind);
 
 /* Shape of the tensor grid with at most `count` points. `aspect` [dimension] holds the wished

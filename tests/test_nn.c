@@ -256,33 +256,12 @@ static void test_refusals(void **state)
     nn_mlp_free(mlp);
 }
 
-static void test_rotation(void **state)
-{
-    (void)state;
-    const double raw[4 * 3] = {1, 0, 3, -2, 0, 4, 0, 0, 1e-3, 0.5, 0, -12};
-    ad_tape *tape = ad_tape_create();
-    ad_value q = nn_rotation_quaternion(ad_input(tape, "raw", 4));
-    double *unit = evaluate_at(q, 3, raw, NULL, NULL);
-    for (int point = 0; point < 3; point++) {
-        double square = 0, length = 0;
-        for (int row = 0; row < 4; row++) {
-            square += unit[3 * row + point] * unit[3 * row + point];
-            length += raw[3 * row + point] * raw[3 * row + point];
-        }
-        assert_near(square, length > 0 ? 1 : 0, 1e-15);
-        for (int row = 0; row < 4; row++)
-            assert_near(unit[3 * row + point] * sqrt(length), raw[3 * row + point], 1e-14);
-    }
-    free(unit);
-    ad_tape_free(tape);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forward),        cmocka_unit_test(test_views),
         cmocka_unit_test(test_initialization), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_rotation),       cmocka_unit_test(test_basis),
+        cmocka_unit_test(test_basis),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

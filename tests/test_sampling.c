@@ -435,17 +435,14 @@ static void kinds_have_names_and_errors_are_clear(void **unused)
     (void)unused;
     ad_error error;
     nn_rng rng = nn_rng_seed(1);
-    sampling_kind parsed;
     double points[32];
     for (int kind = 0; kind < SAMPLING_KIND_COUNT; kind++) {
-        const char *text = sampling_kind_text((sampling_kind)kind);
-        assert_int_equal(sampling_kind_parse(text, &parsed, &error), AD_OK);
-        assert_int_equal(parsed, kind);
+        for (int other = 0; other < kind; other++) {
+            assert_string_not_equal(sampling_kind_text((sampling_kind)kind),
+                                    sampling_kind_text((sampling_kind)other));
+        }
     }
-    assert_int_equal(sampling_kind_parse("halton", &parsed, &error), AD_BAD_INPUT);
-    assert_string_equal(error.message,
-                        "unknown sampling 'halton'; allowed: uniform, "
-                        "latin_hypercube, sobol, chebyshev, chebyshev_lobatto, grid");
+    assert_string_equal(sampling_kind_text(SAMPLING_KIND_COUNT), "unknown sampling");
     assert_int_equal(sampling_fill(SAMPLING_UNIFORM, NULL, 2, 4, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_UNIFORM, &rng, 9, 1, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_SOBOL, &rng, 2, 0, points, &error), AD_BAD_ARGUMENT);
