@@ -17,13 +17,14 @@
 
 typedef enum place_kind { PLACE_TILE, PLACE_UNIFORM, PLACE_PARAMETER } place_kind;
 
+/* Small: a tile reads all of them. */
 typedef struct place {
-    place_kind kind;
     int offset;
-    int stride; /* between rows: columns of the panel; 1 if uniform; 0: one row for all */
     int rows;
-    int column; /* within a panel */
-    bool local; /* lives in one group: every piece of the group uses the same first rows */
+    int16_t stride; /* between rows: columns of the panel; 1 if uniform; 0: one row for all */
+    int16_t column; /* within a panel */
+    uint8_t kind;   /* place_kind */
+    bool local;     /* lives in one group: every piece of the group uses the same first rows */
 } place;
 
 enum { TILE_MIN = 32, TILE_STEP = 8 };
