@@ -232,18 +232,17 @@ int beam_terms(const scene *beam_scene, rod_term *terms)
     const char *still = scene_is_dynamic(beam_scene) ? NULL : "static scene";
     const char *rigid = scene_locks(properties.strain_stiffness[1]) ? "infinite stiffness" : NULL;
     const char *pointlike = quantity_is(properties.rotary_inertia[0], 0) ? "rho I = 0" : NULL;
-    const char *undamped = beam_given(beam_scene->loads.drag);
     const rod_term rows[] = {
-        {"bending", true, NULL},
-        {"shear", !rigid, rigid},
-        {"translational inertia", !still, still},
-        {"rotary inertia", !still && !pointlike, still ? still : pointlike},
-        {"drag", !still && !undamped, still ? still : undamped},
-        {"elastic foundation", true, beam_given(beam->foundation)},
-        {"distributed force", true, beam_given(beam->force)},
-        {"distributed moment", true, beam_given(beam->moment)},
-        {"base load", true, beam_load_reason(beam_scene->start.type, &beam->base)},
-        {"tip load", true, beam_load_reason(beam_scene->end.type, &beam->tip)}};
+        {.name = "bending"},
+        {.name = "shear", .reason = rigid},
+        {.name = "translational inertia", .reason = still},
+        {.name = "rotary inertia", .reason = still ? still : pointlike},
+        rod_drag_term(beam_scene),
+        {.name = "elastic foundation", .reason = beam_given(beam->foundation)},
+        {.name = "distributed force", .reason = beam_given(beam->force)},
+        {.name = "distributed moment", .reason = beam_given(beam->moment)},
+        {.name = "base load", .reason = beam_load_reason(beam_scene->start.type, &beam->base)},
+        {.name = "tip load", .reason = beam_load_reason(beam_scene->end.type, &beam->tip)}};
     enum { COUNT = sizeof rows / sizeof *rows };
     for (int i = 0; i < COUNT; i++) {
         terms[i] = rows[i];

@@ -66,7 +66,6 @@ typedef struct rod_numbers {
     double weight;             /* rhoA |g| L^3/EI */
     double strain_damping;     /* largest Bse L^2/(EI time) */
     double curvature_damping;  /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
-    double drag;               /* damping ratio of the first bending mode by drag: c/(2 rhoA w1) */
     double duration;           /* in scales.time; 0: static */
     double periods;            /* duration over 2 pi/3.516 time units: first bending periods */
 } rod_numbers;
@@ -78,9 +77,19 @@ typedef struct rod_term {
     const char *name;
     bool present;
     const char *reason; /* why it is left out, a few words; NULL when present */
+    /* Of a term that resists the motion, else NULL and 0. */
+    const char *key;     /* dotted YAML key */
+    const char *formula; /* of the damping, with w1 the frequency of the first bending mode */
+    double damping;      /* damping ratio of that mode; 0 when the term is left out */
 } rod_term;
 
 enum { ROD_TERM_MAX = 24 };
+
+/* The angular frequency of the first bending mode of the cantilever, 1/s, in motion. */
+double rod_first_frequency(const scene *scene);
+
+/* The row of drag, of rods and beams. */
+rod_term rod_drag_term(const scene *scene);
 
 /* Fill terms [ROD_TERM_MAX], return how many; static texts. */
 int rod_terms(const scene *scene, rod_term *terms);

@@ -135,7 +135,6 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
         {damped ? damped : "rod.damping.strain", "Bse L^2/(EI T)", n.strain_damping, 0, large},
         {damped ? damped : "rod.damping.curvature", "damping of the first bending mode",
          n.curvature_damping, 0, large},
-        {"loads.drag", "damping of the first bending mode", n.drag, 0, large},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         bool fits = rows[i].value >= rows[i].low && rows[i].value <= rows[i].high;
@@ -149,6 +148,23 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
     return AD_OK;
 }
 
+static ad_status rod_check_resistance(const scene *rod_scene, const char **key, ad_error *error)
+{
+    static const double large = 1e12;
+    rod_term terms[ROD_TERM_MAX];
+    int count = rod_terms(rod_scene, terms);
+    for (int i = 0; i < count; i++) {
+        if (!(terms[i].damping <= large)) {
+            *key = terms[i].key;
+            return ad_fail(error, AD_BAD_INPUT,
+                           "damping of the first bending mode is %.3g, beyond what can be computed "
+                           "with; allowed: 0 to %g",
+                           terms[i].damping, large);
+        }
+    }
+    return AD_OK;
+}
+
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
@@ -157,6 +173,9 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
                       rod_scene->initial_enforcement == SCENE_HARD;
     const char *ignored = NULL;
     ad_status status = rod_check_numbers(rod_scene, key ? key : &ignored, error);
+    if (status == AD_OK) {
+        status = rod_check_resistance(rod_scene, key ? key : &ignored, error);
+    }
     if (status != AD_OK) {
         return status;
     }

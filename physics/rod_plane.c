@@ -104,18 +104,28 @@ static bool plane_is_body(const scene *rod_scene, const scene_field *field)
     return field->axes == SCENE_BODY || (field->axes == SCENE_BY_LOAD && frame == SCENE_FOLLOWER);
 }
 
-/* Everything with a direction that a scene has. */
+/* The rotations, or everything else with a direction. */
+static void plane_add_fields(plane_list *list, const scene *rod_scene, bool rotations)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        if (field->geometry != SCENE_SCALAR &&
+            (field->geometry == SCENE_ORIENTATION) == rotations &&
+            plane_is_used(rod_scene, field)) {
+            plane_add(list, field->key, field->geometry, plane_is_body(rod_scene, field),
+                      scene_field_of(rod_scene, field), NULL);
+        }
+    }
+}
+
+/* Everything with a direction that a scene has. A rotation that leaves the plane takes much else
+ * along, so that it is named first. */
 static plane_list plane_list_of(const scene *rod_scene)
 {
     plane_list list = {0};
     plane_add_origin(&list, rod_scene);
-    for (int i = 0; i < scene_field_count; i++) {
-        const scene_field *field = &scene_fields[i];
-        if (field->geometry != SCENE_SCALAR && plane_is_used(rod_scene, field)) {
-            plane_add(&list, field->key, field->geometry, plane_is_body(rod_scene, field),
-                      scene_field_of(rod_scene, field), NULL);
-        }
-    }
+    plane_add_fields(&list, rod_scene, true);
+    plane_add_fields(&list, rod_scene, false);
     return list;
 }
 

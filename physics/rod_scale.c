@@ -119,6 +119,11 @@ static double rod_compression(const scene *rod_scene)
     return largest;
 }
 
+double rod_first_frequency(const scene *rod_scene)
+{
+    return ROD_FIRST_MODE / rod_scales_of(rod_scene).time;
+}
+
 static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
                                 rod_numbers *numbers)
 {
@@ -138,7 +143,6 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
     double inertia = fmax(scene_mean(rod_scene, properties.rotary_inertia[0]),
                           scene_mean(rod_scene, properties.rotary_inertia[1]));
     numbers->rotary_inertia = inertia / (mass * length * length);
-    numbers->drag = scene_mean(rod_scene, rod_scene->loads.drag) / (2 * mass * frequency);
     numbers->duration = scene_duration(rod_scene) / scale->time;
     numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * PI);
 }

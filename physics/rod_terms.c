@@ -13,7 +13,8 @@ static const char planar_motion[] = "planar motion";
 /* Present when reason is NULL. */
 static void term_add(term_list *list, const char *name, const char *reason)
 {
-    list->terms[list->count++] = (rod_term){name, reason == NULL, reason};
+    list->terms[list->count++] =
+        (rod_term){.name = name, .present = reason == NULL, .reason = reason};
 }
 
 /* NULL, or the first reason that applies. */
@@ -70,6 +71,28 @@ static void terms_of_strains(const scene *rod_scene, term_list *list)
     term_add(list, "rest curvature", reason_if(are_zero(rod->rest_curvature), "not given", NULL));
 }
 
+/* `row` with its presence and, from the coefficient of a force per length and velocity, c, its
+ * damping: c/(2 rhoA w1). */
+static rod_term resisting(const scene *rod_scene, rod_term row, quantity coefficient)
+{
+    scene_properties properties = scene_properties_of(rod_scene);
+    const char *still = scene_is_dynamic(rod_scene) ? NULL : "static scene";
+    row.reason = still ? still : reason_if(is_only(coefficient, 0), "not given", NULL);
+    row.present = row.reason == NULL;
+    if (row.present) {
+        double mass = scene_mean(rod_scene, properties.mass_per_length);
+        row.damping =
+            scene_mean(rod_scene, coefficient) / (2 * mass * rod_first_frequency(rod_scene));
+    }
+    return row;
+}
+
+rod_term rod_drag_term(const scene *rod_scene)
+{
+    const rod_term row = {.name = "drag", .key = "loads.drag", .formula = "c/(2 rhoA w1)"};
+    return resisting(rod_scene, row, rod_scene->loads.drag);
+}
+
 static void terms_of_time(const scene *rod_scene, term_list *list)
 {
     scene_properties properties = scene_properties_of(rod_scene);
@@ -89,8 +112,7 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
              still ? still : reason_if(are_zero(properties.strain_damping), "not given", NULL));
     term_add(list, "curvature damping",
              still ? still : reason_if(are_zero(properties.curvature_damping), "not given", NULL));
-    term_add(list, "drag",
-             still ? still : reason_if(is_only(rod_scene->loads.drag, 0), "not given", NULL));
+    list->terms[list->count++] = rod_drag_term(rod_scene);
     bool linear = is_only(rod_scene->loads.quadratic_drag, 0);
     term_add(list, "quadratic drag", still ? still : reason_if(linear, "not given", NULL));
 }

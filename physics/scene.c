@@ -1,6 +1,6 @@
 /* Defaults of a scene, the texts of its enumerations, and the stiffness and inertia that follow
  * from section and material. */
-#include "physics/scene.h"
+#include "physics/scene_field.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,19 +25,14 @@ SCENE_NAMES(scene_motion_names, SCENE_MOTION_LIST)
 void scene_defaults(scene *rod_scene)
 {
     memset(rod_scene, 0, sizeof *rod_scene);
-    scene_rod *rod = &rod_scene->rod;
-    for (int i = 0; i < 3; i++) {
-        rod->rest_strain[i] = quantity_number(i == 2);
-        rod->rest_curvature[i] = rod->imperfection[i] = quantity_number(0);
-        rod_scene->loads.gravity[i] = quantity_number(0);
-        rod_scene->start.position[i] = quantity_number(0);
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        quantity *to = (quantity *)(void *)((char *)rod_scene + field->offset);
+        for (int k = 0; k < field->count; k++) {
+            to[k] = scene_field_otherwise(field, k);
+        }
     }
-    rod_scene->loads.drag = quantity_number(0);
-    rod_scene->duration = quantity_number(0);
     rod_scene->start.type = SCENE_CLAMPED;
-    for (int i = 0; i < 4; i++) {
-        rod_scene->start.rotation[i] = quantity_number(i == 0);
-    }
     rod_scene->end.type = SCENE_FREE;
     rod_scene->windows = 1;
 }

@@ -1,8 +1,11 @@
 /* What the scene of a beam has to satisfy, and what it cannot have that rods in space can. */
 #include "physics/scene_internal.h"
 
-#include <math.h>
 #include <string.h>
+
+static const char SHAPE[] = "belongs to a rod in space; leave it out, or take another rod.model";
+static const char LOADS[] = "acts on a rod in space; a beam has beam.force, beam.moment, "
+                            "beam.base, beam.tip and loads.drag";
 
 ad_status scene_check_no_beam(const scene_checker *check)
 {
@@ -17,25 +20,34 @@ ad_status scene_check_no_beam(const scene_checker *check)
     return AD_OK;
 }
 
-/* Whether it is given and something else. */
-static bool differ(const quantity q[3], double a, double b, double c)
+/* What to say of a quantity of rods in space, and the key to blame; NULL: a beam may have it. */
+static const char *foreign(const scene_field *field, const char **key)
 {
-    const double numbers[3] = {a, b, c};
-    bool differs = false;
-    for (int i = 0; i < 3; i++) {
-        differs = differs || (q[i].is_given && !quantity_is(q[i], numbers[i]));
+    *key = field->key;
+    switch (field->part) {
+    case SCENE_OF_LOADS:
+        return strncmp(field->key, "rod.", 4) == 0 ? SHAPE : LOADS;
+    case SCENE_OF_BASE:
+        *key = "loads.base";
+        return LOADS;
+    case SCENE_OF_TIP:
+        *key = "loads.tip";
+        return LOADS;
+    case SCENE_OF_INITIAL:
+        return "is that of a rod in space; a beam has beam.initial";
+    case SCENE_OF_EXACT:
+        *key = "manufactured";
+        return "makes loads of a rod in space; for a beam give beam.force and "
+               "reference.deflection";
+    default:
+        return NULL;
     }
-    return differs;
 }
 
 /* Keys of rods in space that a beam does not have. */
 static ad_status check_rods_keys(const scene_checker *check)
 {
-    static const char loads[] = "acts on a rod in space; a beam has beam.force, beam.moment, "
-                                "beam.base, beam.tip and loads.drag";
-    static const char state[] = "is that of a rod in space; a beam has beam.initial";
-    static const char shape[] =
-        "belongs to a rod in space; leave it out, or take another rod.model";
+    static const char damped[] = "belongs to a rod in space; a beam is damped by loads.drag";
     const scene *given = check->scene;
     const scene_loads *l = &given->loads;
     const struct {
@@ -43,37 +55,16 @@ static ad_status check_rods_keys(const scene_checker *check)
         bool is_given;
         const char *sentence;
     } rows[] = {
-        {"rod.rest.strain", differ(given->rod.rest_strain, 0, 0, 1), shape},
-        {"rod.rest.curvature", differ(given->rod.rest_curvature, 0, 0, 0), shape},
-        {"rod.rest.imperfection", scene_is_imperfect(given), shape},
-        {"rod.damping.strain", quantity_any_something(3, given->rod.strain_damping),
-         "belongs to a rod in space; a beam is damped by loads.drag"},
-        {"rod.damping.curvature", quantity_any_something(3, given->rod.curvature_damping),
-         "belongs to a rod in space; a beam is damped by loads.drag"},
-        {"rod.material.viscosity", given->rod.viscosity.is_given,
-         "belongs to a rod in space; a beam is damped by loads.drag"},
-        {"rod.material.relaxation_time", given->rod.relaxation_time.is_given,
-         "belongs to a rod in space; a beam is damped by loads.drag"},
+        {"rod.damping.strain", quantity_any_something(3, given->rod.strain_damping), damped},
+        {"rod.damping.curvature", quantity_any_something(3, given->rod.curvature_damping), damped},
+        {"rod.material.viscosity", given->rod.viscosity.is_given, damped},
+        {"rod.material.relaxation_time", given->rod.relaxation_time.is_given, damped},
         {"loads.gravity", quantity_any_something(3, l->gravity),
          "acts on a rod in space; a beam has its weight across the axis in beam.force"},
-        {"loads.force", l->force[0].is_given, loads},
-        {"loads.moment", l->moment[0].is_given, loads},
-        {"loads.frame", l->frame != SCENE_DEAD, loads},
-        {"loads.base",
-         l->base.force[0].is_given || l->base.moment[0].is_given || l->base.frame != SCENE_DEAD,
-         loads},
-        {"loads.tip",
-         l->tip.force[0].is_given || l->tip.moment[0].is_given || l->tip.frame != SCENE_DEAD,
-         loads},
-        {"initial.position", given->initial.position[0].is_given, state},
-        {"initial.rotation", given->initial.rotation[0].is_given, state},
-        {"initial.velocity", given->initial.velocity[0].is_given, state},
-        {"initial.angular_velocity", given->initial.angular_velocity[0].is_given, state},
-        {"manufactured",
-         scene_is_manufactured(given) || given->manufactured.rotation[0].is_given ||
-             given->manufactured.angles[0].is_given,
-         "makes loads of a rod in space; for a beam give beam.force and reference.deflection"},
-        {"motion", given->motion != SCENE_AUTOMATIC, shape},
+        {"loads.frame", l->frame != SCENE_DEAD, LOADS},
+        {"loads.base", l->base.frame != SCENE_DEAD, LOADS},
+        {"loads.tip", l->tip.frame != SCENE_DEAD, LOADS},
+        {"motion", given->motion != SCENE_AUTOMATIC, SHAPE},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].is_given) {
@@ -81,10 +72,9 @@ static ad_status check_rods_keys(const scene_checker *check)
         }
     }
     for (int i = 0; i < scene_field_count; i++) {
-        const scene_field *field = &scene_fields[i];
-        if (field->part == SCENE_OF_LOADS && strncmp(field->key, "loads.", 6) == 0 &&
-            quantity_any_something(field->count, scene_field_of(given, field))) {
-            return scene_refuse(check, field->key, loads);
+        const char *key = NULL, *sentence = foreign(&scene_fields[i], &key);
+        if (sentence && scene_field_says(given, &scene_fields[i])) {
+            return scene_refuse(check, key, sentence);
         }
     }
     return AD_OK;

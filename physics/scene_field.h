@@ -1,6 +1,6 @@
-/* The list of all quantities of a scene: what each may depend on, its range, and how it behaves in
- * the mirror of a plane. Checks and the search for a plane walk this list, so that a quantity that
- * is added to it is seen by them. Not for callers. */
+/* The list of all quantities of a scene, made of the rows in physics/scene_rows.h: what each may
+ * depend on, its range, its default, and how it behaves in the mirror of a plane. Defaults, checks
+ * and the search for a plane walk this list. Not for callers. */
 #ifndef PHYSICS_SCENE_FIELD_H
 #define PHYSICS_SCENE_FIELD_H
 
@@ -55,6 +55,14 @@ typedef enum scene_axes {
     SCENE_BY_LOAD /* as the frame of its load */
 } scene_axes;
 
+/* Its value where it is not given. */
+typedef enum scene_otherwise {
+    SCENE_NOTHING,  /* still not given */
+    SCENE_ZERO,     /* 0 in every entry */
+    SCENE_STRAIGHT, /* (0, 0, 1) */
+    SCENE_UPRIGHT   /* (1, 0, 0, 0), the identity */
+} scene_otherwise;
+
 typedef struct scene_field {
     const char *key; /* dotted YAML key */
     int count;       /* of quantities in turn: all of them are given or none */
@@ -64,6 +72,7 @@ typedef struct scene_field {
     scene_bounds bounds;
     scene_geometry geometry;
     scene_axes axes;
+    scene_otherwise otherwise;
 } scene_field;
 
 enum { SCENE_FIELDS_MAX = 64 };
@@ -73,5 +82,11 @@ extern const int scene_field_count;
 
 /* [count] */
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
+
+/* The default of one entry. */
+quantity scene_field_otherwise(const scene_field *field, int entry);
+
+/* Whether the scene gives it, and as something else than its default. */
+bool scene_field_says(const scene *rod_scene, const scene_field *field);
 
 #endif

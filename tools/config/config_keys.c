@@ -1,6 +1,9 @@
-/* Every key a scene file may have. Defaults live in tools/train/settings.c; `fallback` says in
- * words what a default that depends on other keys is. */
+/* Every key a scene file may have. The quantities of the scene are the rows of
+ * physics/scene_rows.h. Defaults live there and in tools/train/settings.c; `fallback` says in words
+ * what a default that depends on other keys is. */
 #include "tools/config/config_keys.h"
+
+#include "physics/scene_rows.h"
 
 #include <math.h>
 
@@ -21,24 +24,36 @@ CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
-#define AT(field)             .offset = offsetof(config, field)
-#define STAGE(field)          .offset = offsetof(train_stage, field)
-#define POSITIVE              .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN
-#define NOT_NEGATIVE          .low = 0, .high = INFINITY
-#define STIFFNESS             .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_INFINITE
-#define LOSS_WEIGHT           BETWEEN(0, 1e12)
-#define ANY                   .low = -INFINITY, .high = INFINITY
-#define BETWEEN(least, most)  .low = (least), .high = (most)
-#define ENTRIES(least, most)  .entries_min = (least), .entries_max = (most)
-#define VECTOR                ENTRIES(3, 3)
-#define QUATERNION            ENTRIES(4, 4)
-#define FORMULAS(path, field) path, CONFIG_QUANTITY, VECTOR, AT(field), ANY
-#define FORMULA(path, field)  path, CONFIG_QUANTITY, AT(field), ANY
-#define ADAM                  .flags = CONFIG_FOR_ADAM
-#define LBFGS                 .flags = CONFIG_FOR_LBFGS
-#define GAUSS_NEWTON          .flags = CONFIG_FOR_GAUSS_NEWTON
-#define LINE_SEARCH           CONFIG_FOR_LBFGS | CONFIG_FOR_SSBROYDEN
-#define NOT_ADAM              LINE_SEARCH | CONFIG_FOR_GAUSS_NEWTON
+#define AT(field)            .offset = offsetof(config, field)
+#define STAGE(field)         .offset = offsetof(train_stage, field)
+#define POSITIVE             .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN
+#define NOT_NEGATIVE         .low = 0, .high = INFINITY
+#define STIFFNESS            .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_INFINITE
+#define LOSS_WEIGHT          BETWEEN(0, 1e12)
+#define ANY                  .low = -INFINITY, .high = INFINITY
+#define BETWEEN(least, most) .low = (least), .high = (most)
+#define ENTRIES(least, most) .entries_min = (least), .entries_max = (most)
+#define FORMULA(path, field) path, CONFIG_QUANTITY, AT(field), ANY
+#define ADAM                 .flags = CONFIG_FOR_ADAM
+#define LBFGS                .flags = CONFIG_FOR_LBFGS
+#define GAUSS_NEWTON         .flags = CONFIG_FOR_GAUSS_NEWTON
+#define LINE_SEARCH          CONFIG_FOR_LBFGS | CONFIG_FOR_SSBROYDEN
+#define NOT_ADAM             LINE_SEARCH | CONFIG_FOR_GAUSS_NEWTON
+
+/* What some bounds of quantities are called in their rows; the others as above. */
+#define FINITE  ANY
+#define POISSON BETWEEN(-1, 0.5), .flags = CONFIG_LOW_OPEN
+
+#define SCENE_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit, otherwise, \
+                       in_words, text)                                                             \
+    {path,                                                                                         \
+     CONFIG_QUANTITY,                                                                              \
+     ENTRIES((size) > 1 ? (size) : 0, (size) > 1 ? (size) : 0),                                    \
+     AT(scene.member),                                                                             \
+     bounds,                                                                                       \
+     .unit = (of_unit),                                                                            \
+     .fallback = (in_words),                                                                       \
+     .help = (text)},
 
 /* clang-format off */
 const config_key config_keys[] = {
@@ -54,162 +69,47 @@ const config_key config_keys[] = {
      .help = "cosserat: bends, twists, shears, stretches; inextensible: no stretch; kirchhoff: "
              "neither shear nor stretch; beams of small deflection, see beam: euler_bernoulli "
              "bends, timoshenko also shears."},
-    {"rod.length", CONFIG_QUANTITY, AT(scene.rod.length), .unit = "m", POSITIVE,
-     .fallback = "required", .help = "Length of the undeformed rod."},
+    SCENE_LENGTH_ROWS(SCENE_QUANTITY)
     {"rod.section.shape", CONFIG_CHOICE, AT(scene.rod.section), .names = scene_section_names,
      .help = "Cross-section; none: give stiffness and inertia instead."},
-    {"rod.section.radius", CONFIG_QUANTITY, AT(scene.rod.radius), .unit = "m", POSITIVE,
-     .help = "Radius of a circle, outer radius of a tube. Sizes, material, stiffness, "
-             "inertia and damping may be formulas of s: a tapered rod."},
-    {"rod.section.inner_radius", CONFIG_QUANTITY, AT(scene.rod.inner_radius), .unit = "m", POSITIVE,
-     .help = "Inner radius of a tube."},
-    {"rod.section.width", CONFIG_QUANTITY, AT(scene.rod.width), .unit = "m", POSITIVE,
-     .help = "Side of a rectangle along d1."},
-    {"rod.section.height", CONFIG_QUANTITY, AT(scene.rod.height), .unit = "m", POSITIVE,
-     .help = "Side of a rectangle along d2."},
-    {"rod.material.youngs_modulus", CONFIG_QUANTITY, AT(scene.rod.youngs_modulus), .unit = "Pa",
-     POSITIVE, .help = "Young's modulus E."},
-    {"rod.material.poissons_ratio", CONFIG_QUANTITY, AT(scene.rod.poissons_ratio),
-     BETWEEN(-1, 0.5), .flags = CONFIG_LOW_OPEN,
-     .help = "Poisson's ratio nu; G = E/(2(1 + nu)). 0.5: incompressible, as rubber."},
-    {"rod.material.density", CONFIG_QUANTITY, AT(scene.rod.density), .unit = "kg/m^3", POSITIVE,
-     .help = "Needed for gravity and for dynamics."},
-    {"rod.material.shear_correction", CONFIG_QUANTITY, AT(scene.rod.shear_correction), POSITIVE,
-     .fallback = "Cowper's for the section", .help = "kappa in the shear stiffness kappa G A."},
-    {"rod.material.viscosity", CONFIG_QUANTITY, AT(scene.rod.viscosity), .unit = "Pa s",
-     NOT_NEGATIVE,
-     .help = "Kelvin-Voigt damping by the material in place of rod.damping: the stress is E times "
-             "the strain and this, eta, times its rate, in shear eta/(2(1 + nu)). So damping is "
-             "eta A of stretch, eta I of bending, eta kappa A/(2(1 + nu)) of shear, "
-             "eta J/(2(1 + nu)) of twist."},
-    {"rod.material.relaxation_time", CONFIG_QUANTITY, AT(scene.rod.relaxation_time), .unit = "s",
-     NOT_NEGATIVE,
-     .help = "Or by the time eta/E: every damping is its stiffness times this."},
-    {"rod.stiffness.shear", CONFIG_QUANTITY, ENTRIES(2, 2), AT(scene.rod.shear_stiffness),
-     .unit = "N", STIFFNESS, .fallback = "from section, material and model",
-     .help = "kappa G A along d1, d2; replaces what follows from section and material."},
-    {"rod.stiffness.axial", CONFIG_QUANTITY, AT(scene.rod.axial_stiffness), .unit = "N", STIFFNESS,
-     .fallback = "from section, material and model", .help = "E A."},
-    {"rod.stiffness.bending", CONFIG_QUANTITY, ENTRIES(2, 2), AT(scene.rod.bending_stiffness),
-     .unit = "N m^2", STIFFNESS, .fallback = "from section and material",
-     .help = "E I about d1, d2."},
-    {"rod.stiffness.torsion", CONFIG_QUANTITY, AT(scene.rod.torsional_stiffness), .unit = "N m^2",
-     STIFFNESS, .fallback = "from section and material", .help = "G J."},
-    {"rod.inertia.mass_per_length", CONFIG_QUANTITY, AT(scene.rod.mass_per_length), .unit = "kg/m",
-     POSITIVE, .fallback = "from section and density", .help = "rho A."},
-    {"rod.inertia.rotary", CONFIG_QUANTITY, VECTOR, AT(scene.rod.rotary_inertia), .unit = "kg m",
-     NOT_NEGATIVE, .fallback = "from section and density",
-     .help = "rho I about d1, d2, d3; [0, 0, 0] leaves rotary inertia out."},
-    {FORMULAS("rod.rest.strain", scene.rod.rest_strain),
-     .help = "Strain v of the unstressed rod along d1, d2, d3; formulas of s and t."},
-    {FORMULAS("rod.rest.curvature", scene.rod.rest_curvature), .unit = "1/m",
-     .help = "Curvature u of the unstressed rod about d1, d2, d3; formulas of s and t."},
-    {FORMULAS("rod.rest.imperfection", scene.rod.imperfection), .unit = "1/m",
-     .help = "Curvature added to it while the loads grow, gone when all of them act: it says to "
-             "which side a column buckles. Static scenes without hidden layers."},
-    {"rod.damping.strain", CONFIG_QUANTITY, VECTOR, AT(scene.rod.strain_damping), .unit = "N s",
-     NOT_NEGATIVE, .fallback = "by the material, else 0",
-     .help = "Kelvin-Voigt damping of shear, shear, stretch."},
-    {"rod.damping.curvature", CONFIG_QUANTITY, VECTOR, AT(scene.rod.curvature_damping),
-     .unit = "N m^2 s", NOT_NEGATIVE, .fallback = "by the material, else 0",
-     .help = "Kelvin-Voigt damping of bending, bending, twist."},
+    SCENE_MATTER_ROWS(SCENE_QUANTITY)
+    SCENE_REST_ROWS(SCENE_QUANTITY)
+    SCENE_DAMPING_ROWS(SCENE_QUANTITY)
 
     {"loads.units", CONFIG_CHOICE, AT(load_units), .names = unit_names,
      .help = "Of the forces and moments below: SI, or multiples of EI/L^2 and EI/L at the ends and "
              "of EI/L^3 and EI/L^2 along the rod (EI about d1)."},
-    {"loads.gravity", CONFIG_QUANTITY, VECTOR, AT(scene.loads.gravity), .unit = "m/s^2", ANY,
-     .help = "Acceleration of gravity, world frame; formulas of t."},
-    {"loads.drag", CONFIG_QUANTITY, AT(scene.loads.drag), .unit = "N s/m^2", NOT_NEGATIVE,
-     .help = "Force per length against the velocity, f = -drag r_t; formula of s."},
-    {"loads.quadratic_drag", CONFIG_QUANTITY, AT(scene.loads.quadratic_drag),
-     .unit = "N s^2/m^3", NOT_NEGATIVE,
-     .help = "Force per length against the square of the velocity, f = -quadratic_drag |r_t| r_t; "
-             "of a cylinder across a flow half of density, drag coefficient and diameter; formula "
-             "of s."},
-    {FORMULAS("loads.force", scene.loads.force), .unit = "N/m",
-     .help = "Distributed force; formulas of s and t."},
-    {FORMULAS("loads.moment", scene.loads.moment), .unit = "N m/m",
-     .help = "Distributed moment; formulas of s and t."},
+    SCENE_LINE_ROWS(SCENE_QUANTITY)
     {"loads.frame", CONFIG_CHOICE, AT(scene.loads.frame), .names = scene_frame_names,
      .help = "Of the distributed loads; dead: fixed in the world, follower: turns with the rod."},
-    {FORMULAS("loads.base.force", scene.loads.base.force), .unit = "N",
-     .help = "Force on the end s = 0 (type loaded); formulas of t."},
-    {FORMULAS("loads.base.moment", scene.loads.base.moment), .unit = "N m",
-     .help = "Moment on the end s = 0; formulas of t."},
+    SCENE_BASE_ROWS(SCENE_QUANTITY)
     {"loads.base.frame", CONFIG_CHOICE, AT(scene.loads.base.frame), .names = scene_frame_names,
      .help = "dead: fixed in the world, follower: turns with this end."},
-    {FORMULAS("loads.tip.force", scene.loads.tip.force), .unit = "N",
-     .help = "Force on the end s = length; formulas of t."},
-    {FORMULAS("loads.tip.moment", scene.loads.tip.moment), .unit = "N m",
-     .help = "Moment on the end s = length; formulas of t."},
+    SCENE_TIP_ROWS(SCENE_QUANTITY)
     {"loads.tip.frame", CONFIG_CHOICE, AT(scene.loads.tip.frame), .names = scene_frame_names,
      .help = "dead: fixed in the world, follower: turns with the tip."},
 
-    {FORMULA("beam.force", scene.beam.force), .unit = "N/m",
-     .help = "Of a beam, which bends about d1: force q along its deflection w; formula of s and t."},
-    {FORMULA("beam.moment", scene.beam.moment), .unit = "N m/m",
-     .help = "Distributed moment, positive where it turns the axis towards w; formula of s and t."},
-    {FORMULA("beam.foundation", scene.beam.foundation), .unit = "N/m^2",
-     .help = "Elastic foundation, force per length k w against the deflection; formula of s, >= 0."},
-    {FORMULA("beam.base.force", scene.beam.base.force), .unit = "N",
-     .help = "Force along w on the end s = 0 (type loaded); formula of t."},
-    {FORMULA("beam.base.moment", scene.beam.base.moment), .unit = "N m",
-     .help = "Moment on the end s = 0; formula of t."},
-    {FORMULA("beam.tip.force", scene.beam.tip.force), .unit = "N",
-     .help = "Force along w on the end s = length; formula of t."},
-    {FORMULA("beam.tip.moment", scene.beam.tip.moment), .unit = "N m",
-     .help = "Moment on the end s = length; formula of t."},
-    {FORMULA("beam.initial.deflection", scene.beam.deflection), .unit = "m", .fallback = "0",
-     .help = "Deflection at t = 0; formula of s."},
-    {FORMULA("beam.initial.velocity", scene.beam.velocity), .unit = "m/s", .fallback = "0",
-     .help = "Its velocity at t = 0; formula of s."},
-    {FORMULA("beam.initial.slope", scene.beam.slope), .unit = "rad",
-     .fallback = "the derivative of the deflection",
-     .help = "Rotation of the sections of a timoshenko beam at t = 0; formula of s."},
-    {FORMULA("beam.initial.slope_rate", scene.beam.slope_rate), .unit = "1/s",
-     .fallback = "the derivative of the velocity", .help = "Its rate at t = 0; formula of s."},
+    SCENE_BEAM_ROWS(SCENE_QUANTITY)
 
     {"boundary.start.type", CONFIG_CHOICE, AT(scene.start.type), .names = scene_end_names,
      .help = "What holds s = 0: clamped, pinned (position only: a simple support), free, loaded "
              "(loads.base, beam.base), driven (formulas of t)."},
-    {FORMULAS("boundary.start.position", scene.start.position), .unit = "m",
-     .fallback = "[0, 0, 0] where the type holds it", .help = "Position of a held end."},
-    {"boundary.start.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.start.rotation),
-     .fallback = "[1, 0, 0, 0] where the type holds it",
-     .help = "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read."},
+    SCENE_START_ROWS(SCENE_QUANTITY)
     {"boundary.end.type", CONFIG_CHOICE, AT(scene.end.type), .names = scene_end_names,
      .fallback = "loaded when loads.tip or beam.tip is given, else free",
      .help = "What holds s = length; loaded: loads.tip, beam.tip."},
-    {FORMULAS("boundary.end.position", scene.end.position), .unit = "m",
-     .help = "Position of a held end."},
-    {"boundary.end.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.end.rotation),
-     .help = "Quaternion (w, x, y, z) of a held end."},
+    SCENE_END_ROWS(SCENE_QUANTITY)
 
-    {FORMULAS("initial.position", scene.initial.position), .unit = "m",
-     .fallback = "at rest in the unstressed shape", .help = "Position at t = 0; formulas of s."},
-    {"initial.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.initial.rotation),
-     .fallback = "at rest in the unstressed shape",
-     .help = "Quaternion (w, x, y, z) at t = 0; formulas of s."},
-    {FORMULAS("initial.velocity", scene.initial.velocity), .unit = "m/s", .fallback = "zero",
-     .help = "Velocity at t = 0, world frame; formulas of s."},
-    {FORMULAS("initial.angular_velocity", scene.initial.angular_velocity), .unit = "1/s",
-     .fallback = "zero", .help = "Angular velocity at t = 0, body frame; formulas of s."},
+    SCENE_INITIAL_ROWS(SCENE_QUANTITY)
 
-    {"time.duration", CONFIG_QUANTITY, AT(scene.duration), .unit = "s", NOT_NEGATIVE,
-     .help = "0: a static scene."},
+    SCENE_DURATION_ROWS(SCENE_QUANTITY)
     {"time.windows", CONFIG_INTEGER, AT(settings.windows), BETWEEN(1, SCENE_WINDOWS_MAX),
      .fallback = "1; without hidden layers as many as last L^2/6 (rhoA/EI)^(1/2) at most",
      .help = "Equal parts of the duration, trained in turn, each with a network of its own that "
              "starts exactly where the one before ends; for many periods. training.stages are run "
              "in each."},
 
-    {FORMULAS("manufactured.position", scene.manufactured.position), .unit = "m",
-     .help = "A solution of your choice, formulas of s and t; the loads, ends and initial state "
-             "that make it exact follow."},
-    {"manufactured.rotation", CONFIG_QUANTITY, QUATERNION, ANY, AT(scene.manufactured.rotation),
-     .help = "Its quaternion (w, x, y, z), normalised."},
-    {FORMULAS("manufactured.angles", scene.manufactured.angles), .unit = "rad",
-     .help = "Or three angles a, b, c about body axes 1, 2, 3 in turn: q = q1(a) q2(b) q3(c)."},
+    SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "

@@ -127,13 +127,27 @@ static const char *judge(const number_row *row)
 
 static void print_rows(FILE *file, const number_row *rows, size_t count)
 {
-    heading(file, "How hard it is");
     for (size_t i = 0; i < count; i++) {
         if (rows[i].shown) {
             fprintf(file, "  %-15s %-16s %-10.4g %s\n", rows[i].name, rows[i].formula,
                     rows[i].value, judge(&rows[i]));
         }
     }
+}
+
+/* What resists the motion, and how long it lasts. */
+static void print_motion_numbers(FILE *file, const scene *scene, double periods)
+{
+    rod_term terms[ROD_TERM_MAX];
+    int count = scene_physics_of(scene)->terms(scene, terms);
+    for (int i = 0; i < count; i++) {
+        const number_row row = {terms[i].name, terms[i].formula, terms[i].damping,
+                                VERDICTS(damping), terms[i].damping > 0};
+        print_rows(file, &row, 1);
+    }
+    const number_row row = {"first periods", "duration/period", periods,
+                            VERDICTS(seconds_of_motion), scene_is_dynamic(scene)};
+    print_rows(file, &row, 1);
 }
 
 static void print_beam_numbers(FILE *file, const scene *scene)
@@ -145,10 +159,10 @@ static void print_beam_numbers(FILE *file, const scene *scene)
         {"deflection", "W/L", b.deflection, VERDICTS(deflection), true},
         {"shear", "kGA L^2/EI", b.shear_ratio, VERDICTS(stiff_strain), true},
         {"foundation", "k L^4/EI", b.foundation, VERDICTS(foundation), b.foundation > 0},
-        {"rotary inertia", "rhoI/(rhoA L^2)", b.rotary_inertia, VERDICTS(slenderness), moving},
-        {"drag", "c/(2 rhoA w1)", n.drag, VERDICTS(damping), moving && n.drag > 0},
-        {"first periods", "duration/period", n.periods, VERDICTS(seconds_of_motion), moving}};
+        {"rotary inertia", "rhoI/(rhoA L^2)", b.rotary_inertia, VERDICTS(slenderness), moving}};
+    heading(file, "How hard it is");
     print_rows(file, rows, sizeof rows / sizeof *rows);
+    print_motion_numbers(file, scene, n.periods);
 }
 
 static void print_numbers(FILE *file, const scene *scene)
@@ -172,10 +186,10 @@ static void print_numbers(FILE *file, const scene *scene)
         {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),
          moving && n.strain_damping > 0},
         {"bending damping", "B w1/(2 EI)", n.curvature_damping, VERDICTS(damping),
-         moving && n.curvature_damping > 0},
-        {"drag", "c/(2 rhoA w1)", n.drag, VERDICTS(damping), moving && n.drag > 0},
-        {"first periods", "duration/period", n.periods, VERDICTS(seconds_of_motion), moving}};
+         moving && n.curvature_damping > 0}};
+    heading(file, "How hard it is");
     print_rows(file, rows, sizeof rows / sizeof *rows);
+    print_motion_numbers(file, scene, n.periods);
 }
 
 static void print_scales(FILE *file, const scene *scene)

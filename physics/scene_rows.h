@@ -1,0 +1,213 @@
+/* The quantities of a scene, each in one row that says all of it; scene_fields (checks, the search
+ * for a plane, defaults) and the keys of a scene file (reader, --set, --help, --print-config) are
+ * made of these rows.
+ *
+ *   X(key, count, member, part, rule, bounds, geometry, axes, unit, otherwise, fallback, help)
+ *
+ * key: dotted, of YAML; count: of quantities in turn; member: of the scene. Then the names, without
+ * SCENE_, of scene_part, scene_rule, scene_bounds, scene_geometry, scene_axes (scene_field.h).
+ * unit: NULL for a number without one. otherwise: the value where it is not given, of
+ * scene_otherwise; fallback: this in words where it depends on other keys, else NULL. help: for
+ * people. Lists are in the order of --help. */
+#ifndef PHYSICS_SCENE_ROWS_H
+#define PHYSICS_SCENE_ROWS_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* clang-format off */
+#define SCENE_LENGTH_ROWS(X)                                                                       \
+    X("rod.length", 1, rod.length, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+      "required",                                                                                  \
+      "Length of the undeformed rod.")
+
+#define SCENE_MATTER_ROWS(X)                                                                       \
+    X("rod.section.radius", 1, rod.radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+      NULL,                                                                                        \
+      "Radius of a circle, outer radius of a tube. Sizes, material, stiffness, inertia and "       \
+      "damping may be formulas of s: a tapered rod.")                                              \
+    X("rod.section.inner_radius", 1, rod.inner_radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m",   \
+      NOTHING, NULL,                                                                               \
+      "Inner radius of a tube.")                                                                   \
+    X("rod.section.width", 1, rod.width, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING, NULL,  \
+      "Side of a rectangle along d1.")                                                             \
+    X("rod.section.height", 1, rod.height, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+      NULL,                                                                                        \
+      "Side of a rectangle along d2.")                                                             \
+    X("rod.material.youngs_modulus", 1, rod.youngs_modulus, ROD, ALONG, POSITIVE, SCALAR, WORLD,   \
+      "Pa", NOTHING, NULL,                                                                         \
+      "Young's modulus E.")                                                                        \
+    X("rod.material.poissons_ratio", 1, rod.poissons_ratio, ROD, ALONG, POISSON, SCALAR, WORLD,    \
+      NULL, NOTHING, NULL,                                                                         \
+      "Poisson's ratio nu; G = E/(2(1 + nu)). 0.5: incompressible, as rubber.")                    \
+    X("rod.material.density", 1, rod.density, ROD, ALONG, POSITIVE, SCALAR, WORLD, "kg/m^3",       \
+      NOTHING, NULL,                                                                               \
+      "Needed for gravity and for dynamics.")                                                      \
+    X("rod.material.shear_correction", 1, rod.shear_correction, ROD, ALONG, POSITIVE, SCALAR,      \
+      WORLD, NULL, NOTHING, "Cowper's for the section",                                            \
+      "kappa in the shear stiffness kappa G A.")                                                   \
+    X("rod.material.viscosity", 1, rod.viscosity, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "Pa s", \
+      NOTHING, NULL,                                                                               \
+      "Kelvin-Voigt damping by the material in place of rod.damping: the stress is E times the "   \
+      "strain and this, eta, times its rate, in shear eta/(2(1 + nu)). So damping is eta A of "    \
+      "stretch, eta I of bending, eta kappa A/(2(1 + nu)) of shear, eta J/(2(1 + nu)) of twist.")  \
+    X("rod.material.relaxation_time", 1, rod.relaxation_time, ROD, ALONG, NOT_NEGATIVE, SCALAR,    \
+      WORLD, "s", NOTHING, NULL,                                                                   \
+      "Or by the time eta/E: every damping is its stiffness times this.")                          \
+    X("rod.stiffness.shear", 2, rod.shear_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
+      NOTHING, "from section, material and model",                                                 \
+      "kappa G A along d1, d2; replaces what follows from section and material.")                  \
+    X("rod.stiffness.axial", 1, rod.axial_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
+      NOTHING, "from section, material and model",                                                 \
+      "E A.")                                                                                      \
+    X("rod.stiffness.bending", 2, rod.bending_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,     \
+      "N m^2", NOTHING, "from section and material",                                               \
+      "E I about d1, d2.")                                                                         \
+    X("rod.stiffness.torsion", 1, rod.torsional_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,   \
+      "N m^2", NOTHING, "from section and material",                                               \
+      "G J.")                                                                                      \
+    X("rod.inertia.mass_per_length", 1, rod.mass_per_length, ROD, ALONG, POSITIVE, SCALAR, WORLD,  \
+      "kg/m", NOTHING, "from section and density",                                                 \
+      "rho A.")                                                                                    \
+    X("rod.inertia.rotary", 3, rod.rotary_inertia, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,        \
+      "kg m", NOTHING, "from section and density",                                                 \
+      "rho I about d1, d2, d3; [0, 0, 0] leaves rotary inertia out.")
+
+#define SCENE_REST_ROWS(X)                                                                         \
+    X("rod.rest.strain", 3, rod.rest_strain, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BODY, NULL,     \
+      STRAIGHT, NULL,                                                                              \
+      "Strain v of the unstressed rod along d1, d2, d3; formulas of s and t.")                     \
+    X("rod.rest.curvature", 3, rod.rest_curvature, LOADS, EVERYWHERE, ANY, AXIAL_VECTOR, BODY,     \
+      "1/m", ZERO, NULL,                                                                           \
+      "Curvature u of the unstressed rod about d1, d2, d3; formulas of s and t.")                  \
+    X("rod.rest.imperfection", 3, rod.imperfection, LOADS, ALONG, ANY, AXIAL_VECTOR, BODY, "1/m",  \
+      ZERO, NULL,                                                                                  \
+      "Curvature added to it while the loads grow, gone when all of them act: it says to which "   \
+      "side a column buckles. Static scenes without hidden layers.")
+
+#define SCENE_DAMPING_ROWS(X)                                                                      \
+    X("rod.damping.strain", 3, rod.strain_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N s", \
+      NOTHING, "by the material, else 0",                                                          \
+      "Kelvin-Voigt damping of shear, shear, stretch.")                                            \
+    X("rod.damping.curvature", 3, rod.curvature_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,  \
+      "N m^2 s", NOTHING, "by the material, else 0",                                               \
+      "Kelvin-Voigt damping of bending, bending, twist.")
+
+#define SCENE_LINE_ROWS(X)                                                                         \
+    X("loads.gravity", 3, loads.gravity, LOADS, IN_TIME, FINITE, POLAR_VECTOR, WORLD, "m/s^2",     \
+      ZERO, NULL,                                                                                  \
+      "Acceleration of gravity, world frame; formulas of t.")                                      \
+    X("loads.drag", 1, loads.drag, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N s/m^2", ZERO, NULL, \
+      "Force per length against the velocity, f = -drag r_t; formula of s.")                       \
+    X("loads.quadratic_drag", 1, loads.quadratic_drag, LOADS, ALONG, NOT_NEGATIVE, SCALAR, WORLD,  \
+      "N s^2/m^3", ZERO, NULL,                                                                     \
+      "Force per length against the square of the velocity, f = -quadratic_drag |r_t| r_t; of a "  \
+      "cylinder across a flow half of density, drag coefficient and diameter; formula of s.")      \
+    X("loads.force", 3, loads.force, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BY_LOAD, "N/m",         \
+      NOTHING, NULL,                                                                               \
+      "Distributed force; formulas of s and t.")                                                   \
+    X("loads.moment", 3, loads.moment, LOADS, EVERYWHERE, ANY, AXIAL_VECTOR, BY_LOAD, "N m/m",     \
+      NOTHING, NULL,                                                                               \
+      "Distributed moment; formulas of s and t.")
+
+#define SCENE_BASE_ROWS(X)                                                                         \
+    X("loads.base.force", 3, loads.base.force, BASE, AT_END, ANY, POLAR_VECTOR, BY_LOAD, "N",      \
+      NOTHING, NULL,                                                                               \
+      "Force on the end s = 0 (type loaded); formulas of t.")                                      \
+    X("loads.base.moment", 3, loads.base.moment, BASE, AT_END, ANY, AXIAL_VECTOR, BY_LOAD, "N m",  \
+      NOTHING, NULL,                                                                               \
+      "Moment on the end s = 0; formulas of t.")
+
+#define SCENE_TIP_ROWS(X)                                                                          \
+    X("loads.tip.force", 3, loads.tip.force, TIP, AT_END, ANY, POLAR_VECTOR, BY_LOAD, "N",         \
+      NOTHING, NULL,                                                                               \
+      "Force on the end s = length; formulas of t.")                                               \
+    X("loads.tip.moment", 3, loads.tip.moment, TIP, AT_END, ANY, AXIAL_VECTOR, BY_LOAD, "N m",     \
+      NOTHING, NULL,                                                                               \
+      "Moment on the end s = length; formulas of t.")
+
+#define SCENE_BEAM_ROWS(X)                                                                         \
+    X("beam.force", 1, beam.force, BEAM, EVERYWHERE, ANY, SCALAR, WORLD, "N/m", NOTHING, NULL,     \
+      "Of a beam, which bends about d1: force q along its deflection w; formula of s and t.")      \
+    X("beam.moment", 1, beam.moment, BEAM, EVERYWHERE, ANY, SCALAR, WORLD, "N m/m", NOTHING, NULL, \
+      "Distributed moment, positive where it turns the axis towards w; formula of s and t.")       \
+    X("beam.foundation", 1, beam.foundation, BEAM, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N/m^2",    \
+      NOTHING, NULL,                                                                               \
+      "Elastic foundation, force per length k w against the deflection; formula of s.")            \
+    X("beam.base.force", 1, beam.base.force, BEAM, AT_END, ANY, SCALAR, WORLD, "N", NOTHING, NULL, \
+      "Force along w on the end s = 0 (type loaded); formula of t.")                               \
+    X("beam.base.moment", 1, beam.base.moment, BEAM, AT_END, ANY, SCALAR, WORLD, "N m", NOTHING,   \
+      NULL,                                                                                        \
+      "Moment on the end s = 0; formula of t.")                                                    \
+    X("beam.tip.force", 1, beam.tip.force, BEAM, AT_END, ANY, SCALAR, WORLD, "N", NOTHING, NULL,   \
+      "Force along w on the end s = length; formula of t.")                                        \
+    X("beam.tip.moment", 1, beam.tip.moment, BEAM, AT_END, ANY, SCALAR, WORLD, "N m", NOTHING,     \
+      NULL,                                                                                        \
+      "Moment on the end s = length; formula of t.")                                               \
+    X("beam.initial.deflection", 1, beam.deflection, BEAM, AT_START, ANY, SCALAR, WORLD, "m",      \
+      NOTHING, "0",                                                                                \
+      "Deflection at t = 0; formula of s.")                                                        \
+    X("beam.initial.velocity", 1, beam.velocity, BEAM, AT_START, ANY, SCALAR, WORLD, "m/s",        \
+      NOTHING, "0",                                                                                \
+      "Its velocity at t = 0; formula of s.")                                                      \
+    X("beam.initial.slope", 1, beam.slope, BEAM, AT_START, ANY, SCALAR, WORLD, "rad", NOTHING,     \
+      "the derivative of the deflection",                                                          \
+      "Rotation of the sections of a timoshenko beam at t = 0; formula of s.")                     \
+    X("beam.initial.slope_rate", 1, beam.slope_rate, BEAM, AT_START, ANY, SCALAR, WORLD, "1/s",    \
+      NOTHING, "the derivative of the velocity",                                                   \
+      "Its rate at t = 0; formula of s.")
+
+#define SCENE_START_ROWS(X)                                                                        \
+    X("boundary.start.position", 3, start.position, START, HELD, ANY, POSITION_VECTOR, WORLD, "m", \
+      ZERO, "[0, 0, 0] where the type holds it",                                                   \
+      "Position of a held end.")                                                                   \
+    X("boundary.start.rotation", 4, start.rotation, START, HELD, ANY, ORIENTATION, WORLD, NULL,    \
+      UPRIGHT, "[1, 0, 0, 0] where the type holds it",                                             \
+      "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read.")
+
+#define SCENE_END_ROWS(X)                                                                          \
+    X("boundary.end.position", 3, end.position, END, HELD, ANY, POSITION_VECTOR, WORLD, "m",       \
+      NOTHING, NULL,                                                                               \
+      "Position of a held end.")                                                                   \
+    X("boundary.end.rotation", 4, end.rotation, END, HELD, ANY, ORIENTATION, WORLD, NULL, NOTHING, \
+      NULL,                                                                                        \
+      "Quaternion (w, x, y, z) of a held end.")
+
+#define SCENE_INITIAL_ROWS(X)                                                                      \
+    X("initial.position", 3, initial.position, INITIAL, AT_START, ANY, POSITION_VECTOR, WORLD,     \
+      "m", NOTHING, "at rest in the unstressed shape",                                             \
+      "Position at t = 0; formulas of s.")                                                         \
+    X("initial.rotation", 4, initial.rotation, INITIAL, AT_START, ANY, ORIENTATION, WORLD, NULL,   \
+      NOTHING, "at rest in the unstressed shape",                                                  \
+      "Quaternion (w, x, y, z) at t = 0; formulas of s.")                                          \
+    X("initial.velocity", 3, initial.velocity, INITIAL, AT_START, ANY, POLAR_VECTOR, WORLD, "m/s", \
+      NOTHING, "zero",                                                                             \
+      "Velocity at t = 0, world frame; formulas of s.")                                            \
+    X("initial.angular_velocity", 3, initial.angular_velocity, INITIAL, AT_START, ANY,             \
+      AXIAL_VECTOR, BODY, "1/s", NOTHING, "zero",                                                  \
+      "Angular velocity at t = 0, body frame; formulas of s.")
+
+#define SCENE_DURATION_ROWS(X)                                                                     \
+    X("time.duration", 1, duration, EXTENT, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "s", ZERO,    \
+      NULL,                                                                                        \
+      "0: a static scene.")
+
+#define SCENE_EXACT_ROWS(X)                                                                        \
+    X("manufactured.position", 3, manufactured.position, EXACT, EVERYWHERE, ANY, POSITION_VECTOR,  \
+      WORLD, "m", NOTHING, NULL,                                                                   \
+      "A solution of your choice, formulas of s and t; the loads, ends and initial state that "    \
+      "make it exact follow.")                                                                     \
+    X("manufactured.rotation", 4, manufactured.rotation, EXACT, EVERYWHERE, ANY, ORIENTATION,      \
+      WORLD, NULL, NOTHING, NULL,                                                                  \
+      "Its quaternion (w, x, y, z), normalised.")                                                  \
+    X("manufactured.angles", 3, manufactured.angles, EXACT, EVERYWHERE, ANY, SCALAR, WORLD, "rad", \
+      NOTHING, NULL,                                                                               \
+      "Or three angles a, b, c about body axes 1, 2, 3 in turn: q = q1(a) q2(b) q3(c).")
+/* clang-format on */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
