@@ -123,8 +123,15 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
  * the rows that vanish: r[2], rotation, N[2], m[1]. */
 int rod_network_outputs(const scene *scene);
 
-/* Of these, for the rotation: a quaternion [4], a rotation vector [3]; planar an angle [1]. */
-int rod_rotation_outputs(const scene *scene);
+/* How the network's numbers for the rotation become one. */
+typedef struct rod_head {
+    const char *name; /* "q[4] quaternion" */
+    int outputs;
+    bool counts_on; /* they turn the rod on from the lift, by so much; else they are added to it */
+} rod_head;
+
+/* A quaternion or a rotation vector as the scene says; planar an angle. */
+const rod_head *rod_head_of(const scene *scene);
 
 /* The coordinates of a scene: s, and t in motion, with the scene's windows. */
 domain rod_domain_of(const scene *scene);

@@ -3,18 +3,22 @@
 #include "physics/relay.h"
 #include "physics/rod_internal.h"
 
-int rod_rotation_outputs(const scene *rod_scene)
+/* Of a quaternion's four numbers only the direction counts: their free length leaves J^T J without
+ * full rank and Gauss-Newton with linear convergence. A rotation vector and an angle have none; but
+ * at a full turn a vector turns the rod about one axis only. */
+static const rod_head angle_head = {"theta[1] angle", 1, true};
+static const rod_head heads[] = {[SCENE_QUATERNION] = {"q[4] quaternion", 4, false},
+                                 [SCENE_VECTOR] = {"theta[3] rotation vector", 3, true}};
+
+const rod_head *rod_head_of(const scene *rod_scene)
 {
-    if (rod_plane_of(rod_scene).is_planar) {
-        return 1;
-    }
-    return rod_scene->rotation == SCENE_VECTOR ? 3 : 4;
+    return rod_plane_of(rod_scene).is_planar ? &angle_head : &heads[rod_scene->rotation];
 }
 
 int rod_network_outputs(const scene *rod_scene)
 {
     rod_plane plane = rod_plane_of(rod_scene);
-    int vector = rod_vector_rows(&plane), pose = vector + rod_rotation_outputs(rod_scene);
+    int vector = rod_vector_rows(&plane), pose = vector + rod_head_of(rod_scene)->outputs;
     return rod_scene->formulation == SCENE_MIXED ? pose + vector + rod_axial_rows(&plane) : pose;
 }
 
@@ -23,7 +27,7 @@ int rod_network_outputs(const scene *rod_scene)
 static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
 {
     int vector = rod_vector_rows(&rod->plane), axial = rod_axial_rows(&rod->plane);
-    int turn = rod_rotation_outputs(rod->scene), pose = vector + turn;
+    int turn = rod_head_of(rod->scene)->outputs, pose = vector + turn;
     rod_state raw = {.position = rod_vector_of(rod, ad_slice(outputs, 0, vector)),
                      .rotation = ad_slice(outputs, vector, turn)};
     if (rod->scene->formulation == SCENE_MIXED) {
@@ -117,8 +121,8 @@ int rod_going_degree(const scene *rod_scene, const double *state)
 {
     enum { LOW = 6 };
     static const double near = 0.01; /* far above what networks miss */
-    bool counts = rod_rotation_outputs(rod_scene) < 4;
-    double misfit = counts ? relay_misfit(state, ROD_STATE_ROWS, 3, 4, LOW) : 0;
+    double misfit =
+        rod_head_of(rod_scene)->counts_on ? relay_misfit(state, ROD_STATE_ROWS, 3, 4, LOW) : 0;
     return misfit > near ? RELAY_DEGREE : LOW;
 }
 
@@ -200,14 +204,11 @@ static ad_value rod_turned(const rod_context *rod, ad_value from, ad_value turn)
     return ad_quaternion_multiply(ad_normalize(from), rod_rotation_by(rod, turn));
 }
 
-/* The same, and then by what the network says. Of a quaternion's four numbers only the direction
- * counts: their free length leaves J^T J without full rank and Gauss-Newton with linear
- * convergence. A rotation vector and an angle have none; but at a full turn a vector turns the rod
- * about one axis only. */
+/* The same, and then by what the network says. */
 static ad_value rod_turned_on(const rod_context *rod, ad_value from, ad_value turn,
                               ad_value network)
 {
-    if (rod_rotation_outputs(rod->scene) == 4) {
+    if (!rod_head_of(rod->scene)->counts_on) {
         return rod_turned(rod, from, ad_add(turn, network));
     }
     return ad_quaternion_multiply(rod_turned(rod, from, turn), rod_rotation_by(rod, network));

@@ -272,11 +272,8 @@ static void print_form(FILE *file, const scene *scene)
         fprintf(file, "w deflection%s%s", beam_network_outputs(scene) > 1 ? ", psi rotation" : "",
                 mixed ? ", V shear, M moment" : "");
     } else {
-        static const char *const rotations[] = {"theta[1] angle", "", "theta[3] rotation vector",
-                                                "q[4] quaternion"};
         bool planar = rod_plane_of(scene).is_planar;
-        fprintf(file, "r[%d] position, %s", planar ? 2 : 3,
-                rotations[rod_rotation_outputs(scene) - 1]);
+        fprintf(file, "r[%d] position, %s", planar ? 2 : 3, rod_head_of(scene)->name);
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
         }
