@@ -7,15 +7,14 @@
 /* What is asked for: a column of the model, differentiated. */
 typedef struct evaluator_column {
     char name[EVALUATOR_NAME_MAX], unit[32];
-    int column;     /* of the model */
-    int by_s, by_t; /* orders */
-    double to_si;   /* of the derivatives, which are by dimensionless s and t */
+    int column;                         /* of the model */
+    int orders[DOMAIN_COORDINATES_MAX]; /* of differentiation */
+    double to_si;                       /* of the derivatives, which are by dimensionless s and t */
 } evaluator_column;
 
 struct evaluator {
     bool dynamic;
     int windows, columns;
-    double length, time;
     evaluator_column column[EVALUATOR_COLUMNS_MAX];
     domain domain;
     ad_pool *pool;
@@ -30,7 +29,7 @@ struct evaluator {
 
 /* ---- names --------------------------------------------------------------------------------- */
 
-static int find_column(const scene_physics *model, const char *name, size_t length)
+static int find_column(const physics_model *model, const char *name, size_t length)
 {
     for (int i = 0; i < model->column_count; i++) {
         if (strlen(model->columns[i].name) == length &&
@@ -42,23 +41,27 @@ static int find_column(const scene_physics *model, const char *name, size_t leng
 }
 
 /* "m s^-2": the unit of a derivative. */
-static void write_unit(const evaluator_column *c, const char *unit, char text[32])
+static void write_unit(const evaluator *e, evaluator_column *c, const char *unit)
 {
-    char by_s[16] = "", by_t[16] = "";
-    bool per_length = c->by_s > 0, per_time = c->by_t > 0;
-    if (per_length) {
-        snprintf(by_s, sizeof by_s, "m^-%d", c->by_s);
+    int used = 0, length = 0;
+    bool differentiated = false;
+    for (int i = 0; i < e->domain.count; i++) {
+        differentiated = differentiated || c->orders[i] > 0;
     }
-    if (per_time) {
-        snprintf(by_t, sizeof by_t, "s^-%d", c->by_t);
+    if (*unit || !differentiated) {
+        length = snprintf(c->unit, sizeof c->unit, "%s", unit);
+        used = *unit != '\0';
     }
-    bool plain = *unit == '\0' && (per_length || per_time);
-    snprintf(text, 32, "%s%s%s%s%s", plain ? "" : unit, !plain && per_length ? " " : "", by_s,
-             per_time && (!plain || per_length) ? " " : "", by_t);
+    for (int i = 0; i < e->domain.count && length < (int)sizeof c->unit; i++) {
+        if (c->orders[i] > 0 && *e->domain.coordinates[i].unit) {
+            length += snprintf(c->unit + length, sizeof c->unit - (size_t)length, "%s%s^-%d",
+                               used++ ? " " : "", e->domain.coordinates[i].unit, c->orders[i]);
+        }
+    }
 }
 
-static ad_status add_column(evaluator *e, const scene_physics *model, int column, int by_s,
-                            int by_t, ad_error *error)
+static ad_status add_column(evaluator *e, const physics_model *model, int column, const int *orders,
+                            ad_error *error)
 {
     if (e->columns == EVALUATOR_COLUMNS_MAX) {
         return ad_fail(error, AD_BAD_ARGUMENT, "more than %d columns are asked for",
@@ -70,19 +73,22 @@ static ad_status add_column(evaluator *e, const scene_physics *model, int column
                        model->columns[column].name);
     }
     evaluator_column *c = &e->column[e->columns++];
-    *c = (evaluator_column){.column = column, .by_s = by_s, .by_t = by_t, .to_si = 1};
-    int length = snprintf(c->name, sizeof c->name, "%s%s", model->columns[column].name,
-                          by_s + by_t ? "_" : "");
-    for (int i = 0; i < by_s + by_t && length + 1 < EVALUATOR_NAME_MAX; i++) {
-        c->name[length++] = i < by_s ? 's' : 't';
-        c->name[length] = '\0';
-        c->to_si /= i < by_s ? e->length : e->time;
+    *c = (evaluator_column){.column = column, .to_si = 1};
+    int length = snprintf(c->name, sizeof c->name, "%s", model->columns[column].name);
+    for (int i = 0, first = 1; i < e->domain.count; i++) {
+        const domain_coordinate *by = &e->domain.coordinates[i];
+        c->orders[i] = orders[i];
+        for (int k = 0; k < orders[i] && length + 2 < EVALUATOR_NAME_MAX; k++, first = 0) {
+            length += snprintf(c->name + length, sizeof c->name - (size_t)length, "%s%s",
+                               first ? "_" : "", by->name);
+            c->to_si /= by->scale;
+        }
     }
-    write_unit(c, model->columns[column].unit, c->unit);
+    write_unit(e, c, model->columns[column].unit);
     return AD_OK;
 }
 
-static ad_status refuse_name(const scene_physics *model, const char *name, size_t length,
+static ad_status refuse_name(const physics_model *model, const char *name, size_t length,
                              ad_error *error)
 {
     char known[300] = "";
@@ -98,53 +104,64 @@ static ad_status refuse_name(const scene_physics *model, const char *name, size_
                    model->columns[0].name);
 }
 
+/* What stands behind the underscore, coordinates of one letter; false: something else. */
+static bool read_orders(const evaluator *e, const char *letters, size_t length, int *orders)
+{
+    int sum = 0;
+    for (size_t k = 0; k < length; k++) {
+        const char name[2] = {letters[k], '\0'};
+        int coordinate = domain_find(&e->domain, name);
+        if (coordinate < 0) {
+            return false;
+        }
+        orders[coordinate]++;
+        sum++;
+    }
+    return sum > 0 && sum <= EVALUATOR_ORDER_MAX;
+}
+
 /* One name of `length` characters: the longest part of it that is a column or a group of columns is
  * one, what follows its underscore are derivatives. */
-static ad_status add_name(evaluator *e, const scene_physics *model, const char *name, size_t length,
+static ad_status add_name(evaluator *e, const physics_model *model, const char *name, size_t length,
                           ad_error *error)
 {
-    size_t stem = length;
-    int by_s = 0, by_t = 0, first = find_column(model, name, length), count = 1;
+    int orders[DOMAIN_COORDINATES_MAX] = {0}, first = find_column(model, name, length), count = 1;
     if (first < 0) {
-        for (stem = 0; stem < length && name[stem] != '_'; stem++) {
-        }
-        for (size_t i = stem + 1; i < length; i++) {
-            by_s += name[i] == 's';
-            by_t += name[i] == 't';
-        }
-        bool letters = stem == length || (size_t)(by_s + by_t) == length - stem - 1;
-        bool some = stem == length || by_s + by_t > 0;
-        first = letters && some && by_s + by_t <= EVALUATOR_ORDER_MAX
-                    ? find_column(model, name, stem)
-                    : -1;
-        if (letters && some && first < 0 && stem == 1 && model->rotation_columns > 1 &&
+        const char *underscore = memchr(name, '_', length);
+        size_t stem = underscore ? (size_t)(underscore - name) : length;
+        first = find_column(model, name, stem);
+        if (first < 0 && stem == 1 && model->rotation_columns > 1 &&
             (name[0] == 'r' || name[0] == 'q')) {
             first = name[0] == 'r' ? 0 : model->position_columns;
             count = name[0] == 'r' ? model->position_columns : model->rotation_columns;
         }
+        if (underscore && first >= 0 && !e->dynamic && memchr(underscore, 't', length - stem)) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "%.*s is a derivative by time, and this scene is at rest", (int)length,
+                           name);
+        }
+        if (underscore && !read_orders(e, underscore + 1, length - stem - 1, orders)) {
+            first = -1;
+        }
     }
-    if (first < 0 || by_s + by_t > EVALUATOR_ORDER_MAX) {
+    if (first < 0) {
         return refuse_name(model, name, length, error);
-    }
-    if (by_t > 0 && !e->dynamic) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "%.*s is a derivative by time, and this scene is at rest", (int)length,
-                       name);
     }
     ad_status status = AD_OK;
     for (int i = 0; i < count && status == AD_OK; i++) {
-        status = add_column(e, model, first + i, by_s, by_t, error);
+        status = add_column(e, model, first + i, orders, error);
     }
     return status;
 }
 
-static ad_status read_names(evaluator *e, const scene_physics *model, const char *names,
+static ad_status read_names(evaluator *e, const physics_model *model, const char *names,
                             ad_error *error)
 {
     ad_status status = AD_OK;
     for (int i = 0; !names && status == AD_OK && i < model->column_count; i++) {
         if (e->dynamic || !model->columns[i].of_motion) {
-            status = add_column(e, model, i, 0, 0, error);
+            const int none[DOMAIN_COORDINATES_MAX] = {0};
+            status = add_column(e, model, i, none, error);
         }
     }
     while (names && *names && status == AD_OK) {
@@ -161,10 +178,12 @@ static ad_status read_names(evaluator *e, const scene_physics *model, const char
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_value differentiated(const evaluator_column *c, ad_value y, ad_value s, ad_value t)
+static ad_value differentiated(const evaluator *e, const evaluator_column *c, ad_value y,
+                               const domain_place *at)
 {
-    y = c->by_s ? ad_derivative(y, s, c->by_s) : y;
-    y = c->by_t ? ad_derivative(y, t, c->by_t) : y;
+    for (int i = 0; i < e->domain.count; i++) {
+        y = c->orders[i] ? ad_derivative(y, at->x[i], c->orders[i]) : y;
+    }
     return ad_scale(y, c->to_si);
 }
 
@@ -183,7 +202,7 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
     physics->ansatz(physics, &at, outputs, fields);
     physics->observe(physics, &at, fields, observed);
     for (int i = 0; i < e->columns; i++) {
-        values[i] = differentiated(&e->column[i], observed[e->column[i].column], at.x[0], at.x[1]);
+        values[i] = differentiated(e, &e->column[i], observed[e->column[i].column], &at);
         e->is_uniform[later][i] = ad_extent_of(values[i]) == AD_UNIFORM;
     }
     ad_status status = ad_compile(e->columns, values, NULL, e->pool, &e->programs[later], error);
@@ -194,11 +213,15 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
 enum { CHUNK = 128 }; /* points of one window at a time, on the stack */
 
 /* `count` points of one window; column c goes to values + c * stride. */
-static ad_status evaluate_run(evaluator *e, int index, size_t count, const double *s,
-                              const double *t, double *values, size_t stride, ad_error *error)
+static ad_status evaluate_run(evaluator *e, int index, size_t count,
+                              double at[DOMAIN_COORDINATES_MAX][CHUNK], double *values,
+                              size_t stride, ad_error *error)
 {
     double *outputs[EVALUATOR_COLUMNS_MAX];
-    const double *inputs[2] = {s, t}, *uniforms[DOMAIN_UNIFORMS_MAX];
+    const double *inputs[DOMAIN_COORDINATES_MAX], *uniforms[DOMAIN_UNIFORMS_MAX];
+    for (int i = 0; i < e->domain.count; i++) {
+        inputs[i] = at[i];
+    }
     double begin = domain_window_time(&e->domain, index);
     const domain_setting setting = {{begin, domain_window_time(&e->domain, index + 1) - begin},
                                     e->starts + (size_t)index * e->numbers,
@@ -225,10 +248,11 @@ static ad_status evaluate_run(evaluator *e, int index, size_t count, const doubl
 /* What a program allocates when it first runs, it allocates here. */
 static ad_status warm_up(evaluator *e, ad_error *error)
 {
-    double zero[CHUNK] = {0}, *values = malloc(CHUNK * (size_t)e->columns * sizeof *values);
+    double zero[DOMAIN_COORDINATES_MAX][CHUNK] = {{0}},
+           *values = malloc(CHUNK * (size_t)e->columns * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     for (int i = 0; i < 2 && i < e->windows && status == AD_OK; i++) {
-        status = evaluate_run(e, i, CHUNK, zero, zero, values, CHUNK, error);
+        status = evaluate_run(e, i, CHUNK, zero, values, CHUNK, error);
     }
     free(values);
     return status;
@@ -238,7 +262,7 @@ static ad_status make(evaluator *e, const evaluator_model *model, const char *na
                       ad_error *error)
 {
     size_t windows = (size_t)model->windows, numbers = nn_mlp_parameters(model->mlp);
-    ad_status status = read_names(e, scene_physics_of(&model->physics->scene), names, error);
+    ad_status status = read_names(e, model->physics, names, error);
     if (status != AD_OK) {
         return status;
     }
@@ -272,8 +296,6 @@ ad_status evaluator_create(const evaluator_model *model, const char *names, eval
     e->domain = *d;
     e->dynamic = d->time >= 0;
     e->windows = model->windows;
-    e->length = d->coordinates[0].scale;
-    e->time = e->dynamic ? d->coordinates[d->time].scale : 1;
     e->numbers = relay_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
     ad_status status = make(e, model, names, error);
@@ -322,26 +344,34 @@ static int window_at(const evaluator *e, double t)
 }
 
 /* Points that follow one another in the same window are computed at once. */
-ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
-                             double *values, ad_error *error)
+ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
+                                double *values, ad_error *error)
 {
-    double at_s[CHUNK], at_t[CHUNK];
+    double scaled[DOMAIN_COORDINATES_MAX][CHUNK];
+    const domain *d = &e->domain;
     ad_status status = AD_OK;
     for (size_t begin = 0; begin < points && status == AD_OK;) {
         size_t count = 0;
         int index = 0;
         while (count < CHUNK && begin + count < points) {
-            double now = e->dynamic ? t[begin + count] / e->time : 0;
-            int window = e->windows > 1 ? window_at(e, now) : 0;
+            for (int i = 0; i < d->count; i++) {
+                scaled[i][count] = at[i][begin + count] / d->coordinates[i].scale;
+            }
+            int window = e->windows > 1 ? window_at(e, scaled[d->time][count]) : 0;
             if (count > 0 && window != index) {
                 break;
             }
             index = window;
-            at_s[count] = s[begin + count] / e->length;
-            at_t[count++] = now;
+            count++;
         }
-        status = evaluate_run(e, index, count, at_s, at_t, values + begin, points, error);
+        status = evaluate_run(e, index, count, scaled, values + begin, points, error);
         begin += count;
     }
     return status;
+}
+
+ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
+                             double *values, ad_error *error)
+{
+    return evaluator_evaluate_at(e, points, (const double *const[]){s, t}, values, error);
 }

@@ -44,6 +44,10 @@ const char *evaluator_column_unit(const evaluator *e, int column); /* "m", "N m 
 ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
                              double *values, ad_error *error);
 
+/* The same of any model: at[coordinates of its domain][points], in their units of the SI. */
+ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
+                                double *values, ad_error *error);
+
 #ifdef __cplusplus
 }
 #endif

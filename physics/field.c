@@ -1,7 +1,6 @@
 #include "physics/field.h"
 #include "physics/relay.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 
 typedef struct field_program {
@@ -19,7 +18,6 @@ struct field {
     field_program programs[2]; /* of the first window, of a later one; made when a point asks */
     ad_pool *pool;
     int columns;
-    char names[MODEL_COLUMNS_MAX][16];
     double *points; /* [coordinates][capacity], dimensionless */
     size_t capacity;
     int *windows;   /* [capacity], of each point */
@@ -28,17 +26,7 @@ struct field {
 
 const char *field_column_name(const field *f, int column)
 {
-    return column >= 0 && column < f->columns ? f->names[column] : "";
-}
-
-/* The fields themselves, of a model that does not say what is observed. */
-static void observe_fields(const physics_model *m, const ad_value *fields, ad_value *values)
-{
-    for (int i = 0; i < m->field_count; i++) {
-        for (int row = 0; row < m->field_rows[i]; row++) {
-            *values++ = ad_row(fields[i], row);
-        }
-    }
+    return column >= 0 && column < f->columns ? f->model->columns[column].name : "";
 }
 
 static ad_status build(field *f, int window, field_program *made, ad_error *error)
@@ -50,36 +38,13 @@ static ad_status build(field *f, int window, field_program *made, ad_error *erro
     }
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX];
     domain_place at = model_record(m, window, f->mlp, tape, fields);
-    if (m->observe) {
-        m->observe(m, &at, fields, observed);
-    } else {
-        observe_fields(m, fields, observed);
-    }
+    m->observe(m, &at, fields, observed);
     for (int i = 0; i < f->columns; i++) {
         made->is_uniform[i] = ad_extent_of(observed[i]) == AD_UNIFORM;
     }
     ad_status status = ad_compile(f->columns, observed, NULL, f->pool, &made->program, error);
     ad_tape_free(tape);
     return status;
-}
-
-static void name_columns(field *f)
-{
-    const physics_model *m = f->model;
-    int count = 0;
-    for (int i = 0; i < f->columns && m->observe; i++) {
-        snprintf(f->names[i], sizeof f->names[i], "%s", m->columns[i].name);
-    }
-    for (int i = 0; i < m->field_count && !m->observe; i++) {
-        for (int row = 0; row < m->field_rows[i]; row++) {
-            char number[12] = "";
-            if (m->field_rows[i] > 1) {
-                snprintf(number, sizeof number, "%d", row + 1);
-            }
-            snprintf(f->names[count], sizeof f->names[count], "%s%s", m->symbols[i], number);
-            count++;
-        }
-    }
 }
 
 ad_status field_create(const physics_model *m, const nn_mlp *mlp, bool pose_only, ad_pool *pool,
@@ -92,7 +57,6 @@ ad_status field_create(const physics_model *m, const nn_mlp *mlp, bool pose_only
     }
     *f = (field){.model = m, .mlp = mlp, .pool = pool, .load_factor = 1};
     f->columns = pose_only ? m->position_columns + m->rotation_columns : model_columns(m);
-    name_columns(f);
     ad_status status = build(f, 0, &f->programs[0], error); /* at once: an error should show here */
     if (status != AD_OK) {
         field_free(f);

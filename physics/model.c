@@ -260,6 +260,17 @@ static void outputs_as_fields(const physics_model *m, const domain_place *at, ad
     }
 }
 
+static void fields_as_columns(const physics_model *m, const domain_place *at,
+                              const ad_value *fields, ad_value *values)
+{
+    (void)at;
+    for (int i = 0; i < m->field_count; i++) {
+        for (int row = 0; row < m->field_rows[i]; row++) {
+            *values++ = ad_row(fields[i], row);
+        }
+    }
+}
+
 physics_model *model_create(void)
 {
     physics_model *m = calloc(1, sizeof *m);
@@ -267,6 +278,8 @@ physics_model *model_create(void)
         m->domain.time = -1;
         m->domain.windows = 1;
         m->ansatz = outputs_as_fields;
+        m->observe = fields_as_columns;
+        m->columns = m->own_columns;
         m->error = (ad_error){AD_OK, ""};
         scene_defaults(&m->scene);
     }
@@ -323,13 +336,22 @@ int model_add_field(physics_model *m, const char *symbol, int rows)
 {
     int next = m->field_count;
     if (next == MODEL_FIELDS_MAX || !is_name(symbol, sizeof m->symbols[0]) || rows < 1 ||
-        m->has_scene) {
+        rows > MODEL_COLUMNS_MAX - m->column_count || m->has_scene) {
         return refuse(
             m, "field", symbol,
-            "8 of 1 row at least, with symbols of 1 to 7 letters, of a model without scene");
+            "8, of 1 to 32 rows in all, with symbols of 1 to 7 letters, of a model without "
+            "scene");
     }
     snprintf(m->symbols[next], sizeof m->symbols[next], "%s", symbol);
     m->field_rows[next] = rows;
+    for (int row = 0; row < rows; row++) {
+        char number[12] = "", *name = m->own_names[m->column_count];
+        if (rows > 1) {
+            snprintf(number, sizeof number, "%d", row + 1);
+        }
+        snprintf(name, sizeof m->own_names[0], "%s%s", symbol, number);
+        m->own_columns[m->column_count++] = (model_column){.name = name, .unit = ""};
+    }
     m->outputs += rows;
     m->unknowns++;
     return m->field_count++;
@@ -427,5 +449,5 @@ int model_columns(const physics_model *m)
     while (count < m->column_count && (m->domain.time >= 0 || !m->columns[count].of_motion)) {
         count++;
     }
-    return m->observe ? count : m->outputs;
+    return count;
 }

@@ -94,8 +94,8 @@ struct physics_model {
     void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
                    ad_value *fields);
 
-    /* values [column_count], one row each; zeros for those of motion in a static scene. NULL: the
-     * fields themselves. */
+    /* values [column_count], one row each; zeros for those of motion in a static scene. Without a
+     * scene the rows of the fields are the columns. */
     void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
                     ad_value *values);
 
@@ -107,6 +107,8 @@ struct physics_model {
      * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
     int (*going_degree)(const physics_model *m, const double *state);
 
+    model_column own_columns[MODEL_COLUMNS_MAX]; /* without a scene; their names: */
+    char own_names[MODEL_COLUMNS_MAX][16];
     struct model_scene_term {
         const physics_model *owner;
         rod_residual_kind kind;

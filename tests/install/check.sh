@@ -39,6 +39,7 @@ done
 scene=$work/prefix/share/cpinn/configs/cantilever_dynamic.yaml
 "$work/cmake/outside" || fail "the program built with CMake failed"
 "$work/cmake/by_hand" || fail "the scene filled in by hand: status $?"
+"$work/cmake/own_physics" || fail "physics of one's own: status $?"
 "$work/cmake/from_file" "$scene" "$work/run" || fail "the scene file: status $?"
 if [ -x "$work/cmake/from_file_cpp" ]; then
     "$work/cmake/from_file_cpp" "$scene" "$work/run_cpp" || fail "the scene file from C++: status $?"

@@ -18,7 +18,8 @@ struct cpinn_model {
     char names[HISTORY_COLUMNS_MAX][NAME_MAX_]; /* of the history */
     int columns;
     size_t count;
-    double *rows; /* [count][columns] */
+    double *rows;        /* [count][columns] */
+    train_settings *own; /* of physics of one's own */
 };
 
 const char *cpinn_version(void)
@@ -32,6 +33,7 @@ void cpinn_free(cpinn_model *model)
         run_end(&model->folder);
         session_free(&model->s);
         free(model->rows);
+        free(model->own);
         free(model);
     }
 }
@@ -90,6 +92,20 @@ static ad_status keep_history(cpinn_model *model, ad_error *error)
     return AD_OK;
 }
 
+/* From the first step to the last. */
+static ad_status go_through(cpinn_model *model, ad_error *error)
+{
+    session *s = &model->s;
+    ad_status status = session_train(s, model->options.progress ? report_step : NULL, model, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(experiment_parameters(s->e), trainer_parameters(s->trainer),
+           s->e->count * sizeof(double));
+    trainer_verdict(s->trainer, &model->verdict);
+    return keep_history(model, error);
+}
+
 static ad_status train(cpinn_model *model, config *settings, ad_error *error)
 {
     const cpinn_options *o = &model->options;
@@ -99,16 +115,37 @@ static ad_status train(cpinn_model *model, config *settings, ad_error *error)
         status = run_name(&model->folder, o->folder, error);
         status = status == AD_OK ? session_begin(s, &model->folder, o->resume, error) : status;
     }
-    if (status == AD_OK) {
-        status = session_train(s, o->progress ? report_step : NULL, model, error);
+    return status == AD_OK ? go_through(model, error) : status;
+}
+
+static ad_status train_own(cpinn_model *model, physics_model *physics, ad_error *error)
+{
+    const train_origin nobody = {.context = NULL};
+    char key[TRAIN_KEY_MAX];
+    ad_error why;
+    session *s = &model->s;
+    if (model->options.folder) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "folder: a checkpoint holds a scene, and physics of one's own has none; "
+                       "allowed: NULL");
     }
+    ad_status status = model_check(physics, error);
     if (status != AD_OK) {
         return status;
     }
-    memcpy(experiment_parameters(s->e), trainer_parameters(s->trainer),
-           s->e->count * sizeof(double));
-    trainer_verdict(s->trainer, &model->verdict);
-    return keep_history(model, error);
+    if (physics->has_scene) { /* and so resolved before the model was made of it */
+        status = train_settings_check(model->own, &physics->scene, key, &why);
+    } else {
+        status = train_settings_resolve_model(model->own, physics, key, &why);
+        status =
+            status == AD_OK ? train_settings_check_model(model->own, physics, key, &why) : status;
+    }
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s: %s", key, why.message);
+    }
+    status = session_prepare_model(physics, model->own, &nobody, model->options.threads, s, error);
+    status = status == AD_OK ? session_start(s, error) : status;
+    return status == AD_OK ? go_through(model, error) : status;
 }
 
 static ad_status train_config(config *settings, const cpinn_options *options, cpinn_model **model,
@@ -141,6 +178,24 @@ ad_status cpinn_train_scene(const scene *rod_scene, const train_settings *settin
     *model = NULL;
     ad_status status = config_create(rod_scene, settings ? settings : &usual, &made, error);
     return status == AD_OK ? train_config(made, options, model, error) : status;
+}
+
+ad_status cpinn_train_physics(physics_model *physics, const train_settings *settings,
+                              const cpinn_options *options, cpinn_model **model, ad_error *error)
+{
+    cpinn_model *made;
+    *model = NULL;
+    ad_status status = make(&made, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    made->options = options ? *options : (cpinn_options){.threads = 0};
+    made->own = malloc(sizeof *made->own);
+    if (!made->own) {
+        return hand_over(made, ad_fail(error, AD_NO_MEMORY, "out of memory for settings"), model);
+    }
+    *made->own = settings ? *settings : train_settings_default();
+    return hand_over(made, train_own(made, physics, error), model);
 }
 
 ad_status cpinn_save(cpinn_model *model, const char *path, ad_error *error)

@@ -18,7 +18,8 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     train_settings *settings = e->settings;
     const scene *scene = e->scene;
     nn_rng rng = nn_rng_split(settings->seed, "network");
-    ad_status status = model_of_scene(scene, &settings->weights, &e->model, error);
+    ad_status status =
+        e->model ? AD_OK : model_of_scene(scene, &settings->weights, &e->model, error);
     if (status != AD_OK) {
         return status;
     }
@@ -52,9 +53,10 @@ static void free_origin(const train_origin *origin)
     }
 }
 
-ad_status experiment_create(const scene *rod_scene, train_settings *settings,
-                            const train_origin *origin, int threads, experiment **result,
-                            ad_error *error)
+/* own: NULL, for the model of the scene. */
+static ad_status create(const scene *rod_scene, physics_model *own, train_settings *settings,
+                        const train_origin *origin, int threads, experiment **result,
+                        ad_error *error)
 {
     *result = NULL;
     experiment *e = calloc(1, sizeof *e);
@@ -63,6 +65,8 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
         return ad_fail(error, AD_NO_MEMORY, "out of memory for an experiment");
     }
     e->scene = rod_scene;
+    e->model = own;
+    e->is_lent = own != NULL;
     e->settings = settings;
     e->origin = *origin;
     ad_status status = build(e, threads, error);
@@ -74,13 +78,29 @@ ad_status experiment_create(const scene *rod_scene, train_settings *settings,
     return AD_OK;
 }
 
+ad_status experiment_create(const scene *rod_scene, train_settings *settings,
+                            const train_origin *origin, int threads, experiment **result,
+                            ad_error *error)
+{
+    return create(rod_scene, NULL, settings, origin, threads, result, error);
+}
+
+ad_status experiment_of_model(physics_model *m, train_settings *settings,
+                              const train_origin *origin, int threads, experiment **result,
+                              ad_error *error)
+{
+    return create(&m->scene, m, settings, origin, threads, result, error);
+}
+
 void experiment_free(experiment *e)
 {
     if (e) {
         relay_free(e->relay);
         ad_pool_free(e->pool);
         nn_mlp_free(e->mlp);
-        model_free(e->model);
+        if (!e->is_lent) {
+            model_free(e->model);
+        }
         free_origin(&e->origin);
         free(e->parameters);
         free(e->starts);

@@ -49,7 +49,8 @@ typedef struct experiment {
     train_settings *settings;
     train_origin origin; /* owned */
     ad_pool *pool;
-    physics_model *model;
+    physics_model *model; /* owned, unless it was lent to experiment_of_model */
+    bool is_lent;
     nn_mlp *mlp;
     struct relay *relay; /* from window to window */
     double *parameters;  /* [windows][count]; the first window's are initialised from the seed */
@@ -66,6 +67,11 @@ typedef struct experiment {
 ad_status experiment_create(const scene *rod_scene, train_settings *settings,
                             const train_origin *origin, int threads, experiment **result,
                             ad_error *error);
+/* The same of a model that its owner has put together, of a scene with further terms or without
+ * one; borrowed. */
+ad_status experiment_of_model(physics_model *m, train_settings *settings,
+                              const train_origin *origin, int threads, experiment **result,
+                              ad_error *error);
 void experiment_free(experiment *e);
 
 /* The problem that its model and losses are, in the first window. */

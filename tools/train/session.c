@@ -2,17 +2,32 @@
 
 #include "tools/train/clock.h"
 
-ad_status session_prepare(const scene *rod_scene, train_settings *settings,
-                          const train_origin *origin, int threads, session *s, ad_error *error)
+static ad_status prepare(session *s, double before, ad_status status, ad_error *error)
 {
-    *s = (session){.e = NULL};
-    double before = train_seconds();
-    ad_status status = experiment_create(rod_scene, settings, origin, threads, &s->e, error);
     if (status == AD_OK) {
         status = experiment_problem(s->e, &s->problem, error);
     }
     s->prepared = train_seconds() - before;
     return status == AD_OK ? reference_create(s->e, &s->known, error) : status;
+}
+
+ad_status session_prepare(const scene *rod_scene, train_settings *settings,
+                          const train_origin *origin, int threads, session *s, ad_error *error)
+{
+    *s = (session){.e = NULL};
+    double before = train_seconds();
+    return prepare(s, before, experiment_create(rod_scene, settings, origin, threads, &s->e, error),
+                   error);
+}
+
+ad_status session_prepare_model(physics_model *m, train_settings *settings,
+                                const train_origin *origin, int threads, session *s,
+                                ad_error *error)
+{
+    *s = (session){.e = NULL};
+    double before = train_seconds();
+    return prepare(s, before, experiment_of_model(m, settings, origin, threads, &s->e, error),
+                   error);
 }
 
 ad_status session_start(session *s, ad_error *error)

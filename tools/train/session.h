@@ -26,6 +26,11 @@ typedef struct session {
 ad_status session_prepare(const scene *rod_scene, train_settings *settings,
                           const train_origin *origin, int threads, session *s, ad_error *error);
 
+/* The same of physics of one's own; see experiment_of_model. */
+ad_status session_prepare_model(physics_model *m, train_settings *settings,
+                                const train_origin *origin, int threads, session *s,
+                                ad_error *error);
+
 /* The trainer. Recording and compiling count as training; the reference, which only measures, does
  * not. */
 ad_status session_start(session *s, ad_error *error);

@@ -107,10 +107,20 @@ train_stage train_stage_default(void);
 ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                  char key[TRAIN_KEY_MAX], ad_error *error);
 
+/* The same for physics of one's own: waves and points by the number of coordinates, in one window,
+ * without a reference. fourier_wavenumber, in radians per unit of the SI, counts for every
+ * coordinate but time. */
+ad_status train_settings_resolve_model(train_settings *settings, const physics_model *m,
+                                       char key[TRAIN_KEY_MAX], ad_error *error);
+
 /* Whether settings contradict each other or the scene, and whether the reference is one of this
  * scene; both have to be resolved. Errors as above. */
 ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
                                char key[TRAIN_KEY_MAX], ad_error *error);
+
+/* The same for physics of one's own. */
+ad_status train_settings_check_model(const train_settings *settings, const physics_model *m,
+                                     char key[TRAIN_KEY_MAX], ad_error *error);
 
 bool train_names_reference(const train_settings *settings);
 

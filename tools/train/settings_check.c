@@ -296,6 +296,15 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
     return AD_OK;
 }
 
+static ad_status check_stages(const train_settings *settings, char *key, ad_error *error)
+{
+    ad_status status = check_weights(settings, key, error);
+    for (int i = 0; i < settings->stage_count && status == AD_OK; i++) {
+        status = check_stage(settings, i, key, error);
+    }
+    return status;
+}
+
 ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
                                char key[TRAIN_KEY_MAX], ad_error *error)
 {
@@ -318,9 +327,24 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
     }
-    ad_status status = check_weights(settings, key, error);
-    for (int i = 0; i < settings->stage_count && status == AD_OK; i++) {
-        status = check_stage(settings, i, key, error);
-    }
+    ad_status status = check_stages(settings, key, error);
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
+}
+
+ad_status train_settings_check_model(const train_settings *settings, const physics_model *m,
+                                     char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const char *problem = nn_mlp_settings_check(&settings->network);
+    if (problem) {
+        return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (train_names_reference(settings)) {
+        return train_refuse(key, "reference", error,
+                            "is of a scene; compare physics of one's own by the evaluator");
+    }
+    problem = problem_settings_check(&settings->losses, m);
+    if (problem) {
+        return train_refuse(key, "losses", error, "%s", problem);
+    }
+    return check_stages(settings, key, error);
 }

@@ -206,15 +206,17 @@ static ad_status resolve_grid(problem_points *points, int dimension, const char 
     return AD_OK;
 }
 
-static ad_status resolve_grids(problem_settings *losses, bool dynamic, char *key, ad_error *error)
+/* dimension: of all of the domain; faces have one less. */
+static ad_status resolve_grids(problem_settings *losses, int dimension, char *key, ad_error *error)
 {
+    int face = dimension - 1, first = face > 0 ? face : 1;
     ad_status status =
-        resolve_grid(&losses->interior, dynamic ? 2 : 1, "losses.interior.points", key, error);
+        resolve_grid(&losses->interior, dimension, "losses.interior.points", key, error);
     if (status == AD_OK) {
-        status = resolve_grid(&losses->boundary, dynamic, "losses.boundary.points", key, error);
+        status = resolve_grid(&losses->boundary, face, "losses.boundary.points", key, error);
     }
     if (status == AD_OK) {
-        status = resolve_grid(&losses->initial, 1, "losses.initial.points", key, error);
+        status = resolve_grid(&losses->initial, first, "losses.initial.points", key, error);
     }
     return status;
 }
@@ -224,8 +226,9 @@ static void resolve_count(int *points, int otherwise)
     *points = *points == 0 ? otherwise : *points;
 }
 
-static void resolve_points(train_settings *settings, bool dynamic)
+static void resolve_points(train_settings *settings, int dimension)
 {
+    bool dynamic = dimension > 1;
     const nn_mlp_settings *network = &settings->network;
     problem_settings *losses = &settings->losses;
     bool linear = network->hidden_count == 0;
@@ -247,13 +250,12 @@ static void resolve_points(train_settings *settings, bool dynamic)
  * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
  * and for beams, damping that follows this was measured to be better by many orders. For rods at
  * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
-static void resolve_stage(train_stage *stage, const scene *rod_scene, bool linear)
+static void resolve_stage(train_stage *stage, bool diagonal, bool linear)
 {
     const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
     optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
     optim_schedule *schedule = &stage->adam.schedule;
-    bool diagonal = linear && stage->linear_algebra != TRAIN_MATRIX_FREE &&
-                    (scene_is_dynamic(rod_scene) || scene_is_beam(rod_scene));
+    diagonal = diagonal && linear && stage->linear_algebra != TRAIN_MATRIX_FREE;
     if (isnan(gauss_newton->initial_damping)) {
         gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
     }
@@ -266,30 +268,90 @@ static void resolve_stage(train_stage *stage, const scene *rod_scene, bool linea
     }
 }
 
+static ad_status check_stage_count(const train_settings *settings, char *key, ad_error *error)
+{
+    if (settings->stage_count >= 1 && settings->stage_count <= TRAIN_STAGES_MAX) {
+        return AD_OK;
+    }
+    return train_refuse(key, "training.stages", error, "has %d stages; allowed: 1 to %d",
+                        settings->stage_count, TRAIN_STAGES_MAX);
+}
+
+/* What follows from the network. */
+static ad_status resolve_training(train_settings *settings, int dimension, bool diagonal, char *key,
+                                  ad_error *error)
+{
+    resolve_points(settings, dimension);
+    for (int i = 0; i < settings->stage_count; i++) {
+        resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+    }
+    if (settings->output_every == 0) {
+        bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
+        settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
+    }
+    return resolve_grids(&settings->losses, dimension, key, error);
+}
+
 ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                  char key[TRAIN_KEY_MAX], ad_error *error)
 {
     bool dynamic = scene_is_dynamic(rod_scene);
-    if (settings->stage_count < 1 || settings->stage_count > TRAIN_STAGES_MAX) {
-        return train_refuse(key, "training.stages", error, "has %d stages; allowed: 1 to %d",
-                            settings->stage_count, TRAIN_STAGES_MAX);
+    ad_status status = check_stage_count(settings, key, error);
+    if (status == AD_OK) {
+        status = resolve_network(settings, rod_scene, key, error);
     }
-    ad_status status = resolve_network(settings, rod_scene, key, error);
     if (status != AD_OK) {
         return status;
-    }
-    resolve_points(settings, dynamic);
-    for (int i = 0; i < settings->stage_count; i++) {
-        resolve_stage(&settings->stages[i], rod_scene, settings->network.hidden_count == 0);
-    }
-    if (settings->output_every == 0) {
-        bool few = begins_with_gauss_newton(settings) && rod_scene->windows == 1;
-        settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
     }
     if (settings->reference_tolerance == 0) {
         settings->reference_tolerance = !dynamic                         ? 1e-11
                                         : scene_locks_strains(rod_scene) ? 1e-4
                                                                          : 1e-8;
     }
-    return resolve_grids(&settings->losses, dynamic, key, error);
+    return resolve_training(settings, dynamic ? 2 : 1, dynamic || scene_is_beam(rod_scene), key,
+                            error);
+}
+
+/* ---- physics of one's own ------------------------------------------------------------------ */
+
+/* Waves as for a scene of as many coordinates, per half range. */
+static void resolve_waves(train_settings *settings, const domain *d)
+{
+    nn_mlp_settings *network = &settings->network;
+    double usual = d->count == 1 ? AT_REST : IN_MOTION, product = 1;
+    for (int i = 0; i < d->count; i++) {
+        const domain_coordinate *c = &d->coordinates[i];
+        double half = (c->high - c->low) * c->scale / 2;
+        double given = i == d->time ? settings->fourier_frequency : settings->fourier_wavenumber;
+        network->fourier_bandwidth[i] = isnan(given) ? usual : given * half;
+        product *= network->fourier_bandwidth[i];
+    }
+    if (is_open(network->fourier_features)) {
+        double count = d->count == 1 ? 2 * product : fmax(FEATURES_LEAST, 1.4 * product);
+        network->fourier_features =
+            network->hidden_count == 0 ? (int)fmin(FEATURES_MAX, ceil(count - 1e-9)) : 0;
+    }
+}
+
+ad_status train_settings_resolve_model(train_settings *settings, const physics_model *m,
+                                       char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    nn_mlp_settings *network = &settings->network;
+    ad_status status = check_stage_count(settings, key, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (is_open(network->hidden_count)) {
+        network->hidden_count =
+            begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
+    }
+    network->orthonormal = true;
+    settings->rotation = SCENE_QUATERNION; /* there is none */
+    settings->windows = 1;
+    resolve_waves(settings, &m->domain);
+    if (m->domain.count > SAMPLING_MAX_GRID_DIMENSION &&
+        is_open((int)settings->losses.interior.sampler)) {
+        settings->losses.interior.sampler = SAMPLING_SOBOL;
+    }
+    return resolve_training(settings, m->domain.count, true, key, error);
 }

@@ -83,7 +83,7 @@ void trainer_apply_loads(trainer *t)
 static ad_status start_loads(trainer *t, ad_error *error)
 {
     t->info.part = 1;
-    if (!train_takes_loads_in_parts(t->e->settings, t->e->scene)) {
+    if (!t->e->model->has_scene || !train_takes_loads_in_parts(t->e->settings, t->e->scene)) {
         return AD_OK;
     }
     bool gradual = scene_is_imperfect(t->e->scene);

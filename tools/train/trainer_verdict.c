@@ -9,15 +9,19 @@
 ad_status trainer_measure_size(trainer *t, ad_error *error)
 {
     const scene *rod_scene = t->e->scene;
-    rod_numbers n = rod_numbers_of(rod_scene);
-    double load = fmax(fmax(n.tip_force, n.tip_moment),
-                       fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
     double *nothing = calloc(t->e->count, sizeof *nothing), loss = 0;
     if (!nothing) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", t->e->count);
     }
     ad_status status = problem_held_out(t->problem, nothing, &loss, NULL, error);
     free(nothing);
+    if (!t->e->model->has_scene) {
+        t->size = loss > 0 && loss < 1 ? loss : 1;
+        return status;
+    }
+    rod_numbers n = rod_numbers_of(rod_scene);
+    double load = fmax(fmax(n.tip_force, n.tip_moment),
+                       fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
     t->size = size > 0 && size < 1 ? size : 1;
@@ -60,7 +64,7 @@ int trainer_unstable_modes(const trainer *t)
     ad_error ignored;
     int modes = -1;
     field *shape = NULL;
-    if (scene_is_dynamic(rod_scene)) {
+    if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
         return modes;
     }
     stability_points(rod_scene, s);
