@@ -67,12 +67,26 @@ static bool is_round(const solve_section *section)
            section->strain_stiffness[0] == section->strain_stiffness[1];
 }
 
-/* Largest loads at SAMPLES points, by the bending stiffness where the rod is softest: a force bends
- * over the length sqrt(EI/F), a distributed one over its cube root. */
+/* How much more what bends with so many powers of a lever does here than it does to a rod of the
+ * scales' stiffness: 1 where that does not vary. Levers reach from an end that nothing holds. */
+static double softness(const solve_rod *rod, const solve_section *sections, int power)
+{
+    bool start = rod->ends[0].holds_position, end = rod->ends[1].holds_position;
+    double bent = 0, total = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        const double *bends = sections[i].curvature_compliance;
+        double s = (double)i / (SAMPLES - 1), lever = start == end ? 1 : start ? 1 - s : s;
+        bent += pow(lever, power) * fmax(bends[0], bends[1]);
+        total += pow(lever, power);
+    }
+    return bent / total;
+}
+
+/* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
+ * its cube root. */
 static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
 {
     double s[SAMPLES], force = 0, moment = 0, spread = 0, couple = 0, rest_curvature = 0;
-    double softness = 0;
     int held = 0;
     bool straight = true, round = true;
     solve_section sections[SAMPLES];
@@ -94,8 +108,6 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         held += rod->ends[end].holds_position;
     }
     for (int i = 0; i < SAMPLES && status == AD_OK; i++) {
-        const double *bends = sections[i].curvature_compliance;
-        softness = fmax(softness, fmax(bends[0], bends[1]));
         round = round && is_round(&sections[i]);
         double sideways = hypot(rest[i].strain[0], rest[i].strain[1]);
         straight = straight && sideways == 0 && norm(rest[i].curvature) == 0 &&
@@ -104,18 +116,23 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         couple = fmax(couple, norm(load[i].moment) + norm(load[i].body_moment));
         rest_curvature = fmax(rest_curvature, norm(rest[i].curvature));
     }
-    double *loads[] = {&force, &moment, &spread, &couple};
-    for (int i = 0; i < 4; i++) {
-        *loads[i] *= softness;
+    if (status != AD_OK) {
+        return status;
     }
+    double soft[3] = {softness(rod, sections, 0), softness(rod, sections, 1),
+                      softness(rod, sections, 2)};
+    moment *= soft[0];
+    couple *= soft[0];
+    force *= soft[1];
+    spread *= soft[2];
     path->twists = round && straight && couple == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
-    double compression = softness * rod_numbers_of(&rod->scene).compression;
+    double compression = soft[1] * rod_numbers_of(&rod->scene).compression;
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->wavenumber = rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
-    return status;
+    return AD_OK;
 }
 
 static ad_status shape_path(const solve_rod *rod, const solve_settings *settings, path_shape *path,
