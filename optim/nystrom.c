@@ -86,7 +86,8 @@ optim_nystrom *optim_nystrom_create(size_t count, size_t rank, const double *ran
 /* ---- a new A ---- */
 
 /* Rows of u, A Q, become rows of B. A direction that A hardly sees beside the others is left out:
- * where rounding stands for its part of A Q. */
+ * where rounding stands for its part of A Q. So this factor of a matrix of at most some 80 rows is
+ * not that of a dense library: a pivot lost in rounding is taken as 0, where others give up. */
 static void divide_by_factor(optim_nystrom *n)
 {
     const size_t rank = n->rank;
