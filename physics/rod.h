@@ -88,7 +88,7 @@ enum { ROD_TERM_MAX = 24 };
 /* The angular frequency of the first bending mode of the cantilever, 1/s, in motion. */
 double rod_first_frequency(const scene *scene);
 
-/* The row of drag, of rods and beams. */
+/* The row of linear drag, of rods and beams. */
 rod_term rod_drag_term(const scene *scene);
 
 /* Fill terms [ROD_TERM_MAX], return how many; static texts. */

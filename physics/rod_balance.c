@@ -104,8 +104,6 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         quantity pull = quantity_multiply(properties->mass_per_length, given->loads.gravity[i]);
         weight[i] = quantity_scale(pull, length);
     }
-    quantity drag =
-        quantity_scale(quantity_scale(quantity_scale(given->loads.drag, length), length), rate);
     const double straight[3] = {0, 0, 1};
     ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
     return (rod_coefficients){
@@ -120,7 +118,6 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .mass = rod_mass(rod),
         .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
         .weight = ad_mul(rod->at.load_factor, rod_from_world(rod, pull)),
-        .drag = rod_record_ratio(rod, ROD_DIVIDE, drag, force),
         .rest_strain = rod_quantities(rod, 3, given->rod.rest_strain, straight, 1, rod->s, rod->t),
         .rest_curvature = rod_rest_curvature(rod)};
 }
@@ -190,12 +187,14 @@ static ad_value rod_distributed(const rod_context *rod, const quantity *given, d
 
 ad_value rod_resistance(const rod_context *rod, ad_value velocity)
 {
-    const rod_scales *scale = &rod->scales;
-    double speed = rod->dynamic ? scale->length / scale->time : 0;
-    quantity given = quantity_or(rod->scene->loads.quadratic_drag, quantity_number(0));
-    quantity drag = quantity_scale(given, speed * speed * scale->length);
-    ad_value factor = rod_record_ratio(rod, ROD_DIVIDE, drag, scale->force);
-    return ad_mul(factor, ad_mul(ad_norm(velocity), velocity));
+    const scene_loads *given = &rod->scene->loads;
+    double length = rod->scales.length, speed = rod->dynamic ? length / rod->scales.time : 0;
+    double force = rod->scales.force;
+    quantity linear = quantity_scale(given->drag, speed * length);
+    quantity quadratic = quantity_scale(given->quadratic_drag, speed * speed * length);
+    ad_value drag = ad_mul(rod_record_ratio(rod, ROD_DIVIDE, linear, force), velocity);
+    ad_value fast = ad_mul(ad_norm(velocity), velocity);
+    return ad_add(drag, ad_mul(rod_record_ratio(rod, ROD_DIVIDE, quadratic, force), fast));
 }
 
 /* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag. */
@@ -206,8 +205,7 @@ ad_value rod_force_balance(const rod_context *rod, rod_state state)
     ad_value load =
         rod_distributed(rod, rod->scene->loads.force, rod->scales.force / rod->scales.length,
                         state.rotation, rod_from_world);
-    ad_value drag = ad_add(ad_mul(c.drag, k.velocity), rod_resistance(rod, k.velocity));
-    ad_value outside = ad_sub(ad_add(load, c.weight), drag);
+    ad_value outside = ad_sub(ad_add(load, c.weight), rod_resistance(rod, k.velocity));
     ad_value inertia = ad_mul(c.mass, k.acceleration);
     return ad_sub(ad_add(rod_space_derivative(rod, state.force), outside), inertia);
 }

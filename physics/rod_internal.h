@@ -37,7 +37,6 @@ typedef struct rod_coefficients {
     ad_value mass;                 /* rhoA over its mean, static: 0 */
     ad_value rotary_inertia;       /* [3] rhoJ */
     ad_value weight;               /* [3] rhoA g */
-    ad_value drag;                 /* c */
     ad_value rest_strain;          /* [3] v* */
     ad_value rest_curvature;       /* [3] u* */
 } rod_coefficients;
@@ -137,8 +136,7 @@ ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
 /* Force per length, in the frame of the equations, with which what surrounds the rod resists its
- * velocity beyond the drag that is linear in it; 0 at rest. The classical solver evaluates it too.
- */
+ * velocity: every law of the velocity in one sum, which the classical solver evaluates too. */
 ad_value rod_resistance(const rod_context *rod, ad_value velocity);
 /* Left sides minus right sides of the two balance laws, without a manufactured load. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state);

@@ -93,6 +93,16 @@ rod_term rod_drag_term(const scene *rod_scene)
     return resisting(rod_scene, row, rod_scene->loads.drag);
 }
 
+/* As linear drag at the velocity of that mode where its amplitude is the length. */
+static rod_term quadratic_drag_term(const scene *rod_scene)
+{
+    const rod_term row = {
+        .name = "quadratic drag", .key = "loads.quadratic_drag", .formula = "c L/(2 rhoA)"};
+    bool moves = scene_is_dynamic(rod_scene);
+    double speed = moves ? rod_first_frequency(rod_scene) * scene_length(rod_scene) : 0;
+    return resisting(rod_scene, row, quantity_scale(rod_scene->loads.quadratic_drag, speed));
+}
+
 static void terms_of_time(const scene *rod_scene, term_list *list)
 {
     scene_properties properties = scene_properties_of(rod_scene);
@@ -113,8 +123,7 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
     term_add(list, "curvature damping",
              still ? still : reason_if(are_zero(properties.curvature_damping), "not given", NULL));
     list->terms[list->count++] = rod_drag_term(rod_scene);
-    bool linear = is_only(rod_scene->loads.quadratic_drag, 0);
-    term_add(list, "quadratic drag", still ? still : reason_if(linear, "not given", NULL));
+    list->terms[list->count++] = quadratic_drag_term(rod_scene);
 }
 
 static const char *load_reason(scene_end_type type, const scene_load *load)

@@ -39,6 +39,9 @@ static const refusal beam_refusals[] = {
     {BEAM "loads: {force: [0, 1, 0]}\n", NULL,
      "scene.yaml:5:16: loads.force: acts on a rod in space; a beam has beam.force, beam.moment, "
      "beam.base, beam.tip and loads.drag"},
+    {BEAM "loads: {quadratic_drag: 1}\n", NULL,
+     "scene.yaml:5:25: loads.quadratic_drag: acts on a rod in space; a beam has beam.force, "
+     "beam.moment, beam.base, beam.tip and loads.drag"},
     {BEAM "loads: {tip: {force: [0, 1, 0]}}\n", NULL,
      "scene.yaml:5:14: loads.tip: acts on a rod in space; a beam has beam.force, beam.moment, "
      "beam.base, beam.tip and loads.drag"},

@@ -363,6 +363,9 @@ static const refusal scene_refusals[] = {
     {BASE, "loads.tip.force=[1e20, 0, 0]",
      "--set loads.tip.force=[1e20, 0, 0]: loads.tip.force: F L^2/EI is 1e+20, beyond what can be "
      "computed with; allowed: 0 to 1e+12"},
+    {DYNAMIC, "loads.quadratic_drag=1e300",
+     "--set loads.quadratic_drag=1e300: loads.quadratic_drag: damping of the first bending mode is "
+     "5e+299, beyond what can be computed with; allowed: 0 to 1e+12"},
     {DYNAMIC, "time.duration=1e-20",
      "--set time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
      "long, beyond what can be computed with; allowed: 1e-12 to 1e+12"},

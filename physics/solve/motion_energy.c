@@ -16,9 +16,8 @@ static double holding_power(const motion *m, int end)
     const double *inertia = section->rotary_inertia, *w = now->spin;
     double power = 0;
     for (int k = 0; k < 3; k++) {
-        double mass = m->weight[i] * section->mass, drag = m->weight[i] * section->drag;
-        double force =
-            mass * now->acceleration[k] + drag * now->velocity[k] - m->force[i][k] - m->push[i][k];
+        double mass = m->weight[i] * section->mass;
+        double force = mass * now->acceleration[k] - m->force[i][k] - m->push[i][k];
         double moment =
             m->weight[i] * inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
         power += given->holds_position ? force * now->velocity[k] : 0;
@@ -102,7 +101,6 @@ motion_power motion_power_of(motion *m, const double *state)
         double resisted = m->weight[i] * vector_dot(m->resistance[i], V); /* part of the push */
         power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w) + resisted;
         power.dissipation += resisted;
-        power.dissipation += m->weight[i] * m->materials[i].section.drag * vector_dot(V, V);
     }
     power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;
     return power;

@@ -206,15 +206,14 @@ void motion_rate(motion *m, const double *state, double *rate)
         double *to = rate + i * MOTION_ROWS, by = 1 / m->weight[i], gyroscopic[3];
         const motion_material *made = &m->materials[i];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
-        const double *inertia = made->section.rotary_inertia, drag = made->section.drag;
+        const double *inertia = made->section.rotary_inertia;
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
         vector_cross(w, momentum, gyroscopic);
         quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
             to[MOTION_R + k] = m->flow[i][k];
-            to[MOTION_V + k] =
-                (by * (m->force[i][k] + m->push[i][k]) - drag * m->flow[i][k]) * made->by_mass;
+            to[MOTION_V + k] = by * (m->force[i][k] + m->push[i][k]) * made->by_mass;
             to[MOTION_W + k] =
                 (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * made->by_inertia[k];
         }

@@ -47,7 +47,7 @@ struct motion {
     motion_strained *sections;                                      /* [elements][degree + 1] */
     double (*force)[LANES];  /* [nodes] internal, as an impulse on r and q */
     double (*torque)[3];     /* [nodes] internal, body */
-    double (*push)[3];       /* [nodes] outside force without the drag of the section, world */
+    double (*push)[3];       /* [nodes] outside force, world */
     double (*turn)[3];       /* [nodes] outside moment, body */
     double (*velocity)[3];   /* [nodes] V */
     double (*resistance)[3]; /* [nodes] per length, part of the push; 0 without any */

@@ -45,7 +45,7 @@ typedef struct solve_rod {
 } solve_rod;
 
 /* What the rod is made of at one s. A locked strain has stiffness 0 and compliance 0. Damping,
- * mass, inertia and drag are 0 if static. */
+ * mass and inertia are 0 if static. */
 typedef struct solve_section {
     double strain_stiffness[3];     /* Kse */
     double curvature_stiffness[3];  /* Kbt */
@@ -55,7 +55,6 @@ typedef struct solve_section {
     double curvature_damping[3];    /* Bbt */
     double mass;                    /* rhoA, by that of the scales: 1 where it does not vary */
     double rotary_inertia[3];       /* rhoJ */
-    double drag;                    /* c: f = -c r_t, not part of solve_load */
 } solve_section;
 
 /* Unstressed strain v* and curvature u*, and their rates by t. The imperfection is added to u* on
@@ -107,8 +106,8 @@ ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error);
 
-/* Force per length with which what surrounds a rod resists its velocity r_t [n][3], beside the drag
- * of its section: out [n][3], world. Of rods in motion that have any (rod->resists). */
+/* Force per length with which what surrounds a rod resists its velocity r_t [n][3]: out [n][3],
+ * world, not part of solve_load. Of rods in motion that have any (rod->resists). */
 ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,
                                const double (*velocity)[3], double (*out)[3], ad_error *error);
 

@@ -45,6 +45,8 @@ static const stress_row rows[] = {
      BOTH(REFUSED("rod.damping.curvature", "beyond any damping"))},
     {"number/drag-1e300", PULL_MOVED, SET("loads.drag=1e300"),
      BOTH(REFUSED("loads.drag", "beyond any drag"))},
+    {"number/quadratic-drag-1e300", PULL_MOVED, SET("loads.quadratic_drag=1e300"),
+     BOTH(REFUSED("loads.quadratic_drag", "beyond any drag"))},
     {"number/duration-1e300", PULL_MOVED, SET("time.duration=1e300", "loads.tip.force=[1, 0, 0]"),
      BOTH(REFUSED("time.duration", "beyond any motion"))},
     {"number/duration-1e-300", PULL_MOVED, SET("time.duration=1e-300"),

@@ -93,7 +93,7 @@ static const meaning slenderness[] = {{0, "none"},
                                       {1e-3, "stout: shear and rotary inertia matter"}};
 static const meaning damping[] = {{0, "weak: waves live long"},
                                   {0.05, "moderate: waves fade"},
-                                  {1, "overdamped: creeps, no waves"}};
+                                  {1, "strong: creeps rather than swings"}};
 static const meaning strain_rate[] = {{0, "viscosity of shear and stretch"}};
 static const meaning deflection[] = {{0, "small, as the theory asks"},
                                      {0.1, "not small: the theory is linear; see rod.model"}};
