@@ -40,7 +40,7 @@ static void test_by_hand(void **state)
         "rod={model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}}",
         "loads.tip.force=[4, 0, 0]", "reference=null", "boundary=null", "loads.units=SI"};
     const scene rod = elastica();
-    cpinn_model *by_hand, *from_file;
+    cpinn_model *by_hand = NULL, *from_file = NULL;
     ad_error error = {AD_OK, ""};
     if (train(&rod, NULL, &by_hand, &error) != AD_OK ||
         cpinn_train_file(ELASTICA, 5, overrides, NULL, &from_file, &error) != AD_OK) {

@@ -22,8 +22,8 @@ enum { ROWS = 3 };
 static const double first[ROWS] = {0.1, -2.5e-308, 1e300};
 static const double second[ROWS] = {-0.0, INFINITY, NAN};
 static const char *const methods[ROWS] = {"pinn", "L\xc3\xb6sung",
-                                          "\xe2\x82\xac"
-                                          "5"};
+                                          ("\xe2\x82\xac"
+                                           "5")};
 static const char *const names[] = {"s", "method", "u1"};
 static const char *const units[] = {"m", "", "1/m"};
 static const double *const columns[] = {first, NULL, second};

@@ -48,20 +48,20 @@ typedef struct options {
     double step, tolerance;
 } options;
 
-typedef struct session {
+typedef struct checker {
     options asked;
     experiment *e;
     problem *problem;
     double *x;        /* [count] all parameters */
     double *gradient; /* [count] */
     int failures;
-} session;
+} checker;
 
 /* ---- one loss as a function of some of the parameters --------------------------------------- */
 
 /* Parameters from `offset` on are the variables; term -1 is the whole loss. */
 typedef struct partial {
-    session *session;
+    checker *checker;
     int term;
     size_t offset, count;
     ad_error *error;
@@ -70,7 +70,7 @@ typedef struct partial {
 static int evaluate(void *context, const double *x, double *value, double *gradient)
 {
     partial *p = context;
-    session *s = p->session;
+    checker *s = p->checker;
     memcpy(s->x + p->offset, x, p->count * sizeof *x);
     double *full = gradient ? s->gradient : NULL;
     ad_status status =
@@ -82,14 +82,14 @@ static int evaluate(void *context, const double *x, double *value, double *gradi
     return status != AD_OK;
 }
 
-static const char *term_name(const session *s, int term)
+static const char *term_name(const checker *s, int term)
 {
     return term < 0 ? "all terms" : problem_term_name(s->problem, term);
 }
 
 /* ---- the table ------------------------------------------------------------------------------ */
 
-static void print_row(session *s, const char *kind, const char *name, double error,
+static void print_row(checker *s, const char *kind, const char *name, double error,
                       const char *where, double computed, double difference)
 {
     bool good = error <= s->asked.tolerance; /* false for NaN */
@@ -104,7 +104,7 @@ static void print_row(session *s, const char *kind, const char *name, double err
 }
 
 /* A check whose numbers are not finite counts as failed; any other error ends the program. */
-static ad_status print_failure(session *s, const char *kind, const char *name, ad_error *error)
+static ad_status print_failure(checker *s, const char *kind, const char *name, ad_error *error)
 {
     if (error->status != AD_NOT_FINITE) {
         return error->status;
@@ -128,7 +128,7 @@ static void entry_name(const nn_view *view, size_t entry, char *text, size_t siz
 /* ---- parameter gradients -------------------------------------------------------------------- */
 
 /* Checks entries of one view. All errors are relative to `scale`. */
-static ad_status check_view(session *s, int term, const nn_view *view, size_t entries, double scale,
+static ad_status check_view(checker *s, int term, const nn_view *view, size_t entries, double scale,
                             double *worst, ad_check *worst_check, char *where, size_t size,
                             ad_error *error)
 {
@@ -158,7 +158,7 @@ static ad_status check_view(session *s, int term, const nn_view *view, size_t en
 
 /* The size that errors are relative to: the largest entry, but no less than what rounding of the
  * value leaves of a difference. */
-static ad_status scale_of(session *s, int term, double *scale, ad_error *error)
+static ad_status scale_of(checker *s, int term, double *scale, ad_error *error)
 {
     partial p = {s, term, 0, s->e->count, error};
     double value;
@@ -172,7 +172,7 @@ static ad_status scale_of(session *s, int term, double *scale, ad_error *error)
     return AD_OK;
 }
 
-static ad_status check_entries(session *s, int term, ad_error *error)
+static ad_status check_entries(checker *s, int term, ad_error *error)
 {
     const nn_view *views;
     int count = nn_mlp_views(s->e->mlp, &views);
@@ -192,7 +192,7 @@ static ad_status check_entries(session *s, int term, ad_error *error)
     return status;
 }
 
-static ad_status check_direction(session *s, int term, ad_error *error)
+static ad_status check_direction(checker *s, int term, ad_error *error)
 {
     partial p = {s, term, 0, s->e->count, error};
     ad_check check;
@@ -212,7 +212,7 @@ static ad_status check_direction(session *s, int term, ad_error *error)
     return status;
 }
 
-static ad_status check_term(session *s, int term, ad_error *error)
+static ad_status check_term(checker *s, int term, ad_error *error)
 {
     ad_status status = check_entries(s, term, error);
     if (status == AD_OK) {
@@ -223,7 +223,7 @@ static ad_status check_term(session *s, int term, ad_error *error)
 
 /* ---- derivatives by s and t ----------------------------------------------------------------- */
 
-static ad_status check_derivative(session *s, const char *name, nn_rng *rng, ad_error *error)
+static ad_status check_derivative(checker *s, const char *name, nn_rng *rng, ad_error *error)
 {
     const domain *d = &s->e->model->domain;
     derivative_check check;
@@ -244,7 +244,7 @@ static ad_status check_derivative(session *s, const char *name, nn_rng *rng, ad_
     return AD_OK;
 }
 
-static ad_status check_derivatives(session *s, ad_error *error)
+static ad_status check_derivatives(checker *s, ad_error *error)
 {
     nn_rng rng = nn_rng_split(s->e->settings->seed, "derivative check");
     ad_status status = AD_OK;
@@ -263,7 +263,7 @@ static ad_status check_derivatives(session *s, ad_error *error)
 
 /* The largest coefficient of a function of the network's basis, 1 without such a basis. Derivatives
  * grow with it, and differences are off by rounding times it; a solution has little of it. */
-static double coefficient_of(const session *s, size_t parameter)
+static double coefficient_of(const checker *s, size_t parameter)
 {
     int rows, columns;
     const double *basis = nn_mlp_basis(s->e->mlp, &rows, &columns);
@@ -279,7 +279,7 @@ static double coefficient_of(const session *s, size_t parameter)
     return most;
 }
 
-static void perturb(session *s, const char *stream)
+static void perturb(checker *s, const char *stream)
 {
     nn_rng rng = nn_rng_split(s->e->settings->seed, stream);
     for (size_t i = 0; i < s->e->count; i++) {
@@ -288,7 +288,7 @@ static void perturb(session *s, const char *stream)
 }
 
 /* The few points come first, so that the user's overrides replace them. */
-static ad_status prepare(session *s, ad_error *error)
+static ad_status prepare(checker *s, ad_error *error)
 {
     const char *overrides[FEW + CLI_LIST_MAX + 1];
     char seed[64];
@@ -322,7 +322,7 @@ static ad_status prepare(session *s, ad_error *error)
     return AD_OK;
 }
 
-static void print_heading(const session *s)
+static void print_heading(const checker *s)
 {
     printf("%s: %zu parameters;", s->e->settings->name, s->e->count);
     for (int i = 0; i < problem_sets(s->problem); i++) {
@@ -335,7 +335,7 @@ static void print_heading(const session *s)
            "difference");
 }
 
-static ad_status check_window(session *s, ad_error *error)
+static ad_status check_window(checker *s, ad_error *error)
 {
     ad_status status = AD_OK;
     int terms = problem_terms(s->problem);
@@ -346,7 +346,7 @@ static ad_status check_window(session *s, ad_error *error)
 }
 
 /* The second window stands for all later ones, which run the same program. */
-static ad_status enter_second_window(session *s, ad_error *error)
+static ad_status enter_second_window(checker *s, ad_error *error)
 {
     memcpy(s->e->parameters, s->x, s->e->count * sizeof *s->x);
     ad_status status = experiment_next_window(s->e, error);
@@ -361,7 +361,7 @@ static ad_status enter_second_window(session *s, ad_error *error)
     return check_window(s, error);
 }
 
-static ad_status run(session *s, ad_error *error)
+static ad_status run(checker *s, ad_error *error)
 {
     ad_status status = prepare(s, error);
     if (status != AD_OK) {
@@ -382,7 +382,7 @@ static ad_status run(session *s, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    session s = {.asked = {.entries = 64, .seed = -1, .step = 1e-3, .tolerance = 1e-6}};
+    checker s = {.asked = {.entries = 64, .seed = -1, .step = 1e-3, .tolerance = 1e-6}};
     options *o = &s.asked;
     const cli_option list[] = {
         {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,

@@ -52,7 +52,7 @@ typedef struct progress {
     double seconds;
 } progress;
 
-typedef struct session {
+typedef struct evaluation {
     options asked;
     experiment *e;
     checkpoint *file;
@@ -65,9 +65,9 @@ typedef struct session {
     verdict verdict; /* of training, where it is judged */
     reference_errors errors;
     double rate; /* evaluations per second; NaN: not asked for */
-} session;
+} evaluation;
 
-static void session_free(session *x)
+static void evaluation_free(evaluation *x)
 {
     samples_free(&x->samples);
     samples_free(&x->tip);
@@ -103,7 +103,7 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
                    value, limit, *name == 's' ? "m" : "s");
 }
 
-static ad_status points_of_table(session *x, const char *path, const table_file *table,
+static ad_status points_of_table(evaluation *x, const char *path, const table_file *table,
                                  ad_error *error)
 {
     const scene *scene = x->e->scene;
@@ -129,7 +129,7 @@ static ad_status points_of_table(session *x, const char *path, const table_file 
     return status;
 }
 
-static ad_status points_of_file(session *x, ad_error *error)
+static ad_status points_of_file(evaluation *x, ad_error *error)
 {
     table_file *table = NULL;
     ad_status status = table_read(x->asked.points, TABLE_FINITE, &table, error);
@@ -142,7 +142,7 @@ static ad_status points_of_file(session *x, ad_error *error)
 
 /* ---- work ---------------------------------------------------------------------------------- */
 
-static ad_status read_progress(session *x, ad_error *error)
+static ad_status read_progress(evaluation *x, ad_error *error)
 {
     progress *p = &x->progress;
     *p = (progress){-1, -1, NAN};
@@ -153,7 +153,7 @@ static ad_status read_progress(session *x, ad_error *error)
     return x->is_judged ? report_get_verdict(x->file, &x->verdict, error) : AD_OK;
 }
 
-static ad_status evaluate(session *x, samples *p, ad_error *error)
+static ad_status evaluate(evaluation *x, samples *p, ad_error *error)
 {
     size_t numbers = (size_t)p->columns * p->count, bad = 0;
     ad_status status = field_evaluate(x->field, experiment_parameters(x->e), p->count,
@@ -168,7 +168,7 @@ static ad_status evaluate(session *x, samples *p, ad_error *error)
     return status;
 }
 
-static ad_status evaluate_tip(session *x, ad_error *error)
+static ad_status evaluate_tip(evaluation *x, ad_error *error)
 {
     ad_status status = samples_make(&x->tip, 1, field_columns(x->field), error);
     if (status != AD_OK) {
@@ -180,7 +180,7 @@ static ad_status evaluate_tip(session *x, ad_error *error)
 }
 
 /* Evaluates the points again and again, in batches that are large enough to be timed. */
-static ad_status measure(session *x, ad_error *error)
+static ad_status measure(evaluation *x, ad_error *error)
 {
     const samples *p = &x->samples;
     size_t batch = p->count > TIMED_POINTS ? p->count : TIMED_POINTS, done = 0;
@@ -208,7 +208,7 @@ static ad_status measure(session *x, ad_error *error)
 }
 
 /* A reference that cannot be had is worth a warning: the network can still be evaluated. */
-static ad_status compare(session *x, ad_error *error)
+static ad_status compare(evaluation *x, ad_error *error)
 {
     if (x->e->warning[0]) {
         cli_warn(program, "no reference: %s", x->e->warning);
@@ -224,7 +224,7 @@ static ad_status compare(session *x, ad_error *error)
 
 /* ---- report -------------------------------------------------------------------------------- */
 
-static void print_progress(const session *x)
+static void print_progress(const evaluation *x)
 {
     const progress *p = &x->progress;
     int stages = x->e->settings->stage_count;
@@ -254,7 +254,7 @@ static void print_error(const char *name, double value, const char *unit)
     }
 }
 
-static void print_reference(const session *x)
+static void print_reference(const evaluation *x)
 {
     if (*reference_account(x->known)) {
         printf("reference: %s\n", reference_account(x->known));
@@ -275,7 +275,7 @@ static void print_reference(const session *x)
 }
 
 /* The position of a rod, the deflection of a beam. */
-static void print_tip(const session *x)
+static void print_tip(const evaluation *x)
 {
     const scene *scene = x->e->scene;
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
@@ -289,14 +289,14 @@ static void print_tip(const session *x)
     putchar('\n');
 }
 
-static void print_speed(const session *x)
+static void print_speed(const evaluation *x)
 {
     printf("speed: %.3g evaluations per second of all %d columns, on %d thread%s\n", x->rate,
            field_columns(x->field), ad_pool_threads(x->e->pool),
            ad_pool_threads(x->e->pool) == 1 ? "" : "s");
 }
 
-static void print_report(const session *x)
+static void print_report(const evaluation *x)
 {
     print_progress(x);
     if (x->is_judged) {
@@ -316,7 +316,7 @@ static void print_report(const session *x)
     }
 }
 
-static void print_json_tip(json *to, const session *x)
+static void print_json_tip(json *to, const evaluation *x)
 {
     json_open(to, "tip", '{');
     json_number(to, "s", *x->tip.s);
@@ -327,7 +327,7 @@ static void print_json_tip(json *to, const session *x)
     json_close(to, '}');
 }
 
-static ad_status print_json(const session *x, ad_error *error)
+static ad_status print_json(const evaluation *x, ad_error *error)
 {
     json to;
     json_begin(&to);
@@ -354,7 +354,7 @@ static ad_status print_json(const session *x, ad_error *error)
     return json_end(&to, "-", error);
 }
 
-static ad_status open_field(session *x, ad_error *error)
+static ad_status open_field(evaluation *x, ad_error *error)
 {
     ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
                                               &x->file, error);
@@ -370,7 +370,7 @@ static ad_status open_field(session *x, ad_error *error)
     return status;
 }
 
-static ad_status evaluate_points(session *x, ad_error *error)
+static ad_status evaluate_points(evaluation *x, ad_error *error)
 {
     ad_status status = x->asked.points
                            ? points_of_file(x, error)
@@ -384,7 +384,7 @@ static ad_status evaluate_points(session *x, ad_error *error)
                : status;
 }
 
-static ad_status run(session *x, ad_error *error)
+static ad_status run(evaluation *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
@@ -405,7 +405,7 @@ static ad_status run(session *x, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    session x = {.e = NULL, .rate = NAN};
+    evaluation x = {.e = NULL, .rate = NAN};
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
          "write the rod, as .csv, .h5, .hdf5 or .npz"},
@@ -439,6 +439,6 @@ int main(int argc, char **argv)
     } else {
         print_report(&x);
     }
-    session_free(&x);
+    evaluation_free(&x);
     return status;
 }

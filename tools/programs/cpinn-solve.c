@@ -62,7 +62,7 @@ typedef struct options {
     const char *json;
 } options;
 
-typedef struct session {
+typedef struct solving {
     options asked;
     char name[128];   /* of the scene */
     config *settings; /* NULL once the experiment has them */
@@ -77,9 +77,9 @@ typedef struct session {
     reference_errors errors; /* of it, against `known` */
     verdict verdict;
     double seconds;
-} session;
+} solving;
 
-static void session_free(session *x)
+static void solving_free(solving *x)
 {
     solution_free(x->solved);
     free(x->times);
@@ -97,7 +97,7 @@ static ad_status evaluate(const solution *solved, const samples *p, ad_error *er
 }
 
 /* Collects the times of the grid and of the reference. */
-static ad_status gather_times(session *x, ad_error *error)
+static ad_status gather_times(solving *x, ad_error *error)
 {
     size_t points = x->known ? reference_points(x->known) : 0;
     x->time_count = x->grid.count + points;
@@ -112,7 +112,7 @@ static ad_status gather_times(session *x, ad_error *error)
     return AD_OK;
 }
 
-static ad_status write_out(session *x, ad_error *error)
+static ad_status write_out(solving *x, ad_error *error)
 {
     ad_status status = evaluate(x->solved, &x->grid, error);
     return status == AD_OK ? samples_write(&x->grid, x->scene, x->asked.out, error) : status;
@@ -120,14 +120,14 @@ static ad_status write_out(session *x, ad_error *error)
 
 /* ---- report -------------------------------------------------------------------------------- */
 
-static bool reached(const session *x)
+static bool reached(const solving *x)
 {
     return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
 }
 
 /* With --work-precision the tolerance is only that of the solution that others are compared with.
  */
-static void judge(session *x)
+static void judge(solving *x)
 {
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->work_precision ? x->report.nodes : o->nodes,
@@ -144,7 +144,7 @@ static void print_number(const char *name, double value)
     }
 }
 
-static void print_scene(const session *x)
+static void print_scene(const solving *x)
 {
     rod_numbers n = rod_numbers_of(x->scene);
     printf("%s: %s", x->name, scene_is_dynamic(x->scene) ? "dynamic" : "static");
@@ -169,7 +169,7 @@ static void print_scene(const session *x)
 }
 
 /* What the solver's estimate is relative to. */
-static const char *estimate_unit(const session *x)
+static const char *estimate_unit(const solving *x)
 {
     return scene_is_beam(x->scene) ? "of the deflection" : "of the length";
 }
@@ -181,7 +181,7 @@ static void print_error(const char *name, double value, const char *unit)
     }
 }
 
-static void print_reference(const session *x)
+static void print_reference(const solving *x)
 {
     const reference_errors *errors = &x->errors;
     printf("difference from %s (%zu points)\n", reference_name(x->known),
@@ -193,7 +193,7 @@ static void print_reference(const session *x)
 }
 
 /* Prints the energy at the end of the motion, or at rest. */
-static ad_status print_energy(const session *x, ad_error *error)
+static ad_status print_energy(const solving *x, ad_error *error)
 {
     solve_energy e;
     ad_status status = solution_energy(x->solved, scene_duration(x->scene), &e, error);
@@ -214,7 +214,7 @@ static ad_status print_energy(const session *x, ad_error *error)
     return AD_OK;
 }
 
-static ad_status print_report(session *x, ad_error *error)
+static ad_status print_report(solving *x, ad_error *error)
 {
     const solve_report *r = &x->report;
     double tip[MODEL_COLUMNS_MAX];
@@ -249,7 +249,7 @@ static ad_status print_report(session *x, ad_error *error)
     return status;
 }
 
-static ad_status write_json(const session *x, ad_error *error)
+static ad_status write_json(const solving *x, ad_error *error)
 {
     const solve_report *r = &x->report;
     json to;
@@ -281,7 +281,7 @@ enum { SWEEP_MAX = 32 };
 static const double SMALLEST = 1e-16;
 
 typedef struct sweep {
-    session *x;
+    solving *x;
     double *exact; /* [numbers] positions on the grid, by the finest solution */
     size_t numbers;
     int count;
@@ -314,7 +314,7 @@ static double sweep_row(void *context, int nodes, double seconds, const solution
     return error;
 }
 
-static ad_status sweep_write(const session *x, const sweep *rows, ad_error *error)
+static ad_status sweep_write(const solving *x, const sweep *rows, ad_error *error)
 {
     static const char *const names[3] = {"seconds", "error", "nodes"};
     static const char *const units[3] = {"s", "", ""};
@@ -334,7 +334,7 @@ static ad_status sweep_write(const session *x, const sweep *rows, ad_error *erro
     return table_write(x->asked.work_precision, &table, error);
 }
 
-static ad_status work_precision(session *x, ad_error *error)
+static ad_status work_precision(solving *x, ad_error *error)
 {
     sweep rows = {.x = x};
     rows.numbers =
@@ -359,7 +359,7 @@ static ad_status work_precision(session *x, ad_error *error)
 /* ---- the program --------------------------------------------------------------------------- */
 
 /* A reference needs the experiment around the scene. */
-static ad_status open_reference(session *x, ad_error *error)
+static ad_status open_reference(solving *x, ad_error *error)
 {
     if (x->settings->settings.reference == TRAIN_REFERENCE_NONE &&
         !x->settings->settings.reference_file &&
@@ -377,7 +377,7 @@ static ad_status open_reference(session *x, ad_error *error)
 }
 
 /* The tolerance without --tol, and that of the solution with which others are compared. */
-static void choose_tolerance(session *x)
+static void choose_tolerance(solving *x)
 {
     double *tolerance = &x->asked.tolerance, usual = solve_settings_default(x->scene).tolerance;
     if (*tolerance == 0) {
@@ -388,7 +388,7 @@ static void choose_tolerance(session *x)
     }
 }
 
-static ad_status solve(session *x, ad_error *error)
+static ad_status solve(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
@@ -400,7 +400,7 @@ static ad_status solve(session *x, ad_error *error)
 }
 
 /* Reads the scene and prepares everything that the solution needs. */
-static ad_status prepare(session *x, ad_error *error)
+static ad_status prepare(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
@@ -429,7 +429,7 @@ static ad_status prepare(session *x, ad_error *error)
     return status == AD_OK ? gather_times(x, error) : status;
 }
 
-static ad_status run(session *x, ad_error *error)
+static ad_status run(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = prepare(x, error);
@@ -463,7 +463,7 @@ static ad_status run(session *x, ad_error *error)
 }
 
 /* `error` as a verdict; what cannot be solved or written is the input's fault, but for memory. */
-static void blame(session *x, const ad_error *error)
+static void blame(solving *x, const ad_error *error)
 {
     cli_fail_error(program, error);
     verdict_add(&x->verdict,
@@ -473,7 +473,7 @@ static void blame(session *x, const ad_error *error)
 
 int main(int argc, char **argv)
 {
-    session x = {.asked = {.tolerance = 0}};
+    solving x = {.asked = {.tolerance = 0}};
     options *o = &x.asked;
     const cli_option list[] = {
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
@@ -523,6 +523,6 @@ int main(int argc, char **argv)
         blame(&x, &error);
     }
     status = verdict_exit_status(&x.verdict);
-    session_free(&x);
+    solving_free(&x);
     return status;
 }
