@@ -106,13 +106,16 @@ ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
     return AD_OK;
 }
 
-/* The sets of a window whose programs are not there yet. */
+/* The sets of a window whose programs are not there yet; those of all of the domain come first, for
+ * causal weights. */
 static ad_status make_sets(problem *p, ad_error *error)
 {
     ad_status status = AD_OK;
+    int count = p->model->set_count;
     clear_sets(p);
-    for (int i = 0; status == AD_OK && i < p->model->set_count; i++) {
-        status = make_set(p, i, error);
+    for (int i = 0; status == AD_OK && i < 2 * count; i++) {
+        bool inside = p->model->sets[i % count].points == MODEL_INTERIOR;
+        status = inside == (i < count) ? make_set(p, i % count, error) : AD_OK;
     }
     if (status == AD_OK && (p->set_count == 0 || p->sets[0].about->points != MODEL_INTERIOR)) {
         p->settings.causal_slices = 0; /* nothing inside to be weighted */

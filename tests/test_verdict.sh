@@ -84,7 +84,7 @@ refused 'no/report.json: no file can be written there' cpinn-train "$elastica" -
 rm -rf run
 cpinn-train "$ROOT/configs/cantilever_deep.yaml" --out run --json report.json >stdout.txt 2>&1 &
 pid=$!
-for _ in $(seq 400); do # until it is in its steps
+for _ in $(seq 2400); do # until it is in its steps, for two minutes on a busy machine
     test "$(cat run/history.csv 2>/dev/null | wc -l)" -ge 2 && break
     sleep 0.05
 done

@@ -252,7 +252,9 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
 
 bool linear_model_keeps(const linear_model *m)
 {
-    return m->info.form == TRAIN_NORMAL_EQUATIONS;
+    static const double large = 5e8; /* products in J^T J: some ten milliseconds */
+    double products = (double)m->rows * (double)m->count * (double)m->count;
+    return m->info.form == TRAIN_NORMAL_EQUATIONS && products > large;
 }
 
 void linear_model_refresh(linear_model *m, const double *jtr)

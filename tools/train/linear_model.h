@@ -43,7 +43,9 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
                                  double *diagonal, ad_error *error);
 int linear_model_solve(void *context, double damping, const double *scale, double *step);
 
-/* Whether J may be kept while x moves: the solutions need nothing of the residuals but J^T r. */
+/* Whether J should be kept while x moves: solutions need nothing of the residuals but J^T r, and
+ * J^T J is so large that computing it is most of a step. Where it is small, the quadratic
+ * convergence of new ones was measured to be worth more. */
 bool linear_model_keeps(const linear_model *m);
 
 /* Remember J^T r at another x beside that J; jtr [count]. */
