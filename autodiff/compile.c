@@ -472,7 +472,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     if (status == AD_OK && !build(&c)) {
         status = no_memory(error);
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && ad_verifies_programs) {
         status = ad_program_verify(program, error);
     }
     free(c.needed);

@@ -130,6 +130,9 @@ bool ad_emit_pass(const pass_plan *plan, pass *p); /* emit.c */
 int ad_plan_argument(const pass_plan *plan, int id, int i);
 bool ad_plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
 
+/* verify_default.c: verifying takes as long as compiling. */
+extern const int ad_verifies_programs;
+
 /* AD_BAD_PROGRAM with the first thing that is wrong (verify.c). */
 ad_status ad_program_verify(const ad_program *program, ad_error *error);
 

@@ -6,7 +6,7 @@
 
 /* What is asked for: a column of the model, differentiated. */
 typedef struct evaluator_column {
-    char name[EVALUATOR_NAME_MAX], unit[32];
+    char name[EVALUATOR_NAME_MAX], unit[128];
     int column;                         /* of the model */
     int orders[DOMAIN_COORDINATES_MAX]; /* of differentiation */
     double to_si;                       /* of the derivatives, which are by dimensionless s and t */

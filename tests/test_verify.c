@@ -252,12 +252,19 @@ static void test_bounds(void **state)
     }
 }
 
+/* Else none of the other tests would verify what it compiles. */
+static void test_is_on(void **state)
+{
+    (void)state;
+    assert_int_equal(ad_verifies_programs, 1);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places),        cmocka_unit_test(test_instructions),
-        cmocka_unit_test(test_shared_memory), cmocka_unit_test(test_groups),
-        cmocka_unit_test(test_bounds),
+        cmocka_unit_test(test_is_on),        cmocka_unit_test(test_places),
+        cmocka_unit_test(test_instructions), cmocka_unit_test(test_shared_memory),
+        cmocka_unit_test(test_groups),       cmocka_unit_test(test_bounds),
     };
     return cmocka_run_group_tests(tests, make_subject, free_subject);
 }
