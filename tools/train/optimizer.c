@@ -2,13 +2,17 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 struct optimizer {
     int stage;    /* as training.stages[] counts them */
     size_t count; /* of parameters */
     optim_method method;
     optim_optimizer *own;
-    linear_model *model;                  /* Gauss-Newton's */
+    linear_model *model;      /* Gauss-Newton's */
+    double *tried, *gradient; /* [count], of the last trial, where J may be kept: its */
+    double value;             /* gradient costs nothing beside its value */
+    bool has_tried;
     const optimizer_objective *objective; /* of the step at hand */
 };
 
@@ -69,6 +73,11 @@ static ad_status make(optimizer *o, const train_stage *stage, problem *p, ad_poo
         if (status == AD_OK) {
             status = linear_model_create(p, &plan, pool, &o->model, error);
         }
+        o->tried = calloc(2 * o->count, sizeof *o->tried);
+        o->gradient = o->tried ? o->tried + o->count : NULL;
+        if (status == AD_OK && !o->tried) {
+            status = ad_fail(error, AD_NO_MEMORY, "training.stages[%d]: out of memory", o->stage);
+        }
     }
     if (status != AD_OK) {
         return status;
@@ -103,6 +112,7 @@ void optimizer_free(optimizer *o)
     if (o) {
         optim_free(o->own);
         linear_model_free(o->model);
+        free(o->tried);
         free(o);
     }
 }
@@ -111,8 +121,16 @@ void optimizer_free(optimizer *o)
 
 static int evaluate(void *context, const double *x, double *value)
 {
-    const optimizer_objective *f = ((const optimizer *)context)->objective;
-    return f->value(f->context, x, value, NULL);
+    optimizer *o = context;
+    const optimizer_objective *f = o->objective;
+    if (!linear_model_keeps(o->model)) {
+        return f->value(f->context, x, value, NULL);
+    }
+    const int code = f->value(f->context, x, value, o->gradient);
+    memcpy(o->tried, x, o->count * sizeof *x);
+    o->value = *value;
+    o->has_tried = code == OPTIM_OBJECTIVE_OK;
+    return code;
 }
 
 static int linearize(void *context, const double *x, double *value, double *jtr, double *diagonal)
@@ -128,10 +146,14 @@ static int solve(void *context, double damping, const double *scale, double *ste
 
 static int refresh(void *context, const double *x, double *value, double *jtr)
 {
-    const optimizer *o = context;
-    const int code = o->objective->value(o->objective->context, x, value, jtr);
+    optimizer *o = context;
+    int code = OPTIM_OBJECTIVE_OK;
+    if (!o->has_tried || memcmp(x, o->tried, o->count * sizeof *x) != 0) {
+        code = evaluate(o, x, &o->value);
+    }
+    *value = o->value;
     for (size_t i = 0; code == OPTIM_OBJECTIVE_OK && i < o->count; i++) {
-        jtr[i] /= 2;
+        jtr[i] = o->gradient[i] / 2;
     }
     linear_model_refresh(o->model, jtr);
     return code;
