@@ -1,5 +1,5 @@
-/* Whether every program is verified when it is compiled: in debug builds. A program that defines this
- * number itself, as the tests do, decides for itself; the linker then leaves this file out. */
+/* Whether every program is verified when it is compiled: in debug builds. A program that defines
+ * this number itself, as the tests do, decides for itself; the linker then leaves this file out. */
 #include "autodiff/program.h"
 
 #ifdef AD_VERIFY

@@ -76,12 +76,12 @@ static ad_status add_column(evaluator *e, const physics_model *model, int column
     *c = (evaluator_column){.column = column, .to_si = 1};
     int length = snprintf(c->name, sizeof c->name, "%s", model->columns[column].name);
     for (int i = 0, first = 1; i < e->domain.count; i++) {
-        const domain_coordinate *by = &e->domain.coordinates[i];
+        const domain_coordinate by = e->domain.coordinates[i];
         c->orders[i] = orders[i];
         for (int k = 0; k < orders[i] && length + 2 < EVALUATOR_NAME_MAX; k++, first = 0) {
             length += snprintf(c->name + length, sizeof c->name - (size_t)length, "%s%s",
-                               first ? "_" : "", by->name);
-            c->to_si /= by->scale;
+                               first ? "_" : "", by.name);
+            c->to_si /= by.scale;
         }
     }
     write_unit(e, c, model->columns[column].unit);

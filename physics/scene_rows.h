@@ -12,6 +12,8 @@
 #ifndef PHYSICS_SCENE_ROWS_H
 #define PHYSICS_SCENE_ROWS_H
 
+#include "physics/scene.h"
+
 #ifdef __cplusplus
 extern "C" {
 #endif

@@ -11,7 +11,8 @@ shift 2
     BEGIN {
         count = split(prefixes, prefix, " ")
     }
-    NF == 3 && $3 !~ /^_*(asan|ubsan|odr_asan|sanitizer)/ {
+    # Names with a dot belong to the compiler: no program can have them.
+    NF == 3 && $3 !~ /^_*(asan|ubsan|odr_asan|sanitizer)|[.]/ {
         seen++
         for (i = 1; i <= count; i++)
             if (index($3, prefix[i]) == 1 && (prefix[i] ~ /_$/ || $3 == prefix[i]))
