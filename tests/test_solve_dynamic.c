@@ -98,8 +98,8 @@ static void test_order_in_space(void **state)
     assert_true(error[3] < 1e-8);
 }
 
-/* The slope of log(error) over log(steps) by least squares over five tolerances: how many steps one of
- * them takes turns on rounding. */
+/* The slope of log(error) over log(steps) by least squares over five tolerances: how many steps one
+ * of them takes turns on rounding. */
 static void test_order_in_time(void **state)
 {
     (void)state;
