@@ -109,6 +109,11 @@ int main(int count, char **arguments)
     const int row_count = sizeof rows / sizeof *rows;
     cpinn_model *model = NULL;
     ad_error error = {AD_OK, ""};
+    const char *ending = count > 1 ? strrchr(arguments[1], '.') : ".csv";
+    if (count > 2 || !ending || strcmp(ending, ".csv") != 0) {
+        fprintf(stderr, "usage: evaluate [FILE.csv], from the root of the project\n");
+        return 2;
+    }
     for (int i = 0; i < row_count; i++) {
         bool other = i == 0 || strcmp(rows[i].path, rows[i - 1].path) != 0;
         if (other) {
