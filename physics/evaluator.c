@@ -199,8 +199,8 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
     e->kinds[later] = model_uniforms(physics, later);
     domain_place at = domain_record(&e->domain, &e->kinds[later], tape);
     ad_value outputs = nn_mlp_record_combined(model->mlp, domain_network_input(&e->domain, &at), 0);
-    physics->ansatz(physics, &at, outputs, fields);
-    physics->observe(physics, &at, fields, observed);
+    physics->call.ansatz(physics, &at, outputs, fields);
+    physics->call.observe(physics, &at, fields, observed);
     for (int i = 0; i < e->columns; i++) {
         values[i] = differentiated(e, &e->column[i], observed[e->column[i].column], &at);
         e->is_uniform[later][i] = ad_extent_of(values[i]) == AD_UNIFORM;

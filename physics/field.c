@@ -38,7 +38,7 @@ static ad_status build(field *f, int window, field_program *made, ad_error *erro
     }
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX];
     domain_place at = model_record(m, window, f->mlp, tape, fields);
-    m->observe(m, &at, fields, observed);
+    m->call.observe(m, &at, fields, observed);
     for (int i = 0; i < f->columns; i++) {
         made->is_uniform[i] = ad_extent_of(observed[i]) == AD_UNIFORM;
     }

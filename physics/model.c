@@ -144,28 +144,23 @@ static const scene_physics rod_physics = {.fields = {"r", "q", "N", "m"},
                                           .state_rows = rod_state_rows,
                                           .residual_rows = rod_residual_rows,
                                           .residual = residual_rod,
-                                          .ansatz = ansatz_rod,
-                                          .observe = observe_rod,
-                                          .state = state_rod,
-                                          .going_degree = going_rod,
+                                          .call = {ansatz_rod, observe_rod, state_rod, going_rod},
                                           .check = rod_check,
                                           .terms = rod_terms};
 
-static const scene_physics beam_physics = {.fields = {"w", "psi", "V", "M"},
-                                           .columns = beam_columns,
-                                           .column_count = BEAM_COLUMNS,
-                                           .position_columns = 1,
-                                           .rotation_columns = 1,
-                                           .network_outputs = beam_network_outputs,
-                                           .state_rows = beam_state_rows,
-                                           .residual_rows = beam_residual_rows,
-                                           .residual = residual_beam,
-                                           .ansatz = ansatz_beam,
-                                           .observe = observe_beam,
-                                           .state = state_beam,
-                                           .going_degree = going_beam,
-                                           .check = beam_check,
-                                           .terms = beam_terms};
+static const scene_physics beam_physics = {
+    .fields = {"w", "psi", "V", "M"},
+    .columns = beam_columns,
+    .column_count = BEAM_COLUMNS,
+    .position_columns = 1,
+    .rotation_columns = 1,
+    .network_outputs = beam_network_outputs,
+    .state_rows = beam_state_rows,
+    .residual_rows = beam_residual_rows,
+    .residual = residual_beam,
+    .call = {ansatz_beam, observe_beam, state_beam, going_beam},
+    .check = beam_check,
+    .terms = beam_terms};
 
 const scene_physics *scene_physics_of(const scene *scene)
 {
@@ -241,10 +236,7 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
     m->rotation_columns = physics->rotation_columns;
     m->takes_load_factor = !scene_is_dynamic(scene) && !scene_is_beam(scene);
     m->state_rows = physics->state_rows(scene);
-    m->ansatz = physics->ansatz;
-    m->observe = physics->observe;
-    m->state = physics->state;
-    m->going_degree = physics->going_degree;
+    m->call = physics->call;
     add_scene_terms(m, weights ? weights : &usual);
     return AD_OK;
 }
@@ -277,8 +269,7 @@ physics_model *model_create(void)
     if (m) {
         m->domain.time = -1;
         m->domain.windows = 1;
-        m->ansatz = outputs_as_fields;
-        m->observe = fields_as_columns;
+        m->call = (model_functions){outputs_as_fields, fields_as_columns, NULL, NULL};
         m->columns = m->own_columns;
         m->error = (ad_error){AD_OK, ""};
         scene_defaults(&m->scene);
@@ -434,7 +425,8 @@ domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp,
     domain_uniforms uniforms = model_uniforms(m, window);
     domain_place at = domain_record(&m->domain, &uniforms, tape);
     if (mlp) {
-        m->ansatz(m, &at, nn_mlp_record(mlp, domain_network_input(&m->domain, &at), 0), fields);
+        m->call.ansatz(m, &at, nn_mlp_record(mlp, domain_network_input(&m->domain, &at), 0),
+                       fields);
     } else {
         bool moves = scene_is_dynamic(&m->scene);
         rod_fields(rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),

@@ -67,6 +67,26 @@ typedef struct model_column {
 
 /* ---- models -------------------------------------------------------------------------------- */
 
+/* What differs between a rod, a beam and a model of one's own, from the network to what is seen. */
+typedef struct model_functions {
+    /* From the outputs of the network at a place to the fields [field_count]. */
+    void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
+                   ad_value *fields);
+
+    /* values [column_count], one row each; zeros for those of motion in a static scene. Without a
+     * scene the rows of the fields are the columns. */
+    void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                    ad_value *values);
+
+    /* The state, functions of s, one row each [state_rows], at the time of the place. */
+    void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
+                  ad_value *rows);
+
+    /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
+     * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
+    int (*going_degree)(const physics_model *m, const double *state);
+} model_functions;
+
 struct physics_model {
     struct domain domain;
     struct scene scene; /* of models of scenes; else as scene_defaults leaves it */
@@ -90,22 +110,7 @@ struct physics_model {
     bool takes_load_factor; /* its loads may come in parts: load_factor is a uniform */
     int state_rows;         /* what a window of time hands to the next; 0: nothing, one window */
 
-    /* From the outputs of the network at a place to the fields [field_count]. */
-    void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
-                   ad_value *fields);
-
-    /* values [column_count], one row each; zeros for those of motion in a static scene. Without a
-     * scene the rows of the fields are the columns. */
-    void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
-                    ad_value *values);
-
-    /* The state, functions of s, one row each [state_rows], at the time of the place. */
-    void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
-                  ad_value *rows);
-
-    /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
-     * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
-    int (*going_degree)(const physics_model *m, const double *state);
+    model_functions call;
 
     model_column own_columns[MODEL_COLUMNS_MAX]; /* without a scene; their names: */
     char own_names[MODEL_COLUMNS_MAX][16];
@@ -127,13 +132,7 @@ typedef struct scene_physics {
     int (*state_rows)(const scene *scene);
     int (*residual_rows)(const scene *scene, rod_residual_kind kind);
     model_residual *residual; /* its context: model_scene_term */
-    void (*ansatz)(const physics_model *m, const domain_place *at, ad_value outputs,
-                   ad_value *fields);
-    void (*observe)(const physics_model *m, const domain_place *at, const ad_value *fields,
-                    ad_value *values);
-    void (*state)(const physics_model *m, const domain_place *at, const ad_value *fields,
-                  ad_value *rows);
-    int (*going_degree)(const physics_model *m, const double *state);
+    model_functions call;
 
     /* What only shows when a scene is recorded; see rod_check. */
     ad_status (*check)(const scene *scene, const char **key, ad_error *error);

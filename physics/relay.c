@@ -87,7 +87,7 @@ static void transform(const double *values, int rows, double *coefficients)
 static void write_state(const physics_model *m, const double *values, double *state)
 {
     double going[RELAY_POINTS * MODEL_STATE_ROWS_MAX];
-    int rows = m->state_rows, degree = m->going_degree(m, values);
+    int rows = m->state_rows, degree = m->call.going_degree(m, values);
     for (int point = 0; point < RELAY_POINTS; point++) {
         for (int i = 0; i < rows; i++) {
             going[point * rows + i] = interpolate(values + i, rows, degree, point);
@@ -140,7 +140,7 @@ static ad_status build(relay *r, int window, relay_program *made, ad_error *erro
     const physics_model *m = r->model;
     ad_value fields[MODEL_FIELDS_MAX], rows[MODEL_STATE_ROWS_MAX];
     domain_place at = model_record(m, window, r->mlp, tape, fields);
-    m->state(m, &at, fields, rows);
+    m->call.state(m, &at, fields, rows);
     ad_value end = ad_add(at.start, at.span);
     for (int i = 0; i < m->state_rows; i++) {
         rows[i] = ad_substitute(rows[i], at.x[m->domain.time], end);
