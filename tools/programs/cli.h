@@ -46,6 +46,25 @@ typedef struct cli_program {
     cli_list *operands;       /* where one or more operands go; NULL: there is only one */
 } cli_program;
 
+/* Rows that several programs have: --set into a cli_list; --json into a const char *; --quiet into
+ * a bool, of the programs that end with a verdict. */
+#define CLI_SET(list)                                                                              \
+    {                                                                                              \
+        "--set", "KEY=VALUE", CLI_LIST, list, 0, 0,                                                \
+            "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"                 \
+    }
+#define CLI_VERDICT_JSON(file)                                                                     \
+    {                                                                                              \
+        "--json", "FILE|-", CLI_TEXT, file, 0, 0,                                                  \
+            "write how it ended as one JSON object, see below; - is standard\n"                    \
+            "output, with nothing else on it"                                                      \
+    }
+#define CLI_VERDICT_QUIET(flag)                                                                    \
+    {                                                                                              \
+        "--quiet", NULL, CLI_FLAG, flag, 0, 0,                                                     \
+            "say nothing but errors, and on stderr the verdict when it is a\nwarning"              \
+    }
+
 /* `options` [count], without --help and --version, which every program has. Values are given as
  * "--out FILE" or "--out=FILE"; "--" ends the options. The texts are those of argv. Returns CLI_RUN
  * with *operand set (the last of several), or the exit status after having printed help, version or

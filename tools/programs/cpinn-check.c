@@ -385,8 +385,7 @@ int main(int argc, char **argv)
     checker s = {.asked = {.entries = 64, .seed = -1, .step = 1e-3, .tolerance = 1e-6}};
     options *o = &s.asked;
     const cli_option list[] = {
-        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
-         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
+        CLI_SET(&o->overrides),
         {"--entries", "N", CLI_INTEGER, &o->entries, 1, 1e9,
          "parameters checked per loss term, spread over\nall weights and biases (default 64)"},
         {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647,

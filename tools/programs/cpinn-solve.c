@@ -494,13 +494,10 @@ int main(int argc, char **argv)
         {"--work-precision", "CSV", CLI_TEXT, &o->work_precision, 0, 0,
          "solve with more and more nodes; print and write run time and\nerror against the finest; "
          "cpinn-bench --methods config,solver\ndraws it beside networks"},
-        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
-         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
-        {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
-         "write how it ended as one JSON object, see below; - is standard\n"
-         "output, with nothing else on it"},
-        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0,
-         "say nothing but errors, and on stderr the verdict when it is a\nwarning"}};
+        CLI_SET(&o->overrides),
+        CLI_VERDICT_JSON(&o->json),
+        CLI_VERDICT_QUIET(&o->quiet),
+    };
     const cli_program about = {program, "CONFIG.yaml", summary, epilogue, verdict_help, NULL};
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {

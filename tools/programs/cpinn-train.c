@@ -331,8 +331,7 @@ static int parse(int count, char **arguments, options *o)
         {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0,
          "continue the run in DIR from its checkpoint, to the same bits\n"
          "as if it had never stopped"},
-        {"--set", "KEY=VALUE", CLI_LIST, &o->overrides, 0, 0,
-         "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"},
+        CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
          "default 0: one for each processor; results do not depend on it"},
         {"--print-config", NULL, CLI_FLAG, &o->print_config, 0, 0,
@@ -341,11 +340,9 @@ static int parse(int count, char **arguments, options *o)
          "print what the scene consists of, what about it is hard or\n"
          "implausible, what is computed and what is left out, and stop;\n"
          "=program: the compiled programs, line by line"},
-        {"--json", "FILE|-", CLI_TEXT, &o->json, 0, 0,
-         "write how it ended as one JSON object, see below; - is standard\n"
-         "output, with nothing else on it"},
-        {"--quiet", NULL, CLI_FLAG, &o->quiet, 0, 0,
-         "say nothing but errors, and on stderr the verdict when it is a\nwarning"}};
+        CLI_VERDICT_JSON(&o->json),
+        CLI_VERDICT_QUIET(&o->quiet),
+    };
     int result =
         cli_parse(&about, known, sizeof known / sizeof *known, count, arguments, &o->config);
     o->quiet = o->quiet || (o->json && strcmp(o->json, "-") == 0);
