@@ -7,9 +7,9 @@ static uint64_t formula_hash(const formula *x)
 {
     uint64_t number;
     memcpy(&number, &x->number, sizeof number);
-    uint64_t hash = formula_mix(formula_mix((uint64_t)x->op, (uint64_t)x->whole), number);
-    hash = formula_mix(formula_mix(hash, (uint64_t)x->a), (uint64_t)x->b);
-    return formula_mix(hash, (uint64_t)x->c);
+    uint64_t hash = ad_hash_mix(ad_hash_mix((uint64_t)x->op, (uint64_t)x->whole), number);
+    hash = ad_hash_mix(ad_hash_mix(hash, (uint64_t)x->a), (uint64_t)x->b);
+    return ad_hash_mix(hash, (uint64_t)x->c);
 }
 
 static bool formula_equal(const formula *x, const formula *y)

@@ -80,10 +80,4 @@ static inline formula block_at(place p)
     return (formula){.op = BLOCK, .whole = (int)p.kind, .a = p.offset, .b = p.rows};
 }
 
-static inline uint64_t formula_mix(uint64_t hash, uint64_t word)
-{
-    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
-    return hash ^ (hash >> 29);
-}
-
 #endif

@@ -106,12 +106,6 @@ bool ad_tape_grow(void **array, int *capacity, int needed, size_t item)
 
 /* ---- sharing ------------------------------------------------------------------------------- */
 
-static uint64_t mix(uint64_t hash, uint64_t word)
-{
-    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
-    return hash ^ (hash >> 29);
-}
-
 static uint64_t bits_of(double number)
 {
     uint64_t bits;
@@ -121,19 +115,19 @@ static uint64_t bits_of(double number)
 
 static uint64_t node_hash(const ad_tape *tape, const node *n, const int *arguments)
 {
-    uint64_t hash = mix(n->op, (uint64_t)n->rows);
-    hash = mix(hash, (uint64_t)n->whole);
-    hash = mix(hash, bits_of(n->number));
+    uint64_t hash = ad_hash_mix(n->op, (uint64_t)n->rows);
+    hash = ad_hash_mix(hash, (uint64_t)n->whole);
+    hash = ad_hash_mix(hash, bits_of(n->number));
     for (int i = 0; i < n->count; i++) {
-        hash = mix(hash, (uint64_t)arguments[i]);
+        hash = ad_hash_mix(hash, (uint64_t)arguments[i]);
     }
     if (n->op == OP_CONSTANT && !n->splat) {
         for (int i = 0; i < n->rows; i++) {
-            hash = mix(hash, bits_of(tape->numbers[n->offset + (size_t)i]));
+            hash = ad_hash_mix(hash, bits_of(tape->numbers[n->offset + (size_t)i]));
         }
     }
     if (n->op == OP_PARAMETER) {
-        hash = mix(hash, n->offset);
+        hash = ad_hash_mix(hash, n->offset);
     }
     return hash;
 }

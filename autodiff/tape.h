@@ -208,6 +208,13 @@ bool ad_simplify(ad_tape *tape, const node *prototype, const ad_value *arguments
 
 double ad_constant_row(ad_value x, int row); /* of an OP_CONSTANT */
 
+/* Takes one more word into a hash of nodes or formulas. */
+static inline uint64_t ad_hash_mix(uint64_t hash, uint64_t word)
+{
+    hash = (hash ^ word) * 0x9e3779b97f4a7c15u;
+    return hash ^ (hash >> 29);
+}
+
 /* Grow *array to hold `needed` items; false when memory runs out (array unchanged). */
 bool ad_tape_grow(void **array, int *capacity, int needed, size_t item);
 

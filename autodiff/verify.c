@@ -185,7 +185,7 @@ static bool evaluate_uniforms(verifier *v, const pass *p)
 /* One summand: a row, or a product of two. Sums of hashes stand for sets of summands. */
 static uint64_t summand(int a, int b)
 {
-    return formula_mix(formula_mix(0x2545f4914f6cdd1du, (uint64_t)a), (uint64_t)b);
+    return ad_hash_mix(ad_hash_mix(0x2545f4914f6cdd1du, (uint64_t)a), (uint64_t)b);
 }
 
 static bool expect_sum(verifier *v, int id, place to)
