@@ -6,20 +6,6 @@
 
 typedef double matrix3[3][3];
 
-static void multiply(matrix3 a, const double *x, double *result)
-{
-    for (int i = 0; i < 3; i++) {
-        result[i] = a[i][0] * x[0] + a[i][1] * x[1] + a[i][2] * x[2];
-    }
-}
-
-static void multiply_transposed(matrix3 a, const double *x, double *result)
-{
-    for (int i = 0; i < 3; i++) {
-        result[i] = a[0][i] * x[0] + a[1][i] * x[1] + a[2][i] * x[2];
-    }
-}
-
 /* R(q) = (w^2 - |x|^2) I + 2 x x^T + 2 w x^ is quadratic: its derivatives by w and x are linear in
  * q, and R = sum_k q_k R_k/2 (Euler). */
 static void rotation_of(const double *q, matrix3 rotation, matrix3 by_q[4])
@@ -72,7 +58,7 @@ void static_body_force(const double *y, double *force)
 {
     matrix3 rotation, by_q[4];
     rotation_of(y + STATIC_Q, rotation, by_q);
-    multiply_transposed(rotation, y + STATIC_N, force);
+    to_body(rotation, y + STATIC_N, force);
 }
 
 void static_strains(const static_point *at, const double *y, double *strain, double *curvature)
@@ -93,14 +79,14 @@ static void column(const static_point *at, matrix3 rotation, matrix3 turned, con
     for (int i = 0; i < 3; i++) {
         stretched[i] = at->strain_compliance[i] * change[i];
     }
-    multiply(rotation, stretched, moved);
+    to_world(rotation, stretched, moved);
     vector_cross(stretched, force, first);
     vector_cross(strain, change, second);
     if (turned) {
         double body[3];
-        multiply(turned, strain, turning);
-        multiply(turned, at->load.body_force, body);
-        multiply_transposed(turned, at->load.moment, load);
+        to_world(turned, strain, turning);
+        to_world(turned, at->load.body_force, body);
+        to_body(turned, at->load.moment, load);
         for (int i = 0; i < 3; i++) {
             jacobian[STATIC_N + i][index] = -body[i];
         }
@@ -120,7 +106,7 @@ static void differentiate(const static_point *at, const double *y, matrix3 rotat
     memset(jacobian, 0, STATIC_ROWS * sizeof *jacobian);
     left_product(q, left);
     for (int k = 0; k < 4; k++) {
-        multiply_transposed(by_q[k], y + STATIC_N, change);
+        to_body(by_q[k], y + STATIC_N, change);
         column(at, rotation, by_q[k], force, strain, change, STATIC_Q + k, jacobian);
     }
     for (int k = 0; k < 3; k++) {
@@ -154,11 +140,11 @@ void static_rate(const static_point *at, const double *y, double *rate,
     double left[4][3] = {{0}}, n[3], v[3], u[3], load[3], body[3], bending[3], shearing[3];
     rotation_of(q, rotation, by_q);
     left_product(q, left);
-    multiply_transposed(rotation, y + STATIC_N, n);
+    to_body(rotation, y + STATIC_N, n);
     strains(at, n, m, v, u);
-    multiply(rotation, v, rate + STATIC_R);
-    multiply(rotation, at->load.body_force, body);
-    multiply_transposed(rotation, at->load.moment, load);
+    to_world(rotation, v, rate + STATIC_R);
+    to_world(rotation, at->load.body_force, body);
+    to_body(rotation, at->load.moment, load);
     vector_cross(u, m, bending);
     vector_cross(v, n, shearing);
     for (int i = 0; i < 4; i++) {
@@ -202,14 +188,14 @@ static void add_difference(const double *given, int turn, int first, const doubl
     rotation_of(y + STATIC_Q, rotation, by_q);
     memcpy(value, given, sizeof value);
     if (turn != 0) {
-        (turn > 0 ? multiply : multiply_transposed)(rotation, given, value);
+        (turn > 0 ? to_world : to_body)(rotation, given, value);
     }
     for (int i = 0; i < 3; i++) {
         rows[i] += y[first + i] - value[i];
         jacobian[i][first + i] = 1;
     }
     for (int k = 0; k < 4 && turn != 0; k++) {
-        (turn > 0 ? multiply : multiply_transposed)(by_q[k], given, value);
+        (turn > 0 ? to_world : to_body)(by_q[k], given, value);
         for (int i = 0; i < 3; i++) {
             jacobian[i][STATIC_Q + k] -= value[i];
         }
