@@ -129,6 +129,74 @@ typedef struct scene_loads {
     scene_load tip;          /* at s = length */
 } scene_loads;
 
+/* ---- lists ----
+ * What a rod may have several of. `at`, `start` and `end` are places along the whole rod, in m, and
+ * numbers; formulas of s count from its beginning, too. */
+enum {
+    SCENE_SEGMENTS_MAX = 12,
+    SCENE_POINTS_MAX = 16,
+    SCENE_BODIES_MAX = 16,
+    SCENE_SPRINGS_MAX = 16,
+    SCENE_TENDONS_MAX = 16,
+    SCENE_CHAMBERS_MAX = 12
+};
+
+/* A piece of the rod. What its `rod` does not give is that of the whole rod; model and length there
+ * are not looked at. `turn`: how it is set against the end of the piece before, a rotation vector
+ * in the axes of that end, so that an elbow is two segments; the first has none. */
+typedef struct scene_segment {
+    quantity length; /* m, > 0 */
+    scene_rod rod;
+    quantity turn[3]; /* rad; default 0 */
+} scene_segment;
+
+/* A force and a moment at one place within the rod: N and M fall by them there; formulas of t. */
+typedef struct scene_point {
+    quantity at;
+    scene_load load;
+} scene_point;
+
+/* A rigid body that is fixed to the section at `at`, an end or a place within, its centre on the
+ * axis. It weighs and, in motion, has inertia. */
+typedef struct scene_body {
+    quantity at;
+    quantity mass;       /* kg, >= 0 */
+    quantity inertia[3]; /* about d1, d2, d3; kg m^2, >= 0; default 0 */
+} scene_body;
+
+/* A linear spring between the section at `at` and the world: force -stiffness (r - r0), moment
+ * -turning about the directors times the rotation from q0, 2 vec(q0* q). r0, q0: `anchor` and
+ * `upright` where they are given, else where the unstressed rod is. */
+typedef struct scene_spring {
+    quantity at;
+    quantity stiffness[3]; /* along the world's axes; N/m, >= 0; default 0 */
+    quantity turning[3];   /* about the directors; N m/rad, >= 0; default 0 */
+    quantity anchor[3];    /* m */
+} scene_spring;
+
+/* A tendon that is guided by the rod at the body position (offset[0], offset[1], 0), formulas of s,
+ * from `start` on and fixed to it at `end` (default: the ends of the rod). tension: formula of t,
+ * >= 0, at its beginning. friction: against the guides, of Coulomb, so that the tension falls as
+ * exp(-friction times the angle that the tendon has turned); default 0. In place of the tension its
+ * displacement may be given: by how much it is pulled out of the rod against its unstressed length;
+ * formula of t, m. */
+typedef struct scene_tendon {
+    quantity offset[2]; /* m */
+    quantity start, end;
+    quantity tension;      /* N */
+    quantity displacement; /* m */
+    quantity friction;
+} scene_tendon;
+
+/* A fluid chamber along the rod with its axis at (offset[0], offset[1], 0), formulas of s:
+ * pressure, a formula of t, on `area`, a formula of s, pushes its ends apart. */
+typedef struct scene_chamber {
+    quantity offset[2]; /* m */
+    quantity start, end;
+    quantity pressure; /* Pa */
+    quantity area;     /* m^2, > 0 */
+} scene_chamber;
+
 typedef struct scene_end {
     scene_end_type type;
     quantity position[3]; /* m; numbers, for a driven end formulas of t */
@@ -178,6 +246,13 @@ enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 typedef struct scene {
     scene_rod rod;
     scene_loads loads;
+    int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count;
+    scene_segment segments[SCENE_SEGMENTS_MAX]; /* in turn; none: one piece */
+    scene_point points[SCENE_POINTS_MAX];
+    scene_body bodies[SCENE_BODIES_MAX];
+    scene_spring springs[SCENE_SPRINGS_MAX];
+    scene_tendon tendons[SCENE_TENDONS_MAX];
+    scene_chamber chambers[SCENE_CHAMBERS_MAX];
     scene_beam
         beam; /* beams only; they have drag alone of the loads, and types alone of the ends */
     scene_end start;   /* s = 0 */

@@ -1,0 +1,34 @@
+/* Where what a scene says jumps or has a kink along one coordinate: switching places of formulas
+ * (where, step, abs, min, max), joints of segments, points, bodies, springs, ends of tendons and
+ * chambers. Meshes, windows of time, pieces of networks and their points are aligned with them.
+ *
+ * Places are found by interval arithmetic on the formulas, which misses none that their own
+ * arguments bound, and are exact to rounding. */
+#ifndef PHYSICS_BREAKS_H
+#define PHYSICS_BREAKS_H
+
+#include "physics/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { BREAKS_MAX = 256 };
+
+typedef struct scene_breaks {
+    int count;
+    double place[BREAKS_MAX]; /* ascending, strictly within the range; m or s */
+    /* A formula of both coordinates that switches along a curve, or one with more places than fit:
+     * its dotted YAML key, static text; NULL: all places are listed. */
+    const char *unresolved;
+} scene_breaks;
+
+/* coordinate: "s" or "t". Needs a scene that passes scene_check. AD_NO_MEMORY. */
+ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
+                          ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
