@@ -3,7 +3,6 @@
 #include "autodiff/transform.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { HEAVY_OPERATION = 8, HEAVY_MAX = 1 << 20 };
 

@@ -2,7 +2,6 @@
 #include "autodiff/tape.h"
 
 #include <limits.h>
-#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>

@@ -9,7 +9,6 @@
  * every piece when q <= r, which one row finds, or wrong for whole blocks already. */
 #include "autodiff/formulas.h"
 
-#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>

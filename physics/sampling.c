@@ -2,7 +2,6 @@
 #include "physics/constants.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 static const double below_one = 1.0 - 0x1p-53;

@@ -50,7 +50,7 @@ static run start(const char *text, const changes *c)
     ad_error error = {AD_OK, ""};
     if (config_read("beam.yaml", text, c->count, c->list, &settings, &error) != AD_OK ||
         config_experiment_create(settings, 1, &r.e, &error) != AD_OK ||
-        try_problem(r.e, &r.p, &error) != AD_OK ||
+        experiment_problem(r.e, &r.p, &error) != AD_OK ||
         reference_create(r.e, &r.known, &error) != AD_OK ||
         trainer_create(r.e, r.p, r.known, 0, &r.trainer, &error) != AD_OK) {
         fail_msg("%s", error.message);

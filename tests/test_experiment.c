@@ -2,27 +2,15 @@
  * by s and t. */
 #include "evaluate.h"
 #include "temporary_folder.h"
+#include "training_testing.h"
 
 #include "physics/derivative_check.h"
-#include "tools/config/config_experiment.h"
 #include "tools/train/reference.h"
 
 static const char rod[] = "rod: {length: 2, stiffness: {bending: [1, 1], torsion: 1, "
                           "shear: [100, 100], axial: 100}}\n"
                           "network: {hidden: [6, 5], fourier: {features: 3}}\n"
                           "training: {seed: 5}\n";
-
-static experiment *experiment_of(const char *path, const char *text, const char *override)
-{
-    ad_error error = {.message = ""};
-    config *settings = NULL;
-    experiment *e = NULL;
-    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return e;
-}
 
 static void save(experiment *e)
 {

@@ -36,16 +36,6 @@ static made make_case(const struct scene_case *row, int threads)
     return make_problem(row->path, row->changes, threads);
 }
 
-static double loss_at(const made *m, const double *x, double *gradient)
-{
-    ad_error error = {AD_OK, ""};
-    double loss;
-    if (problem_evaluate(m->p, x, &loss, gradient, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return loss;
-}
-
 static double *copy_of(const double *x, size_t count)
 {
     double *copy = malloc(count * sizeof *copy);
@@ -189,15 +179,6 @@ static void test_allocates_nothing(void **state)
 
 /* ---- points ------------------------------------------------------------------------------------
  */
-
-static uint64_t fingerprint(const double *x, size_t count)
-{
-    uint64_t hash = UINT64_C(14695981039346656037); /* FNV-1a */
-    for (size_t i = 0; i < count * sizeof *x; i++) {
-        hash = (hash ^ ((const unsigned char *)x)[i]) * UINT64_C(1099511628211);
-    }
-    return hash;
-}
 
 static uint64_t points_of_set(problem *p, const char *name)
 {
@@ -483,7 +464,7 @@ static void test_nothing_to_learn(void **state)
     }
     problem *p = (problem *)e;
     ad_error error = {AD_OK, ""};
-    assert_int_equal(try_problem(e, &p, &error), AD_BAD_INPUT);
+    assert_int_equal(experiment_problem(e, &p, &error), AD_BAD_INPUT);
     assert_null(p);
     assert_non_null(strstr(error.message, "weight 0"));
     experiment_free(e);

@@ -13,16 +13,6 @@
 #define ADAPTIVE    "losses.self_adaptive.rate=0.05"
 #define FEW_OUTSIDE "losses={boundary: {points: 7}, initial: {points: 9}}"
 
-static double loss_at(const made *m, const double *x, double *gradient)
-{
-    ad_error error = {AD_OK, ""};
-    double loss;
-    if (problem_evaluate(m->p, x, &loss, gradient, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return loss;
-}
-
 static bool reweigh(const made *m, int64_t step, const double *x)
 {
     ad_error error = {AD_OK, ""};

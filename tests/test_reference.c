@@ -1,9 +1,9 @@
 /* What a scene is compared with, and the numbers of the comparison. */
 #include "evaluate.h"
 #include "temporary_folder.h"
+#include "training_testing.h"
 
 #include "physics/analytic.h"
-#include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference.h"
 
@@ -11,18 +11,6 @@
 
 /* Rounding of sums over some thousand numbers of order 1. */
 static const double rounding = 1e-12;
-
-static experiment *experiment_of(const char *path, const char *text, const char *override)
-{
-    ad_error error = {.message = ""};
-    config *settings = NULL;
-    experiment *e = NULL;
-    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return e;
-}
 
 static reference *reference_of(const experiment *e)
 {

@@ -1,8 +1,8 @@
 /* References that are solved classically, and how they are kept. */
 #include "evaluate.h"
 #include "temporary_folder.h"
+#include "training_testing.h"
 
-#include "tools/config/config_experiment.h"
 #include "tools/config/config_keys.h"
 #include "tools/train/reference.h"
 
@@ -53,18 +53,6 @@ static int end(void **state)
 }
 
 /* ---- references ---------------------------------------------------------------------------- */
-
-static experiment *experiment_of(const char *path, const char *text, const char *override)
-{
-    ad_error error = {.message = ""};
-    config *settings = NULL;
-    experiment *e = NULL;
-    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
-        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return e;
-}
 
 /* What a reference came to: the errors of the untrained network, to the bit. */
 typedef struct outcome {

@@ -4,8 +4,6 @@
 #include "physics/solve/rod_model.h"
 #include "tools/config/config.h"
 
-#include <string.h>
-
 static const double rounding = 1e-13; /* some ten operations on numbers up to 100 */
 
 static config *settings_of(const char *path, const char *text)

@@ -55,7 +55,7 @@ static double trained_error(const char *text, int count, const char *const *chan
     all[count] = reference;
     config *settings = read_scene(text, count + 1, all);
     if (config_experiment_create(settings, 1, &r.made.e, &error) != AD_OK ||
-        try_problem(r.made.e, &r.made.p, &error) != AD_OK ||
+        experiment_problem(r.made.e, &r.made.p, &error) != AD_OK ||
         reference_create(r.made.e, &r.known, &error) != AD_OK ||
         trainer_create(r.made.e, r.made.p, r.known, 0, &r.trainer, &error) != AD_OK) {
         fail_msg("%s", error.message);

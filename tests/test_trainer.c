@@ -13,15 +13,6 @@ typedef struct shown {
     uint64_t parameters;
 } shown;
 
-static uint64_t fingerprint(const double *x, size_t count)
-{
-    uint64_t hash = UINT64_C(14695981039346656037); /* FNV-1a */
-    for (size_t i = 0; i < count * sizeof *x; i++) {
-        hash = (hash ^ ((const unsigned char *)x)[i]) * UINT64_C(1099511628211);
-    }
-    return hash;
-}
-
 static shown show(const run *r)
 {
     trainer_info info = trainer_inspect(r->trainer);

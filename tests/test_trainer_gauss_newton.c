@@ -1,10 +1,6 @@
 /* Training by Gauss-Newton: checkpoints, bits, refusals. Points are resampled and causal weights
  * change on the way. */
-#include "training_testing.h"
-
-#include "tools/train/trainer.h"
-
-#include <unistd.h>
+#include "trainer_testing.h"
 
 enum { STEPS = 14 };
 
@@ -43,38 +39,6 @@ static const char *const moving[] = {
     "losses.causal.slices=3",
     "losses.causal.update_every=3",
     NULL};
-
-typedef struct run {
-    made made;
-    reference *known;
-    trainer *trainer;
-} run;
-
-static run start(const char *path, const char *const *changes, int threads)
-{
-    run r = {.made = make_problem(path, changes, threads)};
-    ad_error error = {AD_OK, ""};
-    if (reference_create(r.made.e, &r.known, &error) != AD_OK ||
-        trainer_create(r.made.e, r.made.p, r.known, 0, &r.trainer, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return r;
-}
-
-static void stop(run *r)
-{
-    trainer_free(r->trainer);
-    reference_free(r->known);
-    made_free(&r->made);
-}
-
-static void step(run *r)
-{
-    ad_error error = {AD_OK, ""};
-    if (trainer_step(r->trainer, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-}
 
 /* What a step leaves: loss, norm of the gradient, damping, held-out loss, error. */
 typedef struct shown {

@@ -45,16 +45,24 @@ static inline experiment *make_experiment(const char *path, const char *const *c
     return e;
 }
 
-static inline ad_status try_problem(const experiment *e, problem **p, ad_error *error)
+/* From a file, or from `text`; override: "key=value" or NULL. */
+static inline experiment *experiment_of(const char *path, const char *text, const char *override)
 {
-    return experiment_problem(e, p, error);
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    experiment *e = NULL;
+    if (config_read(path, text, override != NULL, &override, &settings, &error) != AD_OK ||
+        config_experiment_create(settings, 1, &e, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return e;
 }
 
 static inline made make_problem(const char *path, const char *const *changes, int threads)
 {
     made m = {make_experiment(path, changes, threads), NULL};
     ad_error error = {AD_OK, ""};
-    if (try_problem(m.e, &m.p, &error) != AD_OK) {
+    if (experiment_problem(m.e, &m.p, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return m;
@@ -64,6 +72,26 @@ static inline void made_free(made *m)
 {
     problem_free(m->p);
     experiment_free(m->e);
+}
+
+static inline double loss_at(const made *m, const double *x, double *gradient)
+{
+    ad_error error = {AD_OK, ""};
+    double loss;
+    if (problem_evaluate(m->p, x, &loss, gradient, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return loss;
+}
+
+/* FNV-1a of the bits. */
+static inline uint64_t fingerprint(const double *x, size_t count)
+{
+    uint64_t hash = UINT64_C(14695981039346656037);
+    for (size_t i = 0; i < count * sizeof *x; i++) {
+        hash = (hash ^ ((const unsigned char *)x)[i]) * UINT64_C(1099511628211);
+    }
+    return hash;
 }
 
 #endif

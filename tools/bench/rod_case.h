@@ -15,7 +15,7 @@
 
 #include "physics/problem.h"
 
-enum { ROD_CASE_HIDDEN_MAX = 8, ROD_CASE_OUTPUTS = 7, ROD_CASE_ROWS = 6 };
+enum { ROD_CASE_OUTPUTS = 7 };
 
 typedef struct rod_case_constants {
     double strain_stiffness[3], curvature_stiffness[3]; /* K, C */

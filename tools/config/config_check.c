@@ -1,7 +1,6 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training. */
 #include "tools/config/config_parts.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 /* What is wrong with the formula is told in `error`. */

@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 const double compare_limits[COMPARE_LIMITS] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
 

@@ -2,7 +2,6 @@
 #include "tools/judge/judge.h"
 #include "tools/judge/signals.h"
 
-#include <math.h>
 #include <time.h>
 
 /* Of training, without its rows of history; or of the processor. */

@@ -2,7 +2,6 @@
 #include "tools/judge/stress.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 /* Points along the rod; columns of rods. */
 enum { ALONG = 65, FORCE = 13, MOMENT = 16, VELOCITY = 19, SPIN = 22 };

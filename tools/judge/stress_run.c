@@ -2,7 +2,6 @@
 #include "tools/judge/stress.h"
 
 #include <errno.h>
-#include <math.h>
 #include <string.h>
 
 static const double usual_seconds = 10;

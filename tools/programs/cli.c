@@ -271,6 +271,13 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
     return CLI_RUN;
 }
 
+void cli_print_error(const char *name, double value, const char *unit)
+{
+    if (!isnan(value)) {
+        printf("  %-24s %.3e%s\n", name, value, unit);
+    }
+}
+
 bool cli_grid(const char *text, bool dynamic, long *ns, long *nt)
 {
     char *end;

@@ -83,6 +83,9 @@ int cli_fail_error(const char *program, const ad_error *error);
 int cli_refuse(const char *program, const ad_error *error);
 int cli_fail_training(const char *program, const ad_error *error);
 
+/* One line of a table of errors, unless the value is NaN: name, value, and what follows it. */
+void cli_print_error(const char *name, double value, const char *unit);
+
 /* A remark on stderr that does not end the program. */
 void cli_warn(const char *program, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

@@ -7,7 +7,6 @@
 #include "tools/programs/progress.h"
 #include "tools/train/run.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>

@@ -247,13 +247,6 @@ static void print_progress(const evaluation *x)
     putchar('\n');
 }
 
-static void print_error(const char *name, double value, const char *unit)
-{
-    if (!isnan(value)) {
-        printf("  %-24s %.3e%s\n", name, value, unit);
-    }
-}
-
 static void print_reference(const evaluation *x)
 {
     if (*reference_account(x->known)) {
@@ -264,11 +257,11 @@ static void print_reference(const evaluation *x)
         printf("; %zu outside the scene left out", reference_left_out(x->known));
     }
     printf(")\n");
-    print_error("position, relative L2", x->errors.position, "");
-    print_error("position, largest", x->errors.position_max, " of the length");
-    print_error("tip", x->errors.tip, " of the length");
-    print_error("rotation, rms", x->errors.rotation, " rad");
-    print_error("rotation, largest", x->errors.rotation_max, " rad");
+    cli_print_error("position, relative L2", x->errors.position, "");
+    cli_print_error("position, largest", x->errors.position_max, " of the length");
+    cli_print_error("tip", x->errors.tip, " of the length");
+    cli_print_error("rotation, rms", x->errors.rotation, " rad");
+    cli_print_error("rotation, largest", x->errors.rotation_max, " rad");
     if (isnan(x->errors.position)) {
         printf("  the position is not a number\n");
     }

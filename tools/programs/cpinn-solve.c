@@ -174,22 +174,15 @@ static const char *estimate_unit(const solving *x)
     return scene_is_beam(x->scene) ? "of the deflection" : "of the length";
 }
 
-static void print_error(const char *name, double value, const char *unit)
-{
-    if (!isnan(value)) {
-        printf("  %-24s %.3e%s\n", name, value, unit);
-    }
-}
-
 static void print_reference(const solving *x)
 {
     const reference_errors *errors = &x->errors;
     printf("difference from %s (%zu points)\n", reference_name(x->known),
            reference_points(x->known));
-    print_error("position, relative L2", errors->position, "");
-    print_error("position, largest", errors->position_max, " of the length");
-    print_error("tip", errors->tip, " of the length");
-    print_error("rotation, largest", errors->rotation_max, " rad");
+    cli_print_error("position, relative L2", errors->position, "");
+    cli_print_error("position, largest", errors->position_max, " of the length");
+    cli_print_error("tip", errors->tip, " of the length");
+    cli_print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
 /* Prints the energy at the end of the motion, or at rest. */
@@ -203,7 +196,7 @@ static ad_status print_energy(const solving *x, ad_error *error)
     if (scene_is_dynamic(x->scene)) {
         printf("  %-24s kinetic %.9g, strain %.9g, work of loads %.9g, dissipated %.9g J\n",
                "energy", e.kinetic, e.strain, e.work, e.dissipated);
-        print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
+        cli_print_error("energy out of balance", x->report.energy_mismatch, " of the largest");
         return AD_OK;
     }
     printf("  %-24s strain %.9g", "energy", e.strain);

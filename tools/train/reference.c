@@ -447,11 +447,6 @@ size_t reference_points(const reference *r)
     return r->points;
 }
 
-const double *reference_s(const reference *r)
-{
-    return r->s;
-}
-
 const double *reference_t(const reference *r)
 {
     return r->t;

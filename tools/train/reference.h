@@ -27,7 +27,6 @@ void reference_free(reference *r);
 ad_status reference_enter(reference *r, const experiment *e, int from, ad_error *error);
 
 size_t reference_points(const reference *r);
-const double *reference_s(const reference *r);  /* [points] m */
 const double *reference_t(const reference *r);  /* [points] s */
 size_t reference_left_out(const reference *r);  /* points of a file outside the scene */
 const char *reference_name(const reference *r); /* "elastica", "file.csv", ... */

@@ -8,7 +8,6 @@
 #include "tools/train/run.h"
 
 #include <inttypes.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
