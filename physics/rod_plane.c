@@ -83,7 +83,11 @@ static bool plane_is_used(const scene *rod_scene, const scene_field *field)
     case SCENE_OF_START:
         return turns ? scene_end_holds_rotation(start) : scene_end_holds_position(start);
     case SCENE_OF_END:
-        return turns ? scene_end_holds_rotation(end) : scene_end_holds_position(end);
+        if (field->geometry == SCENE_POSITION_VECTOR) {
+            return scene_end_holds_position(end);
+        } /* the rotation by its quaternion, or by the vector in its place */
+        return scene_end_holds_rotation(end) &&
+               (turns ? !rod_scene->end.rotation_vector[0].is_given : given);
     case SCENE_OF_BASE:
         return start == SCENE_LOADED;
     case SCENE_OF_TIP:

@@ -201,6 +201,9 @@ typedef struct scene_end {
     scene_end_type type;
     quantity position[3]; /* m; numbers, for a driven end formulas of t */
     quantity rotation[4]; /* quaternion, normalised when read; numbers, or formulas of t */
+    /* Of the end s = length, in place of rotation: the rotation vector by which it is turned from
+     * where the unstressed rod ends, in the world's axes, so that turns count; rad. */
+    quantity rotation_vector[3];
 } scene_end;
 
 /* The state at t = 0; formulas of s. Nothing given: at rest in the undeformed shape that the

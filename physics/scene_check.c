@@ -176,6 +176,7 @@ typedef struct end_keys {
     const char *type;
     const char *position;
     const char *rotation;
+    const char *rotation_vector; /* NULL: it has none */
     const char *force;
     const char *moment;
 } end_keys;
@@ -216,6 +217,31 @@ static ad_status check_rotation_number(const scene_checker *check, const end_key
                               "is zero; allowed: a quaternion (w, x, y, z) that is not zero");
 }
 
+/* By the quaternion, or by the vector from where the unstressed rod ends, which the other end has
+ * to place then. */
+static ad_status check_rotation(const scene_checker *check, const end_keys *keys)
+{
+    const scene_end *end = keys->end;
+    bool vector = quantity_any_given(3, end->rotation_vector);
+    if (vector && !keys->rotation_vector) {
+        return scene_refuse(check, keys->rotation,
+                            "missing; a rotation vector is for the end s = length");
+    }
+    if (vector && end->rotation[0].is_given) {
+        return scene_refuse(check, keys->rotation_vector,
+                            "given beside rotation; allowed: one of the two");
+    }
+    if (vector && !scene_end_holds_rotation(check->scene->start.type)) {
+        return scene_refuse(check, keys->rotation_vector,
+                            "turns the end from where the unstressed rod ends, but the end s = 0 "
+                            "is not held; clamp it, or give rotation");
+    }
+    if (!vector && !end->rotation[0].is_given) {
+        return scene_refuse(check, keys->rotation, "missing; the type of this end needs it");
+    }
+    return vector ? AD_OK : check_rotation_number(check, keys);
+}
+
 static ad_status check_end(const scene_checker *check, const end_keys *keys)
 {
     const scene_end *end = keys->end;
@@ -224,10 +250,7 @@ static ad_status check_end(const scene_checker *check, const end_keys *keys)
         if (scene_end_holds_position(end->type) && !end->position[0].is_given) {
             return scene_refuse(check, keys->position, "missing; the type of this end needs it");
         }
-        if (scene_end_holds_rotation(end->type) && !end->rotation[0].is_given) {
-            return scene_refuse(check, keys->rotation, "missing; the type of this end needs it");
-        }
-        status = scene_end_holds_rotation(end->type) ? check_rotation_number(check, keys) : AD_OK;
+        status = scene_end_holds_rotation(end->type) ? check_rotation(check, keys) : AD_OK;
     }
     return status != AD_OK ? status : check_end_load(check, keys);
 }
@@ -349,10 +372,11 @@ static ad_status check_ends(const scene_checker *check)
     const scene *rod_scene = check->scene;
     const end_keys ends[2] = {
         {&rod_scene->start, &rod_scene->loads.base, "boundary.start.type",
-         "boundary.start.position", "boundary.start.rotation", "loads.base.force",
+         "boundary.start.position", "boundary.start.rotation", NULL, "loads.base.force",
          "loads.base.moment"},
         {&rod_scene->end, &rod_scene->loads.tip, "boundary.end.type", "boundary.end.position",
-         "boundary.end.rotation", "loads.tip.force", "loads.tip.moment"},
+         "boundary.end.rotation", "boundary.end.rotation_vector", "loads.tip.force",
+         "loads.tip.moment"},
     };
     ad_status status = check_end(check, &ends[0]);
     if (status == AD_OK) {
@@ -448,7 +472,8 @@ static ad_status check_manufactured(const scene_checker *check)
                         quantity_any_given(3, initial->velocity) ||
                         quantity_any_given(3, initial->angular_velocity)},
         {"boundary.end", quantity_any_given(3, rod_scene->end.position) ||
-                             quantity_any_given(4, rod_scene->end.rotation)},
+                             quantity_any_given(4, rod_scene->end.rotation) ||
+                             quantity_any_given(3, rod_scene->end.rotation_vector)},
     };
     if (!scene_is_manufactured(rod_scene)) {
         return rotation || angles

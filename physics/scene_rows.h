@@ -174,7 +174,12 @@ extern "C" {
       "Position of a held end.")                                                                   \
     X("boundary.end.rotation", 4, end.rotation, END, HELD, ANY, ORIENTATION, WORLD, NULL, NOTHING, \
       NULL,                                                                                        \
-      "Quaternion (w, x, y, z) of a held end.")
+      "Quaternion (w, x, y, z) of a held end.")                                                    \
+    X("boundary.end.rotation_vector", 3, end.rotation_vector, END, HELD, ANY, AXIAL_VECTOR, WORLD, \
+      "rad", NOTHING, NULL,                                                                        \
+      "In place of rotation, for any number of turns: by how much the end is turned from where "   \
+      "the unstressed rod ends; axis times angle, world frame. The other end is clamped or "       \
+      "driven.")
 
 #define SCENE_INITIAL_ROWS(X)                                                                      \
     X("initial.position", 3, initial.position, INITIAL, AT_START, ANY, POSITION_VECTOR, WORLD,     \
