@@ -128,6 +128,53 @@ rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);
 ad_value rod_end_force(const rod_end_data *end, ad_value rotation);  /* N, world */
 ad_value rod_end_moment(const rod_end_data *end, ad_value rotation); /* m, body */
 
+/* rod_points.c. What acts at single places, lists of scene.h in their order. The places `s` are
+ * dimensionless, forces and moments those of the outside on the rod, in the frame of the equations
+ * and under the load factor of the place:
+ *   N(s+) = N(s-) - force,   m(s+) = turn* (m(s-) - moment) turn,   q(s+) = q(s-) turn
+ * with the rotation before the joint in what follows it, all moments in body components. */
+typedef struct rod_point_data {
+    double s;
+    bool follows; /* force and moment are in the body frame */
+    ad_value force, moment;
+} rod_point_data;
+
+rod_point_data rod_point_of(const rod_context *rod, int i, ad_value t);
+ad_value rod_point_force(const rod_point_data *point, ad_value rotation);  /* world */
+ad_value rod_point_moment(const rod_point_data *point, ad_value rotation); /* body */
+
+/* Between segments i and i + 1. */
+typedef struct rod_joint {
+    double s;
+    bool turns;
+    double turn[4]; /* unit quaternion, from the frame before to the frame after */
+} rod_joint;
+
+int rod_joint_count(const scene *rod_scene);
+rod_joint rod_joint_of(const scene *rod_scene, int i);
+
+/* The force of a body is weight - mass r_tt, its moment -(inertia w_t + w x inertia w); mass and
+ * inertia are 0 in a static scene. */
+typedef struct rod_body_data {
+    double s, mass, inertia[3];
+    ad_value weight; /* [3] */
+} rod_body_data;
+
+rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t);
+
+/* Anchor in the world; upright in the frame of the equations. Springs do not grow with the loads;
+ * an anchor that is given sets out from where the unstressed rod is. */
+typedef struct rod_spring_data {
+    double s, stiffness[3], turning[3];
+    ad_value anchor, upright;
+} rod_spring_data;
+
+rod_spring_data rod_spring_of(const rod_context *rod, int i);
+ad_value rod_spring_force(const rod_context *rod, const rod_spring_data *spring,
+                          ad_value position); /* frame of the equations */
+ad_value rod_spring_moment(const rod_context *rod, const rod_spring_data *spring,
+                           ad_value rotation); /* body */
+
 /* rod_balance.c */
 rod_coefficients rod_coefficients_of(const rod_context *rod);
 ad_value rod_space_derivative(const rod_context *rod, ad_value y);

@@ -164,9 +164,11 @@ typedef struct scene_body {
     quantity inertia[3]; /* about d1, d2, d3; kg m^2, >= 0; default 0 */
 } scene_body;
 
-/* A linear spring between the section at `at` and the world: force -stiffness (r - r0), moment
- * -turning about the directors times the rotation from q0, 2 vec(q0* q). r0, q0: `anchor` and
- * `upright` where they are given, else where the unstressed rod is. */
+/* A linear spring between the section at `at` and the world, of the energy
+ * 1/2 stiffness (r - r0)^2 + 1/2 turning phi^2, with the rotation vector phi from q0 to q in the
+ * directors' components, of less than a whole turn: force -stiffness (r - r0), and where the rod
+ * turns about one director, or all turnings are equal, the moment -turning phi. r0: `anchor` where
+ * it is given, else, as q0, where the unstressed rod is. */
 typedef struct scene_spring {
     quantity at;
     quantity stiffness[3]; /* along the world's axes; N/m, >= 0; default 0 */
