@@ -1,0 +1,237 @@
+#include "physics/solve/static_path.h"
+
+#include "physics/solve/quaternion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HISTORY = 6 }; /* points of the path to extrapolate from */
+
+/* The path ends where steps become shorter than this. */
+static const double SHORTEST = 1e-5;
+
+/* How far a step's extrapolation is meant to be off, in position and quaternion. */
+static const double OFF_AIM = 0.05;
+
+/* Longest step in the size of the load of a rod that may buckle: on a longer one past the buckling
+ * load it would miss the bend of the path and go on with the straight rod. */
+static const double PERTURBED = 0.03;
+
+/* Stretch that a rod between two held ends has in addition at the beginning of the path: it can be
+ * straight there, and buckles under forces that do not depend on how stiff it is. */
+static const double SOFT = 0.02;
+
+/* ---- how much there is to follow ----------------------------------------------------------- */
+
+enum { SAMPLES = 33 };
+
+static double norm(const double *x)
+{
+    return sqrt(vector_dot(x, x));
+}
+
+static bool is_round(const solve_section *section)
+{
+    return section->curvature_stiffness[0] == section->curvature_stiffness[1] &&
+           section->strain_stiffness[0] == section->strain_stiffness[1];
+}
+
+/* How much more what bends with so many powers of a lever does here than it does to a rod of the
+ * scales' stiffness: 1 where that does not vary. Levers reach from an end that nothing holds. */
+static double softness(const solve_rod *rod, const solve_section *sections, int power)
+{
+    bool start = rod->ends[0].holds_position, end = rod->ends[1].holds_position;
+    double bent = 0, total = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        const double *bends = sections[i].curvature_compliance;
+        double s = (double)i / (SAMPLES - 1), lever = start == end ? 1 : start ? 1 - s : s;
+        bent += pow(lever, power) * fmax(bends[0], bends[1]);
+        total += pow(lever, power);
+    }
+    return bent / total;
+}
+
+/* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
+ * its cube root. */
+static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
+{
+    double s[SAMPLES], force = 0, moment = 0, spread = 0, couple = 0, rest_curvature = 0;
+    int held = 0;
+    bool straight = true, round = true;
+    solve_section sections[SAMPLES];
+    solve_rest rest[SAMPLES];
+    solve_load load[SAMPLES];
+    for (int i = 0; i < SAMPLES; i++) {
+        s[i] = (double)i / (SAMPLES - 1);
+    }
+    ad_status status = solve_rod_sections(rod, SAMPLES, s, sections, error);
+    status = status == AD_OK ? solve_rod_rest(rod, SAMPLES, s, 0, rest, error) : status;
+    if (status == AD_OK) {
+        status = solve_rod_load(rod, SAMPLES, s, 0, load, error);
+    }
+    for (int end = 0; end < 2 && status == AD_OK; end++) {
+        solve_end_state at;
+        status = solve_rod_end(rod, end, 0, &at, error);
+        force = fmax(force, rod->ends[end].holds_position ? 0 : norm(at.force));
+        moment = fmax(moment, rod->ends[end].holds_rotation ? 0 : norm(at.moment));
+        held += rod->ends[end].holds_position;
+    }
+    for (int i = 0; i < SAMPLES && status == AD_OK; i++) {
+        round = round && is_round(&sections[i]);
+        double sideways = hypot(rest[i].strain[0], rest[i].strain[1]);
+        straight = straight && sideways == 0 && norm(rest[i].curvature) == 0 &&
+                   norm(load[i].body_force) == 0;
+        spread = fmax(spread, norm(load[i].force) + norm(load[i].body_force));
+        couple = fmax(couple, norm(load[i].moment) + norm(load[i].body_moment));
+        rest_curvature = fmax(rest_curvature, norm(rest[i].curvature));
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    double soft[3] = {softness(rod, sections, 0), softness(rod, sections, 1),
+                      softness(rod, sections, 2)};
+    moment *= soft[0];
+    couple *= soft[0];
+    force *= soft[1];
+    spread *= soft[2];
+    path->twists = round && straight && couple == 0;
+    path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
+    double compression = soft[1] * rod_numbers_of(&rod->scene).compression;
+    path->may_buckle = held > 1 || compression > 1;
+    bool careful = path->may_buckle || path->perturbation != 0;
+    path->longest = careful ? PERTURBED / path->size : path->last;
+    path->wavenumber = rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
+    return AD_OK;
+}
+
+ad_status static_path_shape(const solve_rod *rod, const solve_settings *settings, path_shape *path,
+                            ad_error *error)
+{
+    scene given = rod->scene;
+    given.motion = SCENE_AUTOMATIC;
+    rod_plane plane = rod_plane_of(&given);
+    const solve_end *ends = rod->ends;
+    bool squeezed = ends[0].holds_position && ends[1].holds_position;
+    *path = (path_shape){.known = scene_is_manufactured(&rod->scene),
+                         .first = scene_is_imperfect(&rod->scene) ? -1 : 0,
+                         .last = settings->perturbation == 0 ? 1 : 2,
+                         .perturbation = settings->perturbation,
+                         .spins = !ends[0].holds_rotation && !ends[1].holds_rotation,
+                         .stretch = squeezed ? SOFT : 0,
+                         .director = plane.is_planar && plane.director == 0};
+    return measure(rod, path, error);
+}
+
+static_path static_path_at(const path_shape *path, double parameter)
+{
+    double along = fmax(0, parameter), load = fmin(1, along), rest = 1 - load;
+    return (static_path){.load = load,
+                         .imperfection = path->first < 0 ? fmin(1 + parameter, rest) : 0,
+                         .perturbation = path->perturbation * along * (2 - along),
+                         .director = path->director,
+                         .spring = path->spins && !path->twists ? rest : 0,
+                         .twist_spring = path->spins && path->twists ? 1 : 0,
+                         .stretch = path->stretch * rest};
+}
+
+/* ---- following it -------------------------------------------------------------------------- */
+
+/* Solutions that the path went through, the newest last. */
+typedef struct path_history {
+    int count;
+    double parameter[HISTORY], *y[HISTORY], *memory;
+} path_history;
+
+static void remember(path_history *past, double parameter, const double *y, size_t unknowns)
+{
+    if (past->count == HISTORY) {
+        double *oldest = past->y[0];
+        for (int i = 1; i < HISTORY; i++) {
+            past->y[i - 1] = past->y[i];
+            past->parameter[i - 1] = past->parameter[i];
+        }
+        past->y[HISTORY - 1] = oldest;
+        past->count--;
+    }
+    past->parameter[past->count] = parameter;
+    memcpy(past->y[past->count++], y, unknowns * sizeof *y);
+}
+
+/* Lagrange's polynomial through the past. */
+static void extrapolate(const path_history *past, double parameter, double *y, size_t unknowns)
+{
+    memset(y, 0, unknowns * sizeof *y);
+    for (int i = 0; i < past->count; i++) {
+        double weight = 1;
+        for (int j = 0; j < past->count; j++) {
+            double distance = past->parameter[i] - past->parameter[j];
+            weight *= i == j ? 1 : (parameter - past->parameter[j]) / distance;
+        }
+        for (size_t k = 0; k < unknowns; k++) {
+            y[k] += weight * past->y[i][k];
+        }
+    }
+}
+
+/* Largest difference of position and quaternion. */
+static double distance(const double *a, const double *b, size_t unknowns)
+{
+    double result = 0;
+    for (size_t k = 0; k < unknowns; k++) {
+        if (k % STATIC_ROWS < STATIC_N) {
+            double off = fabs(a[k] - b[k]);
+            result = off <= result ? result : off;
+        }
+    }
+    return result;
+}
+
+ad_status static_path_follow(static_system *system, static_newton *newton, const path_shape *path,
+                             double *y, solve_report *report, ad_error *error)
+{
+    size_t unknowns = static_system_unknowns(system);
+    path_history past = {.memory = malloc((HISTORY + 1) * unknowns * sizeof(double))};
+    if (!past.memory) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory");
+    }
+    double *guess = past.memory + HISTORY * unknowns, at;
+    double step = fmin(path->longest, 1 / path->size);
+    for (int i = 0; i < HISTORY; i++) {
+        past.y[i] = past.memory + (size_t)i * unknowns;
+    }
+    ad_status status = static_system_guess(system, y, error);
+    report->load_fraction = 0;
+    at = path->known ? path->last : path->first;
+    static_path here = static_path_at(path, at);
+    static_system_set(system, &here);
+    bool going = status == AD_OK && static_newton_solve(newton, y, &report->newton_steps);
+    while (going && at < path->last) {
+        remember(&past, at, y, unknowns);
+        bool accepted = false;
+        while (!accepted && step >= SHORTEST) {
+            double left = path->last - at, next = step > 0.9 * left ? path->last : at + step;
+            extrapolate(&past, next, guess, unknowns);
+            memcpy(y, guess, unknowns * sizeof *guess);
+            here = static_path_at(path, next);
+            static_system_set(system, &here);
+            bool solved = static_newton_solve(newton, y, &report->newton_steps);
+            double off = solved ? distance(y, guess, unknowns) : 1;
+            accepted = solved && off <= PATH_OFF_MAX;
+            double factor = accepted ? pow(OFF_AIM / fmax(off, 1e-9), 1.0 / past.count) : 0.4;
+            at = accepted ? next : at;
+            double longest = at < 1 ? path->longest : path->last;
+            step = fmin(longest, step * fmin(4, fmax(0.3, factor)));
+            report->load_steps += accepted;
+        }
+        going = accepted;
+    }
+    if (status == AD_OK && !going && past.count > 0) { /* back to where the path ended */
+        memcpy(y, past.y[past.count - 1], unknowns * sizeof *y);
+    }
+    here = static_path_at(path, at);
+    static_system_set(system, &here);
+    report->load_fraction = going ? 1 : fmin(fmax(at, 0), 1 - 1e-9);
+    free(past.memory);
+    return status;
+}
