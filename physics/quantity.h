@@ -119,6 +119,47 @@ bool quantity_any_depends_on(int count, const quantity *q, const char *coordinat
 /* Its value at s (m), t (s); NaN when it is not given. Does not allocate. */
 double quantity_value(quantity q, double s, double t);
 
+/* ---- enclosures ------------------------------------------------------------------------------ */
+
+/* All numbers from low to high; the whole line, -infinity to infinity, says nothing and holds
+ * what is not a number, too. */
+typedef struct quantity_interval {
+    double low, high;
+} quantity_interval;
+
+typedef struct quantity_enclosure {
+    quantity_interval value;
+    quantity_interval slope; /* by the coordinate; the whole line where it may jump */
+    double rounding;         /* no value is further than this from its exact one */
+} quantity_enclosure;
+
+/* Encloses what quantity_value gives at all s and t of two intervals, by interval arithmetic
+ * (Moore, Kearfott, Cloud, Introduction to Interval Analysis, 2009, ch. 5, 6): exact but for what
+ * appears in a formula more than once, and the narrower the intervals the closer. */
+quantity_interval quantity_range(quantity q, quantity_interval s, quantity_interval t);
+
+/* The same with all slopes by a coordinate, "s" or "t", for s and t fixed in turn. Where it has a
+ * kink the slope encloses those of both sides. */
+quantity_enclosure quantity_enclose(quantity q, const char *coordinate, quantity_interval s,
+                                    quantity_interval t);
+
+/* Calls `visit` for every expression in a formula whose sign makes it jump or kink where it
+ * changes: conditions of where, arguments of step and abs, differences of those of min and max,
+ * and where functions begin to be defined, as sqrt does at 0. Each is a quantity by itself, with an
+ * error when memory ran out. The same one may come several times. */
+typedef void quantity_visitor(quantity expression, void *context);
+void quantity_switches(quantity q, quantity_visitor *visit, void *context);
+
+/* Where its sign changes along a coordinate, between > 0 and what is not, for s and t in two
+ * intervals: places [at most max], not in order, each exact to rounding. It misses none that is
+ * further from another than 1e-13 of the interval. Where the other interval is no point, a place is
+ * one for every value of it. Returns how many; -1 when there are more than max, or when zeros
+ * cannot be told apart: a sign that changes along a curve, or a zero on a stretch. */
+int quantity_sign_changes(quantity q, const char *coordinate, quantity_interval s,
+                          quantity_interval t, int max, double *places);
+
+/* ---- as text --------------------------------------------------------------------------------- */
+
 /* As text that quantity_formula reads back to the same quantity: as its author wrote it, or from
  * its nodes, with defined names put in, which is the same however it was written. NULL when memory
  * runs out; the caller frees it. */

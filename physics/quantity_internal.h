@@ -13,6 +13,15 @@ enum {
     QUANTITY_ARGUMENTS_MAX = 3
 };
 
+/* Where an operation jumps, has a kink, or begins to be defined. */
+typedef enum quantity_switch {
+    QUANTITY_SMOOTH,
+    QUANTITY_BY_SIGN,       /* of its first argument */
+    QUANTITY_BY_DIFFERENCE, /* sign of the difference of both */
+    QUANTITY_BY_UNIT,       /* where its argument is 1 or -1 */
+    QUANTITY_BY_EXPONENT    /* sign of the base, but for exponents that are natural numbers */
+} quantity_switch;
+
 /* An operator or a function. */
 typedef struct quantity_operation {
     const char *name;
@@ -20,6 +29,8 @@ typedef struct quantity_operation {
     int precedence; /* of an operator; 0: a function, name(...) */
     double (*number)(const double *x);
     ad_value (*record)(const ad_value *x);
+    void (*range)(const quantity_interval *x, quantity_interval *value, quantity_interval *by);
+    quantity_switch switches;
 } quantity_operation;
 
 /* The operators are the first rows. */
@@ -67,6 +78,23 @@ quantity quantity_error(quantities *owner, ad_status status, const char *message
 /* `value` as its author wrote it. */
 quantity quantity_written(quantities *owner, const char *text, quantity value);
 quantity quantity_operate(const quantity_operation *operation, const quantity *x);
+
+/* quantity_interval.c: for arguments in intervals x [arity] an enclosure of the values and of the
+ * derivatives by [arity] each; where it has none, of quotients of differences. One per row. */
+#define QUANTITY_RANGE_LIST(X)                                                                     \
+    X(add)                                                                                         \
+    X(subtract) X(multiply) X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan)        \
+        X(atan2) X(sinh) X(cosh) X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step)        \
+            X(where)
+#define QUANTITY_RANGE(name)                                                                       \
+    void quantity_range_##name(const quantity_interval *x, quantity_interval *value,               \
+                               quantity_interval *by);
+QUANTITY_RANGE_LIST(QUANTITY_RANGE)
+#undef QUANTITY_RANGE
+
+/* The same file: an interval of two, outward by rounding. */
+quantity_interval quantity_interval_add(quantity_interval a, quantity_interval b);
+quantity_interval quantity_interval_multiply(quantity_interval a, quantity_interval b);
 
 /* quantity_parse.c: without the text as it was written. */
 quantity quantity_parse(quantities *names, const char *text);

@@ -28,60 +28,62 @@ OPERATION(add, x[0] + x[1], ad_add(x[0], x[1]))
 OPERATION(subtract, x[0] - x[1], ad_sub(x[0], x[1]))
 OPERATION(multiply, x[0] * x[1], ad_mul(x[0], x[1]))
 OPERATION(divide, x[0] / x[1], ad_div(x[0], x[1]))
-OPERATION(f_sin, sin(x[0]), ad_sin(x[0]))
-OPERATION(f_cos, cos(x[0]), ad_cos(x[0]))
-OPERATION(f_tan, tan(x[0]), ad_div(ad_sin(x[0]), ad_cos(x[0])))
-OPERATION(f_asin, asin(x[0]), ad_asin(x[0]))
-OPERATION(f_acos, acos(x[0]), ad_acos(x[0]))
-OPERATION(f_atan, atan(x[0]), ad_atan2(x[0], record_one(x[0])))
-OPERATION(f_atan2, atan2(x[0], x[1]), ad_atan2(x[0], x[1]))
+OPERATION(sin, sin(x[0]), ad_sin(x[0]))
+OPERATION(cos, cos(x[0]), ad_cos(x[0]))
+OPERATION(tan, tan(x[0]), ad_div(ad_sin(x[0]), ad_cos(x[0])))
+OPERATION(asin, asin(x[0]), ad_asin(x[0]))
+OPERATION(acos, acos(x[0]), ad_acos(x[0]))
+OPERATION(atan, atan(x[0]), ad_atan2(x[0], record_one(x[0])))
+OPERATION(atan2, atan2(x[0], x[1]), ad_atan2(x[0], x[1]))
 /* tanh cosh rather than a difference of exponentials, which loses digits near 0 */
-OPERATION(f_sinh, sinh(x[0]), ad_mul(ad_tanh(x[0]), record_cosh(x[0])))
-OPERATION(f_cosh, cosh(x[0]), record_cosh(x[0]))
-OPERATION(f_tanh, tanh(x[0]), ad_tanh(x[0]))
-OPERATION(f_exp, exp(x[0]), ad_exp(x[0]))
-OPERATION(f_log, log(x[0]), ad_log(x[0]))
-OPERATION(f_sqrt, sqrt(x[0]), ad_sqrt(x[0]))
-OPERATION(f_abs, fabs(x[0]), ad_abs(x[0]))
-OPERATION(f_min, x[0] < x[1] ? x[0] : x[1], ad_min(x[0], x[1]))
-OPERATION(f_max, x[0] > x[1] ? x[0] : x[1], ad_max(x[0], x[1]))
-OPERATION(f_step, x[0] > 0 ? 1 : 0, ad_select(x[0], record_one(x[0]), ad_scalar(x[0].tape, 0)))
-OPERATION(f_where, x[0] > 0 ? x[1] : x[2], ad_select(x[0], x[1], x[2]))
+OPERATION(sinh, sinh(x[0]), ad_mul(ad_tanh(x[0]), record_cosh(x[0])))
+OPERATION(cosh, cosh(x[0]), record_cosh(x[0]))
+OPERATION(tanh, tanh(x[0]), ad_tanh(x[0]))
+OPERATION(exp, exp(x[0]), ad_exp(x[0]))
+OPERATION(log, log(x[0]), ad_log(x[0]))
+OPERATION(sqrt, sqrt(x[0]), ad_sqrt(x[0]))
+OPERATION(abs, fabs(x[0]), ad_abs(x[0]))
+OPERATION(min, x[0] < x[1] ? x[0] : x[1], ad_min(x[0], x[1]))
+OPERATION(max, x[0] > x[1] ? x[0] : x[1], ad_max(x[0], x[1]))
+OPERATION(step, x[0] > 0 ? 1 : 0, ad_select(x[0], record_one(x[0]), ad_scalar(x[0].tape, 0)))
+OPERATION(where, x[0] > 0 ? x[1] : x[2], ad_select(x[0], x[1], x[2]))
 
 static double power_number(const double *x)
 {
     return pow(x[0], x[1]);
 }
 
-#define ROW(text, arity, precedence, name)                                                         \
+#define ROW(text, arity, precedence, name, switches)                                               \
     {                                                                                              \
-        text, arity, precedence, name##_number, name##_record                                      \
+        text, arity, precedence, name##_number, name##_record, quantity_range_##name,              \
+            QUANTITY_##switches                                                                    \
     }
 /* clang-format off */
 const quantity_operation quantity_operations[] = {
-    [QUANTITY_ADD] = ROW("+", 2, 1, add),
-    [QUANTITY_SUBTRACT] = ROW("-", 2, 1, subtract),
-    [QUANTITY_MULTIPLY] = ROW("*", 2, 2, multiply),
-    [QUANTITY_DIVIDE] = ROW("/", 2, 2, divide),
-    [QUANTITY_POWER] = {"^", 2, 3, power_number, NULL}, /* recorded by its exponent, a number */
-    ROW("sin", 1, 0, f_sin),
-    ROW("cos", 1, 0, f_cos),
-    ROW("tan", 1, 0, f_tan),
-    ROW("asin", 1, 0, f_asin),
-    ROW("acos", 1, 0, f_acos),
-    ROW("atan", 1, 0, f_atan),
-    ROW("atan2", 2, 0, f_atan2),
-    ROW("sinh", 1, 0, f_sinh),
-    ROW("cosh", 1, 0, f_cosh),
-    ROW("tanh", 1, 0, f_tanh),
-    ROW("exp", 1, 0, f_exp),
-    ROW("log", 1, 0, f_log),
-    ROW("sqrt", 1, 0, f_sqrt),
-    ROW("abs", 1, 0, f_abs),
-    ROW("min", 2, 0, f_min),
-    ROW("max", 2, 0, f_max),
-    ROW("step", 1, 0, f_step),
-    ROW("where", 3, 0, f_where),
+    [QUANTITY_ADD] = ROW("+", 2, 1, add, SMOOTH),
+    [QUANTITY_SUBTRACT] = ROW("-", 2, 1, subtract, SMOOTH),
+    [QUANTITY_MULTIPLY] = ROW("*", 2, 2, multiply, SMOOTH),
+    [QUANTITY_DIVIDE] = ROW("/", 2, 2, divide, SMOOTH),
+    [QUANTITY_POWER] = {"^", 2, 3, power_number, NULL /* by its exponent, a number */,
+                        quantity_range_power, QUANTITY_BY_EXPONENT},
+    ROW("sin", 1, 0, sin, SMOOTH),
+    ROW("cos", 1, 0, cos, SMOOTH),
+    ROW("tan", 1, 0, tan, SMOOTH),
+    ROW("asin", 1, 0, asin, BY_UNIT),
+    ROW("acos", 1, 0, acos, BY_UNIT),
+    ROW("atan", 1, 0, atan, SMOOTH),
+    ROW("atan2", 2, 0, atan2, BY_SIGN),
+    ROW("sinh", 1, 0, sinh, SMOOTH),
+    ROW("cosh", 1, 0, cosh, SMOOTH),
+    ROW("tanh", 1, 0, tanh, SMOOTH),
+    ROW("exp", 1, 0, exp, SMOOTH),
+    ROW("log", 1, 0, log, SMOOTH),
+    ROW("sqrt", 1, 0, sqrt, BY_SIGN),
+    ROW("abs", 1, 0, abs, BY_SIGN),
+    ROW("min", 2, 0, min, BY_DIFFERENCE),
+    ROW("max", 2, 0, max, BY_DIFFERENCE),
+    ROW("step", 1, 0, step, BY_SIGN),
+    ROW("where", 3, 0, where, BY_SIGN),
 };
 /* clang-format on */
 const int quantity_operation_count = sizeof quantity_operations / sizeof quantity_operations[0];

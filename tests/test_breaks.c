@@ -1,0 +1,202 @@
+/* Where formulas of a scene switch, and where its lists have places. */
+#include "quantity_testing.h"
+
+#include "near.h"
+#include "physics/breaks.h"
+#include "random_numbers.h"
+
+#include <float.h>
+#include <stdio.h>
+#include <string.h>
+
+static scene rod_of_length(double length)
+{
+    scene rod;
+    scene_defaults(&rod);
+    rod.rod.length = Q(length);
+    return rod;
+}
+
+static scene_breaks breaks_of(const scene *rod, const char *coordinate)
+{
+    scene_breaks found;
+    ad_error error = {AD_OK, ""};
+    if (scene_breaks_of(rod, coordinate, &found, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return found;
+}
+
+/* Of a load on a rod of length 1. */
+static scene_breaks along(const char *load)
+{
+    scene rod = rod_of_length(1);
+    rod.loads.force[0] = Q(load);
+    return breaks_of(&rod, "s");
+}
+
+static void assert_places(const scene_breaks *found, int count, const double *places)
+{
+    assert_null(found->unresolved);
+    if (found->count != count) {
+        fail_msg("%d places, not %d, the first at %.17g", found->count, count, found->place[0]);
+    }
+    for (int i = 0; i < count; i++) { /* exact to rounding of the condition */
+        assert_near(found->place[i], places[i], 2 * DBL_EPSILON);
+    }
+}
+
+#define ASSERT_ALONG(load, ...)                                                                    \
+    do {                                                                                           \
+        const double places[] = {__VA_ARGS__};                                                     \
+        scene_breaks found = along(load);                                                          \
+        assert_places(&found, sizeof places / sizeof *places, places);                             \
+    } while (0)
+
+static void test_places(void **state)
+{
+    (void)state;
+    ASSERT_ALONG("where(s-0.3, 1, 0)", 0.3);
+    ASSERT_ALONG("where(0.3-s, 1, 0)", 0.3);
+    ASSERT_ALONG("where((s-0.123)*(0.124-s), -2, 0)", 0.123, 0.124);
+    ASSERT_ALONG("where((s-0.7)*(0.7000001-s), -2, 0)", 0.7, 0.7000001);
+    ASSERT_ALONG("step(s-0.25)*s + abs(s-0.5)", 0.25, 0.5);
+    ASSERT_ALONG("min(s, 1-s)", 0.5);
+    ASSERT_ALONG("max(s^2, 0.25)", 0.5);
+    ASSERT_ALONG("where(sin(6*pi*s), 1, -1)", 1.0 / 6, 2.0 / 6, 3.0 / 6, 4.0 / 6, 5.0 / 6);
+    ASSERT_ALONG("sqrt(where(s-0.5, s-0.5, 0))", 0.5); /* written in two ways, one place */
+    ASSERT_ALONG("asin(1.25*s)", 0.8);
+    ASSERT_ALONG("(s-0.5)^3*abs(s-0.5)^1.5", 0.5);
+    ASSERT_ALONG("where(step(s-0.3)-0.5, 1, 0)", 0.3); /* of a jump */
+    ASSERT_ALONG("where(max(s-0.3, 0), 1, 0)", 0.3);   /* of a stretch of 0 */
+    ASSERT_ALONG("where(s^3-0.6*s^2+0.11*s-0.006, 1, 0)", 0.1, 0.2, 0.3);
+    ASSERT_ALONG("where(0.01 - (s-0.5)^2 + where(s-0.45, 0, 0.02), 1, 0)", 0.5 - sqrt(0.03), 0.45,
+                 0.6);
+}
+
+static void test_none(void **state)
+{
+    static const char *const smooth[] = {"sin(20*s)",    "where(s+1, s, 0)", "abs(2+sin(9*s))",
+                                         "step(-1-s^2)", "(s-0.5)^2",        "3"};
+    (void)state;
+    for (size_t i = 0; i < sizeof smooth / sizeof *smooth; i++) {
+        scene_breaks found = along(smooth[i]);
+        assert_places(&found, 0, NULL);
+    }
+    scene rod = rod_of_length(1);
+    rod.loads.force[0] = Q("where(s-0.5, 1, 0)");
+    scene_breaks found = breaks_of(&rod, "t");
+    assert_places(&found, 0, NULL);
+}
+
+/* A zero that touches may be a place or not; the work stays bounded. */
+static void test_touching(void **state)
+{
+    static const char *const texts[] = {
+        "where((s-0.3)^2, 1, 0)", "where(-(s-0.3)^2, 1, 0)", "where(s*s-0.6*s+0.09, 1, 0)",
+        "abs((s-0.3)^4)",         "where(s-s, 1, 0)",        "where(0*s, 1, 0)"};
+    (void)state;
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        scene_breaks found = along(texts[i]);
+        assert_null(found.unresolved);
+        assert_true(found.count <= 1);
+    }
+}
+
+static void test_unresolved(void **state)
+{
+    (void)state;
+    scene_breaks many = along("where(sin(3000*s), 1, 0)");
+    assert_string_equal(many.unresolved, "loads.force");
+    scene rod = rod_of_length(1);
+    rod.duration = Q(2.0);
+    rod.loads.force[1] = Q("where(0.1-abs(s-t), 1, 0)");
+    rod.loads.force[2] = Q("where(s-0.5, t, 0) + where(t-0.25, s, 0)");
+    rod.loads.tip.force[0] = Q("step((t-1.5)*(2+sin(t)))");
+    scene_breaks curve = breaks_of(&rod, "s"), instants = breaks_of(&rod, "t");
+    assert_string_equal(curve.unresolved, "loads.force");
+    assert_string_equal(instants.unresolved, "loads.force");
+    assert_near(curve.place[0], 0.5, 0);
+    assert_int_equal(instants.count, 2);
+    assert_near(instants.place[0], 0.25, 0);
+    assert_near(instants.place[1], 1.5, 0);
+}
+
+/* Of both coordinates, but switching at one place for all times. */
+static void test_product(void **state)
+{
+    (void)state;
+    scene rod = rod_of_length(2);
+    rod.duration = Q(3.0);
+    rod.loads.force[1] = Q("where((s-0.7)*(1+t^2), 1, 0)");
+    scene_breaks found = breaks_of(&rod, "s");
+    assert_null(found.unresolved);
+    assert_int_equal(found.count, 1);
+    assert_near(found.place[0], 0.7, 1e-12);
+}
+
+static void test_lists(void **state)
+{
+    static const double places[] = {0.25, 0.4, 0.5, 0.75, 1.0, 1.1, 1.25, 1.5, 1.75};
+    (void)state;
+    scene rod = rod_of_length(2);
+    rod.segment_count = 3;
+    rod.segments[0].length = Q(0.5);
+    rod.segments[0].rod.radius = Q("where(s-0.25, 1, 2) + where(s-0.75, 1, 2)"); /* one within */
+    rod.segments[1].length = Q(0.5);
+    rod.segments[2].length = Q(1.0);
+    rod.point_count = rod.body_count = rod.spring_count = 1;
+    rod.points[0].at = Q(0.75);
+    rod.bodies[0].at = Q(2.0); /* an end is no break */
+    rod.springs[0].at = Q(1.25);
+    rod.tendon_count = rod.chamber_count = 1;
+    rod.tendons[0].start = Q(0.0);
+    rod.tendons[0].end = Q(1.5);
+    rod.tendons[0].offset[0] = Q("abs(s-0.4)");
+    rod.chambers[0].start = Q(0.5);
+    rod.chambers[0].end = Q(1.75);
+    rod.chambers[0].area = Q("1 + step(s-1.1)");
+    scene_breaks found = breaks_of(&rod, "s");
+    assert_places(&found, sizeof places / sizeof *places, places);
+}
+
+static void test_in_time(void **state)
+{
+    (void)state;
+    scene rod = rod_of_length(2);
+    rod.duration = Q(4.0);
+    rod.loads.tip.force[0] = Q("where(t-0.5, 1, 0)");
+    rod.point_count = 1;
+    rod.points[0].at = Q(1.0);
+    rod.points[0].load.force[1] = Q("where((t-1)*(1.0001-t), 1e4, 0)");
+    scene_breaks found = breaks_of(&rod, "t");
+    const double places[] = {0.5, 1, 1.0001};
+    assert_places(&found, 3, places);
+}
+
+/* Bands of any width, as long as doubles tell their ends apart. */
+static void test_bands(void **unused)
+{
+    uint64_t state = 3;
+    (void)unused;
+    for (int i = 0; i < 200; i++) {
+        double width = pow(10, random_in(&state, -9, -1)), a = random_in(&state, 0.01, 0.8);
+        double b = a + width;
+        char text[128];
+        snprintf(text, sizeof text, "where((s-%.17g)*(%.17g-s), -2, 0)", a, b);
+        const double places[] = {a, b};
+        scene_breaks found = along(text);
+        assert_places(&found, 2, places);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_places),   cmocka_unit_test(test_none),
+        cmocka_unit_test(test_touching), cmocka_unit_test(test_unresolved),
+        cmocka_unit_test(test_product),  cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_in_time),  cmocka_unit_test(test_bands),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
