@@ -1,5 +1,6 @@
 /* The unloaded rod: v = v*, u = u* from a held end on. Exact exponentials for constant v*, u*; for
- * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. */
+ * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. Joints
+ * move what lies beyond them rigidly. */
 #include "physics/constants.h"
 #include "physics/rod_internal.h"
 
@@ -107,6 +108,67 @@ static void shape_step(const scene *rod_scene, shape_pose *pose, double s, doubl
     shape_advance(pose, &sum);
 }
 
+/* From s to `to`; the steps of a whole rod are as many as of all intervals between Chebyshev
+ * points.
+ */
+static void shape_march(const scene *rod_scene, shape_pose *pose, double s, double to)
+{
+    int steps = 1 + (int)(SHAPE_DEGREE * SHAPE_STEPS * (to - s));
+    double h = (to - s) / steps;
+    for (int i = 0; i < steps; i++) {
+        shape_step(rod_scene, pose, s + i * h, h);
+    }
+}
+
+/* p = g p, of rigid motions */
+static void shape_move(const shape_pose *g, shape_pose *p)
+{
+    shape_pose moved = *g;
+    double once[3], twice[3], side[3];
+    cross(once, g->q + 1, p->r);
+    cross(side, g->q + 1, p->q + 1);
+    for (int i = 0; i < 3; i++) {
+        once[i] *= 2;
+    }
+    cross(twice, g->q + 1, once);
+    moved.q[0] = g->q[0] * p->q[0];
+    for (int i = 0; i < 3; i++) {
+        moved.r[i] += p->r[i] + g->q[0] * once[i] + twice[i];
+        moved.q[0] -= g->q[i + 1] * p->q[i + 1];
+        moved.q[i + 1] = g->q[0] * p->q[i + 1] + p->q[0] * g->q[i + 1] + side[i];
+    }
+    *p = moved;
+}
+
+static shape_pose shape_inverse(const shape_pose *g)
+{
+    shape_pose inverse = {.q = {g->q[0], -g->q[1], -g->q[2], -g->q[3]}}, turned = inverse;
+    shape_pose back = {.r = {-g->r[0], -g->r[1], -g->r[2]}, .q = {1}};
+    shape_move(&turned, &back);
+    memcpy(inverse.r, back.r, sizeof back.r);
+    return inverse;
+}
+
+/* By which rigid motion the rod after joint i is where it is, rather than where it were without any
+ * joint: g_i = g_(i-1) p(s_i) turn p(s_i)^-1, with the pose p of the rod without joints.
+ * motions [rod_joint_count] */
+static void shape_joints(const scene *rod_scene, shape_pose *motions)
+{
+    shape_pose at = {.q = {1, 0, 0, 0}}, before = at;
+    double s = 0;
+    for (int i = 0; i < rod_joint_count(rod_scene); i++) {
+        rod_joint joint = rod_joint_of(rod_scene, i);
+        shape_march(rod_scene, &at, s, joint.s);
+        s = joint.s;
+        shape_pose turn = {.q = {joint.turn[0], joint.turn[1], joint.turn[2], joint.turn[3]}};
+        motions[i] = shape_inverse(&at);
+        shape_move(&turn, &motions[i]);
+        shape_move(&at, &motions[i]);
+        shape_move(&before, &motions[i]);
+        before = motions[i];
+    }
+}
+
 /* values [SHAPE_DEGREE + 1][SHAPE_ROWS] of the pose at the Chebyshev points of [0, 1], ascending,
  * from the identity at 0. */
 static void shape_solve(const scene *rod_scene, double (*values)[SHAPE_ROWS])
@@ -197,8 +259,27 @@ bool rod_shape_is_resolved(const scene *rod_scene)
     return rest <= ROD_MISMATCH;
 }
 
-/* Poses at several arc lengths, from one numerical solution. */
-static void shape_poses(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
+/* What lies beyond joints is moved by them; a joint itself belongs to what is before. */
+static void shape_turn(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
+{
+    shape_pose motions[SCENE_SEGMENTS_MAX], here = {.q = {1, 0, 0, 0}};
+    ad_value zero = ad_scalar(rod->tape, 0);
+    shape_joints(rod->scene, motions);
+    for (int k = 0; k < count; k++) {
+        ad_value r = ad_constant(rod->tape, 3, here.r), q = ad_constant(rod->tape, 4, here.q);
+        for (int i = 0; i < rod_joint_count(rod->scene); i++) {
+            ad_value beyond = ad_sub(s[k], ad_scalar(rod->tape, rod_joint_of(rod->scene, i).s));
+            r = ad_select(beyond, ad_constant(rod->tape, 3, motions[i].r), r);
+            q = ad_select(beyond, ad_constant(rod->tape, 4, motions[i].q), q);
+        }
+        poses[k].position = ad_add(r, ad_rotate(q, poses[k].position));
+        poses[k].rotation = ad_quaternion_multiply(q, poses[k].rotation);
+    }
+}
+
+/* Poses of a rod without joints at several arc lengths, from one numerical solution. */
+static void shape_smooth_poses(const rod_context *rod, int count, const ad_value *s,
+                               rod_pose *poses)
 {
     if (shape_is_uniform(&rod->scene->rod)) {
         shape_twist twist = shape_rest(rod->scene, 0);
@@ -214,6 +295,14 @@ static void shape_poses(const rod_context *rod, int count, const ad_value *s, ro
         ad_value rows = shape_clenshaw(s[i], c, degree);
         poses[i].position = ad_slice(rows, 0, 3);
         poses[i].rotation = ad_normalize(ad_slice(rows, 3, 4));
+    }
+}
+
+static void shape_poses(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
+{
+    shape_smooth_poses(rod, count, s, poses);
+    if (rod_joint_count(rod->scene) > 0) {
+        shape_turn(rod, count, s, poses);
     }
 }
 
@@ -239,7 +328,14 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
         return;
     }
     shape_solve(rod_scene, values);
-    const double *rest = values[SHAPE_DEGREE];
+    shape_pose rest_end = {.q = {1, 0, 0, 0}}, motions[SCENE_SEGMENTS_MAX];
+    memcpy(rest_end.r, values[SHAPE_DEGREE], sizeof rest_end.r);
+    int joints = rod_joint_count(rod_scene);
+    if (joints > 0) {
+        shape_joints(rod_scene, motions);
+        shape_move(&motions[joints - 1], &rest_end);
+    }
+    const double *rest = rest_end.r;
     double dot = 0, size = 0, square = 0;
     for (int i = 0; i < 3; i++) {
         chord[i] = quantity_value(end->position[i], scene_length(rod_scene), 0) -
