@@ -159,13 +159,26 @@ static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *i
         rod, (rod_pose){ad_add(drift, ad_add(moved, pushed)), ad_add(turn, ad_add(turned, spun))});
 }
 
+/* The undeformed shape, turned in proportion to s where an end is held turned by a vector: what is
+ * left between the two is then no whole turn. */
+static rod_pose rod_turned_shape(const rod_context *rod, ad_value s)
+{
+    rod_pose pose = rod_undeformed(rod, s);
+    rod_end_data end = rod_end_of(rod, 1, rod->t);
+    if (end.turns) {
+        ad_value turn = ad_quaternion_exp(ad_mul(s, end.turn));
+        pose.rotation = ad_quaternion_multiply(turn, pose.rotation);
+    }
+    return pose;
+}
+
 /* Pose to start from: r_i + t v_i and q_i exp(t w_i), or the undeformed shape. */
 static rod_pose rod_lift(const rod_context *rod, const rod_initial_data *initial,
                          const rod_initial_data *going, ad_value s)
 {
     if (!rod_starts_hard(rod)) {
         if (!scene_is_manufactured(rod->scene)) {
-            return rod_undeformed(rod, s);
+            return rod_turned_shape(rod, s);
         }
         ad_value straight = ad_vector(ad_zeros(s.tape, 1), ad_zeros(s.tape, 1), s);
         return (rod_pose){straight, ad_constant(s.tape, 4, (double[]){1, 0, 0, 0})};
@@ -226,7 +239,7 @@ static rod_pose rod_correction(const rod_context *rod, int end)
     }
     if (data.holds_rotation && !scene_is_manufactured(rod->scene)) {
         rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
-        ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_undeformed(rod, s).rotation;
+        ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_turned_shape(rod, s).rotation;
         rotation = rod_align(rotation, first.rotation, near);
     }
     if (rod->at.goes_on) {

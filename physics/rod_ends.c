@@ -65,9 +65,17 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
     ad_value s = ad_scalar(rod->tape, end);
     data.position =
         rod_quantities(rod, 3, given->position, ROD_ZEROS, 1 / rod->scales.length, s, t);
-    data.rotation = ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
     data.position = rod_from_world(rod, data.position);
-    data.rotation = rod_rotation_from_world(rod, data.rotation);
+    data.turns = data.holds_rotation && given->rotation_vector[0].is_given;
+    if (data.turns) {
+        data.turn = rod_axial_from_world(
+            rod, rod_quantities(rod, 3, given->rotation_vector, ROD_ZEROS, 1, s, t));
+        data.rotation =
+            ad_quaternion_multiply(ad_quaternion_exp(data.turn), rod_undeformed(rod, s).rotation);
+    } else {
+        data.rotation = ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
+        data.rotation = rod_rotation_from_world(rod, data.rotation);
+    }
     if (given->type == SCENE_LOADED) {
         rod_loaded_end(rod, end, t, &data);
     }

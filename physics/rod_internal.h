@@ -62,6 +62,8 @@ typedef struct rod_end_data {
     ad_value position, rotation;
     ad_value force, moment;
     bool force_is_body, moment_is_world;
+    bool turns; /* rotation = exp(turn) times that of the unstressed rod; turn [3], world */
+    ad_value turn;
 } rod_end_data;
 
 typedef struct rod_pose {

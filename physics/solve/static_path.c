@@ -52,6 +52,17 @@ static double softness(const solve_rod *rod, const solve_section *sections, int 
     return bent / total;
 }
 
+/* By how much a rotation vector turns the end that it holds; rad. */
+static double held_turn(const solve_rod *rod)
+{
+    const quantity *given = rod->scene.end.rotation_vector;
+    double vector[3] = {0};
+    for (int i = 0; i < 3 && rod->ends[1].holds_rotation && given[i].is_given; i++) {
+        vector[i] = quantity_value(given[i], scene_length(&rod->scene), 0);
+    }
+    return norm(vector);
+}
+
 /* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
  * its cube root. */
 static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
@@ -101,7 +112,8 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
-    path->wavenumber = rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
+    path->turn = held_turn(rod);
+    path->wavenumber = path->turn + rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
     return AD_OK;
 }
 
@@ -196,7 +208,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
     double *guess = past.memory + HISTORY * unknowns, at;
-    double step = fmin(path->longest, 1 / path->size);
+    double step = fmin(path->longest, 1 / (path->size + path->turn));
     for (int i = 0; i < HISTORY; i++) {
         past.y[i] = past.memory + (size_t)i * unknowns;
     }

@@ -20,6 +20,7 @@ typedef struct path_shape {
     bool spins, twists; /* no end holds the rotation; and a round, straight rod may also twist */
     int director;
     double size;       /* of the loads: what turns the rod by so many radians */
+    double turn;       /* of a held end, rad; counted apart, as the rod turns with it */
     double wavenumber; /* of the solution */
 } path_shape;
 

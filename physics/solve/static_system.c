@@ -1,6 +1,7 @@
 #include "physics/solve/static_system.h"
 
 #include "autodiff/dense.h"
+#include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,6 +9,8 @@
 #include <sundials/sundials_band.h>
 
 enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
+
+enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number serves */
 
 typedef double jacobian[ROWS][ROWS];
 
@@ -24,6 +27,9 @@ struct static_system {
     static_end full[2];      /* at full load */
     static_end bare[2];      /* unstressed */
     static_end ends[2];      /* where the path is */
+    double turn[3];          /* rotation vector of the end s = 1 at full load, world; 0: none */
+    double (*chords)[3];     /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
+    double arc[3];           /* their sum, turned in proportion to s */
     static_path path;
     double *rate;     /* [elements][stages][ROWS] */
     jacobian *by_y;   /* [elements][stages] */
@@ -90,6 +96,7 @@ void static_system_free(static_system *x)
         free(x->pivots);
         free(x->by_start);
         free(x->inner);
+        free(x->chords);
         if (x->band) {
             SUNDlsMat_destroyMat(x->band);
         }
@@ -145,6 +152,63 @@ static ad_status set_ends(static_system *x, ad_error *error)
     return status;
 }
 
+/* exp(vector), half of whose angle is taken (the exponential of quaternions). */
+static void turn_of(const double *vector, double share, double *q)
+{
+    double half = share * sqrt(vector_dot(vector, vector)) / 2;
+    double factor = share / 2 * (half == 0 ? 1 : sin(half) / half);
+    q[0] = cos(half);
+    for (int i = 0; i < 3; i++) {
+        q[1 + i] = factor * vector[i];
+    }
+}
+
+/* The unstressed rod with each chord turned by share s of the vector: a straight rod becomes an arc
+ * that meets the turned end. */
+static void turned_arc(const static_system *x, double share, double *sum)
+{
+    memset(sum, 0, 3 * sizeof *sum);
+    for (int i = 0; i < CHORDS; i++) {
+        double q[4], rotation[3][3], chord[3];
+        turn_of(x->turn, share * (i + 0.5) / CHORDS, q);
+        rotation_matrix(q, rotation);
+        to_world(rotation, x->chords[i], chord);
+        for (int k = 0; k < 3; k++) {
+            sum[k] += chord[k];
+        }
+    }
+}
+
+/* Of an end that a rotation vector turns. */
+static ad_status set_turn(static_system *x, ad_error *error)
+{
+    const scene_end *end = &x->rod->scene.end;
+    if (!x->rod->ends[1].holds_rotation || !end->rotation_vector[0].is_given ||
+        scene_is_manufactured(&x->rod->scene)) {
+        return AD_OK;
+    }
+    solve_initial at[CHORDS + 1];
+    double s[CHORDS + 1];
+    for (int i = 0; i < 3; i++) {
+        x->turn[i] = quantity_value(end->rotation_vector[i], scene_length(&x->rod->scene), 0);
+    }
+    for (int i = 0; i <= CHORDS; i++) {
+        s[i] = (double)i / CHORDS;
+    }
+    x->chords = malloc(CHORDS * sizeof *x->chords);
+    ad_status status = x->chords ? solve_rod_initial(x->rod, CHORDS + 1, s, at, error)
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for an arc");
+    for (int i = 0; status == AD_OK && i < CHORDS; i++) {
+        for (int k = 0; k < 3; k++) {
+            x->chords[i][k] = at[i + 1].position[k] - at[i].position[k];
+        }
+    }
+    if (status == AD_OK) {
+        turned_arc(x, 1, x->arc);
+    }
+    return status;
+}
+
 static ad_status set_points(static_system *x, ad_error *error)
 {
     size_t count = 0;
@@ -185,6 +249,7 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     if (status == AD_OK) {
         status = set_ends(x, error);
     }
+    status = status == AD_OK ? set_turn(x, error) : status;
     if (status != AD_OK) {
         static_system_free(x);
         return status;
@@ -257,6 +322,22 @@ static void part_way(const double *p, const double *q, double share, double *res
     }
 }
 
+/* The end s = 1 on its way, turned by a share of its vector: along the arc that the rod would make
+ * there, as the straight way would squash it, and by the rest of the way to where it is held. */
+static void turn_end(const static_system *x, double share, static_end *at)
+{
+    double turn[4], arc[3];
+    const double *start = x->ends[0].position,
+                 *held[2] = {x->full[0].position, x->full[1].position};
+    turn_of(x->turn, share, turn);
+    quaternion_product(turn, x->bare[1].rotation, at->rotation);
+    turned_arc(x, share, arc);
+    for (int k = 0; k < 3; k++) {
+        double rest = held[1][k] - held[0][k] - x->arc[k];
+        at->position[k] = start[k] + arc[k] + share * rest;
+    }
+}
+
 void static_system_set(static_system *x, const static_path *path)
 {
     double load = path->load;
@@ -273,6 +354,9 @@ void static_system_set(static_system *x, const static_path *path)
             at->force[i] = load * full->force[i];
             at->moment[i] = load * full->moment[i];
         }
+    }
+    if (x->chords) {
+        turn_end(x, load, &x->ends[1]);
     }
     for (int i = 0; i < x->elements * x->stages; i++) {
         x->sections[i].strain_compliance[2] = x->axial[i] + path->stretch;
