@@ -13,11 +13,21 @@
  *   m_s + u x m + v x R^T N + R^T l
  *     = rhoJ w_t + w x (rhoJ w)                              balance of moment, body
  *
- * with f and l the distributed force and moment, world. Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may
- * vary with s, the rest shape v*, u* with s and t, gravity with t. Damping follows the rate of the
- * strain itself, v_t and u_t, also where the rest shape moves (Kelvin and Voigt): a rod that takes
- * on a new rest shape is damped against the space that it moves in, as if its material were a
- * spring with a changing rest length beside a dashpot.
+ * with f and l the distributed force and moment, world. Tendons of tension tau_i along body
+ * positions r_i(s) and chambers of pressure p_j, area A_j and axis r_j add to n and m
+ *
+ *   n += sum tau_i t_i       - sum p_j A_j d3
+ *   m += sum r_i x tau_i t_i - sum r_j x p_j A_j d3        t_i = p_i'/|p_i'|, p_i' = v + u x r_i +
+ * r_i'
+ *
+ * (Rucker and Webster, IEEE Trans. Robotics 27, 2011, who write the same by second derivatives; a
+ * chamber by the work of its volume, whose change along the rod is A (v + u x r).d3). n, m and N
+ * are everywhere, and in what is observed, those of rod, tendons and chambers together, which meet
+ * the balances and the conditions at ends: where a tendon ends, strains jump and n and m do not.
+ * Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may vary with s, the rest shape v*, u* with s and t,
+ * gravity with t. Damping follows the rate of the strain itself, v_t and u_t, also where the rest
+ * shape moves (Kelvin and Voigt): a rod that takes on a new rest shape is damped against the space
+ * that it moves in, as if its material were a spring with a changing rest length beside a dashpot.
  *
  * Everything on the tape is dimensionless: sigma = s/length in [0, 1], tau = t/time, forces by
  * EI/length^2, moments by EI/length, with time = length^2 sqrt(rhoA/EI), 1 s in a static scene, and
@@ -191,8 +201,9 @@ int rod_going_degree(const scene *scene, const double *state);
 
 /* Rows of a spatial scene. */
 #define ROD_RESIDUAL_LIST(X)                                                                       \
-    X(ROD_STRAIN, "strain")       /* v - v* - Kse^-1 (R^T N - Bse v_t), 3 rows, mixed */           \
-    X(ROD_CURVATURE, "curvature") /* u - u* - Kbt^-1 (m - Bbt u_t), 3 rows, mixed */               \
+    X(ROD_STRAIN, "strain")       /* v - v* - Kse^-1 (R^T N - Bse v_t - actuation), 3 rows,        \
+                                     mixed */                                                      \
+    X(ROD_CURVATURE, "curvature") /* u - u* - Kbt^-1 (m - Bbt u_t - actuation), 3 rows, mixed */   \
     X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
     X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows; mixed: about d3              \
                                      times EI/GJ, where that is > 1 */                             \
@@ -250,8 +261,8 @@ typedef struct rod_observables {
     ad_value rotation;         /* [4] */
     ad_value strain;           /* v [3] */
     ad_value curvature;        /* u [3] 1/m */
-    ad_value force;            /* n [3] N, body */
-    ad_value moment;           /* m [3] N m, body */
+    ad_value force;            /* n [3] N, body; with tendons and chambers */
+    ad_value moment;           /* m [3] N m, body; the same */
     ad_value velocity;         /* r_t [3] m/s, world; zeros in a static scene */
     ad_value angular_velocity; /* w [3] 1/s, body; zeros in a static scene */
 } rod_observables;

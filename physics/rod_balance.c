@@ -157,15 +157,17 @@ rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_v
     return k;
 }
 
-/* n = Kse (v - v*) + Bse v_t,  m = Kbt (u - u*) + Bbt u_t  (Kelvin-Voigt). */
+/* n = Kse (v - v*) + Bse v_t,  m = Kbt (u - u*) + Bbt u_t  (Kelvin-Voigt), and what tendons and
+ * chambers add. */
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
 {
     rod_coefficients c = rod_coefficients_of(rod);
-    return (rod_wrench){
-        .force = ad_add(ad_mul(c.strain_stiffness, ad_sub(k->strain, c.rest_strain)),
-                        ad_mul(c.strain_damping, k->strain_rate)),
-        .moment = ad_add(ad_mul(c.curvature_stiffness, ad_sub(k->curvature, c.rest_curvature)),
-                         ad_mul(c.curvature_damping, k->curvature_rate))};
+    rod_wrench pull = rod_actuation(rod, k);
+    ad_value force = ad_mul(c.strain_stiffness, ad_sub(k->strain, c.rest_strain));
+    ad_value moment = ad_mul(c.curvature_stiffness, ad_sub(k->curvature, c.rest_curvature));
+    force = ad_add(force, ad_mul(c.strain_damping, k->strain_rate));
+    moment = ad_add(moment, ad_mul(c.curvature_damping, k->curvature_rate));
+    return (rod_wrench){ad_add(force, pull.force), ad_add(moment, pull.moment)};
 }
 
 typedef ad_value rod_conversion(const rod_context *rod, ad_value vector);

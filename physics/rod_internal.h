@@ -54,6 +54,14 @@ typedef struct rod_wrench {
     ad_value moment; /* m [3], body */
 } rod_wrench;
 
+/* A tendon or a chamber in the section at s: its axis is at the body position r = (offset, 0). */
+typedef struct rod_actuator {
+    ad_value offset, slope; /* [2] r and r_s */
+    ad_value pull;          /* its tension; minus pressure times area; also beyond its ends */
+    double start, end;      /* within [0, 1] */
+    bool is_chamber;        /* pulls along d3, a tendon along its own tangent */
+} rod_actuator;
+
 /* What is prescribed at one end. N(end) = force (world) if force_is_body is false, else R(q)
  * force; m(end) = R(q)^T moment if moment_is_world, else moment. Signs are those of the internal
  * force and moment. */
@@ -184,8 +192,16 @@ ad_value rod_time_derivative(const rod_context *rod, ad_value y, int order);
 ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
-/* Force per length, in the frame of the equations, with which what surrounds the rod resists its
- * velocity: every law of the velocity in one sum, which the classical solver evaluates too. */
+
+/* rod_actuation.c: all tendons and then all chambers of the scene. */
+int rod_actuator_count(const scene *scene);
+rod_actuator rod_actuator_of(const rod_context *rod, int index);
+/* Their part of n and m, constant zeros where there are none; see physics/rod.h. */
+rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics);
+
+/* rod_balance.c. Force per length, in the frame of the equations, with which what surrounds the rod
+ * resists its velocity: every law of the velocity in one sum, which the classical solver evaluates
+ * too. */
 ad_value rod_resistance(const rod_context *rod, ad_value velocity);
 /* Left sides minus right sides of the two balance laws, without a manufactured load. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state);

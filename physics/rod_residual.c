@@ -5,22 +5,24 @@
 
 /* ---- strains of the mixed form --------------------------------------------------------------- */
 
-/* v - v* - Kse^-1 (R^T N - Bse v_t): a locked strain is a compliance of 0. */
+/* v - v* - Kse^-1 (R^T N - Bse v_t - actuation): a locked strain is a compliance of 0. */
 static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
     ad_value elastic = ad_sub(force, ad_mul(c.strain_damping, k.strain_rate));
+    elastic = ad_sub(elastic, rod_actuation(rod, &k).force);
     return ad_sub(ad_sub(k.strain, c.rest_strain), ad_mul(c.strain_compliance, elastic));
 }
 
-/* u - u* - Kbt^-1 (m - Bbt u_t). */
+/* u - u* - Kbt^-1 (m - Bbt u_t - actuation). */
 static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
+    elastic = ad_sub(elastic, rod_actuation(rod, &k).moment);
     return ad_sub(ad_sub(k.curvature, c.rest_curvature), ad_mul(c.curvature_compliance, elastic));
 }
 

@@ -263,7 +263,6 @@ bool rod_shape_is_resolved(const scene *rod_scene)
 static void shape_turn(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
 {
     shape_pose motions[SCENE_SEGMENTS_MAX], here = {.q = {1, 0, 0, 0}};
-    ad_value zero = ad_scalar(rod->tape, 0);
     shape_joints(rod->scene, motions);
     for (int k = 0; k < count; k++) {
         ad_value r = ad_constant(rod->tape, 3, here.r), q = ad_constant(rod->tape, 4, here.q);

@@ -16,6 +16,7 @@ typedef struct solve_functions {
         formula *all[FORMULAS];
     };
     formula *resistance; /* NULL: none */
+    formula *actuators;  /* NULL: none */
 } solve_functions;
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -124,6 +125,31 @@ static ad_status record(solve_rod *rod, ad_error *error)
     return status;
 }
 
+/* Rows of solve_actuator for one actuator after the other. */
+static ad_status record_actuators(solve_rod *rod, ad_error *error)
+{
+    rod->actuators = rod_actuator_count(&rod->scene);
+    if (rod->actuators == 0) {
+        return AD_OK;
+    }
+    ad_tape *tape = ad_tape_create();
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), all[SOLVE_ACTUATORS_MAX];
+    const domain_place at = rod_place(&rod->scene, s, t);
+    const rod_context context = rod_context_of(&rod->scene, &at);
+    for (int i = 0; i < rod->actuators; i++) {
+        rod_actuator one = rod_actuator_of(&context, i);
+        all[i] = STACK(one.offset, one.slope, one.pull);
+        rod->extents[i] = (solve_extent){one.start, one.end, one.is_chamber};
+    }
+    ad_status status = solve_formula_create(ad_stack(rod->actuators, all), 0, rod->formula->pool,
+                                            &rod->formula->actuators, error);
+    ad_tape_free(tape);
+    return status;
+}
+
 /* On a tape of its own, as it has another input, the velocity. */
 static ad_status record_resistance(solve_rod *rod, ad_error *error)
 {
@@ -169,6 +195,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
     status = status == AD_OK ? record_resistance(rod, error) : status;
+    status = status == AD_OK ? record_actuators(rod, error) : status;
     if (status != AD_OK) {
         solve_rod_free(rod);
         return status;
@@ -185,6 +212,7 @@ void solve_rod_free(solve_rod *rod)
             solve_formula_free(f->all[i]);
         }
         solve_formula_free(f->resistance);
+        solve_formula_free(f->actuators);
         ad_pool_free(f->pool);
         free(f);
         free(rod);
@@ -227,6 +255,12 @@ ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, 
                                const double (*velocity)[3], double (*out)[3], ad_error *error)
 {
     return solve_formula_evaluate_of(rod->formula->resistance, n, s, t, velocity[0], out[0], error);
+}
+
+ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
+                              solve_actuator *out, ad_error *error)
+{
+    return solve_formula_evaluate(rod->formula->actuators, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,

@@ -26,21 +26,31 @@ typedef struct solve_state {
     double rotation[4];  /* q, unit */
     double strain[3];    /* v, body */
     double curvature[3]; /* u, body */
-    double force[3];     /* n, body */
-    double moment[3];    /* m, body */
+    double force[3];     /* n, body; with tendons and chambers */
+    double moment[3];    /* m, body; the same */
     double velocity[3];  /* r_t, world; 0 if static */
     double spin[3];      /* w, body; 0 if static */
 } solve_state;
+
+/* The part of the rod, start .. end, in which an actuator pulls. */
+typedef struct solve_extent {
+    double start, end; /* within [0, 1] */
+    bool is_chamber;
+} solve_extent;
+
+enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX };
 
 typedef struct solve_rod {
     scene scene; /* its texts belong to whoever filled the scene */
     rod_scales scales;
     bool dynamic;
-    double duration;                 /* in scales.time */
-    bool has_body_load;              /* false: solve_load.body_* are 0 everywhere */
-    bool rest_moves;                 /* false: the rest shape is the same at all times */
-    bool resists;                    /* false: solve_rod_resistance is 0 everywhere */
-    solve_end ends[2];               /* at s = 0 and 1 */
+    double duration;    /* in scales.time */
+    bool has_body_load; /* false: solve_load.body_* are 0 everywhere */
+    bool rest_moves;    /* false: the rest shape is the same at all times */
+    bool resists;       /* false: solve_rod_resistance is 0 everywhere */
+    solve_end ends[2];  /* at s = 0 and 1 */
+    int actuators;      /* tendons, then chambers */
+    solve_extent extents[SOLVE_ACTUATORS_MAX];
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 
@@ -70,6 +80,14 @@ typedef struct solve_load {
     double force[3], moment[3];           /* world */
     double body_force[3], body_moment[3]; /* follower */
 } solve_load;
+
+/* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
+ * ends (solve_extent). */
+typedef struct solve_actuator {
+    double offset[2]; /* r, along d1 and d2 */
+    double slope[2];  /* r_s */
+    double pull;      /* tension; of a chamber minus pressure times area */
+} solve_actuator;
 
 /* What is prescribed at an end: the pose counts where it is held, force and moment where not. Their
  * signs are those of the internal N and m, so those of the outside at s = 1 and against it at s =
@@ -105,6 +123,10 @@ ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const
                           solve_rest *out, ad_error *error);
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error);
+
+/* Of rods with actuators: out [n][actuators]. */
+ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
+                              solve_actuator *out, ad_error *error);
 
 /* Force per length with which what surrounds a rod resists its velocity r_t [n][3]: out [n][3],
  * world, not part of solve_load. Of rods in motion that have any (rod->resists). */

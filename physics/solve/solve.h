@@ -60,8 +60,8 @@ typedef struct solve_report {
 solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
- * from the unstressed rod: minus their potential; NaN under moments and follower loads, which have
- * none. */
+ * from the unstressed rod, and of tendons and chambers: minus their potential; NaN under moments and
+ * follower loads, which have none. */
 typedef struct solve_energy {
     double kinetic, strain;
     double work;       /* of loads, and of what moves ends and rest shape, since t = 0 */

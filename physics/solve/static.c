@@ -267,14 +267,24 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
 {
     solve_rest *rest = malloc(n * sizeof *rest);
     solve_section *sections = malloc(n * sizeof *sections);
-    ad_status status = rest && sections
+    size_t pulling = (size_t)x->rod->actuators;
+    solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
+    ad_status status = rest && sections && actuators
                            ? solve_rod_rest(x->rod, n, s, 0, rest, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     status = status == AD_OK ? solve_rod_sections(x->rod, n, s, sections, error) : status;
+    if (status == AD_OK && pulling > 0) {
+        status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
+    }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         const static_point at = {.rest = rest[i],
                                  .strain_compliance = sections[i].strain_compliance,
-                                 .curvature_compliance = sections[i].curvature_compliance};
+                                 .curvature_compliance = sections[i].curvature_compliance,
+                                 .actuation = {.count = x->rod->actuators,
+                                               .extents = x->rod->extents,
+                                               .actuators = actuators + i * pulling,
+                                               .s = s[i],
+                                               .factor = static_system_load(x->system)}};
         double y[STATIC_ROWS], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {
@@ -292,6 +302,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
     }
     free(rest);
     free(sections);
+    free(actuators);
     return status;
 }
 

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* At all points of the mesh. */
 typedef struct at_points {
@@ -10,6 +11,8 @@ typedef struct at_points {
     solve_section *sections;
     solve_load *load;
     solve_initial *unstressed;
+    solve_rest *rest;          /* of rods with actuators, as the next */
+    solve_actuator *actuators; /* [count][those of the rod] */
 } at_points;
 
 static void points_free(at_points *p)
@@ -19,6 +22,20 @@ static void points_free(at_points *p)
     free(p->sections);
     free(p->load);
     free(p->unstressed);
+    free(p->rest);
+    free(p->actuators);
+}
+
+static ad_status add_actuators(const solve_rod *rod, at_points *p, ad_error *error)
+{
+    size_t n = p->count;
+    p->rest = malloc(n * sizeof *p->rest);
+    p->actuators = malloc(n * (size_t)rod->actuators * sizeof *p->actuators);
+    if (!p->rest || !p->actuators) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    }
+    ad_status status = solve_rod_rest(rod, n, p->s, 0, p->rest, error);
+    return status == AD_OK ? solve_rod_actuators(rod, n, p->s, 0, p->actuators, error) : status;
 }
 
 static ad_status points_make(const static_system *system, const solve_rod *rod, at_points *p,
@@ -44,18 +61,52 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     }
     ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
     status = status == AD_OK ? solve_rod_load(rod, n, p->s, 0, p->load, error) : status;
-    return status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
+    status = status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
+    return status == AD_OK && rod->actuators > 0 ? add_actuators(rod, p, error) : status;
 }
 
-/* Half of force times strain, at a point. */
-static double density(const solve_section *section, const double *y)
+/* What tendons and chambers do from the unstressed rod to state y at point i, per length; takes
+ * their wrench from that of the section, [ACTUATION_ROWS]. */
+static double take_actuation(const at_points *p, size_t i, const solve_rod *rod, double factor,
+                             const double *y, double *wrench)
 {
-    double force[3], sum = 0;
-    static_body_force(y, force);
-    for (int i = 0; i < 3; i++) {
-        double moment = y[STATIC_M + i];
-        sum += 0.5 * section->strain_compliance[i] * force[i] * force[i];
-        sum += 0.5 * section->curvature_compliance[i] * moment * moment;
+    const static_point at = {.rest = p->rest[i],
+                             .strain_compliance = p->sections[i].strain_compliance,
+                             .curvature_compliance = p->sections[i].curvature_compliance,
+                             .actuation = {.count = rod->actuators,
+                                           .extents = rod->extents,
+                                           .actuators = p->actuators + i * (size_t)rod->actuators,
+                                           .s = p->s[i],
+                                           .factor = factor}};
+    double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS], pull[ACTUATION_ROWS];
+    static_strains(&at, y, strains, strains + 3);
+    solve_actuation_wrench(&at.actuation, strains, pull, NULL);
+    for (int k = 0; k < 3; k++) {
+        rest[k] = at.rest.strain[k];
+        rest[3 + k] = at.rest.curvature[k];
+    }
+    for (int k = 0; k < ACTUATION_ROWS; k++) {
+        wrench[k] -= pull[k];
+    }
+    return solve_actuation_energy(&at.actuation, rest) -
+           solve_actuation_energy(&at.actuation, strains);
+}
+
+/* Half of the elastic force times strain, at a point; adds what actuators do to the work. */
+static double density(const at_points *p, size_t i, const solve_rod *rod, double factor,
+                      const double *y, double *work)
+{
+    const solve_section *section = &p->sections[i];
+    double wrench[ACTUATION_ROWS], sum = 0;
+    static_body_force(y, wrench);
+    memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
+    if (rod->actuators > 0) {
+        *work += take_actuation(p, i, rod, factor, y, wrench);
+    }
+    for (int k = 0; k < 3; k++) {
+        double force = wrench[k], moment = wrench[3 + k];
+        sum += 0.5 * section->strain_compliance[k] * force * force;
+        sum += 0.5 * section->curvature_compliance[k] * moment * moment;
     }
     return sum;
 }
@@ -110,7 +161,9 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     *energy = (solve_energy){.mismatch = NAN};
     for (size_t i = 0; status == AD_OK && i < p.count; i++) {
         const double *at = y + i * STATIC_ROWS;
-        energy->strain += p.weight[i] * density(&p.sections[i], at);
+        double done = 0;
+        energy->strain += p.weight[i] * density(&p, i, rod, static_system_load(system), at, &done);
+        energy->work += p.weight[i] * done;
         energy->work += is_dead_force(&p.load[i])
                             ? p.weight[i] * work_of(p.load[i].force, at, &p.unstressed[i])
                             : NAN;

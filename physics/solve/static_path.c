@@ -73,6 +73,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     solve_section sections[SAMPLES];
     solve_rest rest[SAMPLES];
     solve_load load[SAMPLES];
+    solve_actuation_size pull = {0};
     for (int i = 0; i < SAMPLES; i++) {
         s[i] = (double)i / (SAMPLES - 1);
     }
@@ -80,6 +81,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     status = status == AD_OK ? solve_rod_rest(rod, SAMPLES, s, 0, rest, error) : status;
     if (status == AD_OK) {
         status = solve_rod_load(rod, SAMPLES, s, 0, load, error);
+    }
+    if (status == AD_OK) {
+        status = solve_actuation_measure(rod, SAMPLES, s, 0, &pull, error);
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         solve_end_state at;
@@ -102,18 +106,19 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     }
     double soft[3] = {softness(rod, sections, 0), softness(rod, sections, 1),
                       softness(rod, sections, 2)};
-    moment *= soft[0];
+    moment = soft[0] * (moment + pull.moment);
     couple *= soft[0];
     force *= soft[1];
     spread *= soft[2];
-    path->twists = round && straight && couple == 0;
+    path->twists = round && straight && couple == 0 && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
     double compression = soft[1] * rod_numbers_of(&rod->scene).compression;
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->turn = held_turn(rod);
-    path->wavenumber = path->turn + rest_curvature + moment + sqrt(force) + cbrt(spread) + couple;
+    path->wavenumber =
+        path->turn + rest_curvature + moment + sqrt(force) + cbrt(spread) + couple + pull.winding;
     return AD_OK;
 }
 

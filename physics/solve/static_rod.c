@@ -45,15 +45,6 @@ static void left_product(const double *q, double left[4][3])
     }
 }
 
-static void strains(const static_point *at, const double *force, const double *moment,
-                    double *strain, double *curvature)
-{
-    for (int i = 0; i < 3; i++) {
-        strain[i] = at->rest.strain[i] + at->strain_compliance[i] * force[i];
-        curvature[i] = at->rest.curvature[i] + at->curvature_compliance[i] * moment[i];
-    }
-}
-
 void static_body_force(const double *y, double *force)
 {
     matrix3 rotation, by_q[4];
@@ -61,101 +52,130 @@ void static_body_force(const double *y, double *force)
     to_body(rotation, y + STATIC_N, force);
 }
 
-void static_strains(const static_point *at, const double *y, double *strain, double *curvature)
+/* v and u at a section where n and m are known, and their derivatives by n and m where that is not
+ * NULL. */
+static void strains_under(const static_point *at, const double *force, const double *moment,
+                          double strains[ACTUATION_ROWS], double (*by_wrench)[ACTUATION_ROWS])
 {
-    double force[3];
-    static_body_force(y, force);
-    strains(at, force, y + STATIC_M, strain, curvature);
+    double rest[ACTUATION_ROWS], compliance[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
+    for (int i = 0; i < 3; i++) {
+        rest[i] = at->rest.strain[i];
+        rest[3 + i] = at->rest.curvature[i];
+        compliance[i] = at->strain_compliance[i];
+        compliance[3 + i] = at->curvature_compliance[i];
+        wrench[i] = force[i];
+        wrench[3 + i] = moment[i];
+    }
+    solve_actuation_strains(&at->actuation, rest, compliance, wrench, strains, by_wrench);
 }
 
-/* What a change of n by dn, of R by dR, does to r_s and m_s: a column of the jacobian. NULL: R
- * stays.
- */
-static void column(const static_point *at, matrix3 rotation, matrix3 turned, const double *force,
-                   const double *strain, const double *change, int index,
-                   double (*jacobian)[STATIC_ROWS])
+void static_strains(const static_point *at, const double *y, double *strain, double *curvature)
 {
-    double stretched[3], moved[3], first[3], second[3], turning[3] = {0}, load[3] = {0};
-    for (int i = 0; i < 3; i++) {
-        stretched[i] = at->strain_compliance[i] * change[i];
-    }
-    to_world(rotation, stretched, moved);
-    vector_cross(stretched, force, first);
-    vector_cross(strain, change, second);
-    if (turned) {
-        double body[3];
-        to_world(turned, strain, turning);
-        to_world(turned, at->load.body_force, body);
-        to_body(turned, at->load.moment, load);
-        for (int i = 0; i < 3; i++) {
-            jacobian[STATIC_N + i][index] = -body[i];
+    double force[3], strains[ACTUATION_ROWS];
+    static_body_force(y, force);
+    strains_under(at, force, y + STATIC_M, strains, NULL);
+    memcpy(strain, strains, 3 * sizeof *strain);
+    memcpy(curvature, strains + 3, 3 * sizeof *curvature);
+}
+
+/* A state with what follows from it. */
+typedef struct turned_state {
+    matrix3 rotation, by_q[4];
+    double left[4][3];                                /* q (0, x) = left x */
+    double n[3], strains[ACTUATION_ROWS];             /* v, u */
+    double by_wrench[ACTUATION_ROWS][ACTUATION_ROWS]; /* of v, u by n, m */
+    const double *m;
+} turned_state;
+
+/* What changes with one of the unknowns: n and m, and of R, which else stays (NULL), dR. */
+typedef struct unknown_change {
+    double wrench[ACTUATION_ROWS];
+    double (*turned)[3];
+} unknown_change;
+
+/* A column of the jacobian, without dq (0, u)/2. */
+static void add_column(const static_point *at, turned_state *x, unknown_change *change, int index,
+                       double (*jacobian)[STATIC_ROWS])
+{
+    double strained[ACTUATION_ROWS], moved[3], turning[3] = {0}, load[3] = {0}, body[3] = {0};
+    double terms[4][3], *dn = change->wrench, *dm = dn + 3, *dv = strained, *du = strained + 3;
+    for (int i = 0; i < ACTUATION_ROWS; i++) {
+        strained[i] = 0;
+        for (int k = 0; k < ACTUATION_ROWS; k++) {
+            strained[i] += x->by_wrench[i][k] * change->wrench[k];
         }
+    }
+    to_world(x->rotation, dv, moved);
+    vector_cross(dv, x->n, terms[0]);
+    vector_cross(x->strains, dn, terms[1]);
+    vector_cross(du, x->m, terms[2]);
+    vector_cross(x->strains + 3, dm, terms[3]);
+    if (change->turned) {
+        to_world(change->turned, x->strains, turning);
+        to_world(change->turned, at->load.body_force, body);
+        to_body(change->turned, at->load.moment, load);
     }
     for (int i = 0; i < 3; i++) {
         jacobian[STATIC_R + i][index] = moved[i] + turning[i];
-        jacobian[STATIC_M + i][index] = -first[i] - second[i] - load[i];
+        jacobian[STATIC_N + i][index] = -body[i];
+        jacobian[STATIC_M + i][index] =
+            -terms[0][i] - terms[1][i] - terms[2][i] - terms[3][i] - load[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        const double *left = x->left[i];
+        jacobian[STATIC_Q + i][index] = (left[0] * du[0] + left[1] * du[1] + left[2] * du[2]) / 2;
     }
 }
 
-static void differentiate(const static_point *at, const double *y, matrix3 rotation, matrix3 *by_q,
-                          const double *force, const double *strain, const double *curvature,
+static void differentiate(const static_point *at, const double *y, turned_state *x,
                           double (*jacobian)[STATIC_ROWS])
 {
-    const double *q = y + STATIC_Q, *m = y + STATIC_M, *u = curvature;
-    double left[4][3] = {{0}}, change[3];
+    const double *u = x->strains + 3;
     memset(jacobian, 0, STATIC_ROWS * sizeof *jacobian);
-    left_product(q, left);
     for (int k = 0; k < 4; k++) {
-        to_body(by_q[k], y + STATIC_N, change);
-        column(at, rotation, by_q[k], force, strain, change, STATIC_Q + k, jacobian);
+        unknown_change change = {.turned = x->by_q[k]};
+        to_body(x->by_q[k], y + STATIC_N, change.wrench);
+        add_column(at, x, &change, STATIC_Q + k, jacobian);
     }
     for (int k = 0; k < 3; k++) {
-        double compliance = at->curvature_compliance[k], first[3], second[3];
-        double bent[3] = {0}, unit[3] = {0};
-        column(at, rotation, NULL, force, strain, rotation[k], STATIC_N + k, jacobian);
-        bent[k] = compliance;
-        unit[k] = 1;
-        vector_cross(bent, m, first);
-        vector_cross(u, unit, second);
-        for (int i = 0; i < 3; i++) {
-            jacobian[STATIC_M + i][STATIC_M + k] = -first[i] - second[i];
-        }
-        for (int i = 0; i < 4; i++) {
-            jacobian[STATIC_Q + i][STATIC_M + k] = left[i][k] * compliance / 2;
-        }
+        unknown_change pull = {.turned = NULL}, bend = {.turned = NULL};
+        memcpy(pull.wrench, x->rotation[k], 3 * sizeof(double));
+        add_column(at, x, &pull, STATIC_N + k, jacobian);
+        bend.wrench[3 + k] = 1;
+        add_column(at, x, &bend, STATIC_M + k, jacobian);
         /* q (0, u)/2 by q: the product with (0, u) from the right */
         int j = (k + 1) % 3, l = (k + 2) % 3;
-        jacobian[STATIC_Q][STATIC_Q + 1 + k] = -u[k] / 2;
-        jacobian[STATIC_Q + 1 + k][STATIC_Q] = u[k] / 2;
-        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + j] = u[l] / 2;
-        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + l] = -u[j] / 2;
+        jacobian[STATIC_Q][STATIC_Q + 1 + k] += -u[k] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q] += u[k] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + j] += u[l] / 2;
+        jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + l] += -u[j] / 2;
     }
 }
 
 void static_rate(const static_point *at, const double *y, double *rate,
                  double (*jacobian)[STATIC_ROWS])
 {
-    const double *q = y + STATIC_Q, *m = y + STATIC_M;
-    matrix3 rotation, by_q[4];
-    double left[4][3] = {{0}}, n[3], v[3], u[3], load[3], body[3], bending[3], shearing[3];
-    rotation_of(q, rotation, by_q);
-    left_product(q, left);
-    to_body(rotation, y + STATIC_N, n);
-    strains(at, n, m, v, u);
-    to_world(rotation, v, rate + STATIC_R);
-    to_world(rotation, at->load.body_force, body);
-    to_body(rotation, at->load.moment, load);
-    vector_cross(u, m, bending);
-    vector_cross(v, n, shearing);
+    turned_state x = {.m = y + STATIC_M};
+    double *v = x.strains, *u = x.strains + 3, load[3], body[3], bending[3], shearing[3];
+    rotation_of(y + STATIC_Q, x.rotation, x.by_q);
+    left_product(y + STATIC_Q, x.left);
+    to_body(x.rotation, y + STATIC_N, x.n);
+    strains_under(at, x.n, x.m, x.strains, jacobian ? x.by_wrench : NULL);
+    to_world(x.rotation, v, rate + STATIC_R);
+    to_world(x.rotation, at->load.body_force, body);
+    to_body(x.rotation, at->load.moment, load);
+    vector_cross(u, x.m, bending);
+    vector_cross(v, x.n, shearing);
     for (int i = 0; i < 4; i++) {
-        rate[STATIC_Q + i] = (left[i][0] * u[0] + left[i][1] * u[1] + left[i][2] * u[2]) / 2;
+        const double *left = x.left[i];
+        rate[STATIC_Q + i] = (left[0] * u[0] + left[1] * u[1] + left[2] * u[2]) / 2;
     }
     for (int i = 0; i < 3; i++) {
         rate[STATIC_N + i] = -at->load.force[i] - body[i];
         rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
     }
     if (jacobian) {
-        differentiate(at, y, rotation, by_q, n, v, u, jacobian);
+        differentiate(at, y, &x, jacobian);
     }
 }
 

@@ -1,5 +1,6 @@
 /* The static rod as a first-order system in s, written out in plain C, and its conditions at the
  * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m,
+ * where tendons and chambers pull the strains of actuation.h,
  *
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
  *
@@ -8,7 +9,7 @@
 #ifndef PHYSICS_SOLVE_STATIC_ROD_H
 #define PHYSICS_SOLVE_STATIC_ROD_H
 
-#include "physics/solve/rod_model.h"
+#include "physics/solve/actuation.h"
 
 /* y: r, q, N, m. */
 enum { STATIC_R = 0, STATIC_Q = 3, STATIC_N = 7, STATIC_M = 10, STATIC_ROWS = 13 };
@@ -19,6 +20,7 @@ typedef struct static_point {
     solve_rest rest;
     solve_load load;
     const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
+    solve_actuation actuation;
 } static_point;
 
 /* y_s, and d y_s/d y where jacobian is not NULL. */

@@ -18,18 +18,19 @@ struct static_system {
     const solve_rod *rod;
     gauss_rule rule;
     int elements, stages;
-    double *edges;           /* [elements + 1] */
-    double *points;          /* [elements][stages], s */
-    solve_section *sections; /* the same points; with the stretch of the path */
-    double *axial;           /* [elements][stages] axial compliance without it */
-    solve_rest *rest;        /* the same points */
-    solve_load *load;        /* the same, at full load */
-    static_end full[2];      /* at full load */
-    static_end bare[2];      /* unstressed */
-    static_end ends[2];      /* where the path is */
-    double turn[3];          /* rotation vector of the end s = 1 at full load, world; 0: none */
-    double (*chords)[3];     /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
-    double arc[3];           /* their sum, turned in proportion to s */
+    double *edges;             /* [elements + 1] */
+    double *points;            /* [elements][stages], s */
+    solve_section *sections;   /* the same points; with the stretch of the path */
+    double *axial;             /* [elements][stages] axial compliance without it */
+    solve_rest *rest;          /* the same points */
+    solve_load *load;          /* the same, at full load */
+    solve_actuator *actuators; /* [elements][stages][those of the rod], at full load */
+    static_end full[2];        /* at full load */
+    static_end bare[2];        /* unstressed */
+    static_end ends[2];        /* where the path is */
+    double turn[3];            /* rotation vector of the end s = 1 at full load; 0: none */
+    double (*chords)[3];       /* [CHORDS] of the unstressed rod; NULL without a turn */
+    double arc[3];             /* their sum, turned in proportion to s */
     static_path path;
     double *rate;     /* [elements][stages][ROWS] */
     jacobian *by_y;   /* [elements][stages] */
@@ -90,6 +91,7 @@ void static_system_free(static_system *x)
         free(x->axial);
         free(x->rest);
         free(x->load);
+        free(x->actuators);
         free(x->rate);
         free(x->by_y);
         free(x->factor);
@@ -116,6 +118,7 @@ static bool allocate(static_system *x)
     x->axial = malloc(points * sizeof *x->axial);
     x->rest = malloc(points * sizeof *x->rest);
     x->load = malloc(points * sizeof *x->load);
+    x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
     x->rate = malloc(points * ROWS * sizeof *x->rate);
     x->by_y = malloc(points * sizeof *x->by_y);
     x->factor = malloc(elements * inner * inner * sizeof *x->factor);
@@ -125,8 +128,8 @@ static bool allocate(static_system *x)
     x->band = SUNDlsMat_newBandMat((sunindextype)edges, ABOVE, LOWER);
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
-    return x->edges && x->points && x->sections && x->axial && x->rest && x->load && x->rate &&
-           x->by_y && x->factor && x->pivots && x->by_start && x->inner && x->band &&
+    return x->edges && x->points && x->sections && x->axial && x->rest && x->load && x->actuators &&
+           x->rate && x->by_y && x->factor && x->pivots && x->by_start && x->inner && x->band &&
            x->band_pivots && x->right;
 }
 
@@ -222,7 +225,10 @@ static ad_status set_points(static_system *x, ad_error *error)
         x->axial[i] = x->sections[i].strain_compliance[2];
     }
     status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
-    return status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
+    status = status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
+    return status == AD_OK && x->rod->actuators > 0
+               ? solve_rod_actuators(x->rod, count, x->points, 0, x->actuators, error)
+               : status;
 }
 
 ad_status static_system_create(const solve_rod *rod, int stages, int elements, const double *edges,
@@ -363,12 +369,22 @@ void static_system_set(static_system *x, const static_path *path)
     }
 }
 
+double static_system_load(const static_system *x)
+{
+    return x->path.load;
+}
+
 static static_point point_of(const static_system *x, size_t i)
 {
     const solve_load *full = &x->load[i];
     static_point at = {.rest = x->rest[i],
                        .strain_compliance = x->sections[i].strain_compliance,
-                       .curvature_compliance = x->sections[i].curvature_compliance};
+                       .curvature_compliance = x->sections[i].curvature_compliance,
+                       .actuation = {.count = x->rod->actuators,
+                                     .extents = x->rod->extents,
+                                     .actuators = x->actuators + i * (size_t)x->rod->actuators,
+                                     .s = x->points[i],
+                                     .factor = x->path.load}};
     for (int k = 0; k < 3; k++) {
         at.load.force[k] = x->path.load * full->force[k];
         at.load.moment[k] = x->path.load * full->moment[k];

@@ -38,6 +38,7 @@ void static_system_points(const static_system *x, double *s);
 ad_status static_system_guess(const static_system *x, double *y, ad_error *error);
 
 void static_system_set(static_system *x, const static_path *path);
+double static_system_load(const static_system *x); /* of that path */
 
 /* Left minus right sides [unknowns]: conditions at s = 0, equations of each element, conditions at
  * s = 1. */

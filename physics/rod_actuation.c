@@ -1,0 +1,102 @@
+/* Tendons and fluid chambers: what they exert within the rod. */
+#include "physics/rod_internal.h"
+
+int rod_actuator_count(const scene *rod_scene)
+{
+    return rod_scene->tendon_count + rod_scene->chamber_count;
+}
+
+/* A place along the rod over its length. */
+static double rod_fraction(const rod_context *rod, quantity place, double otherwise)
+{
+    return place.is_given ? place.number / rod->scales.length : otherwise;
+}
+
+static ad_value rod_offset(const rod_context *rod, const quantity *given)
+{
+    const double axis[2] = {0, 0};
+    return rod_quantities(rod, 2, given, axis, 1 / rod->scales.length, rod->s, rod->t);
+}
+
+static rod_actuator rod_tendon(const rod_context *rod, const scene_tendon *given)
+{
+    const double none = 0;
+    ad_value offset = rod_offset(rod, given->offset);
+    return (rod_actuator){.offset = offset,
+                          .slope = rod_space_derivative(rod, offset),
+                          .pull = rod_quantities(rod, 1, &given->tension, &none,
+                                                 1 / rod->scales.force, rod->s, rod->t),
+                          .start = rod_fraction(rod, given->start, 0),
+                          .end = rod_fraction(rod, given->end, 1)};
+}
+
+static rod_actuator rod_chamber(const rod_context *rod, const scene_chamber *given)
+{
+    const double none = 0;
+    quantity push = quantity_multiply(given->pressure, given->area);
+    ad_value offset = rod_offset(rod, given->offset);
+    return (rod_actuator){
+        .offset = offset,
+        .slope = rod_space_derivative(rod, offset),
+        .pull = rod_quantities(rod, 1, &push, &none, -1 / rod->scales.force, rod->s, rod->t),
+        .start = rod_fraction(rod, given->start, 0),
+        .end = rod_fraction(rod, given->end, 1),
+        .is_chamber = true};
+}
+
+rod_actuator rod_actuator_of(const rod_context *rod, int index)
+{
+    const scene *given = rod->scene;
+    return index < given->tendon_count
+               ? rod_tendon(rod, &given->tendons[index])
+               : rod_chamber(rod, &given->chambers[index - given->tendon_count]);
+}
+
+/* The pull where the actuator is, 0 before and behind. */
+static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actuator)
+{
+    ad_value pull = actuator->pull, none = ad_scalar(rod->tape, 0);
+    if (actuator->start > 0) {
+        ad_value before = ad_sub(ad_scalar(rod->tape, actuator->start), rod->s);
+        pull = ad_select(before, none, pull);
+    }
+    if (actuator->end < 1) {
+        ad_value behind = ad_sub(rod->s, ad_scalar(rod->tape, actuator->end));
+        pull = ad_select(behind, none, pull);
+    }
+    return ad_mul(rod->at.load_factor, pull);
+}
+
+/* pull d and r x pull d, d being the unit tangent of a tendon, d3 of a chamber. */
+static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator,
+                                      const rod_kinematics *k)
+{
+    ad_value offset = ad_pad(actuator->offset, 0, 3), direction;
+    if (actuator->is_chamber) {
+        direction = ad_vector_constant(rod->tape, 0, 0, 1);
+    } else {
+        ad_value along = ad_add(k->strain, ad_cross(k->curvature, offset));
+        direction = ad_normalize(ad_add(along, ad_pad(actuator->slope, 0, 3)));
+    }
+    ad_value force = ad_mul(rod_pull_within(rod, actuator), direction);
+    return (rod_wrench){.force = force, .moment = ad_cross(offset, force)};
+}
+
+rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k)
+{
+    rod_wrench sum = {ad_zeros(rod->tape, 3), ad_zeros(rod->tape, 3)};
+    int count = rod_actuator_count(rod->scene);
+    for (int i = 0; i < count; i++) {
+        if (i < rod->scene->tendon_count && rod->scene->tendons[i].displacement.is_given) {
+            ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
+                         "tendons[%d].displacement: its tension depends on the whole rod; only the "
+                         "classical solver at rest finds it, a network needs tendons[%d].tension",
+                         i, i);
+        }
+        rod_actuator actuator = rod_actuator_of(rod, i);
+        rod_wrench one = rod_actuator_wrench(rod, &actuator, k);
+        sum.force = ad_add(sum.force, one.force);
+        sum.moment = ad_add(sum.moment, one.moment);
+    }
+    return sum;
+}

@@ -1,0 +1,222 @@
+#include "physics/solve/actuation.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/quaternion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROWS = ACTUATION_ROWS, STEPS_MAX = 60 };
+
+/* How strongly actuator i pulls here, and r. */
+static double pull_of(const solve_actuation *a, int i, double offset[3])
+{
+    const solve_extent *extent = &a->extents[i];
+    const solve_actuator *at = &a->actuators[i];
+    offset[0] = at->offset[0];
+    offset[1] = at->offset[1];
+    offset[2] = 0;
+    return extent->start <= a->s && a->s <= extent->end ? a->factor * at->pull : 0;
+}
+
+/* p' = v + u x r + r' */
+static void direction_of(const solve_actuator *at, const double offset[3], const double *strains,
+                         double along[3])
+{
+    vector_cross(strains + 3, offset, along);
+    for (int k = 0; k < 3; k++) {
+        along[k] += strains[k] + (k < 2 ? at->slope[k] : 0);
+    }
+}
+
+/* tension/|p'| (1 - t t^T) of p' changed along each strain, as a force and its moment. */
+static void add_turning(double by_length, const double tangent[3], const double offset[3],
+                        double (*by_strains)[ROWS])
+{
+    for (int c = 0; c < ROWS; c++) {
+        double unit[3] = {0}, change[3] = {0}, moment[3];
+        unit[c % 3] = 1;
+        if (c < 3) {
+            change[c] = 1;
+        } else {
+            vector_cross(unit, offset, change);
+        }
+        double along = vector_dot(tangent, change);
+        for (int k = 0; k < 3; k++) {
+            change[k] = by_length * (change[k] - along * tangent[k]);
+        }
+        vector_cross(offset, change, moment);
+        for (int k = 0; k < 3; k++) {
+            by_strains[k][c] += change[k];
+            by_strains[3 + k][c] += moment[k];
+        }
+    }
+}
+
+void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
+                            double (*by_strains)[ROWS])
+{
+    memset(wrench, 0, ROWS * sizeof *wrench);
+    if (by_strains) {
+        memset(by_strains, 0, ROWS * sizeof *by_strains);
+    }
+    for (int i = 0; i < a->count; i++) {
+        double offset[3], force[3] = {0, 0, 1}, moment[3], pull = pull_of(a, i, offset);
+        if (pull == 0) {
+            continue;
+        }
+        if (!a->extents[i].is_chamber) {
+            direction_of(&a->actuators[i], offset, strains, force);
+            double length = sqrt(vector_dot(force, force));
+            for (int k = 0; k < 3; k++) {
+                force[k] /= length;
+            }
+            if (by_strains) {
+                add_turning(pull / length, force, offset, by_strains);
+            }
+        }
+        vector_cross(offset, force, moment);
+        for (int k = 0; k < 3; k++) {
+            wrench[k] += pull * force[k];
+            wrench[3 + k] += pull * moment[k];
+        }
+    }
+}
+
+double solve_actuation_energy(const solve_actuation *a, const double *strains)
+{
+    double sum = 0;
+    for (int i = 0; i < a->count; i++) {
+        double offset[3], along[3], pull = pull_of(a, i, offset);
+        direction_of(&a->actuators[i], offset, strains, along);
+        sum += pull * (a->extents[i].is_chamber ? along[2] : sqrt(vector_dot(along, along)));
+    }
+    return sum;
+}
+
+/* ---- strains under a wrench ---------------------------------------------------------------- */
+
+static double largest(const double *x)
+{
+    double result = 0;
+    for (int k = 0; k < ROWS; k++) {
+        result = fabs(x[k]) <= result ? result : fabs(x[k]);
+    }
+    return result;
+}
+
+/* missing = x - rest - compliance (wrench - actuation(x)), and its derivatives by x, column-major,
+ * where that is not NULL. */
+static void miss(const solve_actuation *a, const double *rest, const double *compliance,
+                 const double *wrench, const double *x, double *missing, double *by_x)
+{
+    double pull[ROWS], by_strains[ROWS][ROWS];
+    solve_actuation_wrench(a, x, pull, by_x ? by_strains : NULL);
+    for (int k = 0; k < ROWS; k++) {
+        missing[k] = x[k] - rest[k] - compliance[k] * (wrench[k] - pull[k]);
+        for (int c = 0; c < ROWS && by_x; c++) {
+            by_x[c * ROWS + k] = (k == c) + compliance[k] * by_strains[k][c];
+        }
+    }
+}
+
+/* Newton's method, with steps shortened until less is missing. */
+static bool find(const solve_actuation *a, const double *rest, const double *compliance,
+                 const double *wrench, double *x)
+{
+    static const double last = 1e-9; /* a step after which the next is below rounding */
+    double missing[ROWS], step[ROWS], next[ROWS], factor[ROWS * ROWS];
+    int pivots[ROWS];
+    for (int i = 0; i < STEPS_MAX; i++) {
+        miss(a, rest, compliance, wrench, x, step, factor);
+        double before = largest(step), share = 1;
+        if (ad_dense_lu(ROWS, factor, pivots) != 0) {
+            return false;
+        }
+        ad_dense_lu_solve(ROWS, 1, factor, pivots, step);
+        bool done = largest(step) <= last * (1 + largest(x));
+        do {
+            for (int k = 0; k < ROWS; k++) {
+                next[k] = x[k] - share * step[k];
+            }
+            miss(a, rest, compliance, wrench, next, missing, NULL);
+            share /= 2;
+        } while (!done && !(largest(missing) < before) && share > 1e-9);
+        memcpy(x, next, sizeof next);
+        if (done || !(share > 1e-9)) {
+            return done;
+        }
+    }
+    return false;
+}
+
+/* (1 + compliance d actuation/d x)^-1 compliance */
+static void differentiate(const solve_actuation *a, const double *compliance, const double *x,
+                          double (*by_wrench)[ROWS])
+{
+    double unused[ROWS], factor[ROWS * ROWS], columns[ROWS * ROWS] = {0};
+    int pivots[ROWS];
+    miss(a, x, compliance, x, x, unused, factor);
+    ad_dense_lu(ROWS, factor, pivots);
+    for (int k = 0; k < ROWS; k++) {
+        columns[k * ROWS + k] = compliance[k];
+    }
+    ad_dense_lu_solve(ROWS, ROWS, factor, pivots, columns);
+    for (int k = 0; k < ROWS; k++) {
+        for (int c = 0; c < ROWS; c++) {
+            by_wrench[k][c] = columns[c * ROWS + k];
+        }
+    }
+}
+
+void solve_actuation_strains(const solve_actuation *a, const double *rest, const double *compliance,
+                             const double *wrench, double *strains, double (*by_wrench)[ROWS])
+{
+    for (int k = 0; k < ROWS; k++) {
+        strains[k] = rest[k] + compliance[k] * wrench[k];
+    }
+    bool found = a->count == 0 || find(a, rest, compliance, wrench, strains);
+    for (int k = 0; k < ROWS && !found; k++) {
+        strains[k] = NAN;
+    }
+    if (!by_wrench) {
+        return;
+    }
+    if (a->count > 0) {
+        differentiate(a, compliance, strains, by_wrench);
+        return;
+    }
+    memset(by_wrench, 0, ROWS * sizeof *by_wrench);
+    for (int k = 0; k < ROWS; k++) {
+        by_wrench[k][k] = compliance[k];
+    }
+}
+
+/* ---- along the rod ------------------------------------------------------------------------- */
+
+ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *s, double t,
+                                  solve_actuation_size *size, ad_error *error)
+{
+    size_t count = (size_t)rod->actuators;
+    *size = (solve_actuation_size){0};
+    if (count == 0) {
+        return AD_OK;
+    }
+    solve_actuator *all = malloc(n * count * sizeof *all);
+    ad_status status = all ? solve_rod_actuators(rod, n, s, t, all, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        double moment = 0;
+        for (size_t j = 0; j < count; j++) {
+            const solve_actuator *at = &all[i * count + j];
+            double distance = hypot(at->offset[0], at->offset[1]);
+            moment += fabs(at->pull) * distance;
+            size->winding = fmax(size->winding,
+                                 distance > 0 ? hypot(at->slope[0], at->slope[1]) / distance : 0);
+        }
+        size->moment = fmax(size->moment, moment);
+    }
+    free(all);
+    return status;
+}

@@ -1,0 +1,45 @@
+/* Tendons and chambers in a section of the rod, in plain C: the sums of physics/rod.h. Strains are
+ * (v, u), wrenches (n, m), six numbers each. */
+#ifndef PHYSICS_SOLVE_ACTUATION_H
+#define PHYSICS_SOLVE_ACTUATION_H
+
+#include "physics/solve/rod_model.h"
+
+enum { ACTUATION_ROWS = 6 };
+
+/* All that pulls in one section; count 0: nothing does. */
+typedef struct solve_actuation {
+    int count;
+    const solve_extent *extents;     /* [count] */
+    const solve_actuator *actuators; /* [count] in this section */
+    double s;
+    double factor; /* of the load */
+} solve_actuation;
+
+/* What they add to n and m at these strains, and its derivatives by them, a symmetric matrix, where
+ * that is not NULL. */
+void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
+                            double (*by_strains)[ACTUATION_ROWS]);
+
+/* Their potential energy per length, of which the wrench is the gradient: tension times the length
+ * of a tendon, minus pressure times the volume of a chamber. */
+double solve_actuation_energy(const solve_actuation *a, const double *strains);
+
+/* The strains x with x = rest + compliance (wrench - actuation(x)), which are those of a minimum of
+ * a convex energy, and their derivatives by the wrench. Not a number where Newton's method finds
+ * none: tendons that shorten the section to nothing. */
+void solve_actuation_strains(const solve_actuation *a, const double *rest, const double *compliance,
+                             const double *wrench, double *strains,
+                             double (*by_wrench)[ACTUATION_ROWS]);
+
+/* The largest, over n points s [n] at time t, of the moment and the winding of tendons and chambers
+ * along the rod, by EI/L and 1/L; 0 without any. */
+typedef struct solve_actuation_size {
+    double moment;  /* sum of |pull| |r| */
+    double winding; /* |r_s| by |r| */
+} solve_actuation_size;
+
+ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *s, double t,
+                                  solve_actuation_size *size, ad_error *error);
+
+#endif
