@@ -187,8 +187,14 @@ beam_initial beam_initial_of(const beam_context *beam)
     beam_initial initial = {
         .deflection = beam_formula(beam, given->deflection, unit->deflection, s, zero),
         .velocity = beam_formula(beam, given->velocity, unit->deflection / unit->time, s, zero)};
-    initial.slope = given->slope.is_given ? beam_formula(beam, given->slope, unit->slope, s, zero)
-                                          : beam_space_derivative(beam, initial.deflection, 1);
+    quantity slope = given->slope;
+    if (beam->dynamic && beam->scene->initial.state == SCENE_EQUILIBRIUM) {
+        const quantity *settled = beam->scene->initial.settled;
+        initial.deflection = beam_formula(beam, settled[0], unit->deflection, s, zero);
+        slope = settled[1];
+    }
+    initial.slope = slope.is_given ? beam_formula(beam, slope, unit->slope, s, zero)
+                                   : beam_space_derivative(beam, initial.deflection, 1);
     initial.slope_rate =
         given->slope_rate.is_given
             ? beam_formula(beam, given->slope_rate, unit->slope / unit->time, s, zero)

@@ -116,6 +116,13 @@ rod_initial_data rod_initial_of(const rod_context *rod, ad_value s)
         pose.rotation = rod_rotation_from_world(
             rod, ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, zero)));
     }
+    if (rod->dynamic && given->state == SCENE_EQUILIBRIUM) {
+        pose.position = rod_from_world(
+            rod, rod_quantities(rod, 3, given->settled, ROD_ZEROS, 1 / scale->length, s, zero));
+        pose.rotation = rod_rotation_from_world(
+            rod, ad_normalize(rod_quantities(rod, 4, given->settled + 3, ROD_UPRIGHT, 1, s, zero)));
+        pose = rod_pose_in_plane(rod, pose); /* which it leaves by rounding */
+    }
     ad_value velocity =
         rod_quantities(rod, 3, given->velocity, ROD_ZEROS, scale->time / scale->length, s, zero);
     return (rod_initial_data){

@@ -54,6 +54,10 @@ extern "C" {
     X(SCENE_PLANAR, "planar")       /* planar, or an error */                                      \
     X(SCENE_SPATIAL, "spatial")     /* in space whatever the scene */
 
+#define SCENE_STATE_LIST(X)                                                                        \
+    X(SCENE_GIVEN, "given") /* as initial.* says; else at rest in the unstressed shape */          \
+    X(SCENE_EQUILIBRIUM, "equilibrium") /* at rest under what acts at t = 0 */
+
 #define SCENE_ENUM(name, text) name,
 typedef enum scene_model { SCENE_MODEL_LIST(SCENE_ENUM) } scene_model;
 typedef enum scene_section { SCENE_SECTION_LIST(SCENE_ENUM) } scene_section;
@@ -63,6 +67,7 @@ typedef enum scene_formulation { SCENE_FORMULATION_LIST(SCENE_ENUM) } scene_form
 typedef enum scene_rotation { SCENE_ROTATION_LIST(SCENE_ENUM) } scene_rotation;
 typedef enum scene_enforcement { SCENE_ENFORCEMENT_LIST(SCENE_ENUM) } scene_enforcement;
 typedef enum scene_motion { SCENE_MOTION_LIST(SCENE_ENUM) } scene_motion;
+typedef enum scene_state { SCENE_STATE_LIST(SCENE_ENUM) } scene_state;
 #undef SCENE_ENUM
 
 typedef struct scene_rod {
@@ -215,6 +220,13 @@ typedef struct scene_initial {
     quantity rotation[4];         /* quaternion */
     quantity velocity[3];         /* m/s, world frame */
     quantity angular_velocity[3]; /* 1/s, body frame */
+
+    /* Position and rotation may be those of the equilibrium under what acts at t = 0, so that
+     * "where(t, 0, 2)" as a load lets go of a rod that 2 has bent. Whoever fills the scene calls
+     * solve_settle (physics/solve/solve.h), which computes `settled`, formulas of s: position (m)
+     * and rotation; of a beam deflection (m) and slope. */
+    scene_state state;
+    quantity settled[7];
 } scene_initial;
 
 /* A solution chosen by the author; loads, ends and initial state that make it exact are derived on
@@ -378,6 +390,7 @@ const char *const *scene_formulation_names(void);
 const char *const *scene_rotation_names(void);
 const char *const *scene_enforcement_names(void);
 const char *const *scene_motion_names(void);
+const char *const *scene_state_names(void);
 
 /* ---- cross-sections (section.c) ------------------------------------------------------------ */
 

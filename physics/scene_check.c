@@ -390,6 +390,26 @@ static ad_status check_ends(const scene_checker *check)
 
 /* ---- time and the manufactured solution ---------------------------------------------------- */
 
+static ad_status check_initial_state(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    if (given->initial.state == SCENE_GIVEN) {
+        return AD_OK;
+    }
+    if (!is_dynamic(check) || scene_is_manufactured(given)) {
+        return scene_refuse(check, "initial.state",
+                            "equilibrium is where a motion starts; give time.duration, and no "
+                            "manufactured solution, or leave it out");
+    }
+    return given->initial.position[0].is_given || given->beam.deflection.is_given ||
+                   given->beam.slope.is_given
+               ? scene_refuse(check, "initial.state",
+                              "equilibrium says where the motion starts; leave initial.position "
+                              "and initial.rotation out, of a beam beam.initial.deflection and "
+                              "slope")
+               : AD_OK;
+}
+
 static ad_status check_initial(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
@@ -407,7 +427,8 @@ static ad_status check_initial(const scene_checker *check)
         return scene_refuse(check, position ? "initial.rotation" : "initial.position",
                             "missing; position and rotation at t = 0 come together or not at all");
     }
-    if (!is_dynamic(check) || position || scene_is_manufactured(rod_scene)) {
+    if (!is_dynamic(check) || position || scene_is_manufactured(rod_scene) ||
+        initial->state == SCENE_EQUILIBRIUM) {
         return AD_OK;
     }
     if (!scene_end_holds_rotation(rod_scene->start.type) &&
@@ -498,11 +519,19 @@ typedef ad_status scene_check_part(const scene_checker *check);
 
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
-    static scene_check_part *const of_rods[] = {
-        check_quantities, scene_check_rod, scene_check_no_beam, check_manufactured, check_frames,
-        check_ends,       check_initial,   check_time,          check_imperfection, NULL};
-    static scene_check_part *const of_beams[] = {check_quantities, scene_check_rod,
-                                                 scene_check_beam, check_time, NULL};
+    static scene_check_part *const of_rods[] = {check_quantities,
+                                                scene_check_rod,
+                                                scene_check_no_beam,
+                                                check_manufactured,
+                                                check_frames,
+                                                check_ends,
+                                                check_initial_state,
+                                                check_initial,
+                                                check_time,
+                                                check_imperfection,
+                                                NULL};
+    static scene_check_part *const of_beams[] = {
+        check_quantities, scene_check_rod, scene_check_beam, check_initial_state, check_time, NULL};
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, key ? key : &ignored, error};
     ad_status status = AD_OK;

@@ -101,6 +101,10 @@ const config_key config_keys[] = {
     SCENE_END_ROWS(SCENE_QUANTITY)
 
     SCENE_INITIAL_ROWS(SCENE_QUANTITY)
+    {"initial.state", CONFIG_CHOICE, AT(scene.initial.state), .names = scene_state_names,
+     .help = "given: as the keys above say; equilibrium: the rod starts in its equilibrium under "
+             "what acts at t = 0, so that \"where(t, 0, 2)\" as a load lets go of a rod that 2 has "
+             "bent. Beams, too."},
 
     SCENE_DURATION_ROWS(SCENE_QUANTITY)
     {"time.windows", CONFIG_INTEGER, AT(settings.windows), BETWEEN(1, SCENE_WINDOWS_MAX),

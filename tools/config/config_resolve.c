@@ -2,6 +2,8 @@
  * library. */
 #include "tools/config/config_parts.h"
 
+#include "physics/solve/solve.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -230,11 +232,24 @@ static ad_status resolve_training(config *experiment, ad_error *error)
     return config_blame_training(experiment, status, key, &reason, error);
 }
 
+static ad_status settle(config *experiment, ad_error *error)
+{
+    ad_error reason;
+    ad_status status = solve_settle(&experiment->scene, experiment->names, &reason);
+    return status == AD_OK ? AD_OK
+           : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT
+               ? config_blame(experiment->source, error, "initial.state", "%s", reason.message)
+               : ad_fail(error, status, "%s", reason.message);
+}
+
 ad_status config_resolve_physics(config *experiment, ad_error *error)
 {
     ad_status status = resolve_units(experiment, error);
     normalize(experiment->scene.start.rotation);
     normalize(experiment->scene.end.rotation);
+    if (status == AD_OK) {
+        status = settle(experiment, error);
+    }
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
     }

@@ -1,0 +1,164 @@
+/* Motions that start from an equilibrium: where they start, what they do when they are let go, and
+ * what is refused. */
+#include "near.h"
+#include "temporary_folder.h"
+
+#include "cpinn.h"
+#include "tools/config/config.h"
+
+#include <string.h>
+
+#define ROD                                                                                        \
+    "rod: {length: 1, stiffness: {bending: [1, 1], torsion: 0.8, shear: [500, 500], axial: "       \
+    "1500},\n"                                                                                     \
+    "  inertia: {mass_per_length: 1, rotary: [0.0007, 0.0007, 0.0014]}}\n"                         \
+    "boundary: {start: {rotation: [0, 1, 0, 1]}}\n"
+#define BEAM                                                                                       \
+    "rod: {model: euler_bernoulli, length: 2, stiffness: {bending: [3, 3]},\n"                     \
+    "  inertia: {mass_per_length: 0.7}}\n"
+
+static config *read_scene(const char *text, ad_error *error)
+{
+    config *made = NULL;
+    error->message[0] = 0;
+    return config_read("scene.yaml", text, 0, NULL, &made, error) == AD_OK ? made : NULL;
+}
+
+/* Columns of the solution at s, t; the first two are x and z, or w. */
+static void solve_at(const char *text, double tolerance, double s, double t, double *values)
+{
+    ad_error error;
+    config *made = read_scene(text, &error);
+    cpinn_solution *solved = NULL;
+    bool moves = made && scene_is_dynamic(&made->scene);
+    if (!made || cpinn_solve_scene(&made->scene, tolerance, moves, &t, &solved, &error) != AD_OK ||
+        cpinn_solution_evaluate(solved, 1, &s, moves ? &t : NULL, values, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    cpinn_solution_free(solved);
+    config_free(made);
+}
+
+/* The rod hangs from a load, and the load is cut. */
+static void test_starts_from_equilibrium(void **state)
+{
+    (void)state;
+    const double places[] = {0.2, 0.77, 1};
+    for (int i = 0; i < 3; i++) {
+        double still[MODEL_COLUMNS_MAX], start[MODEL_COLUMNS_MAX];
+        solve_at(ROD "loads: {tip: {force: [0, 0, -2]}, gravity: [0, 0, -3]}\n", 1e-11, places[i],
+                 0, still);
+        solve_at(ROD "loads: {tip: {force: [0, 0, \"where(t, 0, -2)\"]}, gravity: [0, 0, -3]}\n"
+                     "time: {duration: 0.01}\ninitial: {state: equilibrium}\n",
+                 1e-5, places[i], 0, start);
+        for (int k = 0; k < 7; k++) { /* position and rotation: what solve_settle allows */
+            assert_near(start[k], still[k], 2e-9);
+        }
+    }
+}
+
+/* Under loads that stay the rod stays: to the tolerance of the motion. */
+static void test_stays_in_equilibrium(void **state)
+{
+    (void)state;
+    double still[MODEL_COLUMNS_MAX], later[MODEL_COLUMNS_MAX];
+    solve_at(ROD "loads: {tip: {force: [0, 0, -2]}}\n", 1e-11, 1, 0, still);
+    solve_at(ROD "loads: {tip: {force: [0, 0, -2]}}\n"
+                 "time: {duration: 0.5}\ninitial: {state: equilibrium}\n",
+             1e-6, 1, 0.5, later);
+    for (int k = 0; k < 3; k++) {
+        assert_near(later[k], still[k], 1e-6);
+    }
+}
+
+/* A cantilever beam that a tip force P bent, let go: w = sum of modes of their own frequencies. The
+ * static deflection is P L^3/EI sum 2 phi_n(L)/beta_n^4 phi_n (by Parseval, with integral of
+ * phi_n^2 = L and phi_n(L)^2 = 4), of which terms fall as n^-4. */
+static double released_tip(double P, double L, double EI, double mass, double t)
+{
+    double sum = 0;
+    for (int n = 1; n <= 400; n++) {
+        double beta = (n - 0.5) * 3.14159265358979323846;
+        for (int i = 0; i < 50 && n <= 6; i++) { /* 1 + cos cosh = 0 */
+            double f = 1 / cosh(beta) + cos(beta), d = -sinh(beta) / pow(cosh(beta), 2) - sin(beta);
+            beta -= f / d;
+        }
+        double omega = beta * beta * sqrt(EI / mass) / (L * L);
+        sum += 4 / pow(beta, 4) * cos(omega * t);
+    }
+    return P * L * L * L / EI * sum;
+}
+
+static void test_beam_let_go(void **state)
+{
+    (void)state;
+    const double times[] = {0, 0.4, 1.1};
+    for (int i = 0; i < 3; i++) {
+        double values[MODEL_COLUMNS_MAX];
+        solve_at(BEAM "beam: {tip: {force: \"where(t, 0, 0.1)\"}}\ntime: {duration: 1.1}\n"
+                      "initial: {state: equilibrium}\n",
+                 1e-6, 2, times[i], values);
+        double exact = released_tip(0.1, 2, 3, 0.7, times[i]);
+        /* The shear force jumps at the tip, so that high modes matter: 1e-5 of the deflection. */
+        assert_near(values[0], exact, 1e-5 * 0.1 * 8 / 9);
+    }
+}
+
+/* A network starts where the solver does. */
+static void test_network(void **state)
+{
+    (void)state;
+    static const char text[] = ROD "loads: {tip: {force: [0, 0, -2]}, drag: 1}\n"
+                                   "time: {duration: 0.2}\ninitial: {state: equilibrium}\n";
+    FILE *file = fopen(at("scene.yaml"), "w");
+    cpinn_model *model = NULL;
+    evaluator *tip = NULL;
+    ad_error error = {AD_OK, ""};
+    double values[2], still[MODEL_COLUMNS_MAX], s = 1, t = 0.2;
+    assert_non_null(file);
+    fputs(text, file);
+    fclose(file);
+    if (cpinn_train_file(at("scene.yaml"), 0, NULL, NULL, &model, &error) != AD_OK ||
+        cpinn_evaluator(model, "x z", &tip, &error) != AD_OK ||
+        evaluator_evaluate(tip, 1, &s, &t, values, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    solve_at(ROD "loads: {tip: {force: [0, 0, -2]}}\n", 1e-11, 1, 0, still);
+    assert_near(values[0], still[0], 1e-7);
+    assert_near(values[1], still[2], 1e-7);
+    evaluator_free(tip);
+    cpinn_free(model);
+}
+
+static void test_refused(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text, *line;
+    } rows[] = {
+        {ROD "initial: {state: equilibrium}\n", "scene.yaml:4:18: initial.state: equilibrium is"},
+        {ROD "time: {duration: 1}\ninitial: {state: equilibrium, position: [s, 0, 0], rotation: "
+             "[0, 1, 0, 1]}\n",
+         "scene.yaml:5:18: initial.state: equilibrium says"},
+        {ROD "time: {duration: 1}\ninitial: {state: equilibrium}\n"
+             "loads: {force: [0, 0, \"where(t, 0, -1e30)\"]}\n",
+         "scene.yaml:5:18: initial.state: "}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ad_error error;
+        config *made = read_scene(rows[i].text, &error);
+        assert_null(made);
+        if (strncmp(error.message, rows[i].line, strlen(rows[i].line)) != 0) {
+            fail_msg("'%s' does not begin with '%s'", error.message, rows[i].line);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_starts_from_equilibrium), cmocka_unit_test(test_stays_in_equilibrium),
+        cmocka_unit_test(test_beam_let_go),
+        cmocka_unit_test_setup_teardown(test_network, make_directory, remove_directory),
+        cmocka_unit_test(test_refused)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
