@@ -160,7 +160,7 @@ static void test_order_of_steps(void **state)
     motion *m = NULL;
     solved x;
     make_rod(&x, "stout.yaml", text);
-    if (motion_create(x.rod, 1, 1, 4, &m, &error) != AD_OK) {
+    if (motion_create(x.rod, 1, 1, NULL, 4, &m, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     steps_error(m, x.rod->duration, INTEGRATE_EXPLICIT, 1024, NULL, fine);
@@ -425,8 +425,8 @@ static motion *random_motion(const solve_rod *rod, double *state, double *rate)
 {
     ad_error error = {.message = ""};
     motion *m = NULL;
-    if (motion_create(rod, 1e8, 2, 5, &m, &error) != AD_OK || motion_at(m, 0, &error) != AD_OK ||
-        motion_initial(m, state, &error) != AD_OK) {
+    if (motion_create(rod, 1e8, 2, NULL, 5, &m, &error) != AD_OK ||
+        motion_at(m, 0, &error) != AD_OK || motion_initial(m, state, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     for (size_t i = 0; i < motion_nodes(m) * MOTION_ROWS; i++) {

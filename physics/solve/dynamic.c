@@ -61,7 +61,7 @@ static ad_status create(const solve_rod *rod, double lock, int intervals, size_t
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status = motion_create(rod, lock, elements, degree, &x->motion, error);
+    ad_status status = motion_create(rod, lock, elements, NULL, degree, &x->motion, error);
     if (status == AD_OK) {
         x->count = count;
         x->times = malloc((count + 1) * sizeof *x->times);

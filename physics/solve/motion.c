@@ -6,49 +6,59 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of half an element: how far within it values at its edges are taken. */
+static const double SIDE = 1e-9;
+
 /* ---- creating ------------------------------------------------------------------------------ */
 
 static bool allocate(motion *m)
 {
-    size_t n = (size_t)m->degree + 1, nodes = m->nodes;
-    m->points = calloc(n, sizeof *m->points);
-    m->point_weights = calloc(n, sizeof *m->point_weights);
-    m->derivative = calloc(n * n, sizeof *m->derivative);
-    m->transposed = calloc(n * n, sizeof *m->transposed);
+    size_t n = (size_t)m->degree + 1, nodes = m->nodes, points = m->points;
+    size_t padded = (size_t)m->blocks * LANES, elements = (size_t)m->elements;
+    m->edge = calloc(elements + 1, sizeof *m->edge);
+    m->abscissas = calloc(n, sizeof *m->abscissas);
+    m->weights = calloc(n, sizeof *m->weights);
+    m->derivative = calloc(n * padded, sizeof *m->derivative);
+    m->transposed = calloc(n * padded, sizeof *m->transposed);
     m->s = calloc(nodes, sizeof *m->s);
-    m->weight = calloc(nodes, sizeof *m->weight);
-    m->element_weight = calloc(n, sizeof *m->element_weight);
-    m->materials = calloc(nodes, sizeof *m->materials);
-    m->rest = calloc(nodes, sizeof *m->rest);
-    m->load = calloc(nodes, sizeof *m->load);
+    m->point_s = calloc(points, sizeof *m->point_s);
+    m->point_weight = calloc(points, sizeof *m->point_weight);
+    m->node_weight = calloc(nodes, sizeof *m->node_weight);
+    m->made = calloc(points, sizeof *m->made);
+    m->rest = calloc(points, sizeof *m->rest);
+    m->load = calloc(points, sizeof *m->load);
+    m->node_load = calloc(nodes, sizeof *m->node_load);
+    m->mass = calloc(nodes, sizeof *m->mass);
+    m->inertia = calloc(nodes, sizeof *m->inertia);
+    m->by_mass = calloc(nodes, sizeof *m->by_mass);
+    m->by_inertia = calloc(nodes, sizeof *m->by_inertia);
+    m->block = calloc(elements * (size_t)m->blocks, sizeof *m->block);
     m->pose = calloc(nodes, sizeof *m->pose);
     m->flow = calloc(nodes, sizeof *m->flow);
     m->spin = calloc(nodes, sizeof *m->spin);
-    m->R = calloc(nodes, sizeof *m->R);
-    m->slope = calloc(n, sizeof *m->slope);
-    m->slope_rate = calloc(n, sizeof *m->slope_rate);
-    m->wrench = calloc(n, sizeof *m->wrench);
-    m->sections = calloc(n * (size_t)m->elements, sizeof *m->sections);
+    m->wrench = calloc(MOTION_LANES * padded, sizeof *m->wrench);
     m->force = calloc(nodes, sizeof *m->force);
     m->torque = calloc(nodes, sizeof *m->torque);
     m->push = calloc(nodes, sizeof *m->push);
     m->turn = calloc(nodes, sizeof *m->turn);
-    m->velocity = calloc(nodes, sizeof *m->velocity);
-    m->resistance = calloc(nodes, sizeof *m->resistance);
-    return m->points && m->point_weights && m->derivative && m->transposed && m->s && m->weight &&
-           m->element_weight && m->materials && m->rest && m->load && m->pose && m->flow &&
-           m->spin && m->R && m->slope && m->slope_rate && m->wrench && m->sections && m->force &&
-           m->torque && m->push && m->turn && m->velocity && m->resistance;
+    m->velocity = calloc(points, sizeof *m->velocity);
+    m->resistance = calloc(points, sizeof *m->resistance);
+    return m->edge && m->abscissas && m->weights && m->derivative && m->transposed && m->s &&
+           m->point_s && m->point_weight && m->node_weight && m->made && m->rest && m->load &&
+           m->node_load && m->mass && m->inertia && m->by_mass && m->by_inertia && m->block &&
+           m->pose && m->flow && m->spin && m->wrench && m->force && m->torque && m->push &&
+           m->turn && m->velocity && m->resistance;
 }
 
 void motion_free(motion *m)
 {
     if (m) {
-        void *all[] = {m->points, m->point_weights,  m->derivative, m->transposed, m->s,
-                       m->weight, m->element_weight, m->rest,       m->load,       m->pose,
-                       m->flow,   m->spin,           m->R,          m->slope,      m->slope_rate,
-                       m->wrench, m->sections,       m->force,      m->torque,     m->push,
-                       m->turn,   m->materials,      m->velocity,   m->resistance};
+        void *all[] = {
+            m->edge,    m->abscissas, m->weights,   m->derivative, m->transposed,   m->s,
+            m->point_s, m->made,      m->rest,      m->load,       m->point_weight, m->node_weight,
+            m->mass,    m->inertia,   m->node_load, m->by_mass,    m->by_inertia,   m->block,
+            m->pose,    m->flow,      m->spin,      m->wrench,     m->force,        m->torque,
+            m->push,    m->turn,      m->velocity,  m->resistance};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }
@@ -56,46 +66,100 @@ void motion_free(motion *m)
     }
 }
 
-static void place_nodes(motion *m)
+static bool place_nodes(motion *m, const double *edges)
 {
-    int n = m->degree + 1;
-    double half = 0.5 / m->elements; /* of an element's length */
-    solve_lobatto_points(m->degree, m->points, m->point_weights);
-    solve_lobatto_derivative(m->degree, m->points, m->derivative);
+    int n = m->degree + 1, padded = m->blocks * LANES;
+    double *derivative = malloc((size_t)(n * n) * sizeof *derivative);
+    if (!derivative) {
+        return false;
+    }
+    solve_lobatto_points(m->degree, m->abscissas, m->weights);
+    solve_lobatto_derivative(m->degree, m->abscissas, derivative);
     for (int k = 0; k < n; k++) {
-        m->element_weight[k] = half * m->point_weights[k];
         for (int j = 0; j < n; j++) {
-            m->derivative[k * n + j] /= half;
-            m->transposed[j * n + k] = m->derivative[k * n + j];
+            m->derivative[j * padded + k] = derivative[k * n + j];
+            m->transposed[j * padded + k] = derivative[j * n + k];
         }
     }
+    free(derivative);
+    for (int e = 0; e <= m->elements; e++) {
+        m->edge[e] = edges ? edges[e] : (double)e / m->elements;
+    }
     for (int e = 0; e < m->elements; e++) {
+        double middle = 0.5 * (m->edge[e] + m->edge[e + 1]);
+        double half = 0.5 * (m->edge[e + 1] - m->edge[e]);
         for (int k = 0; k < n; k++) {
-            size_t node = (size_t)(e * m->degree + k);
-            m->s[node] = (2 * e + 1 + m->points[k]) * half;
-            m->weight[node] += m->element_weight[k];
+            size_t node = (size_t)(e * m->degree + k), point = (size_t)(e * n + k);
+            double inside = k == 0 && e > 0 ? SIDE : k == n - 1 && e + 1 < m->elements ? -SIDE : 0;
+            m->s[node] = k == n - 1 ? m->edge[e + 1] : middle + half * m->abscissas[k];
+            m->point_s[point] = m->s[node] + inside * half;
+            m->point_weight[point] = half * m->weights[k];
+            m->node_weight[node] += m->point_weight[point];
+        }
+    }
+    return true;
+}
+
+/* Which point a lane of a block stands for. */
+static size_t point_of(const motion *m, int element, int block, int lane)
+{
+    int k = block * LANES + lane;
+    return (size_t)(element * (m->degree + 1) + (k < m->degree ? k : m->degree));
+}
+
+static void set_block_material(motion *m, int element, int index, double lock)
+{
+    motion_block *to = &m->block[element * m->blocks + index];
+    for (int lane = 0; lane < LANES; lane++) {
+        size_t point = point_of(m, element, index, lane);
+        const solve_section *made = &m->made[point];
+        bool counts = index * LANES + lane <= m->degree;
+        to->weight[lane] = counts ? m->point_weight[point] : 0;
+        for (int i = 0; i < 3; i++) {
+            double strain = made->strain_stiffness[i], curvature = made->curvature_stiffness[i];
+            to->strain_stiffness[i][lane] = strain > 0 ? strain : lock;
+            to->curvature_stiffness[i][lane] = curvature > 0 ? curvature : lock;
+            to->strain_damping[i][lane] = made->strain_damping[i];
+            to->curvature_damping[i][lane] = made->curvature_damping[i];
         }
     }
 }
 
-/* AD_BAD_INPUT without rotary inertia. */
-static ad_status set_material(motion *m, size_t node, const solve_section *section, double lock,
-                              ad_error *error)
+static void set_rest_blocks(motion *m)
 {
-    motion_material *to = &m->materials[node];
-    to->section = *section;
-    to->by_mass = 1 / section->mass;
-    for (int i = 0; i < 3; i++) {
-        double *strain = &to->section.strain_stiffness[i];
-        double *curvature = &to->section.curvature_stiffness[i];
-        *strain = *strain > 0 ? *strain : lock;
-        *curvature = *curvature > 0 ? *curvature : lock;
-        to->by_inertia[i] = 1 / section->rotary_inertia[i];
-        m->is_damped |= section->strain_damping[i] != 0 || section->curvature_damping[i] != 0;
-        if (!(section->rotary_inertia[i] > 0)) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0", i + 1,
-                           section->rotary_inertia[i]);
+    for (int b = 0; b < m->elements * m->blocks; b++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            const solve_rest *rest = &m->rest[point_of(m, b / m->blocks, b % m->blocks, lane)];
+            for (int i = 0; i < 3; i++) {
+                m->block[b].rest_strain[i][lane] = rest->strain[i];
+                m->block[b].rest_curvature[i][lane] = rest->curvature[i];
+            }
+        }
+    }
+}
+
+/* Mass and inertia at nodes. AD_BAD_INPUT without rotary inertia. */
+static ad_status lump(motion *m, ad_error *error)
+{
+    int n = m->degree + 1;
+    for (size_t point = 0; point < m->points; point++) {
+        size_t node = (point / (size_t)n) * (size_t)m->degree + point % (size_t)n;
+        const solve_section *made = &m->made[point];
+        m->mass[node] += m->point_weight[point] * made->mass;
+        for (int i = 0; i < 3; i++) {
+            m->inertia[node][i] += m->point_weight[point] * made->rotary_inertia[i];
+            m->is_damped |= made->strain_damping[i] != 0 || made->curvature_damping[i] != 0;
+            if (!(made->rotary_inertia[i] > 0)) {
+                return ad_fail(error, AD_BAD_INPUT,
+                               "rotary inertia about d%d is %g in a dynamic scene; allowed: > 0",
+                               i + 1, made->rotary_inertia[i]);
+            }
+        }
+    }
+    for (size_t node = 0; node < m->nodes; node++) {
+        m->by_mass[node] = 1 / m->mass[node];
+        for (int i = 0; i < 3; i++) {
+            m->by_inertia[node][i] = 1 / m->inertia[node][i];
         }
     }
     return AD_OK;
@@ -103,18 +167,22 @@ static ad_status set_material(motion *m, size_t node, const solve_section *secti
 
 static ad_status set_materials(motion *m, double lock, ad_error *error)
 {
-    solve_section *sections = malloc(m->nodes * sizeof *sections);
-    ad_status status = sections ? solve_rod_sections(m->rod, m->nodes, m->s, sections, error)
-                                : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    for (size_t i = 0; status == AD_OK && i < m->nodes; i++) {
-        status = set_material(m, i, &sections[i], lock, error);
+    ad_status status = solve_rod_sections(m->rod, m->points, m->point_s, m->made, error);
+    for (int b = 0; status == AD_OK && b < m->elements * m->blocks; b++) {
+        set_block_material(m, b / m->blocks, b % m->blocks, lock);
     }
-    free(sections);
+    status = status == AD_OK ? lump(m, error) : status;
+    if (status == AD_OK) {
+        status = solve_rod_rest(m->rod, m->points, m->point_s, 0, m->rest, error);
+    }
+    if (status == AD_OK) {
+        set_rest_blocks(m);
+    }
     return status;
 }
 
-ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
-                        motion **result, ad_error *error)
+ad_status motion_create(const solve_rod *rod, double lock, int elements, const double *edges,
+                        int degree, motion **result, ad_error *error)
 {
     *result = NULL;
     if (elements < 1 || degree < 2 || degree > LOBATTO_DEGREE_MAX) {
@@ -125,17 +193,15 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, int deg
     motion *m = calloc(1, sizeof *m);
     if (m) {
         *m = (motion){.rod = rod, .elements = elements, .degree = degree};
+        m->blocks = degree / LANES + 1;
         m->nodes = (size_t)elements * (size_t)degree + 1;
+        m->points = (size_t)elements * ((size_t)degree + 1);
     }
-    if (!m || !allocate(m)) {
+    if (!m || !allocate(m) || !place_nodes(m, edges)) {
         motion_free(m);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod of %d elements", elements);
     }
-    place_nodes(m);
     ad_status status = set_materials(m, lock, error);
-    if (status == AD_OK) {
-        status = solve_rod_rest(rod, m->nodes, m->s, 0, m->rest, error);
-    }
     if (status != AD_OK) {
         motion_free(m);
         return status;
@@ -166,7 +232,7 @@ const double *motion_points(const motion *m)
 
 const double *motion_weights(const motion *m)
 {
-    return m->weight;
+    return m->node_weight;
 }
 
 ad_status motion_initial(const motion *m, double *state, ad_error *error)
@@ -175,17 +241,43 @@ ad_status motion_initial(const motion *m, double *state, ad_error *error)
     return solve_rod_initial(m->rod, m->nodes, m->s, (solve_initial *)state, error);
 }
 
+static ad_status set_load(motion *m, double t, ad_error *error)
+{
+    enum { NUMBERS = sizeof(solve_load) / sizeof(double) };
+    ad_status status = solve_rod_load(m->rod, m->points, m->point_s, t, m->load, error);
+    memset(m->node_load, 0, m->nodes * sizeof *m->node_load);
+    m->is_loaded = false;
+    for (size_t point = 0; status == AD_OK && point < m->points; point++) {
+        size_t n = (size_t)m->degree + 1, node = point / n * (n - 1) + point % n;
+        const double *from = (const double *)&m->load[point];
+        double *to = (double *)&m->node_load[node];
+        for (int i = 0; i < NUMBERS; i++) {
+            to[i] += m->point_weight[point] * from[i];
+            m->is_loaded |= from[i] != 0;
+        }
+    }
+    return status;
+}
+
 ad_status motion_at(motion *m, double t, ad_error *error)
 {
     if (m->has_time && m->time == t) {
         return AD_OK;
     }
-    ad_status status = solve_rod_load(m->rod, m->nodes, m->s, t, m->load, error);
+    bool is_first = !m->has_time;
+    ad_status status = AD_OK;
+    m->has_time = false;
+    if (is_first || m->rod->load_moves) {
+        status = set_load(m, t, error);
+    }
     if (status == AD_OK && m->rod->rest_moves) {
-        status = solve_rod_rest(m->rod, m->nodes, m->s, t, m->rest, error);
+        status = solve_rod_rest(m->rod, m->points, m->point_s, t, m->rest, error);
+        set_rest_blocks(m);
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
-        status = solve_rod_end(m->rod, end, t, &m->ends[end], error);
+        if (is_first || m->rod->ends[end].moves) {
+            status = solve_rod_end(m->rod, end, t, &m->ends[end], error);
+        }
     }
     m->time = t;
     m->has_time = status == AD_OK;

@@ -1,7 +1,8 @@
 /* The equations of motion of a rod at the nodes of spectral elements: space made discrete, time
  * not.
  *
- * Equal elements of one degree, with Legendre-Gauss-Lobatto points for nodes and quadrature.
+ * Elements of one degree, with Legendre-Gauss-Lobatto points for nodes and quadrature. What the rod
+ * is made of, its rest shape and its loads may jump where two elements meet.
  * Unknown at each node: position r (world), rotation q, velocity V = r_t (world), spin w = 2 vec(q*
  * q_t) (body). Strains follow from nodal values by differentiation, in each element: v = R^T r_s, u
  * = 2 vec(q* q_s). With potential energy W(r, q), the sum over the quadrature points of
@@ -28,9 +29,10 @@ enum { MOTION_R = 0, MOTION_Q = 3, MOTION_V = 7, MOTION_W = 10, MOTION_ROWS = 13
 typedef struct motion motion;
 
 /* Borrows `rod`. lock: the stiffness, by EI/L^2 or EI, of strains that the model locks; what they
- * still give way is n/lock. AD_BAD_INPUT for what this form cannot do: no rotary inertia. */
-ad_status motion_create(const solve_rod *rod, double lock, int elements, int degree,
-                        motion **result, ad_error *error);
+ * still give way is n/lock. edges [elements + 1]: s where they begin and end, from 0 to 1; NULL:
+ * equal elements. AD_BAD_INPUT for what this form cannot do: no rotary inertia. */
+ad_status motion_create(const solve_rod *rod, double lock, int elements, const double *edges,
+                        int degree, motion **result, ad_error *error);
 void motion_free(motion *m);
 
 const solve_rod *motion_rod(const motion *m);

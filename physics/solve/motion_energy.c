@@ -12,14 +12,11 @@ static double holding_power(const motion *m, int end)
     const solve_end *given = &m->rod->ends[end];
     const solve_end_state *now = &m->ends[end];
     size_t i = motion_end_node(m, end);
-    const solve_section *section = &m->materials[i].section;
-    const double *inertia = section->rotary_inertia, *w = now->spin;
+    const double *inertia = m->inertia[i], *w = now->spin;
     double power = 0;
     for (int k = 0; k < 3; k++) {
-        double mass = m->weight[i] * section->mass;
-        double force = mass * now->acceleration[k] - m->force[i][k] - m->push[i][k];
-        double moment =
-            m->weight[i] * inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
+        double force = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
+        double moment = inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
         power += given->holds_position ? force * now->velocity[k] : 0;
         power += given->holds_rotation ? moment * w[k] : 0; /* w x rhoJ w does no work */
     }
@@ -32,27 +29,33 @@ typedef struct section_sums {
     double energy, dissipation, reshaping;
 } section_sums;
 
+static void add_point(const motion *m, int element, int k, section_sums *sum)
+{
+    const motion_block *at = motion_block_of(m, element, k);
+    const solve_rest *rest = &m->rest[element * (m->degree + 1) + k];
+    const int lane = k % LANES;
+    const double weight = at->weight[lane];
+    for (int i = 0; i < 3; i++) {
+        double strain = at->v[i][lane] - at->rest_strain[i][lane];
+        double bend = at->u[i][lane] - at->rest_curvature[i][lane];
+        double bse = at->strain_damping[i][lane], bbt = at->curvature_damping[i][lane];
+        double elastic_n = at->strain_stiffness[i][lane] * strain;
+        double elastic_m = at->curvature_stiffness[i][lane] * bend;
+        double viscous_n = at->n[i][lane] - elastic_n, viscous_m = at->m[i][lane] - elastic_m;
+        sum->energy += 0.5 * weight * (elastic_n * strain + elastic_m * bend);
+        sum->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
+        sum->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
+        sum->reshaping -=
+            weight * (elastic_n * rest->strain_rate[i] + elastic_m * rest->curvature_rate[i]);
+    }
+}
+
 static section_sums sum_sections(const motion *m)
 {
     section_sums sum = {0};
     for (int e = 0; e < m->elements; e++) {
         for (int k = 0; k <= m->degree; k++) {
-            const motion_strained *at = &m->sections[e * (m->degree + 1) + k];
-            const solve_rest *rest = &m->rest[e * m->degree + k];
-            const solve_section *section = &m->materials[e * m->degree + k].section;
-            double weight = m->element_weight[k];
-            for (int i = 0; i < 3; i++) {
-                double strain = at->v[i] - rest->strain[i], kse = section->strain_stiffness[i];
-                double bend = at->u[i] - rest->curvature[i], kbt = section->curvature_stiffness[i];
-                double bse = section->strain_damping[i], bbt = section->curvature_damping[i];
-                double elastic_n = kse * strain, elastic_m = kbt * bend;
-                double viscous_n = at->n[i] - elastic_n, viscous_m = at->m[i] - elastic_m;
-                sum.energy += 0.5 * weight * (elastic_n * strain + elastic_m * bend);
-                sum.dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
-                sum.dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
-                sum.reshaping -= weight * (elastic_n * rest->strain_rate[i] +
-                                           elastic_m * rest->curvature_rate[i]);
-            }
+            add_point(m, e, k, &sum);
         }
     }
     return sum;
@@ -65,12 +68,10 @@ motion_energy motion_energy_of(motion *m, const double *state)
     motion_internal_forces(m);
     energy.strain = sum_sections(m).energy;
     for (size_t i = 0; i < m->nodes; i++) {
-        const solve_section *section = &m->materials[i].section;
-        const double *inertia = section->rotary_inertia;
-        const double *V = m->flow[i], *w = m->spin[i];
+        const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
         double spinning =
             inertia[0] * w[0] * w[0] + inertia[1] * w[1] * w[1] + inertia[2] * w[2] * w[2];
-        energy.kinetic += 0.5 * m->weight[i] * (section->mass * vector_dot(V, V) + spinning);
+        energy.kinetic += 0.5 * (m->mass[i] * vector_dot(V, V) + spinning);
     }
     return energy;
 }
@@ -97,9 +98,11 @@ motion_power motion_power_of(motion *m, const double *state)
         power.dissipation = sum.dissipation;
     }
     for (size_t i = 0; i < m->nodes; i++) {
-        const double *V = m->flow[i], *w = m->spin[i];
-        double resisted = m->weight[i] * vector_dot(m->resistance[i], V); /* part of the push */
-        power.load += vector_dot(m->push[i], V) + vector_dot(m->turn[i], w) + resisted;
+        power.load += vector_dot(m->push[i], m->flow[i]) + vector_dot(m->turn[i], m->spin[i]);
+    }
+    for (size_t i = 0; m->rod->resists && i < m->points; i++) { /* part of the push */
+        double resisted = m->point_weight[i] * vector_dot(m->resistance[i], m->velocity[i]);
+        power.load += resisted;
         power.dissipation += resisted;
     }
     power.load += moves ? holding_power(m, 0) + holding_power(m, 1) : 0;
@@ -111,7 +114,8 @@ motion_power motion_power_of(motion *m, const double *state)
 static void sample_node(const motion *m, int element, int k, double scale, solve_state *to)
 {
     size_t node = (size_t)(element * m->degree + k);
-    const motion_strained *at = &m->sections[element * (m->degree + 1) + k];
+    const motion_block *at = motion_block_of(m, element, k);
+    const int lane = k % LANES;
     for (int i = 0; i < 4; i++) {
         to->rotation[i] += scale * m->pose[node][MOTION_LANE_Q + i];
     }
@@ -119,11 +123,23 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
         to->position[i] += scale * m->pose[node][i];
         to->velocity[i] += scale * m->flow[node][i];
         to->spin[i] += scale * m->spin[node][i];
-        to->strain[i] += scale * at->v[i];
-        to->curvature[i] += scale * at->u[i];
-        to->force[i] += scale * at->n[i];
-        to->moment[i] += scale * at->m[i];
+        to->strain[i] += scale * at->v[i][lane];
+        to->curvature[i] += scale * at->u[i][lane];
+        to->force[i] += scale * at->n[i][lane];
+        to->moment[i] += scale * at->m[i][lane];
     }
+}
+
+/* The one that holds s; where two meet the second. */
+static int element_at(const motion *m, double s)
+{
+    int first = 0, last = m->elements - 1;
+    while (first < last) {
+        int middle = (first + last + 1) / 2;
+        first = s >= m->edge[middle] ? middle : first;
+        last = s >= m->edge[middle] ? last : middle - 1;
+    }
+    return first;
 }
 
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out)
@@ -132,11 +148,11 @@ void motion_samples(motion *m, const double *state, size_t n, const double *s, s
     motion_set_nodes(m, state);
     motion_internal_forces(m);
     for (size_t i = 0; i < n; i++) {
-        int element = (int)(s[i] * m->elements);
-        element = element < 0 ? 0 : element < m->elements ? element : m->elements - 1;
-        double at = 2 * (s[i] * m->elements - element) - 1;
+        int element = element_at(m, s[i]);
+        double from = m->edge[element], to = m->edge[element + 1];
+        double at = 2 * (s[i] - from) / (to - from) - 1;
         out[i] = (solve_state){0};
-        solve_lobatto_interpolation(m->degree, m->points, m->point_weights, at, values);
+        solve_lobatto_interpolation(m->degree, m->abscissas, m->weights, at, values);
         for (int k = 0; k <= m->degree; k++) {
             sample_node(m, element, k, values[k], &out[i]);
         }

@@ -1,31 +1,14 @@
 /* Forces on the nodes of a rod, and their accelerations. */
 #include "physics/solve/motion_internal.h"
 
+#include "physics/solve/lanes.h"
+#include "physics/solve/lobatto.h"
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <string.h>
 
 /* ---- internal forces ----------------------------------------------------------------------- */
-
-/* y [n][LANES] = matrix [n][n] x. Sums have the same order, so the same bits, on any processor. */
-FOR_EACH_PROCESSOR static void apply(int n, const double *matrix, double (*x)[LANES],
-                                     double (*y)[LANES])
-{
-    for (int i = 0; i < n; i += 2) { /* two rows at once: a sum waits for its last addition */
-        const double *row = matrix + i * n, *next = i + 1 < n ? row + n : row;
-        lanes sum = {0}, next_sum = {0};
-        for (int j = 0; j < n; j++) {
-            lanes at = *(const lanes *)x[j];
-            sum += row[j] * at;
-            next_sum += next[j] * at;
-        }
-        memcpy(y[i], &sum, sizeof sum);
-        if (i + 1 < n) {
-            memcpy(y[i + 1], &next_sum, sizeof next_sum);
-        }
-    }
-}
 
 static void set_node(motion *m, size_t node, const double *state)
 {
@@ -58,87 +41,160 @@ void motion_set_nodes(motion *m, const double *state)
     for (size_t i = 0; i < m->nodes; i++) {
         const double *w = m->spin[i], half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         quaternion_times_vector(m->pose[i] + MOTION_LANE_Q, half, m->flow[i] + MOTION_LANE_Q);
-        rotation_matrix(m->pose[i] + MOTION_LANE_Q, m->R[i]);
+    }
+}
+
+/* slope [MOTION_LANES] of poses (or flows) of an element's nodes, at the points of a block, where
+ * the element has length 2. */
+static inline __attribute__((always_inline)) void
+differentiate(const motion *m, int block, const double (*pose)[LANES], lanes slope[MOTION_LANES])
+{
+    int stride = m->blocks * LANES;
+    for (int c = 0; c < MOTION_LANES; c++) {
+        slope[c] = (lanes){0};
+    }
+    for (int j = 0; j <= m->degree; j++) {
+        lanes by = *(const lanes *)(m->derivative + j * stride + block * LANES);
+        for (int c = 0; c < MOTION_LANES; c++) {
+            slope[c] += by * pose[j][c];
+        }
+    }
+}
+
+/* Components `first` to `first + count` of rows [degree + 1] at the points of a block. */
+static inline __attribute__((always_inline)) void
+gather(const motion *m, int block, int first, int count, const double (*rows)[LANES], lanes *to)
+{
+    double side_by_side[LANES][LANES];
+    for (int lane = 0; lane < LANES; lane++) {
+        int k = block * LANES + lane;
+        const double *row = rows[k < m->degree ? k : m->degree] + first;
+        for (int c = 0; c < count; c++) {
+            side_by_side[c][lane] = row[c];
+        }
+    }
+    memcpy(to, side_by_side, (size_t)count * sizeof *to);
+}
+
+/* v, u, n, m of an element, without damping. */
+FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
+{
+    const double(*pose)[LANES] = (const double(*)[LANES])m->pose + element * m->degree;
+    const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
+    for (int b = 0; b < m->blocks; b++) {
+        motion_block *at = &m->block[element * m->blocks + b];
+        lanes slope[MOTION_LANES], R[3][3], p[4];
+        differentiate(m, b, pose, slope);
+        for (int c = 0; c < MOTION_LANES; c++) {
+            slope[c] *= scale;
+        }
+        gather(m, b, MOTION_LANE_Q, 4, pose, at->q);
+        lanes_rotation_matrix(at->q, R);
+        lanes_to_body(R, slope, at->v);
+        lanes_quaternion_quotient(at->q, slope + MOTION_LANE_Q, p);
+        at->along = p[0];
+        for (int i = 0; i < 3; i++) {
+            at->u[i] = 2 * p[i + 1];
+            at->n[i] = at->strain_stiffness[i] * (at->v[i] - at->rest_strain[i]);
+            at->m[i] = at->curvature_stiffness[i] * (at->u[i] - at->rest_curvature[i]);
+        }
     }
 }
 
 /* Rates of strain: v_t = R^T V_s + v x w, u_t = 2 vec(q_t* q_s + q* q_ts). */
-static void add_damping(const motion *m, size_t node, const double *slope, const double *rate,
-                        motion_strained *at)
+FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
 {
-    const solve_section *section = &m->materials[node].section;
-    double v_t[3], turning[3], p[4], p_t[4];
-    double(*R)[3] = m->R[node];
-    to_body(R, rate, v_t);
-    vector_cross(at->v, m->spin[node], turning);
-    quaternion_quotient(m->flow[node] + MOTION_LANE_Q, slope + MOTION_LANE_Q, p);
-    quaternion_quotient(m->pose[node] + MOTION_LANE_Q, rate + MOTION_LANE_Q, p_t);
-    for (int i = 0; i < 3; i++) {
-        at->n[i] += section->strain_damping[i] * (v_t[i] + turning[i]);
-        at->m[i] += section->curvature_damping[i] * 2 * (p[i + 1] + p_t[i + 1]);
+    const double(*pose)[LANES] = (const double(*)[LANES])m->pose + element * m->degree;
+    const double(*flow)[LANES] = (const double(*)[LANES])m->flow + element * m->degree;
+    const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
+    for (int b = 0; b < m->blocks; b++) {
+        motion_block *at = &m->block[element * m->blocks + b];
+        lanes slope[MOTION_LANES], rate[MOTION_LANES], R[3][3], v_t[3], turning[3];
+        lanes spin[4], q_t[4], p[4], p_t[4];
+        differentiate(m, b, pose, slope);
+        differentiate(m, b, flow, rate);
+        gather(m, b, MOTION_LANE_Q, 4, flow, q_t);
+        lanes_quaternion_quotient(at->q, q_t, spin);
+        for (int i = 1; i < 4; i++) {
+            spin[i] *= 2;
+        }
+        lanes_rotation_matrix(at->q, R);
+        lanes_to_body(R, rate, v_t);
+        lanes_vector_cross(at->v, spin + 1, turning);
+        lanes_quaternion_quotient(q_t, slope + MOTION_LANE_Q, p);
+        lanes_quaternion_quotient(at->q, rate + MOTION_LANE_Q, p_t);
+        for (int i = 0; i < 3; i++) {
+            at->n[i] += at->strain_damping[i] * (scale * v_t[i] + turning[i]);
+            at->m[i] += at->curvature_damping[i] * 2 * scale * (p[i + 1] + p_t[i + 1]);
+        }
     }
 }
 
-/* Strains, n and m at point k of an element; what they exert there, times the quadrature's weight:
- * `wrench` on r_s and q_s, m->torque on q itself. */
-static void section_at(motion *m, size_t node, int k, motion_strained *at, double *wrench)
+/* What n and m exert on r_s and q_s at the points of an element, times weights: m->wrench. And
+ * torque [blocks][3] on q itself: vec(q* q_s) varies by -vec(turn p), so p_0 m + u/2 x m. */
+static inline __attribute__((always_inline)) void wrench_of(motion *m, int element, int block,
+                                                            lanes torque[3])
 {
-    const solve_section *section = &m->materials[node].section;
-    const solve_rest *rest = &m->rest[node];
-    const double *slope = m->slope[k], *q = m->pose[node] + MOTION_LANE_Q;
-    double(*R)[3] = m->R[node];
-    double p[4], cross_n[3], cross_m[3], weight = m->element_weight[k];
-    to_body(R, slope, at->v);
-    quaternion_quotient(q, slope + MOTION_LANE_Q, p);
+    const motion_block *at = &m->block[element * m->blocks + block];
+    const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
+    int stride = m->blocks * LANES;
+    lanes R[3][3], q[4], wrench[MOTION_LANES], cross_n[3], cross_m[3], weight = at->weight;
+    memcpy(q, at->q, sizeof q);
+    lanes_rotation_matrix(q, R);
+    lanes_to_world(R, at->n, wrench);
+    lanes_quaternion_times_vector(q, at->m, wrench + MOTION_LANE_Q);
+    for (int c = 0; c < MOTION_LANES; c++) {
+        *(lanes *)(m->wrench + c * stride + block * LANES) = scale * weight * wrench[c];
+    }
+    lanes_vector_cross(at->v, at->n, cross_n);
+    lanes_vector_cross(at->u, at->m, cross_m);
     for (int i = 0; i < 3; i++) {
-        at->u[i] = 2 * p[i + 1];
-        at->n[i] = section->strain_stiffness[i] * (at->v[i] - rest->strain[i]);
-        at->m[i] = section->curvature_stiffness[i] * (at->u[i] - rest->curvature[i]);
+        torque[i] = weight * (at->along * at->m[i] + 0.5 * cross_m[i] + cross_n[i]);
     }
-    if (m->is_damped) {
-        add_damping(m, node, slope, m->slope_rate[k], at);
+}
+
+/* Forces on the nodes of an element, added to the others'. */
+FOR_EACH_PROCESSOR static void push_element(motion *m, int element)
+{
+    enum { BLOCKS_MAX = LOBATTO_DEGREE_MAX / LANES + 1 };
+    lanes torque[BLOCKS_MAX][3];
+    int stride = m->blocks * LANES;
+    for (int b = 0; b < m->blocks; b++) {
+        wrench_of(m, element, b, torque[b]);
     }
-    to_world(R, at->n, wrench);
-    quaternion_times_vector(q, at->m, wrench + MOTION_LANE_Q);
-    wrench[LANES - 1] = 0;
-    for (int i = 0; i < LANES; i++) {
-        wrench[i] *= weight;
-    }
-    /* vec(q* q_s) varies by -vec(turn p) with q itself: torque p_0 m + u/2 x m */
-    vector_cross(at->v, at->n, cross_n);
-    vector_cross(at->u, at->m, cross_m);
-    for (int i = 0; i < 3; i++) {
-        m->torque[node][i] += weight * (p[0] * at->m[i] + 0.5 * cross_m[i] + cross_n[i]);
+    for (int b = 0; b < m->blocks; b++) {
+        lanes force[MOTION_LANES], turn[4], q[4];
+        for (int c = 0; c < MOTION_LANES; c++) {
+            force[c] = (lanes){0};
+        }
+        for (int j = 0; j <= m->degree; j++) {
+            lanes by = *(const lanes *)(m->transposed + j * stride + b * LANES);
+            for (int c = 0; c < MOTION_LANES; c++) {
+                force[c] -= by * m->wrench[c * stride + j];
+            }
+        }
+        memcpy(q, m->block[element * m->blocks + b].q, sizeof q);
+        lanes_quaternion_quotient(q, force + MOTION_LANE_Q, turn);
+        for (int lane = 0; lane < LANES && b * LANES + lane <= m->degree; lane++) {
+            size_t node = (size_t)(element * m->degree + b * LANES + lane);
+            for (int i = 0; i < 3; i++) {
+                m->force[node][i] += force[i][lane];
+                m->torque[node][i] += torque[b][i][lane] + turn[i + 1][lane];
+            }
+        }
     }
 }
 
 void motion_internal_forces(motion *m)
 {
-    int n = m->degree + 1;
     memset(m->force, 0, m->nodes * sizeof *m->force);
     memset(m->torque, 0, m->nodes * sizeof *m->torque);
     for (int e = 0; e < m->elements; e++) {
-        size_t first = (size_t)(e * m->degree);
-        apply(n, m->derivative, m->pose + first, m->slope);
+        strain_element(m, e);
         if (m->is_damped) {
-            apply(n, m->derivative, m->flow + first, m->slope_rate);
+            damp_element(m, e);
         }
-        for (int k = 0; k < n; k++) {
-            section_at(m, first + (size_t)k, k, &m->sections[e * n + k], m->wrench[k]);
-        }
-        apply(n, m->transposed, m->wrench, m->slope);
-        for (int j = 0; j < n; j++) {
-            for (int i = 0; i < LANES; i++) {
-                m->force[first + (size_t)j][i] -= m->slope[j][i];
-            }
-        }
-    }
-    for (size_t i = 0; i < m->nodes; i++) {
-        double turn[4];
-        quaternion_quotient(m->pose[i] + MOTION_LANE_Q, m->force[i] + MOTION_LANE_Q, turn);
-        for (int k = 0; k < 3; k++) {
-            m->torque[i][k] += turn[k + 1];
-        }
+        push_element(m, e);
     }
 }
 
@@ -148,41 +204,52 @@ void motion_internal_forces(motion *m)
 static void resist(motion *m)
 {
     ad_error ignored;
-    for (size_t i = 0; i < m->nodes; i++) {
-        memcpy(m->velocity[i], m->flow[i], sizeof m->velocity[i]);
+    const size_t n = (size_t)m->degree + 1;
+    for (size_t i = 0; i < m->points; i++) {
+        memcpy(m->velocity[i], m->flow[i / n * (n - 1) + i % n], sizeof m->velocity[i]);
     }
-    if (solve_rod_resistance(m->rod, m->nodes, m->s, m->time, (const double(*)[3])m->velocity,
-                             m->resistance, &ignored) != AD_OK) {
+    if (solve_rod_resistance(m->rod, m->points, m->point_s, m->time,
+                             (const double(*)[3])m->velocity, m->resistance, &ignored) != AD_OK) {
         m->resistance[0][0] = NAN;
     }
-    for (size_t i = 0; i < m->nodes; i++) {
+    for (size_t i = 0; i < m->points; i++) {
         for (int k = 0; k < 3; k++) {
-            m->push[i][k] -= m->weight[i] * m->resistance[i][k];
+            m->push[i / n * (n - 1) + i % n][k] -= m->point_weight[i] * m->resistance[i][k];
+        }
+    }
+}
+
+static void distributed_forces(motion *m)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        const solve_load *load = &m->node_load[i];
+        double R[3][3], force[3], moment[3];
+        rotation_matrix(m->pose[i] + MOTION_LANE_Q, R);
+        to_world(R, load->body_force, force);
+        to_body(R, load->moment, moment);
+        for (int k = 0; k < 3; k++) {
+            m->push[i][k] = load->force[k] + force[k];
+            m->turn[i][k] = moment[k] + load->body_moment[k];
         }
     }
 }
 
 void motion_outside_forces(motion *m)
 {
-    for (size_t i = 0; i < m->nodes; i++) {
-        const solve_load *load = &m->load[i];
-        double force[3] = {0}, moment[3];
-        if (m->rod->has_body_load) {
-            to_world(m->R[i], load->body_force, force);
-        }
-        to_body(m->R[i], load->moment, moment);
-        for (int k = 0; k < 3; k++) {
-            m->push[i][k] = m->weight[i] * (load->force[k] + force[k]);
-            m->turn[i][k] = m->weight[i] * (moment[k] + load->body_moment[k]);
-        }
+    if (m->is_loaded) {
+        distributed_forces(m);
+    } else {
+        memset(m->push, 0, m->nodes * sizeof *m->push);
+        memset(m->turn, 0, m->nodes * sizeof *m->turn);
     }
     for (int end = 0; end < 2; end++) {
         const solve_end *given = &m->rod->ends[end];
         const solve_end_state *now = &m->ends[end];
         size_t i = motion_end_node(m, end);
-        double force[3], moment[3], sign = end ? 1 : -1;
-        to_world(m->R[i], now->force, force);
-        to_body(m->R[i], now->moment, moment);
+        double R[3][3], force[3], moment[3], sign = end ? 1 : -1;
+        rotation_matrix(m->pose[i] + MOTION_LANE_Q, R);
+        to_world(R, now->force, force);
+        to_body(R, now->moment, moment);
         for (int k = 0; k < 3; k++) {
             m->push[i][k] += given->holds_position
                                  ? 0
@@ -203,19 +270,18 @@ void motion_rate(motion *m, const double *state, double *rate)
     motion_internal_forces(m);
     motion_outside_forces(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        double *to = rate + i * MOTION_ROWS, by = 1 / m->weight[i], gyroscopic[3];
-        const motion_material *made = &m->materials[i];
+        double *to = rate + i * MOTION_ROWS, gyroscopic[3];
         const double *w = m->spin[i], *q = state + i * MOTION_ROWS + MOTION_Q;
-        const double *inertia = made->section.rotary_inertia;
+        const double *inertia = m->inertia[i];
         const double half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         const double momentum[3] = {inertia[0] * w[0], inertia[1] * w[1], inertia[2] * w[2]};
         vector_cross(w, momentum, gyroscopic);
         quaternion_times_vector(q, half, to + MOTION_Q);
         for (int k = 0; k < 3; k++) {
             to[MOTION_R + k] = m->flow[i][k];
-            to[MOTION_V + k] = by * (m->force[i][k] + m->push[i][k]) * made->by_mass;
+            to[MOTION_V + k] = (m->force[i][k] + m->push[i][k]) * m->by_mass[i];
             to[MOTION_W + k] =
-                (by * (m->torque[i][k] + m->turn[i][k]) - gyroscopic[k]) * made->by_inertia[k];
+                (m->torque[i][k] + m->turn[i][k] - gyroscopic[k]) * m->by_inertia[i][k];
         }
     }
     for (int end = 0; end < 2; end++) {

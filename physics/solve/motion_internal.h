@@ -6,57 +6,73 @@
 #include "physics/solve/processor.h"
 
 /* What is differentiated at a node, padded for the processor: a vector, a quaternion, 0. */
-enum { MOTION_LANE_Q = 3 };
+enum { MOTION_LANE_Q = 3, MOTION_LANES = 7 };
 
-/* Strains and forces at a quadrature point, body frame. */
-typedef struct motion_strained {
-    double v[3], u[3], n[3], m[3];
-} motion_strained;
+/* Quadrature points of one element side by side, LANES of them; those beyond its last point repeat
+ * it and count for nothing. Body frame. Locked strains have a finite stiffness here. */
+typedef struct motion_block {
+    lanes weight; /* of the quadrature over s */
+    lanes strain_stiffness[3], curvature_stiffness[3];
+    lanes strain_damping[3], curvature_damping[3];
+    lanes rest_strain[3], rest_curvature[3];
+    lanes q[4], v[3], u[3], n[3], m[3];
+    lanes along; /* scalar part of q* q_s: q is unit at nodes only */
+} motion_block;
 
-/* What the rod is made of at a node, stiffness finite also where it is locked. */
-typedef struct motion_material {
-    solve_section section;
-    double by_mass, by_inertia[3]; /* 1 over them */
-} motion_material;
-
+/* A point of quadrature is one of an element's nodes, seen from this element: number
+ * element (degree + 1) + k, of `points` in all. Two elements share a node, and what the rod is made
+ * of, its rest shape and its loads may jump there. */
 struct motion {
     const solve_rod *rod;
     int elements, degree;
-    size_t nodes;
+    int blocks; /* of an element */
+    size_t nodes, points;
     bool is_damped; /* Bse or Bbt */
+    bool is_loaded; /* distributed loads are not 0 everywhere at this time */
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
-    double *points;             /* [degree + 1] on [-1, 1] */
-    double *point_weights;      /* [degree + 1] */
-    double *derivative;         /* [degree + 1][degree + 1] d/ds */
-    double *transposed;         /* of the derivative */
-    double *s;                  /* [nodes] */
-    double *weight;             /* [nodes] of the quadrature over the rod */
-    double *element_weight;     /* [degree + 1] of the quadrature over an element */
-    motion_material *materials; /* [nodes] */
-    solve_rest *rest;           /* [nodes] */
-    solve_load *load;           /* [nodes] */
-    solve_end_state ends[2];    /* at s = 0, 1 */
+    double *edge;          /* [elements + 1] s */
+    double *abscissas;     /* [degree + 1] on [-1, 1] */
+    double *weights;       /* [degree + 1] of the quadrature over [-1, 1] */
+    double *derivative;    /* [degree + 1][blocks LANES]: (j, k) of the j-th polynomial at k */
+    double *transposed;    /* [degree + 1][blocks LANES]: (j, k) of the k-th at j */
+    double *s;             /* [nodes] */
+    double *point_s;       /* [points] s, within the element where two meet */
+    double *point_weight;  /* [points] of the quadrature over s */
+    double *node_weight;   /* [nodes] its sum over elements */
+    solve_section *made;   /* [points] */
+    solve_rest *rest;      /* [points] */
+    solve_load *load;      /* [points] */
+    solve_load *node_load; /* [nodes] times weights, summed over elements */
+    double *mass;          /* [nodes] rhoA likewise */
+    double (*inertia)[3];  /* [nodes] rhoJ likewise */
+    double *by_mass, (*by_inertia)[3]; /* [nodes] 1 over them */
+    solve_end_state ends[2];           /* at s = 0, 1 */
 
-    double (*pose)[LANES];                                          /* [nodes] r, q; unit */
-    double (*flow)[LANES];                                          /* [nodes] V, q_t */
-    double (*spin)[3];                                              /* [nodes] w */
-    double (*R)[3][3];                                              /* [nodes] */
-    double (*slope)[LANES], (*slope_rate)[LANES], (*wrench)[LANES]; /* [degree + 1] */
-    motion_strained *sections;                                      /* [elements][degree + 1] */
-    double (*force)[LANES];  /* [nodes] internal, as an impulse on r and q */
+    motion_block *block;     /* [elements][blocks] */
+    double (*pose)[LANES];   /* [nodes] r, q; unit */
+    double (*flow)[LANES];   /* [nodes] V, q_t */
+    double (*spin)[3];       /* [nodes] w */
+    double *wrench;          /* [MOTION_LANES][blocks LANES] of one element */
+    double (*force)[3];      /* [nodes] internal, world */
     double (*torque)[3];     /* [nodes] internal, body */
     double (*push)[3];       /* [nodes] outside force, world */
     double (*turn)[3];       /* [nodes] outside moment, body */
-    double (*velocity)[3];   /* [nodes] V */
-    double (*resistance)[3]; /* [nodes] per length, part of the push; 0 without any */
+    double (*velocity)[3];   /* [points] V */
+    double (*resistance)[3]; /* [points] per length, part of the push; 0 without any */
 };
 
 /* The node at an end, 0 or 1. */
 static inline size_t motion_end_node(const motion *m, int end)
 {
     return end ? m->nodes - 1 : 0;
+}
+
+/* Where point k of an element is found: block and lane. */
+static inline motion_block *motion_block_of(const motion *m, int element, int k)
+{
+    return &m->block[element * m->blocks + k / LANES];
 }
 
 /* Take a state, with what the ends prescribe at the time. */

@@ -81,9 +81,12 @@ static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
         data.moment = exact.moment;
     }
     ad_value r = data.position, q = data.rotation;
-    return STACK(r, q, rod_time_derivative(rod, r, 1), rod_rate(q, rod_time_derivative(rod, q, 1)),
-                 rod_time_derivative(rod, r, 2), rod_rate(q, rod_time_derivative(rod, q, 2)),
-                 data.force, data.moment);
+    ad_value all =
+        STACK(r, q, rod_time_derivative(rod, r, 1), rod_rate(q, rod_time_derivative(rod, q, 1)),
+              rod_time_derivative(rod, r, 2), rod_rate(q, rod_time_derivative(rod, q, 2)),
+              data.force, data.moment);
+    kind->moves = ad_uses(1, &all, rod->t);
+    return all;
 }
 
 static ad_value record_initial(const rod_context *rod)
@@ -116,6 +119,7 @@ static ad_status record(solve_rod *rod, ad_error *error)
                                        record_end(&context, 1, &rod->ends[1]),
                                        record_initial(&context)};
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
+    rod->load_moves = ad_uses(1, &load, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {

@@ -18,6 +18,7 @@ typedef struct solve_end {
     bool holds_position, holds_rotation;
     bool force_is_body;  /* N(end) = R(q) force, else force */
     bool moment_is_body; /* m(end) = moment, else R(q)^T moment */
+    bool moves;          /* false: what it gives is the same at all times */
 } solve_end;
 
 /* The rod at one (s, t): the columns of its model, see physics/model.h. */
@@ -46,6 +47,7 @@ typedef struct solve_rod {
     bool dynamic;
     double duration;    /* in scales.time */
     bool has_body_load; /* false: solve_load.body_* are 0 everywhere */
+    bool load_moves;    /* false: solve_load is the same at all times */
     bool rest_moves;    /* false: the rest shape is the same at all times */
     bool resists;       /* false: solve_rod_resistance is 0 everywhere */
     solve_end ends[2];  /* at s = 0 and 1 */
