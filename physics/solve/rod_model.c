@@ -4,6 +4,7 @@
 #include "physics/solve/formula.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { FORMULAS = 6 };
 
@@ -17,6 +18,7 @@ typedef struct solve_functions {
     };
     formula *resistance; /* NULL: none */
     formula *actuators;  /* NULL: none */
+    formula *jumps;      /* NULL: none */
 } solve_functions;
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -118,12 +120,17 @@ static ad_status record(solve_rod *rod, ad_error *error)
                                        record_end(&context, 0, &rod->ends[0]),
                                        record_end(&context, 1, &rod->ends[1]),
                                        record_initial(&context)};
+    bool any_jumps;
+    const ad_value jumps = solve_jumps_record(&context, &rod->jumps, &any_jumps);
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
     rod->load_moves = ad_uses(1, &load, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
         status = solve_formula_create(values[i], 0, f->pool, &f->all[i], error);
+    }
+    if (status == AD_OK && any_jumps) {
+        status = solve_formula_create(jumps, 0, f->pool, &f->jumps, error);
     }
     ad_tape_free(tape);
     return status;
@@ -151,6 +158,30 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     ad_status status = solve_formula_create(ad_stack(rod->actuators, all), 0, rod->formula->pool,
                                             &rod->formula->actuators, error);
     ad_tape_free(tape);
+    return status;
+}
+
+enum { LOAD_ROWS = sizeof(solve_load) / sizeof(double), POSE_ROWS = 3 + 3 + 4 };
+
+/* Of each place its load, of each spring its poses. */
+static ad_status evaluate_jumps(const solve_rod *rod, double t, double *out, ad_error *error)
+{
+    double s = 0;
+    return solve_formula_evaluate(rod->formula->jumps, 1, &s, t, out, error);
+}
+
+static ad_status set_springs(solve_rod *rod, ad_error *error)
+{
+    solve_jumps *jumps = &rod->jumps;
+    double all[LOAD_ROWS * SOLVE_JUMPS_MAX + POSE_ROWS * SCENE_SPRINGS_MAX];
+    ad_status status = jumps->spring_count > 0 ? evaluate_jumps(rod, 0, all, error) : AD_OK;
+    for (int i = 0; i < jumps->spring_count && status == AD_OK; i++) {
+        solve_spring *spring = &jumps->springs[i];
+        const double *pose = all + LOAD_ROWS * jumps->count + POSE_ROWS * i;
+        memcpy(spring->anchor, pose, sizeof spring->anchor);
+        memcpy(spring->unloaded, pose + 3, sizeof spring->unloaded);
+        memcpy(spring->upright, pose + 6, sizeof spring->upright);
+    }
     return status;
 }
 
@@ -198,6 +229,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
+    status = status == AD_OK ? set_springs(rod, error) : status;
     status = status == AD_OK ? record_resistance(rod, error) : status;
     status = status == AD_OK ? record_actuators(rod, error) : status;
     if (status != AD_OK) {
@@ -217,6 +249,7 @@ void solve_rod_free(solve_rod *rod)
         }
         solve_formula_free(f->resistance);
         solve_formula_free(f->actuators);
+        solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
         free(f);
         free(rod);
@@ -253,6 +286,16 @@ ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const
                           solve_load *out, ad_error *error)
 {
     return solve_formula_evaluate_at(rod->formula->load, n, s, t, (double *)out, error);
+}
+
+ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error)
+{
+    double all[LOAD_ROWS * SOLVE_JUMPS_MAX + POSE_ROWS * SCENE_SPRINGS_MAX];
+    ad_status status = rod->jumps.count > 0 ? evaluate_jumps(rod, t, all, error) : AD_OK;
+    if (status == AD_OK) {
+        memcpy(out, all, (size_t)rod->jumps.count * sizeof *out);
+    }
+    return status;
 }
 
 ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,

@@ -12,6 +12,7 @@
 #define PHYSICS_SOLVE_ROD_MODEL_H
 
 #include "physics/model.h"
+#include "physics/solve/jump.h"
 
 /* What one end gives: position or force, rotation or moment. */
 typedef struct solve_end {
@@ -53,6 +54,7 @@ typedef struct solve_rod {
     solve_end ends[2];  /* at s = 0 and 1 */
     int actuators;      /* tendons, then chambers */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
+    solve_jumps jumps;               /* what acts at single places */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 
@@ -129,6 +131,10 @@ ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const
 /* Of rods with actuators: out [n][actuators]. */
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
                               solve_actuator *out, ad_error *error);
+
+/* Loads at single places, out [jumps.count], weights of bodies among them: F = force + R(q)
+ * body_force, T = moment + R(q) body_moment. */
+ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error);
 
 /* Force per length with which what surrounds a rod resists its velocity r_t [n][3]: out [n][3],
  * world, not part of solve_load. Of rods in motion that have any (rod->resists). */

@@ -1,5 +1,6 @@
 #include "physics/solve/static.h"
 
+#include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/static_energy.h"
 #include "physics/solve/static_path.h"
@@ -59,7 +60,17 @@ static ad_status create(const solve_rod *rod, int stages, int elements, const do
     return status;
 }
 
-/* y at s, by the polynomial of its element. */
+/* y at the points of an element: at its beginning, beyond what acts there; inner points; its end.
+ */
+static void element_values(const static_solution *x, int element, double (*values)[STATIC_ROWS])
+{
+    size_t stages = (size_t)static_system_rule(x->system)->stages;
+    const double *y = x->y + (size_t)element * (stages + 1) * STATIC_ROWS;
+    static_system_start(x->system, x->y, element, values[0]);
+    memcpy(values[1], y + STATIC_ROWS, (stages + 1) * sizeof *values);
+}
+
+/* y at s, by the polynomial of its element; where something acts, before that. */
 static void interpolate(const static_solution *x, double s, double *y)
 {
     const gauss_rule *rule = static_system_rule(x->system);
@@ -68,18 +79,19 @@ static void interpolate(const static_solution *x, double s, double *y)
     int first = 0, last = static_system_elements(x->system) - 1;
     while (first < last) {
         int middle = (first + last + 1) / 2;
-        if (edges[middle] <= s) {
+        if (edges[middle] < s) {
             first = middle;
         } else {
             last = middle - 1;
         }
     }
     solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
-    const double *from = x->y + (size_t)first * ((size_t)rule->stages + 1) * STATIC_ROWS;
+    double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS];
+    element_values(x, first, values);
     memset(y, 0, STATIC_ROWS * sizeof *y);
     for (int i = 0; i < rule->stages + 2; i++) {
         for (int k = 0; k < STATIC_ROWS; k++) {
-            y[k] += weights[i] * from[i * STATIC_ROWS + k];
+            y[k] += weights[i] * values[i][k];
         }
     }
 }
@@ -90,13 +102,13 @@ static double last_term(const static_solution *x, int element, double size)
 {
     const gauss_rule *rule = static_system_rule(x->system);
     int stages = rule->stages;
-    const double *y = x->y + (size_t)element * ((size_t)stages + 1) * STATIC_ROWS;
-    double result = 0;
+    double y[GAUSS_STAGES_MAX + 2][STATIC_ROWS], result = 0;
+    element_values(x, element, y);
     for (int k = 0; k < STATIC_ROWS; k++) {
         double sum = 0; /* the divided difference of the points 0, c; that of 0, c, 1 is 0 */
         for (int i = 0; i <= stages; i++) {
             double point = i == 0 ? 0 : rule->nodes[i - 1];
-            sum += rule->barycentric[i] * 2 * (point - 1) * y[i * STATIC_ROWS + k];
+            sum += rule->barycentric[i] * 2 * (point - 1) * y[i][k];
         }
         result = fmax(result, fabs(sum) / (k < STATIC_N ? 1 : size));
     }
@@ -215,16 +227,17 @@ static ad_status begin(const solve_rod *rod, const solve_settings *settings, con
 {
     int nodes = settings->nodes, stages = STAGES,
         elements = 1 + (int)fmin(path->wavenumber / 4, 63);
-    double edges[ELEMENTS_MAX + 1];
+    double edges[ELEMENTS_MAX + SOLVE_JUMPS_MAX + 1], places[SOLVE_JUMPS_MAX];
     if (nodes > 0) {
         elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
         elements = elements < ELEMENTS_MAX ? elements : ELEMENTS_MAX;
         stages = (nodes + elements - 1) / elements;
         stages = stages < GAUSS_STAGES_MAX ? stages : GAUSS_STAGES_MAX;
     }
-    for (int e = 0; e <= elements; e++) {
-        edges[e] = (double)e / elements;
+    for (int i = 0; i < rod->jumps.count; i++) {
+        places[i] = rod->jumps.at[i].s;
     }
+    elements = solve_mesh_edges(elements, rod->jumps.count, places, edges);
     return create(rod, stages, elements, edges, result, error);
 }
 

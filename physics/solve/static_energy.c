@@ -153,6 +153,41 @@ static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, 
     return AD_OK;
 }
 
+/* Places where something acts: work of loads as at ends, and the energy of springs. */
+static ad_status add_jumps(const static_system *system, const solve_rod *rod, const double *y,
+                           solve_energy *energy, ad_error *error)
+{
+    const solve_jumps *jumps = &rod->jumps;
+    double s[SOLVE_JUMPS_MAX];
+    solve_load load[SOLVE_JUMPS_MAX];
+    solve_initial unstressed[SOLVE_JUMPS_MAX];
+    size_t points = (size_t)static_system_rule(system)->stages + 1;
+    if (jumps->count == 0) {
+        return AD_OK;
+    }
+    for (int i = 0; i < jumps->count; i++) {
+        s[i] = jumps->at[i].s;
+    }
+    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
+    if (status == AD_OK) {
+        status = solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error);
+    }
+    for (int e = 0; e <= static_system_elements(system) && status == AD_OK; e++) {
+        const double *at = y + (size_t)e * points * STATIC_ROWS;
+        int i = static_system_jump(system, e);
+        if (i < 0) {
+            continue;
+        }
+        energy->work += is_dead_force(&load[i]) ? work_of(load[i].force, at, &unstressed[i]) : NAN;
+        for (int k = 0; k < jumps->at[i].spring_count; k++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[i].springs[k]];
+            energy->strain +=
+                solve_spring_energy(spring, spring->anchor, at + STATIC_R, at + STATIC_Q);
+        }
+    }
+    return status;
+}
+
 ad_status static_energy_of(const static_system *system, const solve_rod *rod, const double *y,
                            solve_energy *energy, ad_error *error)
 {
@@ -171,6 +206,7 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         status = work_of_end(rod, end, &p, y, &energy->work, error);
     }
+    status = status == AD_OK ? add_jumps(system, rod, y, energy, error) : status;
     points_free(&p);
     return status;
 }

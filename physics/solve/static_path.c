@@ -63,6 +63,51 @@ static double held_turn(const solve_rod *rod)
     return norm(vector);
 }
 
+/* Loads at single places, and springs that are pulled from where the unstressed rod is. */
+typedef struct single_loads {
+    double force, moment; /* sums */
+    double pulled;        /* the same of distances */
+    double compression;   /* by Euler's load of the part between the place and the end that holds */
+} single_loads;
+
+static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error *error)
+{
+    const solve_jumps *jumps = &rod->jumps;
+    double s[SOLVE_JUMPS_MAX];
+    solve_load load[SOLVE_JUMPS_MAX];
+    solve_initial unstressed[SOLVE_JUMPS_MAX];
+    *sum = (single_loads){0};
+    if (jumps->count == 0) {
+        return AD_OK;
+    }
+    for (int i = 0; i < jumps->count; i++) {
+        s[i] = jumps->at[i].s;
+    }
+    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
+    if (status == AD_OK) {
+        status = solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error);
+    }
+    for (int i = 0; i < jumps->count && status == AD_OK; i++) {
+        bool from_start = rod->ends[0].holds_rotation;
+        double R[3][3], pull[3], lever = from_start ? s[i] : 1 - s[i];
+        rotation_matrix(unstressed[i].rotation, R);
+        to_body(R, load[i].force, pull);
+        bool held = from_start || rod->ends[1].holds_rotation;
+        sum->force += norm(load[i].force) + norm(load[i].body_force);
+        sum->moment += norm(load[i].moment) + norm(load[i].body_moment);
+        sum->compression += held ? lever * lever * fmax(0, from_start ? -pull[2] : pull[2]) : 0;
+    }
+    for (int i = 0; i < jumps->spring_count; i++) {
+        const solve_spring *spring = &jumps->springs[i];
+        double off[3];
+        for (int k = 0; k < 3; k++) {
+            off[k] = spring->anchor[k] - spring->unloaded[k];
+        }
+        sum->pulled += norm(off);
+    }
+    return status;
+}
+
 /* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
  * its cube root. */
 static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
@@ -101,8 +146,18 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         couple = fmax(couple, norm(load[i].moment) + norm(load[i].body_moment));
         rest_curvature = fmax(rest_curvature, norm(rest[i].curvature));
     }
+    single_loads single;
+    status = status == AD_OK ? measure_jumps(rod, &single, error) : status;
     if (status != AD_OK) {
         return status;
+    }
+    force += single.force;
+    moment += single.moment;
+    for (int i = 0; i < rod->jumps.count; i++) {
+        straight = straight && !rod->jumps.at[i].turns;
+    }
+    for (int i = 0; i < rod->jumps.spring_count; i++) { /* a spring holds the twist */
+        straight = straight && norm(rod->jumps.springs[i].turning) == 0;
     }
     double soft[3] = {softness(rod, sections, 0), softness(rod, sections, 1),
                       softness(rod, sections, 2)};
@@ -111,8 +166,10 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     force *= soft[1];
     spread *= soft[2];
     path->twists = round && straight && couple == 0 && rod->actuators == 0;
-    path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0));
-    double compression = soft[1] * rod_numbers_of(&rod->scene).compression;
+    path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
+                                3 * single.pulled);
+    double compression = rod_numbers_of(&rod->scene).compression + single.compression;
+    compression *= soft[1];
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;

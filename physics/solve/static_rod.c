@@ -250,3 +250,102 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
         }
     }
 }
+
+/* ---- single places ------------------------------------------------------------------------- */
+
+/* F in the world and T in the body from a spring, and what they change with y. */
+static void add_spring(const solve_spring *x, const double *anchor, const double *y, double *force,
+                       double *moment, double (*by_y)[STATIC_ROWS])
+{
+    const double *q = y + STATIC_Q, *k = x->turning;
+    double pull[3], turning[3], by_turn[3][3];
+    bool turns = k[0] != 0 || k[1] != 0 || k[2] != 0;
+    solve_spring_force(x, anchor, y + STATIC_R, pull);
+    for (int i = 0; i < 3; i++) {
+        force[i] += pull[i];
+        if (by_y) {
+            by_y[STATIC_N + i][STATIC_R + i] += x->stiffness[i];
+        }
+    }
+    if (!turns) {
+        return;
+    }
+    solve_spring_moment(x, q, turning, by_y ? by_turn : NULL);
+    double left[4][3] = {{0}}, square = q[0] * q[0] + vector_dot(q + 1, q + 1);
+    left_product(q, left); /* dq turns by 2 vec(q* dq) */
+    for (int i = 0; i < 3; i++) {
+        moment[i] += turning[i];
+        for (int c = 0; c < 4 && by_y; c++) {
+            by_y[STATIC_M + i][STATIC_Q + c] -=
+                2 / square *
+                (by_turn[i][0] * left[c][0] + by_turn[i][1] * left[c][1] +
+                 by_turn[i][2] * left[c][2]);
+        }
+    }
+}
+
+/* What comes after a joint: the rows of q times the turn from the right, those of m in its frame.
+ */
+static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_ROWS])
+{
+    matrix3 rotation, unused[4];
+    double q[4], m[3];
+    rotation_of(turn, rotation, unused);
+    quaternion_product(after + STATIC_Q, turn, q);
+    to_body(rotation, after + STATIC_M, m);
+    memcpy(after + STATIC_Q, q, sizeof q);
+    memcpy(after + STATIC_M, m, sizeof m);
+    for (int c = 0; c < STATIC_ROWS && by_y; c++) {
+        double column_q[4], column_m[3];
+        for (int i = 0; i < 4; i++) {
+            column_q[i] = by_y[STATIC_Q + i][c];
+        }
+        for (int i = 0; i < 3; i++) {
+            column_m[i] = by_y[STATIC_M + i][c];
+        }
+        quaternion_product(column_q, turn, q);
+        to_body(rotation, column_m, m);
+        for (int i = 0; i < 4; i++) {
+            by_y[STATIC_Q + i][c] = q[i];
+        }
+        for (int i = 0; i < 3; i++) {
+            by_y[STATIC_M + i][c] = m[i];
+        }
+    }
+}
+
+void static_jump_over(const static_jump *at, const double *before, double *after,
+                      double (*by_y)[STATIC_ROWS])
+{
+    const solve_load *load = &at->load;
+    matrix3 rotation, by_q[4];
+    double force[3], moment[3];
+    rotation_of(before + STATIC_Q, rotation, by_q);
+    to_world(rotation, load->body_force, force);
+    to_body(rotation, load->moment, moment);
+    for (int r = 0; r < STATIC_ROWS && by_y; r++) {
+        for (int c = 0; c < STATIC_ROWS; c++) {
+            by_y[r][c] = r == c;
+        }
+    }
+    for (int k = 0; k < 4 && by_y; k++) {
+        double by_force[3], by_moment[3];
+        to_world(by_q[k], load->body_force, by_force);
+        to_body(by_q[k], load->moment, by_moment);
+        for (int i = 0; i < 3; i++) {
+            by_y[STATIC_N + i][STATIC_Q + k] -= by_force[i];
+            by_y[STATIC_M + i][STATIC_Q + k] -= by_moment[i];
+        }
+    }
+    for (int i = 0; i < at->springs; i++) {
+        add_spring(at->spring[i], at->anchor[i], before, force, moment, by_y);
+    }
+    memcpy(after, before, STATIC_ROWS * sizeof *after);
+    for (int i = 0; i < 3; i++) {
+        after[STATIC_N + i] -= load->force[i] + force[i];
+        after[STATIC_M + i] -= load->body_moment[i] + moment[i];
+    }
+    if (at->turn) {
+        turn_rows(at->turn, after, by_y);
+    }
+}

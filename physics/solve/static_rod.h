@@ -40,6 +40,21 @@ typedef struct static_end {
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
                          double (*jacobian)[STATIC_ROWS]);
 
+/* What acts at one place, by the path to the full load. A joint without a turn and no springs: NULL
+ * and 0. */
+typedef struct static_jump {
+    const double *turn; /* quaternion [4] or NULL */
+    solve_load load;
+    int springs;
+    const solve_spring *spring[SCENE_SPRINGS_MAX];
+    double anchor[SCENE_SPRINGS_MAX][3];
+} static_jump;
+
+/* y just after the place from y just before it, and the derivative by that where by_y is not NULL
+ * (physics/solve/jump.h). */
+void static_jump_over(const static_jump *at, const double *before, double *after,
+                      double (*by_y)[STATIC_ROWS]);
+
 /* v and u of a state y. */
 void static_strains(const static_point *at, const double *y, double *strain, double *curvature);
 

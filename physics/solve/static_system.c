@@ -12,6 +12,9 @@ enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
 
 enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number serves */
 
+/* Places that differ by rounding are one. */
+static const double SAME_PLACE = 1e-12;
+
 typedef double jacobian[ROWS][ROWS];
 
 struct static_system {
@@ -28,9 +31,12 @@ struct static_system {
     static_end full[2];        /* at full load */
     static_end bare[2];        /* unstressed */
     static_end ends[2];        /* where the path is */
-    double turn[3];            /* rotation vector of the end s = 1 at full load; 0: none */
-    double (*chords)[3];       /* [CHORDS] of the unstressed rod; NULL without a turn */
+    double turn[3];            /* rotation vector of the end s = 1 at full load, world; 0: none */
+    double (*chords)[3];       /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
     double arc[3];             /* their sum, turned in proportion to s */
+    int *jump;                 /* [elements + 1] at each edge, index of the rod's; -1: none */
+    solve_load *jump_load;     /* [jumps of the rod] at full load */
+    static_jump *jumps;        /* the same, where the path is */
     static_path path;
     double *rate;     /* [elements][stages][ROWS] */
     jacobian *by_y;   /* [elements][stages] */
@@ -38,6 +44,7 @@ struct static_system {
     int *pivots;      /* [elements][inner] */
     double *by_start; /* [elements][ROWS][inner]: how the inner y follow the start */
     double *inner;    /* [elements][inner] */
+    jacobian *across; /* [elements] of y beyond the edge where an element begins */
     double start[STATIC_START_ROWS][ROWS], end[STATIC_END_ROWS][ROWS];
     realtype **band; /* of y at the edges */
     sunindextype *band_pivots;
@@ -86,6 +93,9 @@ void static_system_free(static_system *x)
 {
     if (x) {
         free(x->edges);
+        free(x->jump);
+        free(x->jump_load);
+        free(x->jumps);
         free(x->points);
         free(x->sections);
         free(x->axial);
@@ -94,6 +104,7 @@ void static_system_free(static_system *x)
         free(x->actuators);
         free(x->rate);
         free(x->by_y);
+        free(x->across);
         free(x->factor);
         free(x->pivots);
         free(x->by_start);
@@ -113,6 +124,9 @@ static bool allocate(static_system *x)
     size_t elements = (size_t)x->elements, points = elements * (size_t)x->stages;
     size_t inner = inner_rows(x), edges = (elements + 1) * ROWS;
     x->edges = malloc((elements + 1) * sizeof *x->edges);
+    x->jump = malloc((elements + 1) * sizeof *x->jump);
+    x->jump_load = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jump_load);
+    x->jumps = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jumps);
     x->points = malloc(points * sizeof *x->points);
     x->sections = malloc(points * sizeof *x->sections);
     x->axial = malloc(points * sizeof *x->axial);
@@ -121,6 +135,7 @@ static bool allocate(static_system *x)
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
     x->rate = malloc(points * ROWS * sizeof *x->rate);
     x->by_y = malloc(points * sizeof *x->by_y);
+    x->across = malloc(elements * sizeof *x->across);
     x->factor = malloc(elements * inner * inner * sizeof *x->factor);
     x->pivots = malloc(elements * inner * sizeof *x->pivots);
     x->by_start = malloc(elements * inner * ROWS * sizeof *x->by_start);
@@ -128,9 +143,10 @@ static bool allocate(static_system *x)
     x->band = SUNDlsMat_newBandMat((sunindextype)edges, ABOVE, LOWER);
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
-    return x->edges && x->points && x->sections && x->axial && x->rest && x->load && x->actuators &&
-           x->rate && x->by_y && x->factor && x->pivots && x->by_start && x->inner && x->band &&
-           x->band_pivots && x->right;
+    return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
+           x->axial && x->rest && x->load && x->actuators && x->rate && x->by_y && x->across &&
+           x->factor && x->pivots && x->by_start && x->inner && x->band && x->band_pivots &&
+           x->right;
 }
 
 /* The unstressed rod is where held ends set out from, and where a spring pulls to. */
@@ -212,6 +228,31 @@ static ad_status set_turn(static_system *x, ad_error *error)
     return status;
 }
 
+/* Each place has to be an edge. */
+static ad_status set_jumps(static_system *x, ad_error *error)
+{
+    const solve_jumps *given = &x->rod->jumps;
+    int next = 0;
+    for (int e = 0; e <= x->elements; e++) {
+        bool here = next < given->count && fabs(given->at[next].s - x->edges[e]) < SAME_PLACE;
+        x->jump[e] = here ? next++ : -1;
+    }
+    if (next < given->count) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "s = %g, where something acts, is no edge",
+                       given->at[next].s);
+    }
+    for (int k = 0; k < given->count; k++) {
+        const solve_jump *from = &given->at[k];
+        static_jump *to = &x->jumps[k];
+        to->turn = from->turns ? from->turn : NULL;
+        to->springs = from->spring_count;
+        for (int i = 0; i < from->spring_count; i++) {
+            to->spring[i] = &given->springs[from->springs[i]];
+        }
+    }
+    return solve_rod_jump_loads(x->rod, 0, x->jump_load, error);
+}
+
 static ad_status set_points(static_system *x, ad_error *error)
 {
     size_t count = 0;
@@ -256,6 +297,9 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
         status = set_ends(x, error);
     }
     status = status == AD_OK ? set_turn(x, error) : status;
+    if (status == AD_OK) {
+        status = set_jumps(x, error);
+    }
     if (status != AD_OK) {
         static_system_free(x);
         return status;
@@ -344,6 +388,34 @@ static void turn_end(const static_system *x, double share, static_end *at)
     }
 }
 
+static solve_load part_of(const solve_load *full, double share)
+{
+    solve_load load;
+    for (int k = 0; k < 3; k++) {
+        load.force[k] = share * full->force[k];
+        load.moment[k] = share * full->moment[k];
+        load.body_force[k] = share * full->body_force[k];
+        load.body_moment[k] = share * full->body_moment[k];
+    }
+    return load;
+}
+
+/* Springs do not grow with the load; the places that they pull to move as held ends do. */
+static void set_path_jumps(static_system *x)
+{
+    double load = x->path.load;
+    for (int k = 0; k < x->rod->jumps.count; k++) {
+        static_jump *at = &x->jumps[k];
+        at->load = part_of(&x->jump_load[k], load);
+        for (int i = 0; i < at->springs; i++) {
+            for (int c = 0; c < 3; c++) {
+                const solve_spring *spring = at->spring[i];
+                at->anchor[i][c] = (1 - load) * spring->unloaded[c] + load * spring->anchor[c];
+            }
+        }
+    }
+}
+
 void static_system_set(static_system *x, const static_path *path)
 {
     double load = path->load;
@@ -364,6 +436,7 @@ void static_system_set(static_system *x, const static_path *path)
     if (x->chords) {
         turn_end(x, load, &x->ends[1]);
     }
+    set_path_jumps(x);
     for (int i = 0; i < x->elements * x->stages; i++) {
         x->sections[i].strain_compliance[2] = x->axial[i] + path->stretch;
     }
@@ -376,8 +449,8 @@ double static_system_load(const static_system *x)
 
 static static_point point_of(const static_system *x, size_t i)
 {
-    const solve_load *full = &x->load[i];
     static_point at = {.rest = x->rest[i],
+                       .load = part_of(&x->load[i], x->path.load),
                        .strain_compliance = x->sections[i].strain_compliance,
                        .curvature_compliance = x->sections[i].curvature_compliance,
                        .actuation = {.count = x->rod->actuators,
@@ -386,16 +459,55 @@ static static_point point_of(const static_system *x, size_t i)
                                      .s = x->points[i],
                                      .factor = x->path.load}};
     for (int k = 0; k < 3; k++) {
-        at.load.force[k] = x->path.load * full->force[k];
-        at.load.moment[k] = x->path.load * full->moment[k];
-        at.load.body_force[k] = x->path.load * full->body_force[k];
-        at.load.body_moment[k] = x->path.load * full->body_moment[k];
-    }
-    for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
     at.load.body_force[x->path.director] += x->path.perturbation;
     return at;
+}
+
+/* ---- single places ------------------------------------------------------------------------- */
+
+/* y beyond what acts at edge e, and its derivative by y there where by_y is not NULL. */
+static void jump_over(const static_system *x, int e, const double *y, double *after, jacobian by_y)
+{
+    if (x->jump[e] >= 0) {
+        static_jump_over(&x->jumps[x->jump[e]], y, after, by_y);
+        return;
+    }
+    memcpy(after, y, ROWS * sizeof *after);
+    for (int r = 0; r < ROWS && by_y; r++) {
+        for (int c = 0; c < ROWS; c++) {
+            by_y[r][c] = r == c;
+        }
+    }
+}
+
+int static_system_jump(const static_system *x, int edge)
+{
+    return x->jump[edge];
+}
+
+void static_system_start(const static_system *x, const double *y, int element, double *start)
+{
+    jump_over(x, element, y + edge(x, element), start, NULL);
+}
+
+/* Rows of the conditions at s = 1, which are about y beyond what acts there. */
+static void end_residual(const static_system *x, const double *y, double *rows,
+                         double (*by_y)[ROWS])
+{
+    double after[ROWS];
+    jacobian across, by_after;
+    jump_over(x, x->elements, y + edge(x, x->elements), after, by_y ? across : NULL);
+    static_end_residual(&x->ends[1], 1, after, rows, by_after);
+    for (int r = 0; r < STATIC_END_ROWS && by_y; r++) {
+        for (int c = 0; c < ROWS; c++) {
+            by_y[r][c] = 0;
+            for (int k = 0; k < ROWS; k++) {
+                by_y[r][c] += by_after[r][k] * across[k][c];
+            }
+        }
+    }
 }
 
 /* ---- residual and derivatives -------------------------------------------------------------- */
@@ -405,8 +517,9 @@ void static_system_residual(static_system *x, const double *y, double *residual)
     double unused[STATIC_START_ROWS][ROWS], *to = residual + STATIC_START_ROWS;
     static_end_residual(&x->ends[0], 0, y, residual, unused);
     for (int e = 0; e < x->elements; e++) {
-        const double *start = y + edge(x, e), *inner = start + ROWS;
-        double h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
+        const double *inner = y + edge(x, e) + ROWS;
+        double start[ROWS], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
+        jump_over(x, e, y + edge(x, e), start, NULL);
         for (int i = 0; i < x->stages; i++) {
             static_point at = point_of(x, (size_t)(e * x->stages + i));
             static_rate(&at, inner + i * ROWS, rate + i * ROWS, NULL);
@@ -422,15 +535,16 @@ void static_system_residual(static_system *x, const double *y, double *residual)
             }
         }
     }
-    static_end_residual(&x->ends[1], 1, y + edge(x, x->elements), to, unused);
+    end_residual(x, y, to, NULL);
 }
 
 void static_system_linearise(static_system *x, const double *y)
 {
     double rows[STATIC_START_ROWS], rate[ROWS];
     static_end_residual(&x->ends[0], 0, y, rows, x->start);
-    static_end_residual(&x->ends[1], 1, y + edge(x, x->elements), rows, x->end);
+    end_residual(x, y, rows, x->end);
     for (int e = 0; e < x->elements; e++) {
+        jump_over(x, e, y + edge(x, e), rate, x->across[e]);
         const double *inner = y + edge(x, e) + ROWS;
         for (int i = 0; i < x->stages; i++) {
             size_t p = (size_t)(e * x->stages + i);
@@ -492,13 +606,15 @@ static int factor_element(static_system *x, int e)
     }
     for (int c = 0; c < ROWS; c++) {
         for (size_t i = 0; i < n; i++) {
-            by_start[(size_t)c * n + i] = i % ROWS == (size_t)c;
+            by_start[(size_t)c * n + i] = x->across[e][i % ROWS][c];
         }
     }
     ad_dense_lu_solve(n, ROWS, matrix, pivots, by_start);
     for (int c = 0; c < ROWS; c++) {
-        double end[ROWS] = {0};
-        end[c] = 1;
+        double end[ROWS];
+        for (int r = 0; r < ROWS; r++) {
+            end[r] = x->across[e][r][c];
+        }
         add_end(x, e, by_start + (size_t)c * n, end);
         for (int r = 0; r < ROWS; r++) {
             put(x, row + r, column + c, -end[r]);

@@ -19,7 +19,8 @@ typedef struct static_path {
 
 typedef struct static_system static_system;
 
-/* Elements between edges [elements + 1] from 0 to 1; the rod must outlive the system. */
+/* Elements between edges [elements + 1] from 0 to 1, each place of rod->jumps among them; the rod
+ * must outlive the system. */
 ad_status static_system_create(const solve_rod *rod, int stages, int elements, const double *edges,
                                static_system **result, ad_error *error);
 void static_system_free(static_system *x);
@@ -28,7 +29,8 @@ int static_system_elements(const static_system *x);
 const double *static_system_edges(const static_system *x);
 const gauss_rule *static_system_rule(const static_system *x);
 
-/* Unknowns: y at s = 0; then for each element y at its points and at its end. */
+/* Unknowns: y at s = 0; then for each element y at its points and at its end. Where something acts
+ * at an edge (physics/solve/jump.h) that y is the one before it, at s = 0 outside of the rod. */
 size_t static_system_unknowns(const static_system *x);
 
 /* s of all of them, [unknowns/STATIC_ROWS]. */
@@ -36,6 +38,12 @@ void static_system_points(const static_system *x, double *s);
 
 /* y of the unstressed rod; of a manufactured scene its solution. */
 ad_status static_system_guess(const static_system *x, double *y, ad_error *error);
+
+/* Which of rod->jumps is at an edge; -1: none. */
+int static_system_jump(const static_system *x, int edge);
+
+/* start [STATIC_ROWS]: y with which an element begins, beyond what acts there. */
+void static_system_start(const static_system *x, const double *y, int element, double *start);
 
 void static_system_set(static_system *x, const static_path *path);
 double static_system_load(const static_system *x); /* of that path */

@@ -1,0 +1,10 @@
+/* Elements along a rod, of lengths that are alike, with edges where something jumps. */
+#ifndef PHYSICS_SOLVE_MESH_H
+#define PHYSICS_SOLVE_MESH_H
+
+/* edges [elements + places + 1] from 0 to 1, the places [places], ascending, among them: what lies
+ * between two is divided equally, into elements no longer than 1/elements. Those at 0 and 1 are no
+ * division. Returns how many elements there are, at most elements + places. */
+int solve_mesh_edges(int elements, int places, const double *place, double *edges);
+
+#endif
