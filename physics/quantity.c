@@ -14,6 +14,7 @@ struct quantities {
     quantity_node *buckets[BUCKETS];
     int count, open;
     quantity_name names[NAMES_MAX];
+    quantity_table *tables;
 };
 
 static const quantity_node no_memory = {
@@ -181,6 +182,7 @@ void quantities_free(quantities *names)
             names->buckets[i] = next;
         }
     }
+    quantity_tables_free(names->tables);
     pthread_mutex_destroy(&names->lock);
     free(names);
 }
@@ -222,7 +224,7 @@ static ad_status check_name(const quantities *names, const char *name, ad_error 
                        name);
     }
     if (quantities_find(names, name, length).is_given || strcmp(name, "pi") == 0 ||
-        quantity_operation_find(name, length)) {
+        quantity_operation_find(name, length) || quantity_table_find(names->tables, name, length)) {
         return ad_fail(error, AD_BAD_INPUT, "formulas know '%s' already; choose another name",
                        name);
     }
@@ -253,6 +255,35 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
         add_name(names, name, value);
     }
     return status;
+}
+
+const quantity_table *quantities_tables(const quantities *names)
+{
+    return names->tables;
+}
+
+ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,
+                                  const double *y, ad_error *error)
+{
+    ad_status status = check_name(names, name, error);
+    if (status == AD_OK && (count < 2 || count > QUANTITY_TABLE_MAX)) {
+        status = ad_fail(error, AD_BAD_INPUT, "the table has %d rows; allowed: 2 to %d", count,
+                         QUANTITY_TABLE_MAX);
+    }
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        if (!isfinite(x[i]) || !isfinite(y[i]) || (i > 0 && x[i] <= x[i - 1])) {
+            status = ad_fail(error, AD_BAD_INPUT,
+                             "row %d of the table is %g, %g; allowed: numbers, the first larger "
+                             "in every row",
+                             i + 1, x[i], y[i]);
+        }
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    quantity_table *made = quantity_table_create(name, count, x, y, names->tables);
+    names->tables = made ? made : names->tables;
+    return made ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a table");
 }
 
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error)
@@ -419,6 +450,9 @@ static double value_of(const quantity *q, int count, const double *x)
     }
     if (node->kind == QUANTITY_WRITTEN) {
         return value_of(&node->x[0], count, x);
+    }
+    if (node->operation == &quantity_operations[QUANTITY_WHERE]) {
+        return value_of(&node->x[value_of(&node->x[0], count, x) > 0 ? 1 : 2], count, x);
     }
     for (int i = 0; i < node->operation->arity; i++) {
         numbers[i] = value_of(&node->x[i], count, x);

@@ -12,6 +12,8 @@
  *   functions  sin cos tan asin acos atan atan2(y,x) sinh cosh tanh exp log sqrt abs
  *              min(a,b) max(a,b) step(x): 0 for x <= 0, else 1
  *              where(c, a, b): a where c > 0, else b
+ *              within(x, a, b): x, which is not a number where it is not in [a, b]
+ *              and those that are defined by tables
  *
  * A quantity is a small value that is copied freely. A plain number needs no memory, so that what
  * follows from numbers is computed as fast as with numbers alone. The nodes of formulas never
@@ -57,6 +59,15 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
 
 /* Add another open name beside s and t, a coordinate of a domain; up to 16 with these two. */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
+
+/* Define a function of one argument by a table: name(x) goes through all (x[i], y[i]), i < count,
+ * x ascending, 2 to QUANTITY_TABLE_MAX of them, as a cubic between each two, with a continuous
+ * slope and without overshoot: it rises and falls where the numbers do (Fritsch, Carlson, SIAM J.
+ * Numer. Anal. 17, 1980). Beyond the first and the last x it is not a number. Both are copied. */
+enum { QUANTITY_TABLE_MAX = 200 };
+
+ad_status quantities_define_table(quantities *names, const char *name, int count, const double *x,
+                                  const double *y, ad_error *error);
 
 /* ---- making ---------------------------------------------------------------------------------- */
 

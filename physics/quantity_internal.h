@@ -34,7 +34,15 @@ typedef struct quantity_operation {
 } quantity_operation;
 
 /* The operators are the first rows. */
-enum { QUANTITY_ADD, QUANTITY_SUBTRACT, QUANTITY_MULTIPLY, QUANTITY_DIVIDE, QUANTITY_POWER };
+enum {
+    QUANTITY_ADD,
+    QUANTITY_SUBTRACT,
+    QUANTITY_MULTIPLY,
+    QUANTITY_DIVIDE,
+    QUANTITY_POWER,
+    QUANTITY_WHERE, /* evaluates one of its branches only: long tables are trees of it */
+    QUANTITY_WITHIN
+};
 extern const quantity_operation quantity_operations[];
 extern const int quantity_operation_count;
 
@@ -74,6 +82,19 @@ quantity quantities_find(const quantities *names, const char *name, size_t lengt
 int quantities_count(const quantities *names);
 const char *quantities_name(const quantities *names, int i);
 
+/* quantity_table.c: a table as a function, of a list that `next` links; its name's length is that
+ * of `name`. */
+typedef struct quantity_table quantity_table;
+struct quantity_table *quantity_table_create(const char *name, int count, const double *x,
+                                             const double *y, quantity_table *next);
+void quantity_tables_free(quantity_table *first);
+const quantity_table *quantity_table_find(const quantity_table *first, const char *name,
+                                          size_t length);
+quantity quantity_table_call(const quantity_table *table, quantity x);
+
+/* Those of `names`. */
+const quantity_table *quantities_tables(const quantities *names);
+
 quantity quantity_error(quantities *owner, ad_status status, const char *message);
 /* `value` as its author wrote it. */
 quantity quantity_written(quantities *owner, const char *text, quantity value);
@@ -83,9 +104,9 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
  * derivatives by [arity] each; where it has none, of quotients of differences. One per row. */
 #define QUANTITY_RANGE_LIST(X)                                                                     \
     X(add)                                                                                         \
-    X(subtract) X(multiply) X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan)        \
-        X(atan2) X(sinh) X(cosh) X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step)        \
-            X(where)
+    X(subtract)                                                                                    \
+    X(multiply) X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(atan2) X(sinh)   \
+        X(cosh) X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step) X(where) X(within)
 #define QUANTITY_RANGE(name)                                                                       \
     void quantity_range_##name(const quantity_interval *x, quantity_interval *value,               \
                                quantity_interval *by);

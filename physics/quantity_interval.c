@@ -312,6 +312,15 @@ void quantity_range_step(const interval *x, interval *value, interval *by)
     by[0] = never || always ? number(0) : LINE;
 }
 
+/* Beyond the bounds there is no value. */
+void quantity_range_within(const interval *x, interval *value, interval *by)
+{
+    bool inside = x[0].low >= x[1].high && x[0].high <= x[2].low;
+    *value = inside ? x[0] : LINE;
+    by[0] = inside ? number(1) : LINE;
+    by[1] = by[2] = number(0);
+}
+
 void quantity_range_where(const interval *x, interval *value, interval *by)
 {
     bool never = x[0].high <= 0, always = x[0].low > 0;

@@ -48,6 +48,18 @@ OPERATION(max, x[0] > x[1] ? x[0] : x[1], ad_max(x[0], x[1]))
 OPERATION(step, x[0] > 0 ? 1 : 0, ad_select(x[0], record_one(x[0]), ad_scalar(x[0].tape, 0)))
 OPERATION(where, x[0] > 0 ? x[1] : x[2], ad_select(x[0], x[1], x[2]))
 
+/* Rounding may put a last instant beyond a table that ends there. */
+static double within_number(const double *x)
+{
+    double rounding = 1e-12 * (x[2] - x[1]);
+    return x[0] >= x[1] - rounding && x[0] <= x[2] + rounding ? x[0] : NAN;
+}
+
+static ad_value within_record(const ad_value *x)
+{
+    return x[0];
+}
+
 static double power_number(const double *x)
 {
     return pow(x[0], x[1]);
@@ -66,6 +78,8 @@ const quantity_operation quantity_operations[] = {
     [QUANTITY_DIVIDE] = ROW("/", 2, 2, divide, SMOOTH),
     [QUANTITY_POWER] = {"^", 2, 3, power_number, NULL /* by its exponent, a number */,
                         quantity_range_power, QUANTITY_BY_EXPONENT},
+    [QUANTITY_WHERE] = ROW("where", 3, 0, where, BY_SIGN),
+    [QUANTITY_WITHIN] = ROW("within", 3, 0, within, SMOOTH),
     ROW("sin", 1, 0, sin, SMOOTH),
     ROW("cos", 1, 0, cos, SMOOTH),
     ROW("tan", 1, 0, tan, SMOOTH),
@@ -83,7 +97,6 @@ const quantity_operation quantity_operations[] = {
     ROW("min", 2, 0, min, BY_DIFFERENCE),
     ROW("max", 2, 0, max, BY_DIFFERENCE),
     ROW("step", 1, 0, step, BY_SIGN),
-    ROW("where", 3, 0, where, BY_SIGN),
 };
 /* clang-format on */
 const int quantity_operation_count = sizeof quantity_operations / sizeof quantity_operations[0];

@@ -41,10 +41,8 @@ static quantity parser_fail(quantity_parser *parser, size_t at, const char *what
     return quantity_number(0);
 }
 
-static quantity parser_operate(quantity_parser *parser, size_t at,
-                               const quantity_operation *operation, const quantity *x)
+static quantity parser_checked(quantity_parser *parser, size_t at, quantity result)
 {
-    quantity result = quantity_operate(operation, x);
     ad_error error;
     if (quantity_check(result, &error) != AD_OK && parser->status == AD_OK) {
         parser->status = error.status;
@@ -54,6 +52,12 @@ static quantity parser_operate(quantity_parser *parser, size_t at,
         return parser_fail(parser, at, "too long, with all its names put in; use fewer operations");
     }
     return result;
+}
+
+static quantity parser_operate(quantity_parser *parser, size_t at,
+                               const quantity_operation *operation, const quantity *x)
+{
+    return parser_checked(parser, at, quantity_operate(operation, x));
 }
 
 static quantity parser_binary(quantity_parser *parser, int operator, quantity a, quantity b)
@@ -191,6 +195,20 @@ static quantity unknown_name(quantity_parser *parser, size_t at, const char *nam
     return parser_fail(parser, at, what);
 }
 
+/* name(x) of a table. */
+static quantity parse_table(quantity_parser *parser, size_t at, const quantity_table *table)
+{
+    static const char what[] = "a table takes 1 argument in parentheses";
+    if (!parser_accept(parser, '(')) {
+        return parser_fail(parser, at, what);
+    }
+    quantity x = parse_sum(parser);
+    if (parser->status == AD_OK && !parser_accept(parser, ')')) {
+        return parser_fail(parser, parser->at, what);
+    }
+    return parser->status == AD_OK ? parser_checked(parser, at, quantity_table_call(table, x)) : x;
+}
+
 static quantity parse_name(quantity_parser *parser)
 {
     size_t at = parser->at, length = 0;
@@ -205,6 +223,11 @@ static quantity parse_name(quantity_parser *parser)
     const quantity_operation *function = quantity_operation_find(name, length);
     if (function) {
         return parse_call(parser, at, function);
+    }
+    const quantity_table *table =
+        quantity_table_find(quantities_tables(parser->names), name, length);
+    if (table) {
+        return parse_table(parser, at, table);
     }
     quantity known = quantities_find(parser->names, name, length);
     return known.is_given ? known : unknown_name(parser, at, name, length);

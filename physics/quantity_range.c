@@ -46,8 +46,10 @@ static quantity_enclosure enclose_operation(const enclosing *in, const quantity_
 {
     quantity_enclosure x[QUANTITY_ARGUMENTS_MAX], result = {.rounding = 0};
     quantity_interval values[QUANTITY_ARGUMENTS_MAX], by[QUANTITY_ARGUMENTS_MAX];
+    bool chooses = node->operation == &quantity_operations[QUANTITY_WHERE];
     for (int i = 0; i < node->operation->arity; i++) {
-        x[i] = enclose(in, &node->x[i]);
+        bool never = chooses && ((i == 1 && values[0].high <= 0) || (i == 2 && values[0].low > 0));
+        x[i] = never ? whole_line() : enclose(in, &node->x[i]);
         values[i] = x[i].value;
     }
     node->operation->range(values, &result.value, by);
