@@ -40,7 +40,8 @@ enum {
     QUANTITY_MULTIPLY,
     QUANTITY_DIVIDE,
     QUANTITY_POWER,
-    QUANTITY_WHERE, /* evaluates one of its branches only: long tables are trees of it */
+    QUANTITY_WHERE = 22, /* behind the functions; evaluates one of its branches only: long tables
+                            are trees of it */
     QUANTITY_WITHIN
 };
 extern const quantity_operation quantity_operations[];
@@ -105,8 +106,9 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
 #define QUANTITY_RANGE_LIST(X)                                                                     \
     X(add)                                                                                         \
     X(subtract)                                                                                    \
-    X(multiply) X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(atan2) X(sinh)   \
-        X(cosh) X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step) X(where) X(within)
+    X(multiply)                                                                                    \
+    X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(atan2) X(sinh) X(cosh)       \
+        X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step) X(where) X(within)
 #define QUANTITY_RANGE(name)                                                                       \
     void quantity_range_##name(const quantity_interval *x, quantity_interval *value,               \
                                quantity_interval *by);

@@ -78,8 +78,6 @@ const quantity_operation quantity_operations[] = {
     [QUANTITY_DIVIDE] = ROW("/", 2, 2, divide, SMOOTH),
     [QUANTITY_POWER] = {"^", 2, 3, power_number, NULL /* by its exponent, a number */,
                         quantity_range_power, QUANTITY_BY_EXPONENT},
-    [QUANTITY_WHERE] = ROW("where", 3, 0, where, BY_SIGN),
-    [QUANTITY_WITHIN] = ROW("within", 3, 0, within, SMOOTH),
     ROW("sin", 1, 0, sin, SMOOTH),
     ROW("cos", 1, 0, cos, SMOOTH),
     ROW("tan", 1, 0, tan, SMOOTH),
@@ -97,6 +95,8 @@ const quantity_operation quantity_operations[] = {
     ROW("min", 2, 0, min, BY_DIFFERENCE),
     ROW("max", 2, 0, max, BY_DIFFERENCE),
     ROW("step", 1, 0, step, BY_SIGN),
+    [QUANTITY_WHERE] = ROW("where", 3, 0, where, BY_SIGN),
+    [QUANTITY_WITHIN] = ROW("within", 3, 0, within, SMOOTH),
 };
 /* clang-format on */
 const int quantity_operation_count = sizeof quantity_operations / sizeof quantity_operations[0];

@@ -351,6 +351,63 @@ static void test_names(void **state)
     quantities_free(names);
 }
 
+/* A table goes through its rows, neither rises above nor falls below its neighbours between them,
+ * has a continuous slope, and is not a number beyond. On the tape it has the same values, and the
+ * slope of differences. */
+static void test_tables(void **state)
+{
+    (void)state;
+    static const double x[] = {-1, 0, 0.5, 2, 2.25, 4}, y[] = {3, 3, -1, 0.5, 0.75, 9};
+    enum { ROWS = 6 };
+    ad_error error;
+    quantities *names = quantities_create();
+    assert_int_equal(quantities_define_table(names, "wind", ROWS, x, y, &error), AD_OK);
+    quantity wind = quantity_formula(names, "wind(s)");
+    assert_int_equal(quantity_check(wind, &error), AD_OK);
+    for (int i = 0; i < ROWS; i++) {
+        assert_near(quantity_value(wind, x[i], 0), y[i], 1e-15);
+    }
+    for (int i = 0; i + 1 < ROWS; i++) {
+        for (int k = 1; k < 20; k++) {
+            double value = quantity_value(wind, x[i] + (x[i + 1] - x[i]) * k / 20, 0);
+            assert_true(value >= fmin(y[i], y[i + 1]) - 1e-14);
+            assert_true(value <= fmax(y[i], y[i + 1]) + 1e-14);
+        }
+    }
+    for (int i = 1; i + 1 < ROWS;
+         i++) { /* an error of slope would show as 1, the rest is h y''/2 */
+        const double h = 1e-6;
+        double before = (y[i] - quantity_value(wind, x[i] - h, 0)) / h;
+        double after = (quantity_value(wind, x[i] + h, 0) - y[i]) / h;
+        assert_near(before, after, 1e-3);
+    }
+    assert_true(isnan(quantity_value(wind, -1.001, 0)) && isnan(quantity_value(wind, 4.001, 0)));
+    quantity shifted = quantity_formula(names, "2*wind(4*t - s) + 1");
+    assert_near(quantity_value(shifted, 1.25, 0.4375), 2 * -1 + 1, 1e-15);
+    quantities_free(names);
+}
+
+static void test_table_refusals(void **state)
+{
+    (void)state;
+    static const double rising[] = {0, 1, 2}, falling[] = {0, 2, 1}, y[] = {1, 2, 3};
+    static const double bad[] = {0, NAN, 1};
+    ad_error error;
+    quantities *names = quantities_create();
+    assert_int_equal(quantities_define_table(names, "sin", 3, rising, y, &error), AD_BAD_INPUT);
+    assert_int_equal(quantities_define_table(names, "f", 1, rising, y, &error), AD_BAD_INPUT);
+    assert_int_equal(quantities_define_table(names, "f", 3, falling, y, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "row 3"));
+    assert_int_equal(quantities_define_table(names, "f", 3, rising, bad, &error), AD_BAD_INPUT);
+    assert_int_equal(quantities_define_table(names, "f", 3, rising, y, &error), AD_OK);
+    assert_int_equal(quantities_define(names, "f", quantity_number(1), &error), AD_BAD_INPUT);
+    assert_int_equal(quantity_check(quantity_formula(names, "f + 1"), &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "a table takes 1 argument"));
+    assert_int_equal(quantity_check(quantity_formula(names, "f(1, 2)"), &error), AD_BAD_INPUT);
+    assert_true(quantity_is(quantity_formula(names, "f(1)"), 2));
+    quantities_free(names);
+}
+
 /* A formula is parsed when its names are known. */
 static void test_unparsed(void **state)
 {
@@ -455,13 +512,14 @@ static void test_locale(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_values),     cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_mistakes),   cmocka_unit_test(test_power_of_negative),
-        cmocka_unit_test(test_depth),      cmocka_unit_test(test_use),
-        cmocka_unit_test(test_not_finite), cmocka_unit_test(test_algebra),
-        cmocka_unit_test(test_text),       cmocka_unit_test(test_algebra_derivative),
-        cmocka_unit_test(test_names),      cmocka_unit_test(test_unparsed),
-        cmocka_unit_test(test_bindings),   cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_values),         cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_mistakes),       cmocka_unit_test(test_tables),
+        cmocka_unit_test(test_table_refusals), cmocka_unit_test(test_power_of_negative),
+        cmocka_unit_test(test_depth),          cmocka_unit_test(test_use),
+        cmocka_unit_test(test_not_finite),     cmocka_unit_test(test_algebra),
+        cmocka_unit_test(test_text),           cmocka_unit_test(test_algebra_derivative),
+        cmocka_unit_test(test_names),          cmocka_unit_test(test_unparsed),
+        cmocka_unit_test(test_bindings),       cmocka_unit_test(test_memory),
         cmocka_unit_test(test_locale),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
