@@ -68,14 +68,12 @@ static ad_value rod_ratios(const rod_context *rod, rod_ratio ratio, const quanti
 
 /* u* of the equations. The imperfection is no part of the unloaded shape from which the ansatz
  * starts: parameters mean the same for every load factor. */
-static ad_value rod_rest_curvature(const rod_context *rod)
+static ad_value rod_rest_curvature(const rod_context *rod, const scene_rest *given)
 {
-    const double none[3] = {0, 0, 0};
-    const scene_rod *given = &rod->scene->rod;
     double length = rod->scales.length;
-    ad_value rest = rod_quantities(rod, 3, given->rest_curvature, none, length, rod->s, rod->t);
+    ad_value rest = rod_quantities(rod, 3, given->curvature, NULL, length, rod->s, rod->t);
     ad_value missing = ad_sub(ad_scalar(rod->tape, 1), rod->at.load_factor);
-    ad_value bent = rod_quantities(rod, 3, given->imperfection, none, length, rod->s, rod->t);
+    ad_value bent = rod_quantities(rod, 3, given->imperfection, NULL, length, rod->s, rod->t);
     return ad_add(rest, ad_mul(missing, bent));
 }
 
@@ -104,7 +102,7 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         quantity pull = quantity_multiply(properties->mass_per_length, given->loads.gravity[i]);
         weight[i] = quantity_scale(pull, length);
     }
-    const double straight[3] = {0, 0, 1};
+    const scene_rest rest = scene_rest_of(given);
     ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
     return (rod_coefficients){
         .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
@@ -118,8 +116,8 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         .mass = rod_mass(rod),
         .rotary_inertia = rod_ratios(rod, ROD_DIVIDE, inertia, force),
         .weight = ad_mul(rod->at.load_factor, rod_from_world(rod, pull)),
-        .rest_strain = rod_quantities(rod, 3, given->rod.rest_strain, straight, 1, rod->s, rod->t),
-        .rest_curvature = rod_rest_curvature(rod)};
+        .rest_strain = rod_quantities(rod, 3, rest.strain, NULL, 1, rod->s, rod->t),
+        .rest_curvature = rod_rest_curvature(rod, &rest)};
 }
 
 /* ---- the equations -------------------------------------------------------------------------- */

@@ -28,6 +28,12 @@ typedef struct plane_item {
     plane_entry x[4];
 } plane_item;
 
+/* Entries of a quantity of that kind. */
+static int plane_entries(scene_geometry geometry)
+{
+    return geometry == SCENE_ORIENTATION ? 4 : geometry == SCENE_SECTION_POINT ? 2 : 3;
+}
+
 typedef struct plane_list {
     int count;
     plane_item items[PLANE_ITEMS_MAX];
@@ -42,7 +48,7 @@ static void plane_add(plane_list *list, const char *key, scene_geometry geometry
     plane_item *item = &list->items[list->count++];
     otherwise = otherwise ? otherwise : turns ? upright : zeros;
     *item = (plane_item){.key = key, .geometry = geometry, .is_body = is_body};
-    for (int i = 0; i < (turns ? 4 : 3); i++) {
+    for (int i = 0; i < plane_entries(geometry); i++) {
         item->x[i] = (plane_entry){true, otherwise[i]};
         if (given[i].is_given) {
             item->x[i].is_number = quantity_is_number(given[i], &item->x[i].value);
@@ -102,8 +108,11 @@ static bool plane_is_used(const scene *rod_scene, const scene_field *field)
 static bool plane_is_body(const scene *rod_scene, const scene_field *field)
 {
     const scene_loads *loads = &rod_scene->loads;
+    int index = 0;
+    bool of_list = scene_field_list(field, &index) != NULL; /* loads in one: points */
     scene_frame frame = field->part == SCENE_OF_BASE  ? loads->base.frame
                         : field->part == SCENE_OF_TIP ? loads->tip.frame
+                        : of_list                     ? rod_scene->points[index].load.frame
                                                       : loads->frame;
     return field->axes == SCENE_BODY || (field->axes == SCENE_BY_LOAD && frame == SCENE_FOLLOWER);
 }
@@ -124,13 +133,12 @@ static void plane_add_fields(plane_list *list, const scene *rod_scene, bool rota
 
 /* Everything with a direction that a scene has. A rotation that leaves the plane takes much else
  * along, so that it is named first. */
-static plane_list plane_list_of(const scene *rod_scene)
+static void plane_list_of(const scene *rod_scene, plane_list *list)
 {
-    plane_list list = {0};
-    plane_add_origin(&list, rod_scene);
-    plane_add_fields(&list, rod_scene, true);
-    plane_add_fields(&list, rod_scene, false);
-    return list;
+    list->count = 0;
+    plane_add_origin(list, rod_scene);
+    plane_add_fields(list, rod_scene, true);
+    plane_add_fields(list, rod_scene, false);
 }
 
 /* ---- whether it stays in a plane ------------------------------------------------------------- */
@@ -198,6 +206,20 @@ static bool plane_director(const plane_entry *q, int director, double *axis)
     return true;
 }
 
+/* Whether the normal is an axis of the diagonal tensor: K n - n (n . K n) = 0. */
+static bool plane_is_axis(const double *normal, const plane_entry *x)
+{
+    bool is_axis = true;
+    for (int i = 0; i < 3; i++) {
+        double across[3];
+        for (int j = 0; j < 3; j++) {
+            across[j] = ((i == j) - normal[i] * normal[j]) * normal[j];
+        }
+        is_axis = is_axis && plane_sum_is(across, x, 0);
+    }
+    return is_axis;
+}
+
 static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
 {
     const double along[3] = {plane->director == 0, plane->director == 1, 0};
@@ -216,6 +238,10 @@ static bool plane_item_stays(const plane_item *item, const rod_plane *plane)
         return plane_sum_is(normal, item->x, plane->height);
     case SCENE_POLAR_VECTOR:
         return plane_sum_is(normal, item->x, 0);
+    case SCENE_SECTION_POINT:
+        return item->x[plane->director].is_number && item->x[plane->director].value == 0;
+    case SCENE_TENSOR:
+        return plane_is_axis(plane->normal, item->x);
     case SCENE_AXIAL_VECTOR:
     case SCENE_SCALAR:
         break;
@@ -292,7 +318,8 @@ rod_plane rod_plane_of(const scene *rod_scene)
     if (scene_is_manufactured(rod_scene)) {
         return (rod_plane){.leaves = "manufactured"};
     }
-    plane_list list = plane_list_of(rod_scene);
+    plane_list list;
+    plane_list_of(rod_scene, &list);
     rod_plane first, second;
     int leave_first = plane_try(&list, 1, &first), leave_second = plane_try(&list, 0, &second);
     rod_plane plane = leave_second < leave_first ? second : first;

@@ -1,6 +1,6 @@
-/* The unloaded rod: v = v*, u = u* from a held end on. Exact exponentials for constant v*, u*; for
- * others a numerical solution as Chebyshev polynomials, which the tape can differentiate. Joints
- * move what lies beyond them rigidly. */
+/* The unloaded rod: v = v*, u = u* from a held end on, and the turns of joints. Exact exponentials
+ * where v*, u* are constant; elsewhere a numerical solution as Chebyshev polynomials, which the
+ * tape can differentiate. Each piece of the rod by itself, so that jumps cost nothing. */
 #include "physics/constants.h"
 #include "physics/rod_internal.h"
 
@@ -72,31 +72,54 @@ static void shape_advance(shape_pose *pose, const shape_twist *twist)
     q[0] = scalar;
 }
 
-static shape_twist shape_rest(const scene *rod_scene, double s)
+/* pose exp(twist) of any size, in steps that shape_stumpff is good for. */
+static void shape_turn(shape_pose *pose, const shape_twist *twist)
 {
-    const scene_rod *given = &rod_scene->rod;
-    double length = scene_length(rod_scene);
+    const double *u = twist->u;
+    int steps = 1 + (int)fmin(sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2]), 1e6);
+    shape_twist part;
+    for (int i = 0; i < 3; i++) {
+        part.u[i] = u[i] / steps;
+        part.v[i] = twist->v[i] / steps;
+    }
+    for (int i = 0; i < steps; i++) {
+        shape_advance(pose, &part);
+    }
+}
+
+/* From `from` to `to`, of arc length over the length of the rod. */
+typedef struct shape_piece {
+    double from, to;
+    double length; /* of the rod; m */
+    scene_rest rest;
+    double turn[3];
+    bool is_uniform; /* constant strains at t = 0 */
+    shape_pose start;
+    double c[SHAPE_DEGREE + 1][SHAPE_ROWS]; /* if it is not */
+    int degree;
+} shape_piece;
+
+static shape_twist shape_rest(const shape_piece *piece, double s)
+{
+    const scene_rest *rest = &piece->rest;
+    double length = piece->length;
     shape_twist twist;
     for (int i = 0; i < 3; i++) {
-        quantity strain = quantity_or(given->rest_strain[i], quantity_number(i == 2));
-        const quantity curvatures[2] = {given->rest_curvature[i], given->imperfection[i]};
-        twist.v[i] = quantity_value(strain, s * length, 0);
+        twist.v[i] = quantity_value(rest->strain[i], s * length, 0);
         twist.u[i] = 0;
-        for (int k = 0; k < 2; k++) {
-            twist.u[i] +=
-                curvatures[k].is_given ? length * quantity_value(curvatures[k], s * length, 0) : 0;
-        }
+        twist.u[i] += length * quantity_value(rest->curvature[i], s * length, 0);
+        twist.u[i] += length * quantity_value(rest->imperfection[i], s * length, 0);
     }
     return twist;
 }
 
 /* One step of the Magnus method of order 4 with Gauss points (Iserles et al., Acta Numerica 2000,
  * section 4.2), for g' = g twist. */
-static void shape_step(const scene *rod_scene, shape_pose *pose, double s, double h)
+static void shape_step(const shape_piece *piece, shape_pose *pose, double s, double h)
 {
     double offset = sqrt(3.0) / 6;
-    shape_twist a = shape_rest(rod_scene, s + (0.5 - offset) * h);
-    shape_twist b = shape_rest(rod_scene, s + (0.5 + offset) * h), sum;
+    shape_twist a = shape_rest(piece, s + (0.5 - offset) * h);
+    shape_twist b = shape_rest(piece, s + (0.5 + offset) * h), sum;
     double uu[3], uv[3], vu[3], bracket = sqrt(3.0) / 12 * h * h;
     cross(uu, a.u, b.u);
     cross(uv, a.u, b.v);
@@ -108,85 +131,40 @@ static void shape_step(const scene *rod_scene, shape_pose *pose, double s, doubl
     shape_advance(pose, &sum);
 }
 
-/* From s to `to`; the steps of a whole rod are as many as of all intervals between Chebyshev
- * points.
- */
-static void shape_march(const scene *rod_scene, shape_pose *pose, double s, double to)
+/* values [SHAPE_DEGREE + 1][SHAPE_ROWS] of the pose at the Chebyshev points of the piece,
+ * ascending; returns the last. */
+static shape_pose shape_solve(const shape_piece *piece, double (*values)[SHAPE_ROWS])
 {
-    int steps = 1 + (int)(SHAPE_DEGREE * SHAPE_STEPS * (to - s));
-    double h = (to - s) / steps;
-    for (int i = 0; i < steps; i++) {
-        shape_step(rod_scene, pose, s + i * h, h);
-    }
-}
-
-/* p = g p, of rigid motions */
-static void shape_move(const shape_pose *g, shape_pose *p)
-{
-    shape_pose moved = *g;
-    double once[3], twice[3], side[3];
-    cross(once, g->q + 1, p->r);
-    cross(side, g->q + 1, p->q + 1);
-    for (int i = 0; i < 3; i++) {
-        once[i] *= 2;
-    }
-    cross(twice, g->q + 1, once);
-    moved.q[0] = g->q[0] * p->q[0];
-    for (int i = 0; i < 3; i++) {
-        moved.r[i] += p->r[i] + g->q[0] * once[i] + twice[i];
-        moved.q[0] -= g->q[i + 1] * p->q[i + 1];
-        moved.q[i + 1] = g->q[0] * p->q[i + 1] + p->q[0] * g->q[i + 1] + side[i];
-    }
-    *p = moved;
-}
-
-static shape_pose shape_inverse(const shape_pose *g)
-{
-    shape_pose inverse = {.q = {g->q[0], -g->q[1], -g->q[2], -g->q[3]}}, turned = inverse;
-    shape_pose back = {.r = {-g->r[0], -g->r[1], -g->r[2]}, .q = {1}};
-    shape_move(&turned, &back);
-    memcpy(inverse.r, back.r, sizeof back.r);
-    return inverse;
-}
-
-/* By which rigid motion the rod after joint i is where it is, rather than where it were without any
- * joint: g_i = g_(i-1) p(s_i) turn p(s_i)^-1, with the pose p of the rod without joints.
- * motions [rod_joint_count] */
-static void shape_joints(const scene *rod_scene, shape_pose *motions)
-{
-    shape_pose at = {.q = {1, 0, 0, 0}}, before = at;
-    double s = 0;
-    for (int i = 0; i < rod_joint_count(rod_scene); i++) {
-        rod_joint joint = rod_joint_of(rod_scene, i);
-        shape_march(rod_scene, &at, s, joint.s);
-        s = joint.s;
-        shape_pose turn = {.q = {joint.turn[0], joint.turn[1], joint.turn[2], joint.turn[3]}};
-        motions[i] = shape_inverse(&at);
-        shape_move(&turn, &motions[i]);
-        shape_move(&at, &motions[i]);
-        shape_move(&before, &motions[i]);
-        before = motions[i];
-    }
-}
-
-/* values [SHAPE_DEGREE + 1][SHAPE_ROWS] of the pose at the Chebyshev points of [0, 1], ascending,
- * from the identity at 0. */
-static void shape_solve(const scene *rod_scene, double (*values)[SHAPE_ROWS])
-{
-    shape_pose pose = {.q = {1, 0, 0, 0}};
-    double s = 0;
+    shape_pose pose = piece->start;
+    double s = piece->from, span = piece->to - piece->from;
     for (int j = 0; j <= SHAPE_DEGREE; j++) {
-        double next = 0.5 - 0.5 * cos(PI * j / SHAPE_DEGREE), h = (next - s) / SHAPE_STEPS;
+        double next = piece->from + span * (0.5 - 0.5 * cos(PI * j / SHAPE_DEGREE));
+        double h = (next - s) / SHAPE_STEPS;
         for (int i = 0; i < SHAPE_STEPS && j > 0; i++) {
-            shape_step(rod_scene, &pose, s + i * h, h);
+            shape_step(piece, &pose, s + i * h, h);
         }
         s = next;
         memcpy(values[j], pose.r, sizeof pose.r);
         memcpy(values[j] + 3, pose.q, sizeof pose.q);
     }
+    return pose;
 }
 
-/* Coefficients of sum_k c_k T_k(2s - 1); returns the degree that matters. */
+/* The end of a piece of constant strains. */
+static shape_pose shape_arc(const shape_piece *piece)
+{
+    shape_twist twist = shape_rest(piece, piece->from);
+    shape_pose pose = piece->start;
+    for (int i = 0; i < 3; i++) {
+        twist.u[i] *= piece->to - piece->from;
+        twist.v[i] *= piece->to - piece->from;
+    }
+    shape_turn(&pose, &twist);
+    return pose;
+}
+
+/* Coefficients of sum_k c_k T_k(x), x from -1 to 1 along the piece; returns the degree that
+ * matters. */
 static int shape_coefficients(double (*values)[SHAPE_ROWS], double (*c)[SHAPE_ROWS])
 {
     int degree = 1;
@@ -206,20 +184,67 @@ static int shape_coefficients(double (*values)[SHAPE_ROWS], double (*c)[SHAPE_RO
     return degree;
 }
 
+/* Constant strains at t = 0. */
+static bool shape_is_uniform(const scene_rest *rest)
+{
+    return !quantity_any_depends_on(3, rest->strain, "s") &&
+           !quantity_any_depends_on(3, rest->curvature, "s") &&
+           !quantity_any_depends_on(3, rest->imperfection, "s");
+}
+
+typedef struct shape {
+    int count;
+    shape_piece pieces[SCENE_SEGMENTS_MAX];
+    shape_pose end;
+} shape;
+
+/* From the identity at s = 0. */
+static void shape_make(const scene *rod_scene, shape *made)
+{
+    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], length = scene_length(rod_scene);
+    made->count = scene_pieces(rod_scene);
+    made->end = (shape_pose){.q = {1, 0, 0, 0}};
+    for (int i = 0; i < made->count; i++) {
+        scene_piece given = scene_piece_of(rod_scene, i);
+        shape_twist turn = {{given.turn[0], given.turn[1], given.turn[2]}, {0, 0, 0}};
+        shape_piece *piece = &made->pieces[i];
+        piece->from = given.from / length;
+        piece->to = i == made->count - 1 ? 1 : given.to / length;
+        piece->length = length;
+        piece->rest = scene_rod_rest(&given.rod);
+        piece->is_uniform = shape_is_uniform(&piece->rest);
+        shape_turn(&made->end, &turn);
+        piece->start = made->end;
+        if (piece->is_uniform) {
+            made->end = shape_arc(piece);
+        } else {
+            made->end = shape_solve(piece, values);
+            piece->degree = shape_coefficients(values, piece->c);
+        }
+    }
+}
+
 /* ---- on the tape ----------------------------------------------------------------------------- */
 
-/* Clenshaw's recurrence on all seven rows at once. */
-static ad_value shape_clenshaw(ad_value s, double (*c)[SHAPE_ROWS], int degree)
+/* Clenshaw's recurrence on all seven rows at once. Beyond the piece, where another one holds, its
+ * polynomial is taken no farther than a length of the piece away, so that it stays finite. */
+static ad_value shape_clenshaw(ad_value s, const shape_piece *piece)
 {
-    ad_value x = ad_sub(ad_scale(s, 2), ad_scalar(s.tape, 1)), twice = ad_scale(x, 2);
+    double span = piece->to - piece->from;
+    ad_value along = ad_scale(ad_sub(s, ad_scalar(s.tape, piece->from)), 2 / span);
+    ad_value x = ad_sub(along, ad_scalar(s.tape, 1)), twice;
+    if (span < 1) {
+        x = ad_max(ad_min(x, ad_scalar(s.tape, 3)), ad_scalar(s.tape, -3));
+    }
+    twice = ad_scale(x, 2);
     ad_value b1 = ad_zeros(s.tape, SHAPE_ROWS), b2 = b1;
-    for (int k = degree; k >= 1; k--) {
-        ad_value coefficient = ad_constant(s.tape, SHAPE_ROWS, c[k]);
+    for (int k = piece->degree; k >= 1; k--) {
+        ad_value coefficient = ad_constant(s.tape, SHAPE_ROWS, piece->c[k]);
         ad_value b0 = ad_add(coefficient, ad_sub(ad_mul(twice, b1), b2));
         b2 = b1;
         b1 = b0;
     }
-    return ad_add(ad_constant(s.tape, SHAPE_ROWS, c[0]), ad_sub(ad_mul(x, b1), b2));
+    return ad_add(ad_constant(s.tape, SHAPE_ROWS, piece->c[0]), ad_sub(ad_mul(x, b1), b2));
 }
 
 /* From the identity at s = 0, constant twist: r = (s + s^2 c_2 u^ + s^3 c_3 u^ u^) v with c_k at
@@ -235,74 +260,63 @@ static rod_pose shape_helix(const shape_twist *twist, ad_value s)
     return (rod_pose){.position = ad_mul(s, mean), .rotation = ad_quaternion_exp(turn)};
 }
 
-/* Constant strains at t = 0. */
-static bool shape_is_uniform(const scene_rod *rod)
+static rod_pose shape_pose_of(const shape_piece *piece, ad_value s)
 {
-    return !quantity_any_depends_on(3, rod->rest_strain, "s") &&
-           !quantity_any_depends_on(3, rod->rest_curvature, "s") &&
-           !quantity_any_depends_on(3, rod->imperfection, "s");
+    if (!piece->is_uniform) {
+        ad_value rows = shape_clenshaw(s, piece);
+        return (rod_pose){.position = ad_slice(rows, 0, 3),
+                          .rotation = ad_normalize(ad_slice(rows, 3, 4))};
+    }
+    shape_twist twist = shape_rest(piece, piece->from);
+    rod_pose pose = shape_helix(&twist, ad_sub(s, ad_scalar(s.tape, piece->from)));
+    if (piece->from == 0) {
+        return pose; /* from the identity */
+    }
+    ad_value position = ad_constant(s.tape, 3, piece->start.r);
+    ad_value rotation = ad_constant(s.tape, 4, piece->start.q);
+    return (rod_pose){.position = ad_add(position, ad_rotate(rotation, pose.position)),
+                      .rotation = ad_quaternion_multiply(rotation, pose.rotation)};
+}
+
+/* `behind` where s is behind the place, [rows]; the place itself belongs to what is before. */
+static ad_value shape_where(ad_value s, double place, ad_value before, ad_value behind)
+{
+    ad_value beyond = ad_sub(s, ad_scalar(s.tape, place)), rows[4];
+    int count = ad_rows(before);
+    for (int i = 0; i < count; i++) {
+        rows[i] = ad_select(beyond, ad_row(behind, i), ad_row(before, i));
+    }
+    return ad_stack(count, rows);
+}
+
+static rod_pose shape_at(const shape *given, ad_value s)
+{
+    rod_pose pose = shape_pose_of(&given->pieces[given->count - 1], s);
+    for (int i = given->count - 2; i >= 0; i--) {
+        rod_pose before = shape_pose_of(&given->pieces[i], s);
+        double place = given->pieces[i].to;
+        pose.position = shape_where(s, place, before.position, pose.position);
+        pose.rotation = shape_where(s, place, before.rotation, pose.rotation);
+    }
+    return pose;
 }
 
 bool rod_shape_is_resolved(const scene *rod_scene)
 {
-    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS], rest = 0;
-    if (shape_is_uniform(&rod_scene->rod)) {
-        return true;
-    }
-    shape_solve(rod_scene, values);
-    shape_coefficients(values, c);
-    for (int row = 0; row < SHAPE_ROWS; row++) {
-        for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++) {
-            rest += fabs(c[k][row]);
+    shape made;
+    bool resolved = true;
+    shape_make(rod_scene, &made);
+    for (int i = 0; i < made.count && resolved; i++) {
+        const shape_piece *piece = &made.pieces[i];
+        double rest = 0;
+        for (int row = 0; row < SHAPE_ROWS && !piece->is_uniform; row++) {
+            for (int k = SHAPE_DEGREE - 3; k <= SHAPE_DEGREE; k++) {
+                rest += fabs(piece->c[k][row]);
+            }
         }
+        resolved = rest <= ROD_MISMATCH;
     }
-    return rest <= ROD_MISMATCH;
-}
-
-/* What lies beyond joints is moved by them; a joint itself belongs to what is before. */
-static void shape_turn(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
-{
-    shape_pose motions[SCENE_SEGMENTS_MAX], here = {.q = {1, 0, 0, 0}};
-    shape_joints(rod->scene, motions);
-    for (int k = 0; k < count; k++) {
-        ad_value r = ad_constant(rod->tape, 3, here.r), q = ad_constant(rod->tape, 4, here.q);
-        for (int i = 0; i < rod_joint_count(rod->scene); i++) {
-            ad_value beyond = ad_sub(s[k], ad_scalar(rod->tape, rod_joint_of(rod->scene, i).s));
-            r = ad_select(beyond, ad_constant(rod->tape, 3, motions[i].r), r);
-            q = ad_select(beyond, ad_constant(rod->tape, 4, motions[i].q), q);
-        }
-        poses[k].position = ad_add(r, ad_rotate(q, poses[k].position));
-        poses[k].rotation = ad_quaternion_multiply(q, poses[k].rotation);
-    }
-}
-
-/* Poses of a rod without joints at several arc lengths, from one numerical solution. */
-static void shape_smooth_poses(const rod_context *rod, int count, const ad_value *s,
-                               rod_pose *poses)
-{
-    if (shape_is_uniform(&rod->scene->rod)) {
-        shape_twist twist = shape_rest(rod->scene, 0);
-        for (int i = 0; i < count; i++) {
-            poses[i] = shape_helix(&twist, s[i]);
-        }
-        return;
-    }
-    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], c[SHAPE_DEGREE + 1][SHAPE_ROWS];
-    shape_solve(rod->scene, values);
-    int degree = shape_coefficients(values, c);
-    for (int i = 0; i < count; i++) {
-        ad_value rows = shape_clenshaw(s[i], c, degree);
-        poses[i].position = ad_slice(rows, 0, 3);
-        poses[i].rotation = ad_normalize(ad_slice(rows, 3, 4));
-    }
-}
-
-static void shape_poses(const rod_context *rod, int count, const ad_value *s, rod_pose *poses)
-{
-    shape_smooth_poses(rod, count, s, poses);
-    if (rod_joint_count(rod->scene) > 0) {
-        shape_turn(rod, count, s, poses);
-    }
+    return resolved;
 }
 
 /* The end whose pose places the rod: the first that holds the rotation, else the first that holds
@@ -318,7 +332,8 @@ int rod_shape_anchor(const scene *rod_scene)
  * to the line between the two points; else, or without such lines, none. */
 void rod_shape_upright(const scene *rod_scene, double q[4])
 {
-    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], chord[3], side[3];
+    double chord[3], side[3];
+    shape made;
     const scene_end *start = &rod_scene->start, *end = &rod_scene->end;
     q[0] = 1;
     q[1] = q[2] = q[3] = 0;
@@ -326,15 +341,8 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
         !end->position[0].is_given) {
         return;
     }
-    shape_solve(rod_scene, values);
-    shape_pose rest_end = {.q = {1, 0, 0, 0}}, motions[SCENE_SEGMENTS_MAX];
-    memcpy(rest_end.r, values[SHAPE_DEGREE], sizeof rest_end.r);
-    int joints = rod_joint_count(rod_scene);
-    if (joints > 0) {
-        shape_joints(rod_scene, motions);
-        shape_move(&motions[joints - 1], &rest_end);
-    }
-    const double *rest = rest_end.r;
+    shape_make(rod_scene, &made);
+    const double *rest = made.end.r;
     double dot = 0, size = 0, square = 0;
     for (int i = 0; i < 3; i++) {
         chord[i] = quantity_value(end->position[i], scene_length(rod_scene), 0) -
@@ -377,8 +385,9 @@ rod_pose rod_undeformed(const rod_context *rod, ad_value s)
     ad_value rotation = ad_normalize(rod_quantities(rod, 4, end->rotation, upright, 1, at, zero));
     position = rod_from_world(rod, position);
     rotation = rod_rotation_from_world(rod, rotation);
-    rod_pose poses[2];
-    shape_poses(rod, 2, (ad_value[]){s, at}, poses);
+    shape made;
+    shape_make(rod->scene, &made);
+    const rod_pose poses[2] = {shape_at(&made, s), shape_at(&made, at)};
     ad_value turn = ad_quaternion_multiply(rotation, ad_quaternion_conjugate(poses[1].rotation));
     ad_value from_anchor = ad_sub(poses[0].position, poses[1].position);
     rod_pose pose = {.position = ad_add(position, ad_rotate(turn, from_anchor)),

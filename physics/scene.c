@@ -1,6 +1,6 @@
 /* Defaults of a scene, the texts of its enumerations, and the stiffness and inertia that follow
  * from section and material. */
-#include "physics/scene_field.h"
+#include "physics/scene_internal.h"
 
 #include <math.h>
 #include <string.h>
@@ -43,14 +43,14 @@ void scene_defaults(scene *rod_scene)
 
 enum { SCENE_SAMPLES = 64, SCENE_MEAN_SAMPLES = 16 };
 
-scene_range scene_range_of(const scene *rod_scene, quantity q)
+scene_range scene_range_within(const scene *rod_scene, quantity q, double from, double to)
 {
     int along = quantity_depends_on(q, "s") ? SCENE_SAMPLES : 0;
     int in_time = quantity_depends_on(q, "t") ? SCENE_SAMPLES : 0;
     scene_range range = {INFINITY, -INFINITY};
     for (int i = 0; i <= along; i++) {
         for (int j = 0; j <= in_time; j++) {
-            double value = quantity_value(q, scene_length(rod_scene) * i / SCENE_SAMPLES,
+            double value = quantity_value(q, from + (to - from) * i / SCENE_SAMPLES,
                                           scene_duration(rod_scene) * j / SCENE_SAMPLES);
             range.low = !(value >= range.low) ? value : range.low;
             range.high = !(value <= range.high) ? value : range.high;
@@ -62,14 +62,41 @@ scene_range scene_range_of(const scene *rod_scene, quantity q)
     return range;
 }
 
-/* By the midpoint rule; one number for many does not need to be the exact mean. */
+/* A little before the next piece begins, whose numbers hold there. */
+static double scene_end_of(const scene_piece *piece, const scene *rod_scene)
+{
+    return piece->to < scene_length(rod_scene) ? nextafter(piece->to, 0) : piece->to;
+}
+
+scene_range scene_range_of(const scene *rod_scene, quantity q)
+{
+    scene_range range = {INFINITY, -INFINITY};
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        scene_piece piece = scene_piece_of(rod_scene, i);
+        scene_range within =
+            scene_range_within(rod_scene, q, piece.from, scene_end_of(&piece, rod_scene));
+        if (isnan(within.low)) {
+            return within;
+        }
+        range.low = fmin(range.low, within.low);
+        range.high = fmax(range.high, within.high);
+    }
+    return range;
+}
+
+/* By the midpoint rule in every piece; one number for many does not need to be the exact mean. */
 static double scene_average(const scene *rod_scene, quantity q, bool of_logarithm)
 {
-    double sum = 0;
-    for (int i = 0; i < SCENE_MEAN_SAMPLES; i++) {
-        double s = scene_length(rod_scene) * (i + 0.5) / SCENE_MEAN_SAMPLES;
-        double value = quantity_value(q, s, 0);
-        sum += (of_logarithm ? log(value) : value) / SCENE_MEAN_SAMPLES;
+    double sum = 0, length = scene_length(rod_scene);
+    for (int k = 0; k < scene_pieces(rod_scene); k++) {
+        scene_piece piece = scene_piece_of(rod_scene, k);
+        double span = piece.to - piece.from, share = 0;
+        for (int i = 0; i < SCENE_MEAN_SAMPLES; i++) {
+            double s = piece.from + span * (i + 0.5) / SCENE_MEAN_SAMPLES;
+            double value = quantity_value(q, s, 0);
+            share += (of_logarithm ? log(value) : value) / SCENE_MEAN_SAMPLES;
+        }
+        sum += share * (span / length);
     }
     return sum;
 }
@@ -105,7 +132,8 @@ bool scene_locks_strains(const scene *rod_scene)
 
 bool scene_is_imperfect(const scene *rod_scene)
 {
-    return quantity_any_something(3, rod_scene->rod.imperfection);
+    scene_rest rest = scene_rest_of(rod_scene);
+    return quantity_any_something(3, rest.imperfection);
 }
 
 static void stiffness_of(const scene_rod *rod, const scene_section_geometry *section,
@@ -176,9 +204,8 @@ static void lock_beam(const scene_rod *rod, scene_properties *properties)
     }
 }
 
-scene_properties scene_properties_of(const scene *rod_scene)
+scene_properties scene_rod_properties(const scene_rod *rod)
 {
-    const scene_rod *rod = &rod_scene->rod;
     const quantity zero = quantity_number(0); /* static and weightless: never used */
     scene_section_geometry section = scene_section_geometry_of(rod);
     scene_properties properties;
@@ -193,7 +220,7 @@ scene_properties scene_properties_of(const scene *rod_scene)
         properties.rotary_inertia[i] =
             quantity_or(quantity_or(rod->rotary_inertia[i], inertia), zero);
     }
-    if (scene_is_beam(rod_scene)) {
+    if (rod->model == SCENE_EULER_BERNOULLI || rod->model == SCENE_TIMOSHENKO) {
         lock_beam(rod, &properties);
     }
     dampings_of(rod, &section, &properties);

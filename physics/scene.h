@@ -146,9 +146,10 @@ enum {
     SCENE_CHAMBERS_MAX = 12
 };
 
-/* A piece of the rod. What its `rod` does not give is that of the whole rod; model and length there
- * are not looked at. `turn`: how it is set against the end of the piece before, a rotation vector
- * in the axes of that end, so that an elbow is two segments; the first has none. */
+/* A piece of the rod. What its `rod` does not give is that of the whole rod, where its section has
+ * such a size; model and length there are not looked at. `turn`: how it is set against the end of
+ * the piece before, a rotation vector in the axes of that end, so that an elbow is two segments;
+ * the first has none. */
 typedef struct scene_segment {
     quantity length; /* m, > 0 */
     scene_rod rod;
@@ -244,6 +245,12 @@ typedef struct scene_beam_load {
     quantity moment; /* N m */
 } scene_beam_load;
 
+/* A load at one place within a beam. */
+typedef struct scene_beam_point {
+    quantity at; /* m, within the beam: V and M fall by the load there */
+    scene_beam_load load;
+} scene_beam_point;
+
 /* A beam of small deflection: everything along its one deflection w and its one slope, signs as in
  * physics/beam.h. What is not given is zero, and the slope the derivative of the deflection. */
 typedef struct scene_beam {
@@ -252,19 +259,22 @@ typedef struct scene_beam {
     quantity foundation;  /* k, force per length and deflection; of s; N/m^2 */
     scene_beam_load base; /* at s = 0 */
     scene_beam_load tip;  /* at s = length */
-    quantity deflection;  /* the state at t = 0, of s; m */
-    quantity velocity;    /* m/s */
-    quantity slope;       /* rad; of a timoshenko beam, whose slope has inertia */
-    quantity slope_rate;  /* rad/s */
+    int point_count;
+    scene_beam_point points[SCENE_POINTS_MAX];
+    quantity deflection; /* the state at t = 0, of s; m */
+    quantity velocity;   /* m/s */
+    quantity slope;      /* rad; of a timoshenko beam, whose slope has inertia */
+    quantity slope_rate; /* rad/s */
 } scene_beam;
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
 typedef struct scene {
-    scene_rod rod;
+    scene_rod rod; /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
     int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count;
     scene_segment segments[SCENE_SEGMENTS_MAX]; /* in turn; none: one piece */
+    quantities *names; /* where the formulas are made that join segments; NULL: none of these */
     scene_point points[SCENE_POINTS_MAX];
     scene_body bodies[SCENE_BODIES_MAX];
     scene_spring springs[SCENE_SPRINGS_MAX];
@@ -305,8 +315,34 @@ void scene_defaults(scene *rod_scene);
  * YAML key that is to blame (static text), `error` the line without a place. */
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error);
 
-/* Needs a scene that passes scene_check. */
+/* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
+ * one to the next at their joints, where(joint - s, before, behind). */
 scene_properties scene_properties_of(const scene *rod_scene);
+
+/* The unstressed rod: v*, u* and what is added to u* times 1 - load factor, every number filled in;
+ * joined like the properties. Whoever needs the rest shape of a scene asks here. */
+typedef struct scene_rest {
+    quantity strain[3];
+    quantity curvature[3];
+    quantity imperfection[3];
+} scene_rest;
+
+scene_rest scene_rest_of(const scene *rod_scene);
+
+/* The rod in pieces: its segments, or all of it as one. `rod` has all that holds for the piece,
+ * `turn` is 0 for the first. */
+typedef struct scene_piece {
+    double from, to; /* m */
+    scene_rod rod;
+    double turn[3]; /* rad */
+} scene_piece;
+
+int scene_pieces(const scene *rod_scene);
+scene_piece scene_piece_of(const scene *rod_scene, int index);
+
+/* Of one piece. */
+scene_properties scene_rod_properties(const scene_rod *rod);
+scene_rest scene_rod_rest(const scene_rod *rod);
 
 /* Whether any stiffness is infinite: that strain has no constitutive law. */
 bool scene_is_locked(const scene_properties *properties);
@@ -314,7 +350,14 @@ bool scene_is_locked(const scene_properties *properties);
 /* In m and s; 0 for a static scene. */
 static inline double scene_length(const scene *rod_scene)
 {
-    return rod_scene->rod.length.number;
+    double sum = 0;
+    if (rod_scene->rod.length.is_given) {
+        return rod_scene->rod.length.number;
+    }
+    for (int i = 0; i < rod_scene->segment_count; i++) {
+        sum += rod_scene->segments[i].length.number;
+    }
+    return sum;
 }
 
 static inline double scene_duration(const scene *rod_scene)
@@ -333,13 +376,16 @@ static inline bool scene_locks(quantity stiffness)
     return quantity_is(stiffness, INFINITY);
 }
 
-/* Smallest and largest value over samples of s and t, as far as it depends on them; NaN where a
- * value is not a number. */
+/* Smallest and largest value over samples of s, in every piece, and t, as far as it depends on
+ * them; NaN where a value is not a number. */
 typedef struct scene_range {
     double low, high;
 } scene_range;
 
 scene_range scene_range_of(const scene *rod_scene, quantity q);
+
+/* The same over s from .. to only (m). */
+scene_range scene_range_within(const scene *rod_scene, quantity q, double from, double to);
 
 /* One number for what varies along the rod, at t = 0, by a few samples: of a stiffness, which may
  * vary by powers of ten, the geometric mean, of anything else the mean. */

@@ -3,13 +3,37 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
+#include <stddef.h>
 
 ad_status scene_refuse(const scene_checker *check, const char *key, const char *sentence)
 {
-    if (check->key) {
-        *check->key = key;
-    }
+    *check->key = check->segment < 0 ? key : scene_key_in_segment(check->segment, key);
     return ad_fail(check->error, AD_BAD_INPUT, "%s", sentence);
+}
+
+ad_status scene_refuse_at(const scene_checker *check, const quantity *q, const char *sentence)
+{
+    return scene_refuse(check, scene_key_of(check->scene, q), sentence);
+}
+
+scene_range scene_check_range(const scene_checker *check, quantity q)
+{
+    return check->piece ? scene_range_within(check->scene, q, check->piece->from, check->piece->to)
+                        : scene_range_of(check->scene, q);
+}
+
+ad_status scene_check_pieces(const scene_checker *check, scene_check_part *part)
+{
+    ad_status status = AD_OK;
+    bool segments = check->scene->segment_count > 0;
+    for (int i = 0; i < scene_pieces(check->scene) && status == AD_OK; i++) {
+        scene_piece piece = scene_piece_of(check->scene, i);
+        scene_checker of_piece = *check;
+        of_piece.piece = &piece;
+        of_piece.segment = segments ? i : -1;
+        status = part(&of_piece);
+    }
+    return status;
 }
 
 static bool is_dynamic(const scene_checker *check)
@@ -42,6 +66,10 @@ static rule_row rule_of(const scene *given, const scene_field *field)
                           NULL};
     case SCENE_AT_END:
         return (rule_row){false, true, at_end, NULL};
+    case SCENE_AT_PLACE:
+        return (rule_row){false, true,
+                          "depends on s, but it belongs to one place; allowed: a formula of t",
+                          NULL};
     case SCENE_HELD:
         return (rule_row){false, end->type == SCENE_DRIVEN, at_end,
                           "depends on t, but the end stands still; allowed: numbers, or an end of "
@@ -55,14 +83,37 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     return (rule_row){true, true, NULL, NULL};
 }
 
+/* Whether a quantity holds for a part of the rod alone: its segment, tendon or chamber. */
+static bool span_of(const scene *given, const scene_field *field, double *from, double *to)
+{
+    int index = 0;
+    const scene_list *list = scene_field_list(field, &index);
+    const quantity begin = quantity_number(0), length = quantity_number(scene_length(given));
+    if (list && list->offset == offsetof(scene, segments)) {
+        scene_piece piece = scene_piece_of(given, index);
+        *from = piece.from;
+        *to = piece.to;
+    } else if (list && list->offset == offsetof(scene, tendons)) {
+        *from = quantity_or(given->tendons[index].start, begin).number;
+        *to = quantity_or(given->tendons[index].end, length).number;
+    } else if (list && list->offset == offsetof(scene, chambers)) {
+        *from = quantity_or(given->chambers[index].start, begin).number;
+        *to = quantity_or(given->chambers[index].end, length).number;
+    } else {
+        return false;
+    }
+    return true;
+}
+
 /* NULL, or what its values must be. */
 static const char *beyond_bounds(const scene *given, const scene_field *field, quantity q)
 {
     if (field->bounds == SCENE_ANY) {
         return NULL;
     }
-    bool varies = quantity_depends_on(q, "s");
-    scene_range x = scene_range_of(given, q);
+    double from = 0, to = 0;
+    bool varies = quantity_depends_on(q, "s"), within = span_of(given, field, &from, &to);
+    scene_range x = within ? scene_range_within(given, q, from, to) : scene_range_of(given, q);
     bool finite = isfinite(x.low) && isfinite(x.high);
     switch (field->bounds) {
     case SCENE_FINITE:
@@ -125,21 +176,35 @@ static ad_status check_field(const scene_checker *check, const scene_field *fiel
     return status;
 }
 
-/* Of a beam what belongs to beams, of a rod what does not; the extent first. */
-static ad_status check_quantities(const scene_checker *check)
+/* Those of the extent, over which the others are sampled, or the others: of a beam what belongs to
+ * beams, of a rod what does not. */
+static ad_status check_quantities(const scene_checker *check, bool of_extent)
 {
-    const scene *given = check->scene;
     ad_status status = AD_OK;
     for (int i = 0; i < scene_field_count && status == AD_OK; i++) {
         const scene_field *field = &scene_fields[i];
-        bool shared = field->part == SCENE_OF_EXTENT || field->part == SCENE_OF_ROD;
-        if (shared || (field->part == SCENE_OF_BEAM) == scene_is_beam(given)) {
+        bool extent = field->part == SCENE_OF_EXTENT,
+             shared = extent || field->part == SCENE_OF_ROD;
+        if (extent == of_extent &&
+            (shared || (field->part == SCENE_OF_BEAM) == scene_is_beam(check->scene))) {
             status = check_field(check, field);
         }
     }
-    return status == AD_OK && !given->rod.length.is_given
-               ? scene_refuse(check, "rod.length", "missing; the length of the undeformed rod in m")
-               : status;
+    return status;
+}
+
+static ad_status check_extent(const scene_checker *check)
+{
+    ad_status status = scene_check_counts(check);
+    if (status == AD_OK) {
+        status = check_quantities(check, true);
+    }
+    return status == AD_OK ? scene_check_extent(check) : status;
+}
+
+static ad_status check_others(const scene_checker *check)
+{
+    return check_quantities(check, false);
 }
 
 /* ---- loads and ends ------------------------------------------------------------------------ */
@@ -291,29 +356,62 @@ static bool resists_spin(const scene *rod_scene)
             (quantity_any_something(3, loads->force) || quantity_any_something(3, loads->moment)));
 }
 
+/* Places that ends or springs hold against every displacement, and whether anything holds the
+ * rotation. Ends that hold it hold the place, too. */
+typedef struct held {
+    int places;
+    bool rotation;
+} held;
+
+static bool all_positive(const quantity k[3])
+{
+    return quantity_is_something(k[0]) && quantity_is_something(k[1]) &&
+           quantity_is_something(k[2]);
+}
+
+static held held_of(const scene *given)
+{
+    const scene_end *ends[2] = {&given->start, &given->end};
+    held holds = {0, false};
+    double at[2 + SCENE_SPRINGS_MAX];
+    for (int i = 0; i < 2 + given->spring_count; i++) {
+        const scene_spring *spring = i < 2 ? NULL : &given->springs[i - 2];
+        double place = spring ? spring->at.number : i * scene_length(given);
+        bool held =
+            spring ? all_positive(spring->stiffness) : scene_end_holds_position(ends[i]->type);
+        holds.rotation = holds.rotation || (spring ? all_positive(spring->turning)
+                                                   : scene_end_holds_rotation(ends[i]->type));
+        for (int k = 0; k < holds.places && held; k++) {
+            held = at[k] != place;
+        }
+        if (held) {
+            at[holds.places++] = place;
+        }
+    }
+    return holds;
+}
+
 /* Static equilibrium has to be unique up to buckling: no rigid motion may be left free. The spin of
  * a round rod about its own axis is free with two pinned ends, but moves nothing. */
 static ad_status check_rigid_motion(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
-    if (is_dynamic(check) || scene_end_holds_rotation(rod_scene->start.type) ||
-        scene_end_holds_rotation(rod_scene->end.type)) {
+    held holds = held_of(rod_scene);
+    if (is_dynamic(check) || (holds.rotation && holds.places > 0)) {
         return AD_OK;
     }
-    if (!scene_end_holds_position(rod_scene->start.type) &&
-        !scene_end_holds_position(rod_scene->end.type)) {
+    if (holds.places == 0) {
         return scene_refuse(
             check, "boundary",
             "nothing holds the rod, so a static scene leaves its position and rotation "
             "open; clamp one end");
     }
-    if (!scene_end_holds_position(rod_scene->start.type) ||
-        !scene_end_holds_position(rod_scene->end.type)) {
+    if (holds.places == 1) {
         return scene_refuse(
             check, "boundary",
             "one pinned end leaves the rotation of a static rod open; clamp one end");
     }
-    if (!resists_spin(rod_scene)) {
+    if (holds.places == 2 && !resists_spin(rod_scene)) {
         return scene_refuse(
             check, "boundary",
             "two pinned ends leave this static rod free to spin about the line between them; give "
@@ -325,17 +423,23 @@ static ad_status check_rigid_motion(const scene_checker *check)
 /* Length of a rod whose strains are all locked at v*(s), by the midpoint rule. */
 static double locked_length(const scene *rod_scene)
 {
-    enum { PIECES = 1000 };
-    double length = scene_length(rod_scene), sum = 0;
-    for (int k = 0; k < PIECES; k++) {
-        double strain[3];
-        for (int i = 0; i < 3; i++) {
-            quantity given = quantity_or(rod_scene->rod.rest_strain[i], quantity_number(i == 2));
-            strain[i] = quantity_value(given, (k + 0.5) / PIECES * length, 0);
+    enum { POINTS = 1000 };
+    double sum = 0;
+    for (int index = 0; index < scene_pieces(rod_scene); index++) {
+        scene_piece piece = scene_piece_of(rod_scene, index);
+        scene_rest rest = scene_rod_rest(&piece.rod);
+        double length = piece.to - piece.from, mean = 0;
+        for (int k = 0; k < POINTS; k++) {
+            double strain[3];
+            for (int i = 0; i < 3; i++) {
+                strain[i] =
+                    quantity_value(rest.strain[i], piece.from + (k + 0.5) / POINTS * length, 0);
+            }
+            mean += norm(strain) / POINTS;
         }
-        sum += norm(strain) / PIECES;
+        sum += length * mean;
     }
-    return length * sum;
+    return sum;
 }
 
 /* A rod that neither shears nor stretches does not reach farther than its length. (Without stretch
@@ -515,25 +619,21 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
-typedef ad_status scene_check_part(const scene_checker *check);
-
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
-    static scene_check_part *const of_rods[] = {check_quantities,
-                                                scene_check_rod,
-                                                scene_check_no_beam,
-                                                check_manufactured,
-                                                check_frames,
-                                                check_ends,
-                                                check_initial_state,
-                                                check_initial,
-                                                check_time,
-                                                check_imperfection,
-                                                NULL};
+    static scene_check_part *const of_rods[] = {check_extent,         check_others,
+                                                scene_check_segments, scene_check_rod,
+                                                scene_check_no_beam,  check_manufactured,
+                                                scene_check_lists,    check_frames,
+                                                check_ends,           check_initial_state,
+                                                check_initial,        check_time,
+                                                check_imperfection,   NULL};
     static scene_check_part *const of_beams[] = {
-        check_quantities, scene_check_rod, scene_check_beam, check_initial_state, check_time, NULL};
+        check_extent,        check_others,     scene_check_segments,
+        scene_check_rod,     scene_check_beam, scene_check_lists,
+        check_initial_state, check_time,       NULL};
     const char *ignored = NULL;
-    const scene_checker check = {rod_scene, key ? key : &ignored, error};
+    const scene_checker check = {rod_scene, NULL, -1, key ? key : &ignored, error};
     ad_status status = AD_OK;
     for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
          *part && status == AD_OK; part++) {

@@ -26,7 +26,11 @@ static const char *foreign(const scene_field *field, const char **key)
     *key = field->key;
     switch (field->part) {
     case SCENE_OF_LOADS:
-        return strncmp(field->key, "rod.", 4) == 0 ? SHAPE : LOADS;
+        return strncmp(field->key, "loads.", 6) == 0 ? LOADS : SHAPE;
+    case SCENE_OF_LISTS:
+        return strncmp(field->key, "loads.", 6) == 0
+                   ? "acts on a rod in space; a beam has beam.points"
+                   : SHAPE;
     case SCENE_OF_BASE:
         *key = "loads.base";
         return LOADS;
@@ -44,10 +48,30 @@ static const char *foreign(const scene_field *field, const char **key)
     }
 }
 
+static ad_status check_damping(const scene_checker *check)
+{
+    const scene_rod *rod = &check->piece->rod;
+    const struct {
+        const char *key;
+        bool is_given;
+    } rows[] = {
+        {"rod.damping.strain", quantity_any_something(3, rod->strain_damping)},
+        {"rod.damping.curvature", quantity_any_something(3, rod->curvature_damping)},
+        {"rod.material.viscosity", rod->viscosity.is_given},
+        {"rod.material.relaxation_time", rod->relaxation_time.is_given},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].is_given) {
+            return scene_refuse(check, rows[i].key,
+                                "belongs to a rod in space; a beam is damped by loads.drag");
+        }
+    }
+    return AD_OK;
+}
+
 /* Keys of rods in space that a beam does not have. */
 static ad_status check_rods_keys(const scene_checker *check)
 {
-    static const char damped[] = "belongs to a rod in space; a beam is damped by loads.drag";
     const scene *given = check->scene;
     const scene_loads *l = &given->loads;
     const struct {
@@ -55,10 +79,6 @@ static ad_status check_rods_keys(const scene_checker *check)
         bool is_given;
         const char *sentence;
     } rows[] = {
-        {"rod.damping.strain", quantity_any_something(3, given->rod.strain_damping), damped},
-        {"rod.damping.curvature", quantity_any_something(3, given->rod.curvature_damping), damped},
-        {"rod.material.viscosity", given->rod.viscosity.is_given, damped},
-        {"rod.material.relaxation_time", given->rod.relaxation_time.is_given, damped},
         {"loads.gravity", quantity_any_something(3, l->gravity),
          "acts on a rod in space; a beam has its weight across the axis in beam.force"},
         {"loads.frame", l->frame != SCENE_DEAD, LOADS},
@@ -80,18 +100,22 @@ static ad_status check_rods_keys(const scene_checker *check)
     return AD_OK;
 }
 
+static ad_status check_inertia(const scene_checker *check)
+{
+    const scene_rod *rod = &check->piece->rod;
+    return rod->model == SCENE_EULER_BERNOULLI && rod->rotary_inertia[0].is_given
+               ? scene_refuse(check, "rod.inertia.rotary",
+                              "euler_bernoulli has no rotary inertia; leave it out, or take "
+                              "timoshenko")
+               : AD_OK;
+}
+
 static ad_status check_theory(const scene_checker *check)
 {
     const scene *given = check->scene;
-    const scene_rod *rod = &given->rod;
     const scene_beam *beam = &given->beam;
     scene_properties properties = scene_properties_of(given);
-    bool shears = rod->model == SCENE_TIMOSHENKO;
-    if (!shears && rod->rotary_inertia[0].is_given) {
-        return scene_refuse(check, "rod.inertia.rotary",
-                            "euler_bernoulli has no rotary inertia; leave it out, or take "
-                            "timoshenko");
-    }
+    bool shears = given->rod.model == SCENE_TIMOSHENKO;
     if (shears && given->formulation == SCENE_DISPLACEMENT &&
         scene_locks(properties.strain_stiffness[1])) {
         return scene_refuse(check, "formulation",
@@ -167,7 +191,13 @@ static ad_status check_initial(const scene_checker *check)
 
 ad_status scene_check_beam(const scene_checker *check)
 {
-    ad_status status = check_rods_keys(check);
+    ad_status status = scene_check_pieces(check, check_damping);
+    if (status == AD_OK) {
+        status = check_rods_keys(check);
+    }
+    if (status == AD_OK) {
+        status = scene_check_pieces(check, check_inertia);
+    }
     if (status == AD_OK) {
         status = check_theory(check);
     }

@@ -5,9 +5,8 @@
 #include <math.h>
 
 /* A dimension of the section: the shapes (bits) that have it. */
-static ad_status check_section(const scene_checker *check)
+static ad_status check_sizes(const scene_checker *check, const scene_rod *rod, bool complete)
 {
-    const scene_rod *rod = &check->scene->rod;
     const struct {
         const char *key;
         quantity value;
@@ -20,7 +19,7 @@ static ad_status check_section(const scene_checker *check)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         bool has = rows[i].shapes >> rod->section & 1;
-        if (has && !rows[i].value.is_given) {
+        if (has && complete && !rows[i].value.is_given) {
             return scene_refuse(check, rows[i].key, "missing; the section's shape needs it");
         }
         if (!has && rows[i].value.is_given) {
@@ -30,8 +29,18 @@ static ad_status check_section(const scene_checker *check)
                 "inner_radius, rectangle: width and height");
         }
     }
+    return AD_OK;
+}
+
+static ad_status check_section(const scene_checker *check)
+{
+    const scene_rod *rod = &check->piece->rod;
+    ad_status status = check_sizes(check, rod, true);
+    if (status != AD_OK) {
+        return status;
+    }
     quantity wall = quantity_subtract(rod->radius, rod->inner_radius);
-    if (rod->section == SCENE_TUBE && !(scene_range_of(check->scene, wall).low > 0)) {
+    if (rod->section == SCENE_TUBE && !(scene_check_range(check, wall).low > 0)) {
         return scene_refuse(check, "rod.section.inner_radius",
                             "must be less than rod.section.radius");
     }
@@ -50,7 +59,7 @@ typedef struct stiffness_row {
 
 static ad_status check_derived_stiffness(const scene_checker *check, const stiffness_row *row)
 {
-    const scene_rod *rod = &check->scene->rod;
+    const scene_rod *rod = &check->piece->rod;
     if (rod->section == SCENE_SECTION_NONE) {
         return scene_refuse(check, row->key,
                             "missing; give rod.section and rod.material, or this stiffness itself");
@@ -84,7 +93,7 @@ static ad_status check_stiffness_row(const scene_checker *check, const stiffness
 
 static ad_status check_stiffness(const scene_checker *check)
 {
-    const scene_rod *rod = &check->scene->rod;
+    const scene_rod *rod = &check->piece->rod;
     const stiffness_row rows[] = {
         {"rod.stiffness.bending", 2, rod->bending_stiffness, false, false},
         {"rod.stiffness.torsion", 1, &rod->torsional_stiffness, scene_is_beam(check->scene), true},
@@ -101,7 +110,7 @@ static ad_status check_stiffness(const scene_checker *check)
     if (scene_is_beam(check->scene)) {
         return AD_OK; /* scene_check_beam looks at what is left of them */
     }
-    scene_properties properties = scene_properties_of(check->scene);
+    scene_properties properties = scene_rod_properties(&check->piece->rod);
     bool locked = scene_is_locked(&properties);
     if (scene_locks(properties.curvature_stiffness[0]) &&
         scene_locks(properties.curvature_stiffness[1])) {
@@ -124,7 +133,7 @@ static ad_status check_stiffness(const scene_checker *check)
 /* The law needs every number it is made of, and one of the ways to give it. */
 static ad_status check_material_damping(const scene_checker *check)
 {
-    const scene_rod *rod = &check->scene->rod;
+    const scene_rod *rod = &check->piece->rod;
     const char *key =
         rod->viscosity.is_given ? "rod.material.viscosity" : "rod.material.relaxation_time";
     quantity given = quantity_or(rod->viscosity, rod->relaxation_time);
@@ -158,10 +167,10 @@ static ad_status check_material_damping(const scene_checker *check)
 
 static ad_status check_damping(const scene_checker *check)
 {
-    const scene_rod *rod = &check->scene->rod;
+    const scene_rod *rod = &check->piece->rod;
     const char *locked =
         "damps a strain that rod.model or an infinite stiffness locks; allowed for it: 0";
-    scene_properties properties = scene_properties_of(check->scene);
+    scene_properties properties = scene_rod_properties(&check->piece->rod);
     const struct {
         const char *key;
         const quantity *damping, *stiffness;
@@ -180,7 +189,7 @@ static ad_status check_damping(const scene_checker *check)
 static ad_status check_inertia(const scene_checker *check)
 {
     const scene *rod_scene = check->scene;
-    const scene_rod *rod = &rod_scene->rod;
+    const scene_rod *rod = &check->piece->rod;
     bool heavy = quantity_any_something(3, rod_scene->loads.gravity);
     bool follows = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
     bool massive = follows || rod->mass_per_length.is_given;
@@ -207,15 +216,15 @@ static ad_status check_inertia(const scene_checker *check)
  * stay finite within these ranges, which hold any rod there is. */
 static ad_status check_units(const scene_checker *check)
 {
-    const scene_rod *rod = &check->scene->rod;
-    scene_properties properties = scene_properties_of(check->scene);
-    scene_range bending[2], youngs = scene_range_of(check->scene, rod->youngs_modulus);
+    const scene_rod *rod = &check->piece->rod;
+    scene_properties properties = scene_rod_properties(&check->piece->rod);
+    scene_range bending[2], youngs = scene_check_range(check, rod->youngs_modulus);
     bool made = !rod->bending_stiffness[0].is_given;
     bool odd_material = made && !(youngs.low >= 1e-30 && youngs.high <= 1e30);
     bool dynamic = scene_is_dynamic(check->scene);
     double unit_of_time = dynamic ? rod_scales_of(check->scene).time : 1;
     for (int i = 0; i < 2; i++) {
-        bending[i] = scene_range_of(check->scene, properties.curvature_stiffness[i]);
+        bending[i] = scene_check_range(check, properties.curvature_stiffness[i]);
     }
     const struct {
         const char *key, *what, *unit;
@@ -234,7 +243,7 @@ static ad_status check_units(const scene_checker *check)
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (!(rows[i].value >= rows[i].low && rows[i].value <= rows[i].high)) {
-            *check->key = rows[i].key;
+            scene_refuse(check, rows[i].key, "");
             return ad_fail(check->error, AD_BAD_INPUT,
                            "the rod's %s is %g %s, beyond what can be computed with; allowed: %g "
                            "to %g",
@@ -244,17 +253,45 @@ static ad_status check_units(const scene_checker *check)
     return AD_OK;
 }
 
+/* A strain is locked all along, or nowhere. */
+static ad_status check_locks(const scene_checker *check)
+{
+    scene_piece first = scene_piece_of(check->scene, 0);
+    const scene_properties before = scene_rod_properties(&first.rod);
+    const scene_properties here = scene_rod_properties(&check->piece->rod);
+    static const char *const keys[] = {"rod.stiffness.shear", "rod.stiffness.axial",
+                                       "rod.stiffness.bending", "rod.stiffness.torsion"};
+    for (int i = 0; i < 6; i++) {
+        const quantity *a = i < 3 ? before.strain_stiffness : before.curvature_stiffness;
+        const quantity *b = i < 3 ? here.strain_stiffness : here.curvature_stiffness;
+        if (scene_locks(a[i % 3]) != scene_locks(b[i % 3])) {
+            return scene_refuse(check, keys[i / 3 * 2 + i % 3 / 2],
+                                "locks a strain in some segments and not in others; allowed: .inf "
+                                "in all of them, or a large number");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_piece(const scene_checker *check)
+{
+    static scene_check_part *const parts[] = {check_section, check_stiffness, check_damping,
+                                              check_inertia, check_locks};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
+        status = parts[i](check);
+    }
+    return status;
+}
+
 ad_status scene_check_rod(const scene_checker *check)
 {
-    ad_status status = check_section(check);
+    const scene_rod *whole = &check->scene->rod;
+    ad_status status = whole->section == SCENE_SECTION_NONE || check->scene->segment_count == 0
+                           ? AD_OK
+                           : check_sizes(check, whole, false);
     if (status == AD_OK) {
-        status = check_stiffness(check);
+        status = scene_check_pieces(check, check_piece);
     }
-    if (status == AD_OK) {
-        status = check_damping(check);
-    }
-    if (status == AD_OK) {
-        status = check_inertia(check);
-    }
-    return status == AD_OK ? check_units(check) : status;
+    return status == AD_OK ? scene_check_pieces(check, check_units) : status;
 }

@@ -3,6 +3,8 @@
 #include "physics/scene_rows.h"
 
 #include <stddef.h>
+#include <stdio.h>
+#include <string.h>
 
 #define FIELD(key, count, member, part, rule, bounds, geometry, axes, unit, otherwise, ...)        \
     {key,                                                                                          \
@@ -15,29 +17,132 @@
      SCENE_##axes,                                                                                 \
      SCENE_##otherwise},
 
+/* What a segment does not give is that of the whole rod. */
+#define SEGMENT_FIELD(key, count, member, part, rule, bounds, geometry, axes, unit, otherwise,     \
+                      ...)                                                                         \
+    FIELD(key, count, member, part, rule, bounds, geometry, axes, unit, NOTHING, NULL)
+
 /* clang-format off */
+#define TWELVE(X)  X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11)
+#define SIXTEEN(X) TWELVE(X) X(12) X(13) X(14) X(15)
+#define PIECE(i)   SCENE_PIECE_ROWS(FIELD, "segments[" #i "].", segments[i].)
+#define MATTER(i)  SCENE_MATTER_ROWS(SEGMENT_FIELD, "segments[" #i "].", segments[i].rod.)
+#define DAMPING(i) SCENE_DAMPING_ROWS(SEGMENT_FIELD, "segments[" #i "].", segments[i].rod.)
+#define REST(i)    SCENE_REST_ROWS(SEGMENT_FIELD, "segments[" #i "].", segments[i].rod.)
+#define TURN(i)    SCENE_TURN_ROWS(FIELD, "segments[" #i "].", segments[i].)
+#define POINT(i)   SCENE_POINT_ROWS(FIELD, "loads.points[" #i "].", points[i].)
+#define BODY(i)    SCENE_BODY_ROWS(FIELD, "bodies[" #i "].", bodies[i].)
+#define SPRING(i)  SCENE_SPRING_ROWS(FIELD, "springs[" #i "].", springs[i].)
+#define TENDON(i)  SCENE_TENDON_ROWS(FIELD, "tendons[" #i "].", tendons[i].)
+#define CHAMBER(i) SCENE_CHAMBER_ROWS(FIELD, "chambers[" #i "].", chambers[i].)
+#define BEAM_POINT(i) SCENE_BEAM_POINT_ROWS(FIELD, "beam.points[" #i "].", beam.points[i].)
+
+_Static_assert(SCENE_SEGMENTS_MAX == 12 && SCENE_CHAMBERS_MAX == 12, "rows for each");
+_Static_assert(SCENE_POINTS_MAX == 16 && SCENE_BODIES_MAX == 16 && SCENE_SPRINGS_MAX == 16 &&
+               SCENE_TENDONS_MAX == 16, "rows for each");
+
 const scene_field scene_fields[] = {
     SCENE_LENGTH_ROWS(FIELD)
+    TWELVE(PIECE)
     SCENE_DURATION_ROWS(FIELD)
-    SCENE_MATTER_ROWS(FIELD)
-    SCENE_DAMPING_ROWS(FIELD)
-    SCENE_REST_ROWS(FIELD)
+    SCENE_MATTER_ROWS(FIELD, "rod.", rod.)
+    SCENE_DAMPING_ROWS(FIELD, "rod.", rod.)
+    SCENE_REST_ROWS(FIELD, "rod.", rod.)
+    TWELVE(MATTER)
+    TWELVE(DAMPING)
+    TWELVE(REST)
+    TWELVE(TURN)
     SCENE_START_ROWS(FIELD)
     SCENE_BASE_ROWS(FIELD)
     SCENE_END_ROWS(FIELD)
     SCENE_TIP_ROWS(FIELD)
     SCENE_INITIAL_ROWS(FIELD)
     SCENE_LINE_ROWS(FIELD)
+    SIXTEEN(POINT)
+    SIXTEEN(BODY)
+    SIXTEEN(SPRING)
+    SIXTEEN(TENDON)
+    TWELVE(CHAMBER)
     SCENE_EXACT_ROWS(FIELD)
     SCENE_BEAM_ROWS(FIELD)
+    SIXTEEN(BEAM_POINT)
 };
 /* clang-format on */
 const int scene_field_count = sizeof scene_fields / sizeof scene_fields[0];
 _Static_assert(sizeof scene_fields / sizeof scene_fields[0] <= SCENE_FIELDS_MAX, "too many");
 
+#define LIST(key, entries, count, most)                                                            \
+    {                                                                                              \
+        key, offsetof(scene, entries), sizeof(((scene *)NULL)->entries[0]),                        \
+            offsetof(scene, count), most                                                           \
+    }
+const scene_list scene_lists[] = {
+    LIST("segments", segments, segment_count, SCENE_SEGMENTS_MAX),
+    LIST("loads.points", points, point_count, SCENE_POINTS_MAX),
+    LIST("bodies", bodies, body_count, SCENE_BODIES_MAX),
+    LIST("springs", springs, spring_count, SCENE_SPRINGS_MAX),
+    LIST("tendons", tendons, tendon_count, SCENE_TENDONS_MAX),
+    LIST("chambers", chambers, chamber_count, SCENE_CHAMBERS_MAX),
+    LIST("beam.points", beam.points, beam.point_count, SCENE_POINTS_MAX),
+};
+const int scene_list_count = sizeof scene_lists / sizeof scene_lists[0];
+
+int scene_list_length(const scene *rod_scene, const scene_list *list)
+{
+    return *(const int *)(const void *)((const char *)rod_scene + list->count_offset);
+}
+
+const scene_list *scene_field_list(const scene_field *field, int *index)
+{
+    for (int i = 0; i < scene_list_count; i++) {
+        const scene_list *list = &scene_lists[i];
+        size_t into = field->offset - list->offset;
+        if (field->offset >= list->offset && into < (size_t)list->most * list->stride) {
+            *index = (int)(into / list->stride);
+            return list;
+        }
+    }
+    return NULL;
+}
+
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field)
 {
+    static const quantity nothing[4];
+    int index = 0;
+    const scene_list *list = scene_field_list(field, &index);
+    if (list && index >= scene_list_length(rod_scene, list)) {
+        return nothing;
+    }
     return (const quantity *)(const void *)((const char *)rod_scene + field->offset);
+}
+
+const char *scene_key_of(const scene *rod_scene, const quantity *q)
+{
+    ptrdiff_t offset = (const char *)q - (const char *)rod_scene;
+    for (int i = 0; i < scene_field_count; i++) {
+        ptrdiff_t into = offset - (ptrdiff_t)scene_fields[i].offset;
+        if (into >= 0 && into < scene_fields[i].count * (ptrdiff_t)sizeof *q) {
+            return scene_fields[i].key;
+        }
+    }
+    return "";
+}
+
+const char *scene_key_in_segment(int index, const char *key)
+{
+    static const char *const sections[] = {
+#define SECTION(i) "segments[" #i "].section",
+        TWELVE(SECTION)};
+    char prefix[24];
+    size_t length = (size_t)snprintf(prefix, sizeof prefix, "segments[%d].", index);
+    const char *rest = strncmp(key, "rod.", 4) == 0 ? key + 4 : key;
+    for (int i = 0; i < scene_field_count && rest != key; i++) {
+        const char *candidate = scene_fields[i].key;
+        if (strncmp(candidate, prefix, length) == 0 && strcmp(candidate + length, rest) == 0) {
+            return candidate;
+        }
+    }
+    return strcmp(rest, "section") == 0 ? sections[index] : key;
 }
 
 quantity scene_field_otherwise(const scene_field *field, int entry)

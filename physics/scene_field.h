@@ -1,6 +1,7 @@
 /* The list of all quantities of a scene, made of the rows in physics/scene_rows.h: what each may
  * depend on, its range, its default, and how it behaves in the mirror of a plane. Defaults, checks
- * and the search for a plane walk this list. Not for callers. */
+ * and the search for a plane walk this list, in which every entry of every list of a scene has rows
+ * of its own: whoever walks it sees them all. Not for callers. */
 #ifndef PHYSICS_SCENE_FIELD_H
 #define PHYSICS_SCENE_FIELD_H
 
@@ -17,6 +18,7 @@ typedef enum scene_part {
     SCENE_OF_TIP,
     SCENE_OF_INITIAL,
     SCENE_OF_EXACT, /* manufactured */
+    SCENE_OF_LISTS, /* points, bodies, springs, tendons, chambers */
     SCENE_OF_BEAM
 } scene_part;
 
@@ -26,6 +28,7 @@ typedef enum scene_rule {
     SCENE_ALONG,     /* s */
     SCENE_IN_TIME,   /* t, the same all along */
     SCENE_AT_END,    /* t, at one end */
+    SCENE_AT_PLACE,  /* t, at one place */
     SCENE_HELD,      /* t, if the end is driven */
     SCENE_AT_START,  /* s, at t = 0 */
     SCENE_EVERYWHERE /* s and t */
@@ -45,10 +48,13 @@ typedef enum scene_geometry {
     SCENE_POLAR_VECTOR, /* a force, a velocity: mirrored, its part across the plane turns round */
     SCENE_AXIAL_VECTOR, /* a moment, a curvature, a spin: only its part across the plane stays */
     SCENE_POSITION_VECTOR, /* a vector from the origin */
+    SCENE_SECTION_POINT,   /* two numbers, a place in the section: mirrored, one of them turns round
+                            */
+    SCENE_TENSOR,          /* diagonal: mirrored the same if the normal is one of its axes */
     SCENE_ORIENTATION      /* a quaternion */
 } scene_geometry;
 
-/* In which frame its three entries are. */
+/* In which frame its entries are. */
 typedef enum scene_axes {
     SCENE_WORLD,
     SCENE_BODY,
@@ -64,7 +70,7 @@ typedef enum scene_otherwise {
 } scene_otherwise;
 
 typedef struct scene_field {
-    const char *key; /* dotted YAML key */
+    const char *key; /* dotted YAML key, "loads.points[2].force" */
     int count;       /* of quantities in turn: all of them are given or none */
     size_t offset;   /* into scene */
     scene_part part;
@@ -75,13 +81,35 @@ typedef struct scene_field {
     scene_otherwise otherwise;
 } scene_field;
 
-enum { SCENE_FIELDS_MAX = 64 };
+enum { SCENE_FIELDS_MAX = 768 };
 
 extern const scene_field scene_fields[];
 extern const int scene_field_count;
 
-/* [count] */
+/* What a scene may have several of. */
+typedef struct scene_list {
+    const char *key; /* "loads.points" */
+    size_t offset, stride, count_offset;
+    int most;
+} scene_list;
+
+extern const scene_list scene_lists[];
+extern const int scene_list_count;
+
+int scene_list_length(const scene *rod_scene, const scene_list *list);
+
+/* The list to whose entry *index the field belongs; NULL: it stands alone. */
+const scene_list *scene_field_list(const scene_field *field, int *index);
+
+/* [count]; those of an entry beyond the length of its list are not given. */
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
+
+/* The key of a quantity within the scene. */
+const char *scene_key_of(const scene *rod_scene, const quantity *q);
+
+/* The key of segment `index` that answers to a key "rod...."; that one itself where segments have
+ * none. */
+const char *scene_key_in_segment(int index, const char *key);
 
 /* The default of one entry. */
 quantity scene_field_otherwise(const scene_field *field, int entry);

@@ -8,7 +8,10 @@
  * SCENE_, of scene_part, scene_rule, scene_bounds, scene_geometry, scene_axes (scene_field.h).
  * unit: NULL for a number without one. otherwise: the value where it is not given, of
  * scene_otherwise; fallback: this in words where it depends on other keys, else NULL. help: for
- * people. Lists are in the order of --help. */
+ * people. Rows are in the order of --help.
+ *
+ * Rows of what there may be several of are for one entry: `of` is what its keys begin with, `in`
+ * what its members begin with. A segment has the rows of the rod. */
 #ifndef PHYSICS_SCENE_ROWS_H
 #define PHYSICS_SCENE_ROWS_H
 
@@ -21,78 +24,78 @@ extern "C" {
 /* clang-format off */
 #define SCENE_LENGTH_ROWS(X)                                                                       \
     X("rod.length", 1, rod.length, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
-      "required",                                                                                  \
+      "the sum of the segments, required without",                                            \
       "Length of the undeformed rod.")
 
-#define SCENE_MATTER_ROWS(X)                                                                       \
-    X("rod.section.radius", 1, rod.radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+#define SCENE_MATTER_ROWS(X, of, in)                                                                       \
+    X(of "section.radius", 1, in radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
       NULL,                                                                                        \
       "Radius of a circle, outer radius of a tube. Sizes, material, stiffness, inertia and "       \
       "damping may be formulas of s: a tapered rod.")                                              \
-    X("rod.section.inner_radius", 1, rod.inner_radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m",   \
+    X(of "section.inner_radius", 1, in inner_radius, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m",   \
       NOTHING, NULL,                                                                               \
       "Inner radius of a tube.")                                                                   \
-    X("rod.section.width", 1, rod.width, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING, NULL,  \
+    X(of "section.width", 1, in width, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING, NULL,  \
       "Side of a rectangle along d1.")                                                             \
-    X("rod.section.height", 1, rod.height, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
+    X(of "section.height", 1, in height, ROD, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,      \
       NULL,                                                                                        \
       "Side of a rectangle along d2.")                                                             \
-    X("rod.material.youngs_modulus", 1, rod.youngs_modulus, ROD, ALONG, POSITIVE, SCALAR, WORLD,   \
+    X(of "material.youngs_modulus", 1, in youngs_modulus, ROD, ALONG, POSITIVE, SCALAR, WORLD,   \
       "Pa", NOTHING, NULL,                                                                         \
       "Young's modulus E.")                                                                        \
-    X("rod.material.poissons_ratio", 1, rod.poissons_ratio, ROD, ALONG, POISSON, SCALAR, WORLD,    \
+    X(of "material.poissons_ratio", 1, in poissons_ratio, ROD, ALONG, POISSON, SCALAR, WORLD,    \
       NULL, NOTHING, NULL,                                                                         \
       "Poisson's ratio nu; G = E/(2(1 + nu)). 0.5: incompressible, as rubber.")                    \
-    X("rod.material.density", 1, rod.density, ROD, ALONG, POSITIVE, SCALAR, WORLD, "kg/m^3",       \
+    X(of "material.density", 1, in density, ROD, ALONG, POSITIVE, SCALAR, WORLD, "kg/m^3",       \
       NOTHING, NULL,                                                                               \
       "Needed for gravity and for dynamics.")                                                      \
-    X("rod.material.shear_correction", 1, rod.shear_correction, ROD, ALONG, POSITIVE, SCALAR,      \
+    X(of "material.shear_correction", 1, in shear_correction, ROD, ALONG, POSITIVE, SCALAR,      \
       WORLD, NULL, NOTHING, "Cowper's for the section",                                            \
       "kappa in the shear stiffness kappa G A.")                                                   \
-    X("rod.material.viscosity", 1, rod.viscosity, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "Pa s", \
+    X(of "material.viscosity", 1, in viscosity, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "Pa s", \
       NOTHING, NULL,                                                                               \
       "Kelvin-Voigt damping by the material in place of rod.damping: the stress is E times the "   \
       "strain and this, eta, times its rate, in shear eta/(2(1 + nu)). So damping is eta A of "    \
       "stretch, eta I of bending, eta kappa A/(2(1 + nu)) of shear, eta J/(2(1 + nu)) of twist.")  \
-    X("rod.material.relaxation_time", 1, rod.relaxation_time, ROD, ALONG, NOT_NEGATIVE, SCALAR,    \
+    X(of "material.relaxation_time", 1, in relaxation_time, ROD, ALONG, NOT_NEGATIVE, SCALAR,    \
       WORLD, "s", NOTHING, NULL,                                                                   \
       "Or by the time eta/E: every damping is its stiffness times this.")                          \
-    X("rod.stiffness.shear", 2, rod.shear_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
+    X(of "stiffness.shear", 2, in shear_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
       NOTHING, "from section, material and model",                                                 \
       "kappa G A along d1, d2; replaces what follows from section and material.")                  \
-    X("rod.stiffness.axial", 1, rod.axial_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
+    X(of "stiffness.axial", 1, in axial_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD, "N",    \
       NOTHING, "from section, material and model",                                                 \
       "E A.")                                                                                      \
-    X("rod.stiffness.bending", 2, rod.bending_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,     \
+    X(of "stiffness.bending", 2, in bending_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,     \
       "N m^2", NOTHING, "from section and material",                                               \
       "E I about d1, d2.")                                                                         \
-    X("rod.stiffness.torsion", 1, rod.torsional_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,   \
+    X(of "stiffness.torsion", 1, in torsional_stiffness, ROD, ALONG, STIFFNESS, SCALAR, WORLD,   \
       "N m^2", NOTHING, "from section and material",                                               \
       "G J.")                                                                                      \
-    X("rod.inertia.mass_per_length", 1, rod.mass_per_length, ROD, ALONG, POSITIVE, SCALAR, WORLD,  \
+    X(of "inertia.mass_per_length", 1, in mass_per_length, ROD, ALONG, POSITIVE, SCALAR, WORLD,  \
       "kg/m", NOTHING, "from section and density",                                                 \
       "rho A.")                                                                                    \
-    X("rod.inertia.rotary", 3, rod.rotary_inertia, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,        \
+    X(of "inertia.rotary", 3, in rotary_inertia, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,        \
       "kg m", NOTHING, "from section and density",                                                 \
       "rho I about d1, d2, d3; [0, 0, 0] leaves rotary inertia out.")
 
-#define SCENE_REST_ROWS(X)                                                                         \
-    X("rod.rest.strain", 3, rod.rest_strain, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BODY, NULL,     \
+#define SCENE_REST_ROWS(X, of, in)                                                                         \
+    X(of "rest.strain", 3, in rest_strain, LOADS, EVERYWHERE, ANY, POLAR_VECTOR, BODY, NULL,     \
       STRAIGHT, NULL,                                                                              \
       "Strain v of the unstressed rod along d1, d2, d3; formulas of s and t.")                     \
-    X("rod.rest.curvature", 3, rod.rest_curvature, LOADS, EVERYWHERE, ANY, AXIAL_VECTOR, BODY,     \
+    X(of "rest.curvature", 3, in rest_curvature, LOADS, EVERYWHERE, ANY, AXIAL_VECTOR, BODY,     \
       "1/m", ZERO, NULL,                                                                           \
       "Curvature u of the unstressed rod about d1, d2, d3; formulas of s and t.")                  \
-    X("rod.rest.imperfection", 3, rod.imperfection, LOADS, ALONG, ANY, AXIAL_VECTOR, BODY, "1/m",  \
+    X(of "rest.imperfection", 3, in imperfection, LOADS, ALONG, ANY, AXIAL_VECTOR, BODY, "1/m",  \
       ZERO, NULL,                                                                                  \
       "Curvature added to it while the loads grow, gone when all of them act: it says to which "   \
       "side a column buckles. Static scenes without hidden layers.")
 
-#define SCENE_DAMPING_ROWS(X)                                                                      \
-    X("rod.damping.strain", 3, rod.strain_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N s", \
+#define SCENE_DAMPING_ROWS(X, of, in)                                                                      \
+    X(of "damping.strain", 3, in strain_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD, "N s", \
       NOTHING, "by the material, else 0",                                                          \
       "Kelvin-Voigt damping of shear, shear, stretch.")                                            \
-    X("rod.damping.curvature", 3, rod.curvature_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,  \
+    X(of "damping.curvature", 3, in curvature_damping, ROD, ALONG, NOT_NEGATIVE, SCALAR, WORLD,  \
       "N m^2 s", NOTHING, "by the material, else 0",                                               \
       "Kelvin-Voigt damping of bending, bending, twist.")
 
@@ -211,6 +214,100 @@ extern "C" {
     X("manufactured.angles", 3, manufactured.angles, EXACT, EVERYWHERE, ANY, SCALAR, WORLD, "rad", \
       NOTHING, NULL,                                                                               \
       "Or three angles a, b, c about body axes 1, 2, 3 in turn: q = q1(a) q2(b) q3(c).")
+
+#define SCENE_PIECE_ROWS(X, of, in)                                                                \
+    X(of "length", 1, in length, EXTENT, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "m", NOTHING,        \
+      "required",                                                                                  \
+      "The rod in pieces from s = 0 on, which may differ in all that follows; what a piece does "  \
+      "not give is as under rod. Its length.")
+
+#define SCENE_TURN_ROWS(X, of, in)                                                                 \
+    X(of "turn", 3, in turn, LOADS, ONE_NUMBER, FINITE, AXIAL_VECTOR, BODY, "rad", ZERO, NULL,     \
+      "How the piece is set against the end of the one before: axis times angle in the axes of "   \
+      "that end, [pi/2, 0, 0] for an elbow. The first has none.")
+
+#define SCENE_POINT_ROWS(X, of, in)                                                                \
+    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "required",    \
+      "Place within the rod, 0 < at < length, on which the outside acts; for the ends there are "  \
+      "loads.base and loads.tip.")                                                                 \
+    X(of "force", 3, in load.force, LISTS, AT_PLACE, FINITE, POLAR_VECTOR, BY_LOAD, "N", NOTHING, \
+      NULL,                                                                                        \
+      "Force on it; formulas of t.")                                                               \
+    X(of "moment", 3, in load.moment, LISTS, AT_PLACE, FINITE, AXIAL_VECTOR, BY_LOAD, "N m",      \
+      NOTHING, NULL,                                                                               \
+      "Moment on it; formulas of t.")
+
+#define SCENE_BODY_ROWS(X, of, in)                                                                 \
+    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+      "required",                                                                                  \
+      "Place of the section to which a rigid body is fixed, its centre on the axis; 0 to length.") \
+    X(of "mass", 1, in mass, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
+      "required",                                                                                  \
+      "Its mass.")                                                                                 \
+    X(of "inertia", 3, in inertia, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
+      ZERO, NULL,                                                                                  \
+      "Its moments of inertia about d1, d2, d3.")
+
+#define SCENE_SPRING_ROWS(X, of, in)                                                               \
+    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+      "required",                                                                                  \
+      "Place of the section that a linear spring holds; 0 to length.")                             \
+    X(of "stiffness", 3, in stiffness, LISTS, ONE_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
+      ZERO, NULL,                                                                                  \
+      "Force per displacement from the anchor, along the world's axes.")                           \
+    X(of "turning", 3, in turning, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
+      ZERO, NULL,                                                                                  \
+      "Moment about d1, d2, d3 per rotation from the unstressed rod there: 2 vec of its "          \
+      "quaternion.")                                                                               \
+    X(of "anchor", 3, in anchor, LISTS, ONE_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
+      "the unstressed rod there",                                                                  \
+      "Where the spring does not pull.")
+
+#define SCENE_TENDON_ROWS(X, of, in)                                                               \
+    X(of "offset", 2, in offset, LISTS, ALONG, FINITE, SECTION_POINT, BODY, "m", NOTHING,         \
+      "required",                                                                                  \
+      "A tendon is guided by the rod at this place of its sections, along d1 and d2; formulas of " \
+      "s.")                                                                                        \
+    X(of "start", 1, in start, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
+      "From here on.")                                                                             \
+    X(of "end", 1, in end, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,              \
+      "the end of the rod",                                                                        \
+      "It is fixed to the rod here.")                                                              \
+    X(of "tension", 1, in tension, LISTS, AT_PLACE, NOT_NEGATIVE, SCALAR, WORLD, "N", NOTHING,    \
+      NULL,                                                                                        \
+      "Its tension, where it begins; formula of t.")                                               \
+    X(of "displacement", 1, in displacement, LISTS, AT_PLACE, FINITE, SCALAR, WORLD, "m",         \
+      NOTHING, NULL,                                                                               \
+      "Or by how much it is pulled out of the rod, against its length in the unstressed rod; "     \
+      "formula of t.")                                                                             \
+    X(of "friction", 1, in friction, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \
+      NULL,                                                                                        \
+      "Coulomb's coefficient against the guides: the tension falls by exp(-friction angle) with "  \
+      "the angle that the tendon has turned.")
+
+#define SCENE_CHAMBER_ROWS(X, of, in)                                                              \
+    X(of "offset", 2, in offset, LISTS, ALONG, FINITE, SECTION_POINT, BODY, "m", NOTHING,         \
+      "required",                                                                                  \
+      "A fluid chamber along the rod has its axis at this place of the sections, along d1 and "    \
+      "d2; formulas of s.")                                                                        \
+    X(of "start", 1, in start, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
+      "From here on.")                                                                             \
+    X(of "end", 1, in end, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,              \
+      "the end of the rod",                                                                        \
+      "Up to here.")                                                                               \
+    X(of "pressure", 1, in pressure, LISTS, AT_PLACE, FINITE, SCALAR, WORLD, "Pa", NOTHING,       \
+      "required",                                                                                  \
+      "Its pressure over that outside; formula of t.")                                             \
+    X(of "area", 1, in area, LISTS, ALONG, POSITIVE, SCALAR, WORLD, "m^2", NOTHING, "required",   \
+      "Area of its cross-section; formula of s.")
+
+#define SCENE_BEAM_POINT_ROWS(X, of, in)                                                           \
+    X(of "at", 1, in at, BEAM, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "required",      \
+      "Place within the beam, 0 < at < length, on which the outside acts.")                        \
+    X(of "force", 1, in load.force, BEAM, AT_PLACE, FINITE, SCALAR, WORLD, "N", NOTHING, NULL,     \
+      "Force along w on it; formula of t.")                                                        \
+    X(of "moment", 1, in load.moment, BEAM, AT_PLACE, FINITE, SCALAR, WORLD, "N m", NOTHING, NULL, \
+      "Moment on it; formula of t.")
 /* clang-format on */
 
 #ifdef __cplusplus

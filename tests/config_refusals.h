@@ -36,13 +36,14 @@ static const refusal refusals[] = {
      NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
-     "rod, loads, "
+     "rod, segments, loads, bodies, springs, tendons, chambers, "
      "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
      "losses, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, rod, "
-     "loads, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
+     "segments, loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, "
+     "manufactured, formulation, motion, enforcement, "
      "network, losses, training, checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
@@ -71,8 +72,9 @@ static const refusal refusals[] = {
     {"a: &a [x, x]\n"
      "b: &b [*a, *a]\n",
      NULL,
-     "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, rod, loads, "
-     "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
+     "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, rod, segments, "
+     "loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, manufactured, "
+     "formulation, motion, enforcement, network, "
      "losses, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
@@ -96,7 +98,8 @@ static const refusal refusals[] = {
     {BASE "training: {stages: []}\n", NULL,
      "scene.yaml:4:20: training.stages: is empty; allowed: a list of 1 to 32 stages"},
     {BASE "training: {stages: [{steps: 5}]}\n", NULL,
-     "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: adam, lbfgs, gauss_newton, "
+     "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: one of adam, lbfgs, "
+     "gauss_newton, "
      "ssbroyden"},
     {BASE "training: {stages: [{optimizer: adam, memory: 5}]}\n", NULL,
      "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
@@ -225,7 +228,7 @@ static const refusal refusals[] = {
     {BASE "loads: {gravity: [0, 0, x]}\n", NULL,
      "scene.yaml:4:25: loads.gravity[2]: column 1 of 'x': unknown name 'x'; allowed are s, t, "
      "pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, min, "
-     "max, step, where"},
+     "max, step, where, within"},
     {BASE "loads: {gravity: 9.81}\n", NULL,
      "scene.yaml:4:18: loads.gravity: is 9.81; allowed: a list of 3 numbers or formulas, in "
      "m/s^2"},
@@ -329,7 +332,7 @@ static const refusal refusals[] = {
     {BASE, "rod={length: x}",
      "--set rod={length: x}: rod.length: column 1 of 'x': unknown name 'x'; allowed are s, t, "
      "pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, min, "
-     "max, step, where"},
+     "max, step, where, within"},
     {BASE, "rod={lenght: 2}",
      "--set rod={lenght: 2}: rod.lenght: unknown key; did you mean rod.length?"},
     {BASE, "network.hidden=[64,-1]",
@@ -371,7 +374,7 @@ static const refusal refusals[] = {
     {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
     {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
      "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
-     "missing; allowed: adam, lbfgs, gauss_newton, ssbroyden"},
+     "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden"},
     {BASE, "loads.tip.force=[0, 0, sin(]",
      "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
      "where a number, a name or ( is expected"},

@@ -114,21 +114,25 @@ static void test_every_key(void **state)
         char path[CONFIG_PATH_MAX];
         char override[2 * CONFIG_PATH_MAX];
         char start[4 * CONFIG_PATH_MAX];
-        const char *given = override;
         config *experiment = NULL;
         ad_error error = {AD_OK, ""};
-        bool stage = config_key_in_stage(key);
-        snprintf(path, sizeof path, "%s%s", stage ? "training.stages[0]." : "",
-                 stage ? strstr(key->path, "[].") + 3 : key->path);
+        const config_list *list = config_list_of(key->path);
+        char entry[CONFIG_PATH_MAX];
+        const char *both[] = {entry, override};
+        snprintf(entry, sizeof entry, "%s=[{%s}]", list ? list->path : "",
+                 list && list->required ? "optimizer: adam" : "");
+        const char **given = list ? both : both + 1;
+        int count = list ? 2 : 1;
+        config_key_path(key, 0, path);
         snprintf(override, sizeof override, "%s={a: b}", path);
         snprintf(start, sizeof start, "--set %s: %s: is a section; allowed: ", override, path);
-        assert_int_equal(config_read("scene.yaml", BASE, 1, &given, &experiment, &error),
+        assert_int_equal(config_read("scene.yaml", BASE, count, given, &experiment, &error),
                          AD_BAD_INPUT);
         assert_memory_equal(error.message, start, strlen(start));
         if (key->type <= CONFIG_LONG && isfinite(key->low) && key->entries_max == 0) {
             snprintf(override, sizeof override, "%s=%.17g", path, key->low - 1);
             snprintf(start, sizeof start, "--set %s: %s: is ", override, path);
-            assert_int_equal(config_read("scene.yaml", BASE, 1, &given, &experiment, &error),
+            assert_int_equal(config_read("scene.yaml", BASE, count, given, &experiment, &error),
                              AD_BAD_INPUT);
             assert_memory_equal(error.message, start, strlen(start));
         }
@@ -555,11 +559,10 @@ static bool stated_default(const char *help, const config_key *key, char text[20
 /* The value that --print-config shows. */
 static void resolved_value(const config *experiment, const config_key *key, char text[200])
 {
-    const char *whole = (const char *)experiment,
-               *stage = (const char *)&experiment->settings.stages[0];
     FILE *file = fmemopen(text, 200, "w");
     assert_non_null(file);
-    config_write_value(file, key, config_key_in_stage(key) ? stage : whole, whole, true);
+    config_write_value(file, key, config_key_base(experiment, key, 0), (const char *)experiment,
+                       true);
     fclose(file);
 }
 
@@ -587,7 +590,7 @@ static void test_stated_defaults(void **state)
             const config_key *key = &config_keys[i];
             char stated[200], resolved[200];
             if (config_given(experiment->source, key->path) ||
-                !config_key_applies(key, optimizer) || !stated_default(help, key, stated)) {
+                !config_key_applies(experiment, key, 0) || !stated_default(help, key, stated)) {
                 continue;
             }
             resolved_value(experiment, key, resolved);

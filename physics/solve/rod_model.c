@@ -38,8 +38,9 @@ static ad_value record_sections(const rod_coefficients *c)
 
 static ad_value record_rest(const rod_context *rod, const rod_coefficients *c)
 {
-    ad_value imperfection = rod_quantities(rod, 3, rod->scene->rod.imperfection, zeros,
-                                           rod->scales.length, rod->s, rod->t);
+    const scene_rest rest = scene_rest_of(rod->scene);
+    ad_value imperfection =
+        rod_quantities(rod, 3, rest.imperfection, zeros, rod->scales.length, rod->s, rod->t);
     return STACK(c->rest_strain, c->rest_curvature, imperfection,
                  rod_time_derivative(rod, c->rest_strain, 1),
                  rod_time_derivative(rod, c->rest_curvature, 1));

@@ -105,6 +105,7 @@ static config *begin(const char *file)
         config_defaults(experiment);
         experiment->source = config_source_create(file);
         experiment->names = quantities_create();
+        experiment->scene.names = experiment->names;
     }
     if (experiment && (!experiment->source || !experiment->names)) {
         config_free(experiment);
@@ -185,24 +186,51 @@ static bool keep(config *experiment, const config_key *key, void *field)
     return true;
 }
 
-static ad_status keep_all(config *experiment, ad_error *error)
+static ad_status keep_field(config *experiment, const config_key *key, int index, ad_error *error)
 {
     ad_error reason;
-    for (int i = 0; i < config_key_count; i++) {
+    char path[CONFIG_PATH_MAX];
+    config_key_path(key, index, path);
+    char *field = config_field(experiment, key, path);
+    int count = key->entries_max ? key->entries_max : 1;
+    for (int k = 0; k < count; k++, field += config_key_entry_size(key)) {
+        ad_status status = key->type == CONFIG_QUANTITY
+                               ? quantity_check(*(quantity *)(void *)field, &reason)
+                               : AD_OK;
+        if (status != AD_OK) {
+            return config_blame(experiment->source, error, path, "%s", reason.message);
+        }
+        if (!keep(experiment, key, field)) {
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for a scene");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status keep_all(config *experiment, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < config_key_count && status == AD_OK; i++) {
         const config_key *key = &config_keys[i];
-        int count = key->entries_max ? key->entries_max : 1;
-        char *field = config_key_in_stage(key) ? NULL : config_field(experiment, key, key->path);
         bool is_one = key->type == CONFIG_TEXT || key->type == CONFIG_QUANTITY;
-        for (int k = 0; field && is_one && k < count; k++, field += config_key_entry_size(key)) {
-            ad_status status = key->type == CONFIG_QUANTITY
-                                   ? quantity_check(*(quantity *)(void *)field, &reason)
-                                   : AD_OK;
-            if (status != AD_OK) {
-                return config_blame(experiment->source, error, key->path, "%s", reason.message);
-            }
-            if (!keep(experiment, key, field)) {
-                return ad_fail(error, AD_NO_MEMORY, "out of memory for a scene");
-            }
+        int fields = is_one ? config_key_fields(experiment, key) : 0;
+        for (int index = 0; index < fields && status == AD_OK; index++) {
+            status = keep_field(experiment, key, index, error);
+        }
+    }
+    return status;
+}
+
+/* Lengths that a program gave, before anything goes by them. */
+static ad_status check_lists(const config *experiment, ad_error *error)
+{
+    for (int i = 0; i < config_list_count; i++) {
+        const config_list *list = &config_lists[i];
+        int count = config_list_length(experiment, list);
+        if (count < list->least || count > list->most) {
+            return config_blame(experiment->source, error, list->path,
+                                "has %d entries; allowed: %d to %d", count, list->least,
+                                list->most);
         }
     }
     return AD_OK;
@@ -212,8 +240,12 @@ static ad_status fill_by_hand(config *experiment, const void *context, ad_error 
 {
     const hand_request *r = context;
     experiment->scene = *r->scene;
+    experiment->scene.names = experiment->names;
     experiment->settings = *r->settings;
-    ad_status status = keep_all(experiment, error);
+    ad_status status = check_lists(experiment, error);
+    if (status == AD_OK) {
+        status = keep_all(experiment, error);
+    }
     return status == AD_OK ? resolve_and_check(experiment, error) : status;
 }
 

@@ -50,17 +50,28 @@ static ad_status define_parameters(config *experiment, ad_error *error)
     return AD_OK;
 }
 
+static ad_status parse_field(config *experiment, const config_key *key, int index, ad_error *error)
+{
+    char path[CONFIG_PATH_MAX], entry[CONFIG_PATH_MAX + 16];
+    config_key_path(key, index, path);
+    quantity *field = config_field(experiment, key, path);
+    int count = key->entries_max ? key->entries_max : 1;
+    ad_status status = AD_OK;
+    for (int k = 0; k < count && status == AD_OK; k++) {
+        snprintf(entry, sizeof entry, key->entries_max ? "%s[%d]" : "%s", path, k);
+        status = parse(experiment, key, entry, field + k, error);
+    }
+    return status;
+}
+
 ad_status config_parse_formulas(config *experiment, ad_error *error)
 {
-    char path[CONFIG_PATH_MAX];
     ad_status status = define_parameters(experiment, error);
     for (int i = 0; i < config_key_count && status == AD_OK; i++) {
         const config_key *key = &config_keys[i];
-        int count = key->entries_max ? key->entries_max : 1;
-        for (int k = 0; key->type == CONFIG_QUANTITY && k < count && status == AD_OK; k++) {
-            quantity *field = config_field(experiment, key, key->path);
-            snprintf(path, sizeof path, key->entries_max ? "%s[%d]" : "%s", key->path, k);
-            status = parse(experiment, key, path, field + k, error);
+        int fields = key->type == CONFIG_QUANTITY ? config_key_fields(experiment, key) : 0;
+        for (int index = 0; index < fields && status == AD_OK; index++) {
+            status = parse_field(experiment, key, index, error);
         }
     }
     return status;
@@ -99,10 +110,10 @@ static ad_status check_stage_keys(const config *experiment, int stage, ad_error 
     char path[CONFIG_PATH_MAX], owners[64];
     for (int i = 0; i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!config_key_in_stage(key) || config_key_applies(key, optimizer)) {
+        if (config_key_applies(experiment, key, stage)) {
             continue;
         }
-        snprintf(path, sizeof path, "training.stages[%d].%s", stage, strstr(key->path, "[].") + 3);
+        config_key_path(key, stage, path);
         if (config_given(experiment->source, path)) {
             config_key_optimizers(key, owners, sizeof owners);
             return config_blame(experiment->source, error, path,

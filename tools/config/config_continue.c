@@ -32,30 +32,50 @@ static char *value_text(const config_key *key, const void *base, const config *e
     return text;
 }
 
-/* Both values of one key, of the stages `index` for a key of a stage. */
+/* Both values of one key, of the entries `index` for a key of a list. */
 static ad_status compare(const config_key *key, const config *before, const config *now, int index,
                          const char *why, ad_error *error)
 {
-    bool of_stage = config_key_in_stage(key);
-    char *old =
-        value_text(key, of_stage ? (const void *)&before->settings.stages[index] : before, before);
-    char *new = value_text(key, of_stage ? (const void *)&now->settings.stages[index] : now, now);
+    char *old = value_text(key, config_key_base(before, key, index), before);
+    char *new = value_text(key, config_key_base(now, key, index), now);
+    char path[CONFIG_PATH_MAX];
     ad_status status = AD_OK;
+    config_key_path(key, index, path);
     if (!old || !new) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory while comparing experiments");
     } else if (strcmp(old, new) != 0) {
-        const char *name = of_stage ? strrchr(key->path, ']') + 2 : key->path;
-        char place[32] = "";
-        if (of_stage) {
-            snprintf(place, sizeof place, "training.stages[%d].", index);
-        }
         status = ad_fail(error, AD_BAD_INPUT,
-                         "%s%s: %.80s in the checkpoint, %.80s now; %s, or choose another folder "
+                         "%s: %.80s in the checkpoint, %.80s now; %s, or choose another folder "
                          "with --out",
-                         place, name, old, new, why);
+                         path, old, new, why);
     }
     free(old);
     free(new);
+    return status;
+}
+
+static bool in_stage(const config_key *key)
+{
+    const config_list *list = config_list_of(key->path);
+    return list && list->offset == offsetof(config, settings.stages);
+}
+
+/* All entries of a key that is not of a stage. */
+static ad_status compare_entries(const config_key *key, const config *before, const config *now,
+                                 ad_error *error)
+{
+    static const char why[] = "a run keeps its scene, network and points";
+    const config_list *list = config_list_of(key->path);
+    int fields = config_key_fields(before, key), now_fields = config_key_fields(now, key);
+    ad_status status = AD_OK;
+    if (fields != now_fields) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: %d in the checkpoint, %d now; %s, or choose another folder with --out",
+                       list->path, fields, now_fields, why);
+    }
+    for (int index = 0; index < fields && status == AD_OK; index++) {
+        status = compare(key, before, now, index, why, error);
+    }
     return status;
 }
 
@@ -66,7 +86,7 @@ static ad_status compare_stage(const config *before, const config *now, int inde
     for (int i = 0; status == AD_OK && i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
         bool state = strstr(key->path, "].optimizer") || strstr(key->path, "].memory");
-        if (!config_key_in_stage(key) || (at_work && !state)) {
+        if (!in_stage(key) || (at_work && !state)) {
             continue;
         }
         status = compare(key, before, now, index,
@@ -82,9 +102,8 @@ ad_status config_continues(const config *before, const config *now, int stage, a
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!config_key_in_stage(key) && key->type != CONFIG_PARAMETER && !always_free(key->path)) {
-            status =
-                compare(key, before, now, 0, "a run keeps its scene, network and points", error);
+        if (!in_stage(key) && key->type != CONFIG_PARAMETER && !always_free(key->path)) {
+            status = compare_entries(key, before, now, error);
         }
     }
     int needed = stage < before->settings.stage_count ? stage + 1 : before->settings.stage_count;

@@ -52,19 +52,57 @@ bool config_key_is_section(const char *pattern)
             return true;
         }
     }
-    return config_key_is_list(pattern);
+    return config_list_find(pattern) != NULL;
 }
 
-bool config_key_is_list(const char *pattern)
+const config_list *config_list_find(const char *path)
 {
-    size_t length = strlen(pattern);
-    for (int i = 0; i < config_key_count; i++) {
-        const char *path = config_keys[i].path;
-        if (strncmp(path, pattern, length) == 0 && strncmp(path + length, "[].", 3) == 0) {
-            return true;
+    for (int i = 0; i < config_list_count; i++) {
+        if (strcmp(config_lists[i].path, path) == 0) {
+            return &config_lists[i];
         }
     }
-    return false;
+    return NULL;
+}
+
+const config_list *config_list_of(const char *path)
+{
+    for (int i = 0; i < config_list_count; i++) {
+        size_t length = strlen(config_lists[i].path);
+        if (strncmp(config_lists[i].path, path, length) == 0 && path[length] == '[') {
+            return &config_lists[i];
+        }
+    }
+    return NULL;
+}
+
+int config_list_length(const config *experiment, const config_list *list)
+{
+    return *(const int *)(const void *)((const char *)experiment + list->count_offset);
+}
+
+int config_key_fields(const config *experiment, const config_key *key)
+{
+    const config_list *list = config_list_of(key->path);
+    return list ? config_list_length(experiment, list) : 1;
+}
+
+void config_key_path(const config_key *key, int index, char path[CONFIG_PATH_MAX])
+{
+    const config_list *list = config_list_of(key->path);
+    if (list) {
+        snprintf(path, CONFIG_PATH_MAX, "%s[%d]%s", list->path, index,
+                 key->path + strlen(list->path) + 2);
+    } else {
+        snprintf(path, CONFIG_PATH_MAX, "%s", key->path);
+    }
+}
+
+const char *config_key_base(const config *experiment, const config_key *key, int index)
+{
+    const config_list *list = config_list_of(key->path);
+    const char *base = (const char *)experiment;
+    return list ? base + (size_t)index * list->stride : base;
 }
 
 void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
@@ -81,17 +119,13 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
     pattern[at] = '\0';
 }
 
-bool config_key_in_stage(const config_key *key)
-{
-    return strstr(key->path, "[].") != NULL;
-}
-
 static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {
     CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS, CONFIG_FOR_GAUSS_NEWTON, CONFIG_FOR_SSBROYDEN};
 
-bool config_key_applies(const config_key *key, optim_method optimizer)
+bool config_key_applies(const config *experiment, const config_key *key, int index)
 {
-    return !(key->flags & CONFIG_FOR_ANY) || (key->flags & optimizer_flags[optimizer]);
+    return !(key->flags & CONFIG_FOR_ANY) ||
+           (key->flags & optimizer_flags[experiment->settings.stages[index].optimizer]);
 }
 
 void config_key_optimizers(const config_key *key, char *text, size_t size)
@@ -136,9 +170,11 @@ void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX])
                      config_keys[i].path);
         }
     }
-    for (int i = 0; i < config_key_count && !*suggestion; i++) {
+    bool weak = !*suggestion || 2 * best >= (int)length; /* half of it is different */
+    for (int i = 0; i < config_key_count && weak; i++) {
         if (strcmp(last_part(config_keys[i].path), name) == 0) {
             snprintf(suggestion, CONFIG_PATH_MAX, "%s", config_keys[i].path);
+            weak = false;
         }
     }
 }

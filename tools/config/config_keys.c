@@ -25,7 +25,7 @@ CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
 #define AT(field)            .offset = offsetof(config, field)
-#define STAGE(field)         .offset = offsetof(train_stage, field)
+#define STAGE(field)         AT(settings.stages[0].field)
 #define POSITIVE             .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN
 #define NOT_NEGATIVE         .low = 0, .high = INFINITY
 #define STIFFNESS            .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_INFINITE
@@ -55,6 +55,18 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
      .fallback = (in_words),                                                                       \
      .help = (text)},
 
+/* What a segment has of the rod. */
+#define SEGMENT_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit,          \
+                         otherwise, in_words, text)                                                \
+    {path,                                                                                         \
+     CONFIG_QUANTITY,                                                                              \
+     ENTRIES((size) > 1 ? (size) : 0, (size) > 1 ? (size) : 0),                                    \
+     AT(scene.member),                                                                             \
+     bounds,                                                                                       \
+     .unit = (of_unit),                                                                            \
+     .fallback = "as under rod, or from section and material",                                     \
+     .help = "Of this piece, as under rod."},
+
 /* clang-format off */
 const config_key config_keys[] = {
     {"name", CONFIG_TEXT, AT(settings.name), .fallback = "the file's name without .yaml",
@@ -72,13 +84,21 @@ const config_key config_keys[] = {
     SCENE_LENGTH_ROWS(SCENE_QUANTITY)
     {"rod.section.shape", CONFIG_CHOICE, AT(scene.rod.section), .names = scene_section_names,
      .help = "Cross-section; none: give stiffness and inertia instead."},
-    SCENE_MATTER_ROWS(SCENE_QUANTITY)
-    SCENE_REST_ROWS(SCENE_QUANTITY)
-    SCENE_DAMPING_ROWS(SCENE_QUANTITY)
+    SCENE_MATTER_ROWS(SCENE_QUANTITY, "rod.", rod.)
+    SCENE_REST_ROWS(SCENE_QUANTITY, "rod.", rod.)
+    SCENE_DAMPING_ROWS(SCENE_QUANTITY, "rod.", rod.)
+
+    SCENE_PIECE_ROWS(SCENE_QUANTITY, "segments[].", segments[0].)
+    {"segments[].section.shape", CONFIG_CHOICE, AT(scene.segments[0].rod.section),
+     .names = scene_section_names, .help = "Cross-section of this piece; none: as under rod."},
+    SCENE_MATTER_ROWS(SEGMENT_QUANTITY, "segments[].", segments[0].rod.)
+    SCENE_REST_ROWS(SEGMENT_QUANTITY, "segments[].", segments[0].rod.)
+    SCENE_DAMPING_ROWS(SEGMENT_QUANTITY, "segments[].", segments[0].rod.)
+    SCENE_TURN_ROWS(SCENE_QUANTITY, "segments[].", segments[0].)
 
     {"loads.units", CONFIG_CHOICE, AT(load_units), .names = unit_names,
-     .help = "Of the forces and moments below: SI, or multiples of EI/L^2 and EI/L at the ends and "
-             "of EI/L^3 and EI/L^2 along the rod (EI about d1)."},
+     .help = "Of the forces and moments below: SI, or multiples of EI/L^2 and EI/L at ends and "
+             "points and of EI/L^3 and EI/L^2 along the rod (EI about d1)."},
     SCENE_LINE_ROWS(SCENE_QUANTITY)
     {"loads.frame", CONFIG_CHOICE, AT(scene.loads.frame), .names = scene_frame_names,
      .help = "Of the distributed loads; dead: fixed in the world, follower: turns with the rod."},
@@ -88,8 +108,21 @@ const config_key config_keys[] = {
     SCENE_TIP_ROWS(SCENE_QUANTITY)
     {"loads.tip.frame", CONFIG_CHOICE, AT(scene.loads.tip.frame), .names = scene_frame_names,
      .help = "dead: fixed in the world, follower: turns with the tip."},
+    SCENE_POINT_ROWS(SCENE_QUANTITY, "loads.points[].", points[0].)
+    {"loads.points[].frame", CONFIG_CHOICE, AT(scene.points[0].load.frame),
+     .names = scene_frame_names,
+     .help = "dead: fixed in the world, follower: turns with the rod there."},
+
+    SCENE_BODY_ROWS(SCENE_QUANTITY, "bodies[].", bodies[0].)
+
+    SCENE_SPRING_ROWS(SCENE_QUANTITY, "springs[].", springs[0].)
+
+    SCENE_TENDON_ROWS(SCENE_QUANTITY, "tendons[].", tendons[0].)
+
+    SCENE_CHAMBER_ROWS(SCENE_QUANTITY, "chambers[].", chambers[0].)
 
     SCENE_BEAM_ROWS(SCENE_QUANTITY)
+    SCENE_BEAM_POINT_ROWS(SCENE_QUANTITY, "beam.points[].", beam.points[0].)
 
     {"boundary.start.type", CONFIG_CHOICE, AT(scene.start.type), .names = scene_end_names,
      .help = "What holds s = 0: clamped, pinned (position only: a simple support), free, loaded "
@@ -333,3 +366,27 @@ const config_key config_keys[] = {
 };
 /* clang-format on */
 const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
+
+#define LIST(path, one, many, required, least, most, entries, count)                               \
+    {                                                                                              \
+        path, one, many, required, least, most, offsetof(config, entries),                         \
+            sizeof(((config *)NULL)->entries[0]), offsetof(config, count)                          \
+    }
+const config_list config_lists[] = {
+    LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
+         settings.stage_count),
+    LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
+         scene.segment_count),
+    LIST("loads.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.points,
+         scene.point_count),
+    LIST("bodies", "body", "bodies", NULL, 0, SCENE_BODIES_MAX, scene.bodies, scene.body_count),
+    LIST("springs", "spring", "springs", NULL, 0, SCENE_SPRINGS_MAX, scene.springs,
+         scene.spring_count),
+    LIST("tendons", "tendon", "tendons", NULL, 0, SCENE_TENDONS_MAX, scene.tendons,
+         scene.tendon_count),
+    LIST("chambers", "chamber", "chambers", NULL, 0, SCENE_CHAMBERS_MAX, scene.chambers,
+         scene.chamber_count),
+    LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,
+         scene.beam.point_count),
+};
+const int config_list_count = (int)(sizeof config_lists / sizeof *config_lists);

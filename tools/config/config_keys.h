@@ -35,7 +35,7 @@ typedef struct config_key {
     config_type type;
     int entries_min; /* of a list; both 0: a single value */
     int entries_max;
-    size_t offset;       /* into config, or into train_stage for a path with [] */
+    size_t offset;       /* into config; for a path with [] into the first entry of its list */
     size_t count_offset; /* of the int that holds the length of a list of variable length */
     const char *unit;
     double low;
@@ -48,6 +48,35 @@ typedef struct config_key {
 
 extern const config_key config_keys[];
 extern const int config_key_count;
+
+/* A list of sections. What an entry does not give is as in the last entry of config_defaults. */
+typedef struct config_list {
+    const char *path; /* "training.stages", of the keys "training.stages[].learning_rate" */
+    const char *one, *many;
+    const char *required; /* a choice that an entry has to give, "optimizer"; NULL: none */
+    int least, most;
+    size_t offset, stride, count_offset; /* into config */
+} config_list;
+
+extern const config_list config_lists[];
+extern const int config_list_count;
+
+/* The list that a key or a path in one ("loads.points[2].force") belongs to; NULL: none. */
+const config_list *config_list_of(const char *path);
+
+/* The list of that very path, without brackets; NULL: none. */
+const config_list *config_list_find(const char *path);
+
+int config_list_length(const config *experiment, const config_list *list);
+
+/* How many fields there are of a key: entries of its list, or 1. */
+int config_key_fields(const config *experiment, const config_key *key);
+
+/* The path of one of them, "loads.points[2].force". */
+void config_key_path(const config_key *key, int index, char path[CONFIG_PATH_MAX]);
+
+/* Where one of them is, less the offset of the key. */
+const char *config_key_base(const config *experiment, const config_key *key, int index);
 
 /* The path in the table of every named parameter. */
 #define CONFIG_PARAMETER_PATH "parameters.<name>"
@@ -64,16 +93,11 @@ const config_key *config_key_by_name(const char *section);
 /* Whether keys lie below `pattern` ("rod", "training.stages", "training.stages[]"). */
 bool config_key_is_section(const char *pattern);
 
-/* Whether `pattern` names a list of sections ("training.stages"). */
-bool config_key_is_list(const char *pattern);
-
 /* "rod.x[3].y" becomes "rod.x[].y". */
 void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 
-bool config_key_in_stage(const config_key *key);
-
-/* Whether a key of a stage means something to its optimiser. */
-bool config_key_applies(const config_key *key, optim_method optimizer);
+/* Whether entry `index` may have the key: one of a stage belongs to some optimisers. */
+bool config_key_applies(const config *experiment, const config_key *key, int index);
 
 /* The optimisers that a key belongs to, "lbfgs, gauss_newton". */
 void config_key_optimizers(const config_key *key, char *text, size_t size);

@@ -56,8 +56,7 @@ ad_status config_file_text(const char *path, char **text, size_t *size, ad_error
  * numbers here. Independent of the locale only within config_read. */
 const char *config_parse_number(const char *text, double *value);
 
-/* Store the value at `node`, a scalar or list, into the field of `key`; `base` is the config or the
- * stage it belongs to. */
+/* Store the value at `node`, a scalar or list, into the field of `key`. */
 typedef struct config_reader {
     config *experiment;
     yaml_document_t *document;
@@ -76,10 +75,13 @@ ad_status config_read_entry(config_reader *reader, const config_key *key, const 
 /* null: as if the key had never been given. */
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path);
 
+/* The list, or one entry of it if entry >= 0, as if never given. */
+ad_status config_reset_list(config_reader *reader, const config_list *list, int entry);
+
 /* Whether `value` lies in the range of `key`. */
 bool config_in_range(const config_key *key, double value);
 
-/* Where the field of `key` lies; the stage is taken from the path. */
+/* Where the field of `key` lies; the entry of its list is taken from the path. */
 void *config_field(config *experiment, const config_key *key, const char *path);
 
 bool config_is_plain(const yaml_node_t *node);
@@ -93,7 +95,7 @@ ad_status config_read_override(config_reader *reader, const char *path);
 
 /* ---- config_write.c: one value as YAML ----------------------------------------------------- */
 
-/* `base` is the config or a stage; `lengths` the config, where lengths of lists are. Formulas as
+/* `base` as of config_key_base; `lengths` the config, where lengths of lists are. Formulas as
  * they were written, or with the parameters put in and the same however they were written. */
 void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths,
                         bool as_written);

@@ -184,16 +184,6 @@ static ad_status collect(config_reader *reader, section *into, yaml_node_t *node
 
 /* ---- sections ------------------------------------------------------------------------------ */
 
-/* The stages that run when none are given. */
-static ad_status reset_stages(config_reader *reader, const char *path)
-{
-    const train_settings pristine = train_settings_default();
-    reader->experiment->settings.stage_count = pristine.stage_count;
-    memcpy(reader->experiment->settings.stages, pristine.stages, sizeof pristine.stages);
-    config_unplace(reader->experiment->source, path);
-    return AD_OK;
-}
-
 /* null for a section: as if none of its keys had been given. */
 static ad_status reset_section(config_reader *reader, const char *path)
 {
@@ -209,8 +199,7 @@ static ad_status reset_section(config_reader *reader, const char *path)
             continue;
         }
         if (strstr(rest, "[]")) {
-            snprintf(child, sizeof child, "%.*s", (int)strcspn(key->path, "["), key->path);
-            status = reset_stages(reader, child);
+            status = config_reset_list(reader, config_list_of(key->path), -1);
         } else {
             child_path(path, rest + 1, child);
             status = config_unset(reader, key, child);
@@ -278,45 +267,58 @@ static ad_status read_section(config_reader *reader, const char *path, yaml_node
     return status;
 }
 
-/* The stages of the training replace what was there. */
-static ad_status read_stages(config_reader *reader, const char *path, yaml_node_t *node)
+/* One entry of a list, whose other keys are at their defaults. */
+static ad_status read_list_entry(config_reader *reader, const config_list *list, int index,
+                                 yaml_node_t *node)
+{
+    config *experiment = reader->experiment;
+    char path[CONFIG_PATH_MAX], required[CONFIG_PATH_MAX], pattern[CONFIG_PATH_MAX], allowed[300];
+    snprintf(path, sizeof path, "%s[%d]", list->path, index);
+    ad_status status = config_reset_list(reader, list, index);
+    if (status == AD_OK) {
+        status = read_node(reader, path, node);
+    }
+    if (status != AD_OK || !list->required) {
+        return status;
+    }
+    child_path(path, list->required, required);
+    if (config_given(experiment->source, required)) {
+        return AD_OK;
+    }
+    config_key_pattern(required, pattern);
+    config_key_allowed(config_key_find(pattern), allowed, sizeof allowed);
+    return config_blame(experiment->source, reader->error, required, "missing; allowed: %s",
+                        allowed);
+}
+
+/* The entries of a list replace what was there. */
+static ad_status read_entries(config_reader *reader, const config_list *list, yaml_node_t *node)
 {
     config *experiment = reader->experiment;
     char sentence[100];
-    bool list = node->type == YAML_SEQUENCE_NODE;
+    bool is_list = node->type == YAML_SEQUENCE_NODE;
     if (config_is_null(node)) {
-        return reset_stages(reader, path);
+        return config_reset_list(reader, list, -1);
     }
-    long count = list ? node->data.sequence.items.top - node->data.sequence.items.start : 0;
-    if (count < 1 || count > TRAIN_STAGES_MAX) {
-        snprintf(sentence, sizeof sentence, "%s; allowed: a list of 1 to %d stages",
-                 !list       ? "is not a list"
+    long count = is_list ? node->data.sequence.items.top - node->data.sequence.items.start : 0;
+    if (!is_list || count < list->least || count > list->most) {
+        snprintf(sentence, sizeof sentence, "%s; allowed: a list of %d to %d %s",
+                 !is_list    ? "is not a list"
                  : count < 1 ? "is empty"
                              : "is too long",
-                 TRAIN_STAGES_MAX);
-        return blame_at(reader, node, path, sentence);
+                 list->least, list->most, list->many);
+        return blame_at(reader, node, list->path, sentence);
     }
-    config_unplace(experiment->source, path);
-    if (!config_place(experiment->source, &reader->origin, path, node->start_mark)) {
-        return no_memory(reader);
+    ad_status status = config_reset_list(reader, list, -1);
+    if (status == AD_OK &&
+        !config_place(experiment->source, &reader->origin, list->path, node->start_mark)) {
+        status = no_memory(reader);
     }
-    experiment->settings.stage_count = (int)count;
-    ad_status status = AD_OK;
+    *(int *)(void *)((char *)experiment + list->count_offset) = (int)count;
     for (int i = 0; i < (int)count && status == AD_OK; i++) {
-        char stage[CONFIG_PATH_MAX];
-        snprintf(stage, sizeof stage, "%.100s[%d]", path, i);
-        experiment->settings.stages[i] = train_stage_default();
-        status =
-            read_node(reader, stage,
-                      yaml_document_get_node(reader->document, node->data.sequence.items.start[i]));
-        if (status == AD_OK) {
-            char optimizer[CONFIG_PATH_MAX];
-            child_path(stage, "optimizer", optimizer);
-            if (!config_given(experiment->source, optimizer)) {
-                status = config_blame(experiment->source, reader->error, optimizer,
-                                      "missing; allowed: adam, lbfgs, gauss_newton, ssbroyden");
-            }
-        }
+        status = read_list_entry(
+            reader, list, i,
+            yaml_document_get_node(reader->document, node->data.sequence.items.start[i]));
     }
     return status;
 }
@@ -330,8 +332,9 @@ static ad_status read_node(config_reader *reader, const char *path, yaml_node_t 
     if (key) {
         return config_read_value(reader, key, path, node);
     }
-    if (config_key_is_list(pattern)) {
-        return read_stages(reader, path, node);
+    const config_list *list = config_list_find(pattern);
+    if (list) {
+        return read_entries(reader, list, node);
     }
     return read_section(reader, path, node);
 }
@@ -343,7 +346,7 @@ ad_status config_read_document(config_reader *reader)
 
 /* ---- overrides ----------------------------------------------------------------------------- */
 
-/* The index in brackets behind the stages of `path`, -1 when there is none. */
+/* The first index in brackets of `path`, -1 when there is none. */
 static long index_in(const char *path, const char **behind)
 {
     const char *bracket = strchr(path, '[');
@@ -396,10 +399,29 @@ static ad_status override_entry(config_reader *reader, const config_key *key, co
     return config_read_entry(reader, key, path, index, node);
 }
 
+/* Whether the list has the entry that `path` speaks of; where it lies in none, it is fine. */
+static ad_status find_entry(config_reader *reader, const yaml_node_t *node, const char *path)
+{
+    const config_list *list = config_list_of(path);
+    const char *behind = NULL;
+    char sentence[160];
+    int count = list ? config_list_length(reader->experiment, list) : 0;
+    long index = list ? index_in(path, &behind) : 0;
+    if (!list || (index >= 0 && index < count)) {
+        return AD_OK;
+    }
+    if (count == 0) {
+        snprintf(sentence, sizeof sentence, "no such %s, the list is empty; give all of %s",
+                 list->one, list->path);
+    } else {
+        snprintf(sentence, sizeof sentence, "no such %s; allowed: 0 to %d", list->one, count - 1);
+    }
+    return blame_at(reader, node, path, sentence);
+}
+
 ad_status config_read_override(config_reader *reader, const char *path)
 {
     char list[CONFIG_PATH_MAX];
-    const char *behind = NULL;
     int index = 0;
     yaml_node_t *node = yaml_document_get_root_node(reader->document);
     const config_key *key = entry_of(path, list, &index);
@@ -409,14 +431,9 @@ ad_status config_read_override(config_reader *reader, const char *path)
     if (!key && (!is_known(path) || strlen(path) > 80)) {
         return unknown_key(reader, node, path);
     }
-    if (strncmp(path, "training.stages[", 16) == 0) {
-        long stage = index_in(path, &behind);
-        if (stage < 0 || stage >= reader->experiment->settings.stage_count) {
-            char sentence[100];
-            snprintf(sentence, sizeof sentence, "no such stage; allowed: 0 to %d",
-                     reader->experiment->settings.stage_count - 1);
-            return blame_at(reader, node, path, sentence);
-        }
+    ad_status status = find_entry(reader, node, path);
+    if (status != AD_OK) {
+        return status;
     }
     return key ? override_entry(reader, key, list, index, node) : read_node(reader, path, node);
 }

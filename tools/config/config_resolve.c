@@ -14,6 +14,9 @@ void config_defaults(config *experiment)
     memset(experiment, 0, sizeof *experiment);
     scene_defaults(&experiment->scene);
     experiment->settings = train_settings_default();
+    for (int i = experiment->settings.stage_count; i < TRAIN_STAGES_MAX; i++) {
+        experiment->settings.stages[i] = train_stage_default();
+    }
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */
@@ -128,10 +131,9 @@ static void fill(quantity *field, quantity value, bool wanted)
     }
 }
 
-void config_fill_stiffness(scene *rod_scene)
+static void fill_piece(scene_rod *rod)
 {
-    scene_rod *rod = &rod_scene->rod;
-    scene_properties properties = scene_properties_of(rod_scene);
+    scene_properties properties = scene_rod_properties(rod);
     bool massive = quantity_is_something(properties.mass_per_length);
     bool sectioned = rod->section != SCENE_SECTION_NONE && rod->density.is_given;
     fill(&rod->shear_correction, scene_shear_correction(rod), true);
@@ -149,9 +151,30 @@ void config_fill_stiffness(scene *rod_scene)
     }
 }
 
+void config_fill_stiffness(scene *rod_scene)
+{
+    for (int i = 0; i < rod_scene->segment_count; i++) {
+        scene_rod rod = scene_piece_of(rod_scene, i).rod;
+        fill_piece(&rod);
+        rod_scene->segments[i].rod = rod;
+    }
+    if (rod_scene->segment_count == 0) {
+        fill_piece(&rod_scene->rod);
+    }
+    rod_scene->rod.length = quantity_number(scene_length(rod_scene));
+}
+
+static void scale_load(quantity *entries, double factor)
+{
+    for (int i = 0; i < 3; i++) {
+        entries[i] = quantity_scale(entries[i], factor);
+    }
+}
+
 static ad_status resolve_units(config *experiment, ad_error *error)
 {
-    scene_loads *loads = &experiment->scene.loads;
+    scene *given = &experiment->scene;
+    scene_loads *loads = &given->loads;
     double length = scene_length(&experiment->scene), stiffness = 0;
     quantity bending = scene_properties_of(&experiment->scene).curvature_stiffness[0];
     const struct {
@@ -172,10 +195,11 @@ static ad_status resolve_units(config *experiment, ad_error *error)
                             "allowed here: SI");
     }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        double factor = stiffness / pow(length, rows[i].power);
-        for (int k = 0; k < 3; k++) {
-            rows[i].entries[k] = quantity_scale(rows[i].entries[k], factor);
-        }
+        scale_load(rows[i].entries, stiffness / pow(length, rows[i].power));
+    }
+    for (int i = 0; i < given->point_count; i++) {
+        scale_load(given->points[i].load.force, stiffness / pow(length, 2));
+        scale_load(given->points[i].load.moment, stiffness / length);
     }
     experiment->load_units = CONFIG_UNITS_SI;
     return config_check_scene(experiment, error);

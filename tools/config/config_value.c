@@ -100,12 +100,9 @@ const char *config_parse_number(const char *text, double *value)
 
 void *config_field(config *experiment, const config_key *key, const char *path)
 {
-    char *base = (char *)experiment;
-    if (config_key_in_stage(key)) {
-        const char *bracket = strchr(path, '[');
-        base = (char *)&experiment->settings.stages[bracket ? strtol(bracket + 1, NULL, 10) : 0];
-    }
-    return base + key->offset;
+    const config_list *list = config_list_of(key->path);
+    long index = list ? strtol(path + strlen(list->path) + 1, NULL, 10) : 0;
+    return (char *)config_key_base(experiment, key, (int)index) + key->offset;
 }
 
 /* "is 'abc'": long and quoted values are cut and told apart. */
@@ -361,6 +358,28 @@ static ad_status read_list(config_reader *reader, const config_key *key, const c
     return AD_OK;
 }
 
+ad_status config_reset_list(config_reader *reader, const config_list *list, int entry)
+{
+    config *pristine = malloc(sizeof *pristine);
+    char *to = (char *)reader->experiment;
+    size_t last = list->offset + (size_t)(list->most - 1) * list->stride;
+    if (!pristine) {
+        return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
+    }
+    config_defaults(pristine);
+    if (entry >= 0) {
+        memcpy(to + list->offset + (size_t)entry * list->stride, (char *)pristine + last,
+               list->stride);
+    } else {
+        memcpy(to + list->offset, (char *)pristine + list->offset,
+               (size_t)list->most * list->stride);
+        memcpy(to + list->count_offset, (char *)pristine + list->count_offset, sizeof(int));
+        config_unplace(reader->experiment->source, list->path);
+    }
+    free(pristine);
+    return AD_OK;
+}
+
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path)
 {
     if (key->type == CONFIG_PARAMETER) {
@@ -373,11 +392,9 @@ ad_status config_unset(config_reader *reader, const config_key *key, const char 
         return ad_fail(reader->error, AD_NO_MEMORY, "%s: out of memory", reader->origin.file);
     }
     config_defaults(pristine);
-    pristine->settings.stages[TRAIN_STAGES_MAX - 1] = train_stage_default();
+    const config_list *list = config_list_of(key->path);
     size_t entries = key->entries_max ? (size_t)key->entries_max : 1;
-    const char *from = config_key_in_stage(key)
-                           ? (char *)&pristine->settings.stages[TRAIN_STAGES_MAX - 1] + key->offset
-                           : (char *)pristine + key->offset;
+    const char *from = config_key_base(pristine, key, list ? list->most - 1 : 0) + key->offset;
     memcpy(config_field(reader->experiment, key, path), from, entries * config_key_entry_size(key));
     if (key->entries_min != key->entries_max) {
         memcpy((char *)reader->experiment + key->count_offset, (char *)pristine + key->count_offset,

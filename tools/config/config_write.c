@@ -188,6 +188,18 @@ static void write_derived(FILE *file, const config_key *key, const char *derived
     }
 }
 
+/* What the entry does not say, of what follows from other keys. */
+static void write_derived_of(const yaml_writer *writer, const config_key *key, int index)
+{
+    const char *base = config_key_base(writer->experiment, key, index);
+    const char *derived = config_key_base(writer->derived, key, index);
+    if (!has_value(key, base + key->offset) && has_value(key, derived + key->offset)) {
+        fputs(" # ", writer->file);
+        write_derived(writer->file, key, derived);
+        fprintf(writer->file, ", %s", key->fallback);
+    }
+}
+
 static void write_parameters(yaml_writer *writer, const config_key *key)
 {
     const config *experiment = writer->experiment;
@@ -203,16 +215,21 @@ static void write_parameters(yaml_writer *writer, const config_key *key)
     writer->before = key->path;
 }
 
+/* An empty line before what does not belong to the section of the row before. */
+static void begin_section(const yaml_writer *writer, const char *path)
+{
+    bool other = strncmp(path, writer->before, strcspn(path, ".") + 1) != 0;
+    if ((*writer->before && !strchr(path, '.') != !strchr(writer->before, '.')) ||
+        (strchr(path, '.') && other)) {
+        fputc('\n', writer->file);
+    }
+}
+
 static void write_row(yaml_writer *writer, const config_key *key)
 {
     const char *name = NULL;
     const char *base = (const char *)writer->experiment;
-    if (*writer->before && !strchr(key->path, '.') != !strchr(writer->before, '.')) {
-        fputc('\n', writer->file);
-    } else if (strchr(key->path, '.') &&
-               strncmp(key->path, writer->before, strcspn(key->path, ".") + 1) != 0) {
-        fputc('\n', writer->file);
-    }
+    begin_section(writer, key->path);
     if (key->type == CONFIG_PARAMETER) {
         write_parameters(writer, key);
         return;
@@ -224,55 +241,58 @@ static void write_row(yaml_writer *writer, const config_key *key)
     indent(writer->file, depth);
     fprintf(writer->file, "%s: ", name);
     config_write_value(writer->file, key, base, base, writer->as_written);
-    const char *derived = (const char *)writer->derived;
-    if (!has_value(key, base + key->offset) && has_value(key, derived + key->offset)) {
-        fputs(" # ", writer->file);
-        write_derived(writer->file, key, derived);
-        fprintf(writer->file, ", %s", key->fallback);
-    }
+    write_derived_of(writer, key, 0);
     fputc('\n', writer->file);
     writer->before = key->path;
 }
 
-/* The keys of one stage are neighbours in the table, from `first` on. */
-static void write_stage(const yaml_writer *outer, int first, const train_stage *stage, bool help)
+/* Entry `index` of the list whose keys are neighbours in the table, from `first` to `end`. */
+static void write_entry_of(const yaml_writer *outer, int first, int end, int index, int depth,
+                           bool *explained)
 {
-    yaml_writer writer = {outer->file, outer->experiment, outer->derived,
-                          help,        outer->as_written, ""};
-    for (int i = first; i < config_key_count && config_key_in_stage(&config_keys[i]); i++) {
+    yaml_writer writer = *outer;
+    size_t prefix = (size_t)(strstr(config_keys[first].path, "[].") + 3 - config_keys[first].path);
+    writer.before = "";
+    for (int i = first; i < end; i++) {
         const config_key *key = &config_keys[i];
-        const char *path = strstr(key->path, "[].") + 3;
-        const char *name = NULL;
-        if (!config_key_applies(key, stage->optimizer)) {
+        const char *path = key->path + prefix, *name = path;
+        if (!config_key_applies(writer.experiment, key, index)) {
             continue;
         }
-        int depth = i == first ? 3 : open_sections(&writer, path, 3, &name);
-        if (help) {
-            write_comment(writer.file, key, depth);
+        int inner = i == first ? depth + 1 : open_sections(&writer, path, depth + 1, &name);
+        if (writer.help && !explained[i]) {
+            write_comment(writer.file, key, inner);
         }
-        indent(writer.file, i == first ? 2 : depth);
-        fprintf(writer.file, "%s%s: ", i == first ? "- " : "", i == first ? path : name);
-        config_write_value(writer.file, key, (const char *)stage, (const char *)writer.experiment,
-                           writer.as_written);
+        explained[i] = true;
+        indent(writer.file, i == first ? depth : inner);
+        fprintf(writer.file, "%s%s: ", i == first ? "- " : "", name);
+        config_write_value(writer.file, key, config_key_base(writer.experiment, key, index),
+                           (const char *)writer.experiment, writer.as_written);
+        write_derived_of(&writer, key, index);
         fputc('\n', writer.file);
         writer.before = path;
     }
 }
 
-static int write_stages(yaml_writer *writer, int first)
+/* All entries of the list whose keys begin at `first`; returns the key behind them. */
+static int write_list(yaml_writer *writer, int first)
 {
-    const config *experiment = writer->experiment;
-    int end = first;
-    bool explained[OPTIM_METHOD_COUNT] = {false};
-    while (end < config_key_count && config_key_in_stage(&config_keys[end])) {
+    const config_list *list = config_list_of(config_keys[first].path);
+    int end = first, count = config_list_length(writer->experiment, list);
+    bool *explained = calloc((size_t)config_key_count, sizeof *explained);
+    const char *name = NULL;
+    while (end < config_key_count && config_list_of(config_keys[end].path) == list) {
         end++;
     }
-    fprintf(writer->file, "  stages:\n");
-    for (int i = 0; i < experiment->settings.stage_count; i++) {
-        const train_stage *stage = &experiment->settings.stages[i];
-        write_stage(writer, first, stage, writer->help && !explained[stage->optimizer]);
-        explained[stage->optimizer] = true;
+    begin_section(writer, list->path);
+    int depth = open_sections(writer, list->path, 0, &name);
+    indent(writer->file, depth);
+    fprintf(writer->file, "%s:%s\n", name, count ? "" : " []");
+    for (int i = 0; i < count && explained; i++) {
+        write_entry_of(writer, first, end, i, depth + 1, explained);
     }
+    free(explained);
+    writer->before = config_keys[end - 1].path;
     return end;
 }
 
@@ -296,8 +316,8 @@ static void write_keys(yaml_writer *writer, bool physics_alone)
     for (int i = 0; i < config_key_count;) {
         if (physics_alone && !is_physics(config_keys[i].path)) {
             i++;
-        } else if (config_key_in_stage(&config_keys[i])) {
-            i = write_stages(writer, i);
+        } else if (config_list_of(config_keys[i].path)) {
+            i = write_list(writer, i);
         } else {
             write_row(writer, &config_keys[i++]);
         }
@@ -364,13 +384,13 @@ static void write_wrapped(FILE *file, const char *text, int margin)
     fputc('\n', file);
 }
 
-/* Of a stage, the defaults of one that the file gives; without any other values hold, which the
- * help of its optimizer names. */
+/* Of an entry of a list, the defaults of one that the file gives; without any stage other values
+ * hold, which the help of its optimizer names. */
 static void help_row(FILE *file, const config *defaults, const config_key *key)
 {
     char allowed[300];
-    const train_stage stage = train_stage_default();
-    const char *base = config_key_in_stage(key) ? (const char *)&stage : (const char *)defaults;
+    const config_list *list = config_list_of(key->path);
+    const char *base = config_key_base(defaults, key, list ? list->most - 1 : 0);
     bool none = !has_value(key, base + key->offset);
     config_key_allowed(key, allowed, sizeof allowed);
     fprintf(file, "  %s: %s", key->path, allowed);

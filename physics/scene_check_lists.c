@@ -1,0 +1,290 @@
+/* What scene_check asks of segments, and of what acts at places of a rod: points, bodies, springs,
+ * tendons, chambers. Signs and finiteness are in the rows of their quantities. */
+#include "physics/scene_internal.h"
+
+#include <math.h>
+
+/* Of lengths and places that are sums of decimals. */
+static const double PLACE_ROUNDING = 1e-9;
+
+/* ---- the extent ------------------------------------------------------------------------------ */
+
+ad_status scene_check_counts(const scene_checker *check)
+{
+    for (int i = 0; i < scene_list_count; i++) {
+        int count = scene_list_length(check->scene, &scene_lists[i]);
+        if (count < 0 || count > scene_lists[i].most) {
+            *check->key = scene_lists[i].key;
+            return ad_fail(check->error, AD_BAD_INPUT, "has %d entries; allowed: up to %d", count,
+                           scene_lists[i].most);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status scene_check_extent(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    double sum = 0, length = scene_length(given);
+    for (int i = 0; i < given->segment_count; i++) {
+        if (!given->segments[i].length.is_given) {
+            return scene_refuse_at(check, &given->segments[i].length,
+                                   "missing; the length of this piece of the rod in m");
+        }
+        sum += given->segments[i].length.number;
+    }
+    if (given->segment_count == 0 && !given->rod.length.is_given) {
+        return scene_refuse(check, "rod.length", "missing; the length of the undeformed rod in m");
+    }
+    if (given->segment_count > 1 && !given->names) {
+        return scene_refuse(check, "segments",
+                            "are joined by formulas; give the scene the names to make them with");
+    }
+    if (given->segment_count > 0 && !(fabs(sum - length) <= PLACE_ROUNDING * length)) {
+        *check->key = "rod.length";
+        return ad_fail(check->error, AD_BAD_INPUT,
+                       "is %.10g m, but the segments are %.10g m long together; allowed: the same, "
+                       "or segments alone",
+                       length, sum);
+    }
+    return AD_OK;
+}
+
+/* ---- segments -------------------------------------------------------------------------------- */
+
+/* What is given for the whole rod in place of what follows from section and material would hold in
+ * a piece of another section or material, too. */
+static ad_status check_overrides(const scene_checker *check, int index)
+{
+    const scene_rod *whole = &check->scene->rod, *own = &check->scene->segments[index].rod;
+    bool section = own->section != SCENE_SECTION_NONE || own->radius.is_given ||
+                   own->inner_radius.is_given || own->width.is_given || own->height.is_given;
+    bool elastic = section || own->youngs_modulus.is_given || own->poissons_ratio.is_given ||
+                   own->shear_correction.is_given;
+    bool heavy = section || own->density.is_given;
+    const struct {
+        const quantity *own, *whole;
+        bool follows;
+    } rows[] = {
+        {own->shear_stiffness, whole->shear_stiffness, elastic},
+        {&own->axial_stiffness, &whole->axial_stiffness, elastic},
+        {own->bending_stiffness, whole->bending_stiffness, elastic},
+        {&own->torsional_stiffness, &whole->torsional_stiffness, elastic},
+        {&own->mass_per_length, &whole->mass_per_length, heavy},
+        {own->rotary_inertia, whole->rotary_inertia, heavy},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].follows && rows[i].whole->is_given && !rows[i].own->is_given) {
+            return scene_refuse_at(check, rows[i].own,
+                                   "is given under rod, in place of what follows from the section "
+                                   "and material of this piece; give it here, too, or not there");
+        }
+    }
+    return AD_OK;
+}
+
+ad_status scene_check_segments(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    ad_status status = AD_OK;
+    if (given->segment_count > 0 && quantity_any_something(3, given->segments[0].turn)) {
+        return scene_refuse_at(check, given->segments[0].turn,
+                               "turns the first piece, which has none before it; leave it out, or "
+                               "give boundary.start.rotation");
+    }
+    for (int i = 0; i < given->segment_count && status == AD_OK; i++) {
+        status = check_overrides(check, i);
+    }
+    return status;
+}
+
+/* ---- places ---------------------------------------------------------------------------------- */
+
+static const char MISSING_PLACE[] = "missing; a place along the rod in m";
+static const char OUTSIDE[] = "lies beyond the rod; allowed: 0 to its length";
+
+static bool is_on_rod(const scene *given, quantity place)
+{
+    double rounding = PLACE_ROUNDING * scene_length(given);
+    return place.number >= 0 && place.number <= scene_length(given) + rounding;
+}
+
+static ad_status check_point(const scene_checker *check, const quantity *at, bool loaded,
+                             const char *outside)
+{
+    double length = scene_length(check->scene), rounding = PLACE_ROUNDING * length;
+    if (!at->is_given) {
+        return scene_refuse_at(check, at, MISSING_PLACE);
+    }
+    if (!(at->number > rounding && at->number < length - rounding)) {
+        return scene_refuse_at(check, at, outside);
+    }
+    return loaded ? AD_OK
+                  : scene_refuse_at(check, at, "neither a force nor a moment is given there");
+}
+
+static ad_status check_points(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    ad_status status = AD_OK;
+    for (int i = 0; i < given->point_count && status == AD_OK; i++) {
+        const scene_point *p = &given->points[i];
+        bool loaded = quantity_any_given(3, p->load.force) || quantity_any_given(3, p->load.moment);
+        status = check_point(check, &p->at, loaded,
+                             "is not within the rod; allowed: 0 < at < length, and at the ends "
+                             "loads.base, loads.tip");
+    }
+    return status;
+}
+
+static ad_status check_beam_points(const scene_checker *check)
+{
+    const scene_beam *beam = &check->scene->beam;
+    ad_status status = AD_OK;
+    for (int i = 0; i < beam->point_count && status == AD_OK; i++) {
+        const scene_beam_point *p = &beam->points[i];
+        bool loaded = p->load.force.is_given || p->load.moment.is_given;
+        status = check_point(check, &p->at, loaded,
+                             "is not within the beam; allowed: 0 < at < length, and at the ends "
+                             "beam.base, beam.tip");
+    }
+    return status;
+}
+
+static ad_status check_bodies(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    for (int i = 0; i < given->body_count; i++) {
+        const scene_body *body = &given->bodies[i];
+        if (!body->at.is_given || !is_on_rod(given, body->at)) {
+            return scene_refuse_at(check, &body->at, body->at.is_given ? OUTSIDE : MISSING_PLACE);
+        }
+        if (!body->mass.is_given) {
+            return scene_refuse_at(check, &body->mass, "missing; the mass of the body in kg");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_springs(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    for (int i = 0; i < given->spring_count; i++) {
+        const scene_spring *spring = &given->springs[i];
+        if (!spring->at.is_given || !is_on_rod(given, spring->at)) {
+            return scene_refuse_at(check, &spring->at,
+                                   spring->at.is_given ? OUTSIDE : MISSING_PLACE);
+        }
+        if (!quantity_any_something(3, spring->stiffness) &&
+            !quantity_any_something(3, spring->turning)) {
+            return scene_refuse_at(check, spring->stiffness,
+                                   "missing; a spring has a stiffness, or one against turning");
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- along the rod --------------------------------------------------------------------------- */
+
+static ad_status check_span(const scene_checker *check, const quantity *start, const quantity *end)
+{
+    const scene *given = check->scene;
+    double from = quantity_or(*start, quantity_number(0)).number;
+    double to = quantity_or(*end, quantity_number(scene_length(given))).number;
+    if (start->is_given && !is_on_rod(given, *start)) {
+        return scene_refuse_at(check, start, "begins beyond the rod; allowed: 0 to its length");
+    }
+    if (end->is_given && !is_on_rod(given, *end)) {
+        return scene_refuse_at(check, end, "ends beyond the rod; allowed: 0 to its length");
+    }
+    return from < to ? AD_OK
+                     : scene_refuse_at(check, end->is_given ? end : start,
+                                       "it ends before it begins; allowed: start < end");
+}
+
+/* Guides may stand far off a thin backbone, but not farther than the rod is long. */
+static ad_status check_offset(const scene_checker *check, const quantity offset[2],
+                              const quantity *start, const quantity *end)
+{
+    double length = scene_length(check->scene);
+    double from = quantity_or(*start, quantity_number(0)).number;
+    double to = quantity_or(*end, quantity_number(length)).number;
+    if (!offset[0].is_given) {
+        return scene_refuse_at(check, offset,
+                               "missing; two numbers or formulas of s along d1 and d2, in m");
+    }
+    for (int i = 0; i < 2; i++) {
+        scene_range range = scene_range_within(check->scene, offset[i], from, to);
+        if (!(range.low >= -length && range.high <= length)) {
+            return scene_refuse_at(check, offset,
+                                   "is farther from the axis than the rod is long; it is in m");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_tendons(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    ad_status status = AD_OK;
+    for (int i = 0; i < given->tendon_count && status == AD_OK; i++) {
+        const scene_tendon *tendon = &given->tendons[i];
+        status = check_span(check, &tendon->start, &tendon->end);
+        if (status == AD_OK) {
+            status = check_offset(check, tendon->offset, &tendon->start, &tendon->end);
+        }
+        if (status == AD_OK && tendon->tension.is_given == tendon->displacement.is_given) {
+            bool both = tendon->tension.is_given;
+            status = scene_refuse_at(check, both ? &tendon->displacement : &tendon->tension,
+                                     both ? "given beside tension; allowed: one of the two"
+                                          : "missing; give tension or displacement");
+        }
+    }
+    return status;
+}
+
+static ad_status check_chambers(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    ad_status status = AD_OK;
+    for (int i = 0; i < given->chamber_count && status == AD_OK; i++) {
+        const scene_chamber *chamber = &given->chambers[i];
+        status = check_span(check, &chamber->start, &chamber->end);
+        if (status == AD_OK) {
+            status = check_offset(check, chamber->offset, &chamber->start, &chamber->end);
+        }
+        if (status == AD_OK && !chamber->pressure.is_given) {
+            status = scene_refuse_at(check, &chamber->pressure, "missing; its pressure in Pa");
+        }
+        if (status == AD_OK && !chamber->area.is_given) {
+            status = scene_refuse_at(check, &chamber->area,
+                                     "missing; the area of the chamber's cross-section in m^2");
+        }
+    }
+    return status;
+}
+
+/* The loads that make a solution exact are smooth along the rod. */
+static ad_status check_manufactured(const scene_checker *check)
+{
+    for (int i = 0; i < scene_list_count && scene_is_manufactured(check->scene); i++) {
+        if (scene_list_length(check->scene, &scene_lists[i]) > 0) {
+            return scene_refuse(check, scene_lists[i].key,
+                                "make a rod that jumps somewhere, but a manufactured solution is "
+                                "smooth; leave them out");
+        }
+    }
+    return AD_OK;
+}
+
+ad_status scene_check_lists(const scene_checker *check)
+{
+    static scene_check_part *const parts[] = {check_manufactured, check_points,  check_beam_points,
+                                              check_bodies,       check_springs, check_tendons,
+                                              check_chambers};
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
+        status = parts[i](check);
+    }
+    return status;
+}
