@@ -49,6 +49,16 @@ double beam_deflection_scale(const scene *beam_scene)
         double value = beam_largest(beam_scene, rows[i].value, rows[i].along_s, rows[i].in_time);
         largest = fmax(largest, rows[i].factor * value);
     }
+    for (int i = 0; i < beam->point_count; i++) {
+        const scene_beam_load *load = &beam->points[i].load;
+        largest = fmax(largest, by_force / 3 * beam_largest(beam_scene, load->force, false, true));
+        largest =
+            fmax(largest, by_moment / 2 * beam_largest(beam_scene, load->moment, false, true));
+    }
+    for (int i = 0; i < beam_scene->spring_count; i++) {
+        largest =
+            fmax(largest, beam_largest(beam_scene, beam_scene->springs[i].anchor[1], false, false));
+    }
     return largest > 0 && isfinite(largest) ? largest : length;
 }
 

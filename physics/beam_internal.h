@@ -37,6 +37,28 @@ typedef struct beam_end {
     ad_value deflection, slope, shear, moment;
 } beam_end;
 
+/* beam_points.c. What acts at single places, lists of scene.h in their order; `s` is dimensionless.
+ * With F, T what the outside does to the beam there, V(s+) = V(s-) - F and M(s+) = M(s-) - T. Of
+ * rigid bodies and springs those parts that a deflection along d2 and a turn about d1 move: a body
+ * F = -mass w_tt, T = -inertia psi_tt, in motion; a spring F = -stiffness (w - anchor), T =
+ * -turning psi. */
+typedef struct beam_point_data {
+    double s;
+    ad_value force, moment;
+} beam_point_data;
+
+typedef struct beam_body_data {
+    double s, mass, inertia; /* 0 if static */
+} beam_body_data;
+
+typedef struct beam_spring_data {
+    double s, stiffness, turning, anchor;
+} beam_spring_data;
+
+beam_point_data beam_point_of(const beam_context *beam, int i, ad_value t);
+beam_body_data beam_body_of(const beam_context *beam, int i);
+beam_spring_data beam_spring_of(const beam_context *beam, int i);
+
 /* beam.c */
 bool beam_turns(const scene *scene); /* whether sections have rotary inertia */
 beam_context beam_context_of(const scene *scene, const domain_place *at);

@@ -56,13 +56,15 @@ static ad_status solve_static(beam_solution *x, ad_error *error)
 {
     size_t nodes = beam_system_nodes(x->system);
     double ends[4];
+    beam_load jump_loads[BEAM_JUMPS_MAX];
     beam_load *loads = malloc(nodes * sizeof *loads);
     ad_status status =
         loads ? solve_beam_load(x->beam, nodes, beam_system_points(x->system), 0, loads, error)
               : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
     status = status == AD_OK ? solve_beam_ends(x->beam, 0, ends, error) : status;
+    status = status == AD_OK ? solve_beam_jump_loads(x->beam, 0, jump_loads, error) : status;
     if (status == AD_OK) {
-        beam_system_solve(x->system, loads, ends, x->fields);
+        beam_system_solve(x->system, loads, jump_loads, ends, x->fields);
     }
     free(loads);
     return status;

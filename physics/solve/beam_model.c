@@ -2,6 +2,7 @@
 
 #include "physics/beam_internal.h"
 #include "physics/solve/formula.h"
+#include "physics/solve/mesh.h"
 
 #include <stdlib.h>
 
@@ -15,6 +16,7 @@ typedef struct beam_functions {
         };
         formula *all[FORMULAS];
     };
+    formula *jumps; /* NULL: none */
 } beam_functions;
 
 /* ---- recording ------------------------------------------------------------------------------- */
@@ -55,6 +57,74 @@ static ad_value record_initial(const beam_context *beam)
         4, (ad_value[]){initial.deflection, initial.slope, initial.velocity, initial.slope_rate});
 }
 
+static int compare(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void place_jumps(const beam_context *beam, solve_beam *to)
+{
+    const scene *given = beam->scene;
+    double s[BEAM_JUMPS_MAX];
+    int count = 0;
+    for (int i = 0; i < given->beam.point_count; i++) {
+        s[count++] = beam_point_of(beam, i, beam->t).s;
+    }
+    for (int i = 0; i < given->body_count; i++) {
+        s[count++] = beam_body_of(beam, i).s;
+    }
+    for (int i = 0; i < given->spring_count; i++) {
+        s[count++] = beam_spring_of(beam, i).s;
+    }
+    qsort(s, (size_t)count, sizeof *s, compare);
+    for (int i = 0; i < count; i++) {
+        if (to->jump_count == 0 || s[i] > to->jumps[to->jump_count - 1].s + SOLVE_SAME_PLACE) {
+            to->jumps[to->jump_count++].s = s[i] > 1 - SOLVE_SAME_PLACE ? 1 : s[i];
+        }
+    }
+}
+
+static int jump_at(const solve_beam *beam, double s)
+{
+    int found = 0;
+    while (found + 1 < beam->jump_count && beam->jumps[found].s < s - SOLVE_SAME_PLACE) {
+        found++;
+    }
+    return found;
+}
+
+/* Rows of beam_load, one after the other. */
+static ad_value record_jumps(const beam_context *beam, solve_beam *to)
+{
+    ad_value loads[2 * BEAM_JUMPS_MAX];
+    place_jumps(beam, to);
+    for (int i = 0; i < 2 * to->jump_count; i++) {
+        loads[i] = ad_scalar(beam->tape, 0);
+    }
+    for (int i = 0; i < beam->scene->beam.point_count; i++) {
+        beam_point_data point = beam_point_of(beam, i, beam->t);
+        ad_value *load = loads + 2 * jump_at(to, point.s);
+        load[0] = ad_add(load[0], point.force);
+        load[1] = ad_add(load[1], point.moment);
+    }
+    for (int i = 0; i < beam->scene->body_count; i++) {
+        beam_body_data body = beam_body_of(beam, i);
+        beam_jump *jump = &to->jumps[jump_at(to, body.s)];
+        jump->mass += body.mass;
+        jump->inertia += body.inertia;
+    }
+    for (int i = 0; i < beam->scene->spring_count; i++) {
+        beam_spring_data spring = beam_spring_of(beam, i);
+        int place = jump_at(to, spring.s);
+        ad_value pull = ad_scalar(beam->tape, spring.stiffness * spring.anchor);
+        to->jumps[place].stiffness += spring.stiffness;
+        to->jumps[place].turning += spring.turning;
+        loads[2 * place] = ad_add(loads[2 * place], pull);
+    }
+    return to->jump_count > 0 ? ad_stack(2 * to->jump_count, loads) : ad_scalar(beam->tape, 0);
+}
+
 static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *error)
 {
     beam_functions *f = beam->formula;
@@ -69,9 +139,13 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
     beam->turns = context.rotary_inertia > 0;
     const ad_value values[FORMULAS] = {record_sections(&context), record_load(&context),
                                        record_ends(&context, beam), record_initial(&context)};
+    const ad_value jumps = record_jumps(&context, beam);
     ad_status status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
         status = solve_formula_create(values[i], 0, f->pool, &f->all[i], error);
+    }
+    if (status == AD_OK && beam->jump_count > 0) {
+        status = solve_formula_create(jumps, 0, f->pool, &f->jumps, error);
     }
     ad_tape_free(tape);
     return status;
@@ -111,6 +185,7 @@ void solve_beam_free(solve_beam *beam)
         for (int i = 0; i < FORMULAS; i++) {
             solve_formula_free(f->all[i]);
         }
+        solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
         free(f);
         free(beam);
@@ -135,6 +210,14 @@ ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
                              beam_initial_state *out, ad_error *error)
 {
     return solve_formula_evaluate(beam->formula->initial, n, s, 0, (double *)out, error);
+}
+
+ad_status solve_beam_jump_loads(const solve_beam *beam, double t, beam_load *out, ad_error *error)
+{
+    double s = 0; /* of t alone */
+    return beam->jump_count > 0
+               ? solve_formula_evaluate(beam->formula->jumps, 1, &s, t, (double *)out, error)
+               : AD_OK;
 }
 
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error)

@@ -14,6 +14,15 @@
 extern "C" {
 #endif
 
+enum { BEAM_JUMPS_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
+
+/* All that acts at one s, 0 and 1 among them, sums of physics/beam_internal.h; not the loads. */
+typedef struct beam_jump {
+    double s;
+    double stiffness, turning;
+    double mass, inertia; /* 0 if static */
+} beam_jump;
+
 typedef struct solve_beam {
     rod_scales scales;
     double deflection; /* W, m */
@@ -23,7 +32,9 @@ typedef struct solve_beam {
     struct {
         bool holds_deflection, holds_slope;
     } ends[2];
-    struct beam_functions *formula; /* opaque */
+    int jump_count;
+    beam_jump jumps[BEAM_JUMPS_MAX]; /* s ascending, each once */
+    struct beam_functions *formula;  /* opaque */
 } solve_beam;
 
 /* What the beam is made of, and lies on, at one s. Mass, inertia and drag are 0 if static. */
@@ -56,6 +67,10 @@ ad_status solve_beam_sections(const solve_beam *beam, size_t n, const double *s,
                               ad_error *error);
 ad_status solve_beam_initial(const solve_beam *beam, size_t n, const double *s,
                              beam_initial_state *out, ad_error *error);
+
+/* Force and moment of the outside at each of the jumps, pulls of springs at w = 0 among them: out
+ * [jump_count]. */
+ad_status solve_beam_jump_loads(const solve_beam *beam, double t, beam_load *out, ad_error *error);
 
 /* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; internal V, M. */
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error);

@@ -7,10 +7,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* x = (w at the nodes), with rotary inertia (w, psi at the nodes), v = x_t, z = x_tt. A response is
- * that of x to q at the nodes, mu at the nodes, what the ends prescribe; its first columns belong
- * to the loads that act on the rows of x. */
+/* x = (w at the nodes), with rotary inertia (w, psi at the nodes), and w and psi of bodies, v =
+ * x_t, z = x_tt. A response is that of x to loads: q at the nodes, mu at the nodes, force and
+ * moment at the jumps in turn, what the ends prescribe. */
 enum { STAGES = RADAU_STAGES, LAST = STAGES - 1 };
+
+/* A row of x: where it stands in a field y, the load that acts on it, and what stiffening, drag and
+ * inertia make of x, v and z, as such loads. */
+typedef struct beam_row {
+    size_t in_field, load;
+    double stiffening, drag, inertia;
+} beam_row;
 
 typedef struct beam_motion {
     const solve_beam *beam;
@@ -18,45 +25,78 @@ typedef struct beam_motion {
     radau_rule rule;
     double step;                 /* of time */
     size_t nodes, rows, columns; /* columns: of the response */
+    beam_row *row;               /* [rows] */
     double *response;            /* [columns][rows] */
     double *matrix;              /* [STAGES rows]^2, LU */
     int *pivots;
     double *x, *v;        /* [rows], at the start of the step */
     double *at_stages[3]; /* [STAGES][rows]: x, v, z */
-    double *loads;        /* [STAGES][columns] */
+    double *loads, *all;  /* [STAGES][columns], [columns] */
     double *change, *y;   /* [rows], [places][BEAM_ROWS] */
     beam_load *line;      /* [nodes] */
+    beam_load jumps[BEAM_JUMPS_MAX];
 } beam_motion;
 
 /* ---- matrices -------------------------------------------------------------------------------- */
 
-/* Of row k of x: what the stiffening, drag and inertia make of x, v and z, as loads. */
-static void resistance(const beam_motion *m, size_t k, double *stiffening, double *drag,
-                       double *inertia)
+static size_t count_rows(const solve_beam *beam, size_t nodes)
 {
-    bool turns = k >= m->nodes;
-    const beam_section *at = &beam_system_sections(m->system)[k % m->nodes];
-    *stiffening = turns ? 0 : BEAM_MOTION_STIFFENING;
-    *drag = turns ? 0 : at->drag;
-    *inertia = turns ? at->rotary_inertia : at->mass;
+    size_t rows = beam->turns ? 2 * nodes : nodes;
+    for (int i = 0; i < beam->jump_count; i++) {
+        rows += (size_t)(beam->jumps[i].mass > 0) + (size_t)(beam->jumps[i].inertia > 0);
+    }
+    return rows;
+}
+
+static void set_rows(beam_motion *m)
+{
+    size_t count = 0, sides = m->beam->turns ? 2 : 1;
+    for (size_t side = 0; side < sides; side++) {
+        for (size_t i = 0; i < m->nodes; i++) {
+            const beam_section *at = &beam_system_sections(m->system)[i];
+            m->row[count++] =
+                (beam_row){.in_field = beam_system_place(m->system, i) * BEAM_ROWS + side,
+                           .load = side * m->nodes + i,
+                           .stiffening = side == 0 ? BEAM_MOTION_STIFFENING : 0,
+                           .drag = side == 0 ? at->drag : 0,
+                           .inertia = side == 0 ? at->mass : at->rotary_inertia};
+        }
+    }
+    for (int i = 0; i < m->beam->jump_count; i++) {
+        const double inertia[2] = {m->beam->jumps[i].mass, m->beam->jumps[i].inertia};
+        for (size_t side = 0; side < 2; side++) {
+            size_t place = beam_system_jump_place(m->system, i);
+            if (inertia[side] > 0) {
+                m->row[count++] = (beam_row){.in_field = place * BEAM_ROWS + side,
+                                             .load = 2 * (m->nodes + (size_t)i) + side,
+                                             .inertia = inertia[side]};
+            }
+        }
+    }
+}
+
+/* y [places][BEAM_ROWS] under loads [columns]. */
+static void solve_loads(beam_motion *m, const double *loads)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        m->line[i] = (beam_load){loads[i], loads[m->nodes + i]};
+    }
+    const double *jumps = loads + 2 * m->nodes;
+    for (int i = 0; i < m->beam->jump_count; i++) {
+        m->jumps[i] = (beam_load){jumps[2 * i], jumps[2 * i + 1]};
+    }
+    beam_system_solve(m->system, m->line, m->jumps, loads + m->columns - 4, m->y);
 }
 
 static void fill_response(beam_motion *m)
 {
+    double *loads = m->loads;
     for (size_t column = 0; column < m->columns; column++) {
-        double ends[4] = {0};
-        memset(m->line, 0, m->nodes * sizeof *m->line);
-        if (column < m->nodes) {
-            m->line[column].force = 1;
-        } else if (column < 2 * m->nodes) {
-            m->line[column - m->nodes].moment = 1;
-        } else {
-            ends[column - 2 * m->nodes] = 1;
-        }
-        beam_system_solve(m->system, m->line, ends, m->y);
-        for (size_t row = 0; row < m->rows; row++) {
-            size_t place = beam_system_place(m->system, row % m->nodes);
-            m->response[column * m->rows + row] = m->y[place * BEAM_ROWS + row / m->nodes];
+        memset(loads, 0, m->columns * sizeof *loads);
+        loads[column] = 1;
+        solve_loads(m, loads);
+        for (size_t k = 0; k < m->rows; k++) {
+            m->response[column * m->rows + k] = m->y[m->row[k].in_field];
         }
     }
 }
@@ -77,17 +117,17 @@ static int factor(beam_motion *m)
     size_t n = STAGES * m->rows;
     for (int j = 0; j < STAGES; j++) {
         for (size_t k = 0; k < m->rows; k++) {
-            double stiffening, drag, inertia;
+            const beam_row *row = &m->row[k];
             double *column = m->matrix + ((size_t)j * m->rows + k) * n;
-            const double *response = m->response + k * m->rows;
-            resistance(m, k, &stiffening, &drag, &inertia);
+            const double *response = m->response + row->load * m->rows;
             for (int i = 0; i < STAGES; i++) {
                 double by_x = m->step * m->step * twice(&m->rule, i, j);
                 double by_v = m->step * m->rule.matrix[i][j];
-                double weight = drag * by_v - stiffening * by_x + (i == j ? inertia : 0);
+                double weight =
+                    row->drag * by_v - row->stiffening * by_x + (i == j ? row->inertia : 0);
                 double *to = column + (size_t)i * m->rows;
-                for (size_t row = 0; row < m->rows; row++) {
-                    to[row] = weight * response[row];
+                for (size_t other = 0; other < m->rows; other++) {
+                    to[other] = weight * response[other];
                 }
                 to[k] += by_x;
             }
@@ -98,14 +138,12 @@ static int factor(beam_motion *m)
 
 /* ---- one step -------------------------------------------------------------------------------- */
 
-/* to [rows] += response loads [count], of the first columns */
-static void add_response(const beam_motion *m, size_t count, const double *loads, double *to)
+/* to [rows] += the response to one load */
+static void add_response(const beam_motion *m, size_t column, double load, double *to)
 {
-    for (size_t column = 0; column < count; column++) {
-        const double *response = m->response + column * m->rows;
-        for (size_t row = 0; loads[column] != 0 && row < m->rows; row++) {
-            to[row] += response[row] * loads[column];
-        }
+    const double *response = m->response + column * m->rows;
+    for (size_t k = 0; load != 0 && k < m->rows; k++) {
+        to[k] += response[k] * load;
     }
 }
 
@@ -120,8 +158,13 @@ static ad_status load_stages(beam_motion *m, double start, ad_error *error)
             loads[k] = m->line[k].force;
             loads[m->nodes + k] = m->line[k].moment;
         }
+        status = status == AD_OK ? solve_beam_jump_loads(m->beam, t, m->jumps, error) : status;
+        for (int k = 0; k < m->beam->jump_count; k++) {
+            loads[2 * (m->nodes + (size_t)k)] = m->jumps[k].force;
+            loads[2 * (m->nodes + (size_t)k) + 1] = m->jumps[k].moment;
+        }
         status =
-            status == AD_OK ? solve_beam_ends(m->beam, t, loads + 2 * m->nodes, error) : status;
+            status == AD_OK ? solve_beam_ends(m->beam, t, loads + m->columns - 4, error) : status;
     }
     return status;
 }
@@ -133,13 +176,15 @@ static void solve_stages(beam_motion *m)
     for (int i = 0; i < STAGES; i++) {
         double *right = z + (size_t)i * m->rows, ahead = m->step * m->rule.nodes[i];
         for (size_t k = 0; k < m->rows; k++) {
-            double stiffening, drag, inertia;
-            resistance(m, k, &stiffening, &drag, &inertia);
             right[k] = -(m->x[k] + ahead * m->v[k]);
-            m->change[k] = -stiffening * right[k] - drag * m->v[k];
+            m->change[k] = -m->row[k].stiffening * right[k] - m->row[k].drag * m->v[k];
         }
-        add_response(m, m->rows, m->change, right);
-        add_response(m, m->columns, m->loads + (size_t)i * m->columns, right);
+        for (size_t k = 0; k < m->rows; k++) {
+            add_response(m, m->row[k].load, m->change[k], right);
+        }
+        for (size_t k = 0; k < m->columns; k++) {
+            add_response(m, k, m->loads[(size_t)i * m->columns + k], right);
+        }
     }
     ad_dense_lu_solve(STAGES * m->rows, 1, m->matrix, m->pivots, z);
 }
@@ -174,20 +219,15 @@ static void observe(beam_motion *m, double at, double *fields)
     solve_radau_lagrange(&m->rule, at, values, derivatives);
     memset(fields, 0, 2 * count * sizeof *fields);
     for (size_t i = 0; i < STAGES; i++) {
-        double *loads = m->loads + i * m->columns;
+        memcpy(m->all, m->loads + i * m->columns, m->columns * sizeof *m->all);
         for (size_t k = 0; k < m->rows; k++) {
-            double stiffening, drag, inertia;
+            const beam_row *row = &m->row[k];
             size_t of_stage = i * m->rows + k;
-            resistance(m, k, &stiffening, &drag, &inertia);
-            m->change[k] = stiffening * m->at_stages[0][of_stage] -
-                           drag * m->at_stages[1][of_stage] - inertia * m->at_stages[2][of_stage];
+            m->all[row->load] += row->stiffening * m->at_stages[0][of_stage] -
+                                 row->drag * m->at_stages[1][of_stage] -
+                                 row->inertia * m->at_stages[2][of_stage];
         }
-        for (size_t k = 0; k < m->nodes; k++) {
-            bool turns = m->rows > m->nodes;
-            m->line[k] = (beam_load){loads[k] + m->change[k],
-                                     loads[m->nodes + k] + (turns ? m->change[m->nodes + k] : 0)};
-        }
-        beam_system_solve(m->system, m->line, loads + 2 * m->nodes, m->y);
+        solve_loads(m, m->all);
         for (size_t k = 0; k < count; k++) {
             fields[k] += values[i] * m->y[k];
             fields[count + k] += derivatives[i] / m->step * m->y[k];
@@ -199,6 +239,7 @@ static void observe(beam_motion *m, double at, double *fields)
 
 static void release(beam_motion *m)
 {
+    free(m->row);
     free(m->response);
     free(m->pivots);
     free(m->line);
@@ -207,13 +248,14 @@ static void release(beam_motion *m)
 static ad_status allocate(beam_motion *m, ad_error *error)
 {
     size_t stacked = STAGES * m->rows, places = beam_system_places(m->system);
-    size_t response = m->columns * m->rows, loads = STAGES * m->columns;
+    size_t response = m->columns * m->rows, loads = (STAGES + 1) * m->columns;
     size_t numbers =
         response + stacked * stacked + 3 * m->rows + 3 * stacked + loads + places * BEAM_ROWS;
     m->response = calloc(numbers, sizeof(double));
     m->pivots = malloc(stacked * sizeof *m->pivots);
     m->line = malloc(m->nodes * sizeof *m->line);
-    if (!m->response || !m->pivots || !m->line) {
+    m->row = malloc(m->rows * sizeof *m->row);
+    if (!m->row || !m->response || !m->pivots || !m->line) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", m->nodes);
     }
     m->matrix = m->response + response;
@@ -224,29 +266,45 @@ static ad_status allocate(beam_motion *m, ad_error *error)
         m->at_stages[i] = m->change + m->rows + (size_t)i * stacked;
     }
     m->loads = m->at_stages[2] + stacked;
+    m->all = m->loads + STAGES * m->columns;
     m->y = m->loads + loads;
     return AD_OK;
 }
 
 static ad_status start(beam_motion *m, ad_error *error)
 {
-    beam_initial_state *initial = malloc(m->nodes * sizeof *initial);
-    const double *points = beam_system_points(m->system);
-    ad_status status = initial ? solve_beam_initial(m->beam, m->nodes, points, initial, error)
-                               : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    size_t jumps = (size_t)m->beam->jump_count, count = m->nodes + jumps;
+    beam_initial_state *initial = malloc(count * sizeof *initial);
+    double *points = malloc(count * sizeof *points);
+    ad_status status = initial && points ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    if (status == AD_OK) {
+        memcpy(points, beam_system_points(m->system), m->nodes * sizeof *points);
+        for (size_t i = 0; i < jumps; i++) {
+            points[m->nodes + i] = m->beam->jumps[i].s;
+        }
+        status = solve_beam_initial(m->beam, count, points, initial, error);
+    }
     for (size_t k = 0; status == AD_OK && k < m->rows; k++) {
-        const beam_initial_state *at = &initial[k % m->nodes];
-        m->x[k] = k < m->nodes ? at->deflection : at->slope;
-        m->v[k] = k < m->nodes ? at->velocity : at->slope_rate;
+        size_t load = m->row[k].load;
+        bool of_node = load < 2 * m->nodes, of_slope;
+        const beam_initial_state *at =
+            &initial[of_node ? load % m->nodes : m->nodes + (load - 2 * m->nodes) / 2];
+        of_slope = of_node ? load >= m->nodes : load % 2 == 1;
+        m->x[k] = of_slope ? at->slope : at->deflection;
+        m->v[k] = of_slope ? at->slope_rate : at->velocity;
     }
     free(initial);
+    free(points);
     return status;
 }
 
 static ad_status prepare(beam_motion *m, ad_error *error)
 {
     ad_status status = allocate(m, error);
-    status = status == AD_OK ? start(m, error) : status;
+    if (status == AD_OK) {
+        set_rows(m);
+        status = start(m, error);
+    }
     if (status == AD_OK) {
         fill_response(m);
         if (factor(m) != 0) {
@@ -266,8 +324,8 @@ ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long st
                      .rule = solve_radau_rule_of(),
                      .step = beam->duration / (double)steps,
                      .nodes = nodes,
-                     .rows = beam->turns ? 2 * nodes : nodes,
-                     .columns = 2 * nodes + 4};
+                     .rows = count_rows(beam, nodes),
+                     .columns = 2 * (nodes + (size_t)beam->jump_count) + 4};
     ad_status status = prepare(&m, error);
     for (long i = 0; i < steps && status == AD_OK; i++) {
         double at = (double)i * m.step, last = i + 1 == steps ? INFINITY : at + m.step;

@@ -2,6 +2,7 @@
 
 #include "autodiff/dense.h"
 #include "physics/solve/gauss.h"
+#include "physics/solve/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +16,11 @@ struct beam_system {
     size_t inner, outer; /* unknowns within an element, at the ends of all */
     double unit[ROWS];   /* of y here: where waves along the beam are short, all rows are alike */
     bool holds[4];       /* what the ends prescribe: w or V, psi or M, at 0, at 1 */
-    double *points;      /* [nodes] */
+    double *edges;       /* [elements + 1] */
+    int jump_count;      /* of the beam */
+    beam_jump jumps[BEAM_JUMPS_MAX];
+    int *jump;              /* [elements + 1] index of that at an edge; -1: none */
+    double *points;         /* [nodes] */
     beam_section *sections; /* [nodes] */
     double *factors;        /* [elements][inner][inner], LU */
     double *matrix, *right; /* [outer][outer], LU; [outer] */
@@ -37,9 +42,22 @@ static void rate(const beam_system *x, size_t node, const double *y, const beam_
     to[BEAM_M] = (-shear - load->moment) / unit[BEAM_M];
 }
 
-static double element_length(const beam_system *x)
+static double width(const beam_system *x, int element)
 {
-    return 1.0 / x->elements;
+    return x->edges[element + 1] - x->edges[element];
+}
+
+/* y beyond what acts at an edge, from y before it. */
+static void jump_over(const beam_system *x, int edge, const beam_load *loads, double *y)
+{
+    int jump = x->jump[edge];
+    if (jump >= 0) {
+        double force = x->jumps[jump].stiffness * x->unit[BEAM_W] * y[BEAM_W] - loads[jump].force;
+        double moment =
+            x->jumps[jump].turning * x->unit[BEAM_PSI] * y[BEAM_PSI] - loads[jump].moment;
+        y[BEAM_V] += force / x->unit[BEAM_V];
+        y[BEAM_M] += moment / x->unit[BEAM_M];
+    }
 }
 
 /* The polynomial of an element, from y at its left end and at its points, at the right end. */
@@ -51,7 +69,7 @@ static void pass(const beam_system *x, int element, const double *inner, const b
         double slope[ROWS];
         rate(x, first + j, inner + j * ROWS, loads + j, slope);
         for (int r = 0; r < ROWS; r++) {
-            end[r] += element_length(x) * x->rule.weights[j] * slope[r];
+            end[r] += width(x, element) * x->rule.weights[j] * slope[r];
         }
     }
 }
@@ -65,7 +83,7 @@ static void solve_inner(const beam_system *x, int element, const double *left,
         double *y = inner + i * ROWS;
         memcpy(y, left, ROWS * sizeof *y);
         for (size_t j = 0; j < stages; j++) {
-            double weight = element_length(x) * x->rule.matrix[i][j];
+            double weight = width(x, element) * x->rule.matrix[i][j];
             y[BEAM_V] -= weight * loads[j].force / x->unit[BEAM_V];
             y[BEAM_M] -= weight * loads[j].moment / x->unit[BEAM_M];
         }
@@ -88,7 +106,7 @@ static int factor_element(beam_system *x, int element)
         unit[column % ROWS] = 1;
         rate(x, (size_t)element * stages + j, unit, &none, slope);
         for (size_t i = 0; i < stages; i++) {
-            double weight = element_length(x) * x->rule.matrix[i][j];
+            double weight = width(x, element) * x->rule.matrix[i][j];
             for (size_t r = 0; r < ROWS; r++) {
                 matrix[column * n + i * ROWS + r] = (i == j ? unit[r] : 0) - weight * slope[r];
             }
@@ -108,19 +126,28 @@ static size_t held_row(const beam_system *x, int which)
  * s = 1. */
 static int factor_outer(beam_system *x)
 {
-    static const beam_load none[GAUSS_STAGES_MAX];
+    static const beam_load none[GAUSS_STAGES_MAX], still[BEAM_JUMPS_MAX];
     size_t n = x->outer;
     double inner[INNER_MAX];
     memset(x->matrix, 0, n * n * sizeof *x->matrix);
     for (int i = 0; i < 2; i++) {
         x->matrix[held_row(x, i) * n + (size_t)i] = 1;
-        x->matrix[(n - ROWS + held_row(x, 2 + i)) * n + n - 2 + (size_t)i] = 1;
+    }
+    for (size_t column = 0; column < ROWS; column++) {
+        double y[ROWS] = {0};
+        y[column] = 1;
+        jump_over(x, x->elements, still, y);
+        for (int i = 0; i < 2; i++) {
+            x->matrix[(n - ROWS + column) * n + n - 2 + (size_t)i] = y[held_row(x, 2 + i)];
+        }
     }
     for (int e = 0; e < x->elements; e++) {
         size_t first = (size_t)e * ROWS;
         for (size_t column = 0; column < ROWS; column++) {
             double left[ROWS] = {0}, end[ROWS] = {0};
-            left[column] = end[column] = 1;
+            left[column] = 1;
+            jump_over(x, e, still, left);
+            memcpy(end, left, sizeof end);
             solve_inner(x, e, left, none, inner);
             pass(x, e, inner, none, end);
             for (size_t r = 0; r < ROWS; r++) {
@@ -137,6 +164,8 @@ static int factor_outer(beam_system *x)
 void beam_system_free(beam_system *x)
 {
     if (x) {
+        free(x->edges);
+        free(x->jump);
         free(x->points);
         free(x->sections);
         free(x->pivots);
@@ -145,9 +174,31 @@ void beam_system_free(beam_system *x)
 }
 
 /* Elements of as many points as may be. */
+static ad_status place_elements(beam_system *x, const solve_beam *beam, int nodes, ad_error *error)
+{
+    int least = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX, next = 0;
+    double places[BEAM_JUMPS_MAX];
+    x->jump_count = beam->jump_count;
+    memcpy(x->jumps, beam->jumps, sizeof x->jumps);
+    for (int i = 0; i < x->jump_count; i++) {
+        places[i] = x->jumps[i].s;
+    }
+    size_t edges = (size_t)least + (size_t)x->jump_count + 1;
+    x->edges = malloc(edges * sizeof *x->edges);
+    x->jump = malloc(edges * sizeof *x->jump);
+    if (!x->edges || !x->jump) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", nodes);
+    }
+    x->elements = solve_mesh_edges(least, x->jump_count, places, x->edges);
+    for (int e = 0; e <= x->elements; e++) {
+        bool here = next < x->jump_count && x->jumps[next].s == x->edges[e];
+        x->jump[e] = here ? next++ : -1;
+    }
+    return AD_OK;
+}
+
 static ad_status allocate(beam_system *x, int nodes, ad_error *error)
 {
-    x->elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
     x->rule = solve_gauss_rule_of((nodes + x->elements - 1) / x->elements);
     x->inner = (size_t)x->rule.stages * ROWS;
     x->outer = ((size_t)x->elements + 1) * ROWS;
@@ -164,8 +215,8 @@ static ad_status allocate(beam_system *x, int nodes, ad_error *error)
     x->right = x->matrix + x->outer * x->outer;
     x->outer_pivots = x->pivots + elements * x->inner;
     for (size_t i = 0; i < points; i++) {
-        size_t stages = (size_t)x->rule.stages;
-        x->points[i] = ((double)(i / stages) + x->rule.nodes[i % stages]) * element_length(x);
+        size_t stages = (size_t)x->rule.stages, element = i / stages;
+        x->points[i] = x->edges[element] + x->rule.nodes[i % stages] * width(x, (int)element);
     }
     return AD_OK;
 }
@@ -211,7 +262,8 @@ ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffenin
         x->holds[i] =
             i % 2 == 0 ? beam->ends[i / 2].holds_deflection : beam->ends[i / 2].holds_slope;
     }
-    ad_status status = allocate(x, nodes, error);
+    ad_status status = place_elements(x, beam, nodes, error);
+    status = status == AD_OK ? allocate(x, nodes, error) : status;
     if (status == AD_OK) {
         status = solve_beam_sections(beam, beam_system_nodes(x), x->points, x->sections, error);
     }
@@ -246,38 +298,56 @@ const beam_section *beam_system_sections(const beam_system *x)
 
 size_t beam_system_places(const beam_system *x)
 {
-    return beam_system_nodes(x) + (size_t)x->elements + 1;
+    return beam_system_nodes(x) + 2 * (size_t)x->elements;
 }
 
 size_t beam_system_place(const beam_system *x, size_t node)
 {
-    return node + node / (size_t)x->rule.stages + 1;
+    return node + 2 * (node / (size_t)x->rule.stages) + 1;
+}
+
+size_t beam_system_jump_place(const beam_system *x, int jump)
+{
+    size_t stride = (size_t)x->rule.stages + 2;
+    int edge = 0;
+    while (x->jump[edge] != jump) {
+        edge++;
+    }
+    return edge < x->elements ? (size_t)edge * stride : beam_system_places(x) - 1;
 }
 
 /* ---- solving --------------------------------------------------------------------------------- */
 
-void beam_system_solve(beam_system *x, const beam_load *loads, const double ends[4], double *y)
+void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
+                       const double ends[4], double *y)
 {
-    static const double zero[ROWS] = {0};
-    size_t n = x->outer, stages = (size_t)x->rule.stages, stride = (stages + 1) * ROWS;
+    size_t n = x->outer, stages = (size_t)x->rule.stages, stride = (stages + 2) * ROWS;
     double inner[INNER_MAX];
     memset(x->right, 0, n * sizeof *x->right);
     for (int e = 0; e < x->elements; e++) {
         const beam_load *its = loads + (size_t)e * stages;
-        solve_inner(x, e, zero, its, inner);
-        pass(x, e, inner, its, x->right + 2 + (size_t)e * ROWS);
+        double start[ROWS] = {0}, *end = x->right + 2 + (size_t)e * ROWS;
+        jump_over(x, e, jump_loads, start);
+        memcpy(end, start, sizeof start);
+        solve_inner(x, e, start, its, inner);
+        pass(x, e, inner, its, end);
     }
+    double last[ROWS] = {0};
+    jump_over(x, x->elements, jump_loads, last);
     for (int i = 0; i < 2; i++) {
+        size_t row = held_row(x, 2 + i);
         x->right[i] = ends[i] / x->unit[held_row(x, i)];
-        x->right[n - 2 + (size_t)i] = ends[2 + i] / x->unit[held_row(x, 2 + i)];
+        x->right[n - 2 + (size_t)i] = ends[2 + i] / x->unit[row] - last[row];
     }
     ad_dense_lu_solve(n, 1, x->matrix, x->outer_pivots, x->right);
     for (int e = 0; e < x->elements; e++) {
         const double *left = x->right + (size_t)e * ROWS;
-        memcpy(y + (size_t)e * stride, left, ROWS * sizeof *y);
-        solve_inner(x, e, left, loads + (size_t)e * stages, y + (size_t)e * stride + ROWS);
+        double *start = y + (size_t)e * stride, *end = start + stride - ROWS;
+        memcpy(start, left, ROWS * sizeof *y);
+        jump_over(x, e, jump_loads, start);
+        solve_inner(x, e, start, loads + (size_t)e * stages, start + ROWS);
+        memcpy(end, left + ROWS, ROWS * sizeof *y);
     }
-    memcpy(y + (size_t)x->elements * stride, x->right + n - ROWS, ROWS * sizeof *y);
     for (size_t i = 0; i < beam_system_places(x) * ROWS; i++) {
         y[i] *= x->unit[i % ROWS];
     }
@@ -285,11 +355,18 @@ void beam_system_solve(beam_system *x, const beam_load *loads, const double ends
 
 void beam_system_at(const beam_system *x, const double *y, double s, double *at)
 {
-    double weights[GAUSS_STAGES_MAX + 2], elements = x->elements;
-    int element = (int)(s * elements);
-    element = element < x->elements ? element : x->elements - 1;
-    solve_gauss_lagrange(&x->rule, s * elements - element, weights);
-    const double *from = y + (size_t)element * ((size_t)x->rule.stages + 1) * ROWS;
+    double weights[GAUSS_STAGES_MAX + 2];
+    int element = 0, last = x->elements - 1;
+    while (element < last) {
+        int middle = (element + last + 1) / 2;
+        if (x->edges[middle] < s) {
+            element = middle;
+        } else {
+            last = middle - 1;
+        }
+    }
+    solve_gauss_lagrange(&x->rule, (s - x->edges[element]) / width(x, element), weights);
+    const double *from = y + (size_t)element * ((size_t)x->rule.stages + 2) * ROWS;
     memset(at, 0, ROWS * sizeof *at);
     for (int i = 0; i < x->rule.stages + 2; i++) {
         for (int r = 0; r < ROWS; r++) {

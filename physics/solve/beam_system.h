@@ -1,4 +1,4 @@
-/* A beam at rest as a first-order system in s, collocated at Gauss points of equal elements: one
+/* A beam at rest as a first-order system in s, collocated at Gauss points of elements: one
  * linear solve for any loads. With y = (w, psi, V, M), by physics/beam.h
  *
  *   w_s = psi + g V,   psi_s = c M,   V_s = k w - q,   M_s = -V - mu
@@ -6,7 +6,8 @@
  * with g, c the compliances of shear and bending and k the foundation, all of which may vary. Order
  * 2 stages at the ends of elements. The points within an element are eliminated, what remains are y
  * at the ends of elements. Nothing is divided by a stiffness, so that beams that do not shear are
- * no special case. */
+ * no special case. Where something acts at a place, an element ends, and the next begins with V and
+ * M as it leaves them. */
 #ifndef PHYSICS_SOLVE_BEAM_SYSTEM_H
 #define PHYSICS_SOLVE_BEAM_SYSTEM_H
 
@@ -30,14 +31,20 @@ size_t beam_system_nodes(const beam_system *x);                 /* collocation p
 const double *beam_system_points(const beam_system *x);         /* s of them, ascending */
 const beam_section *beam_system_sections(const beam_system *x); /* there, with the stiffening */
 
-/* y is given at `places`, [places][BEAM_ROWS]: the points and the ends of elements. */
+/* y is given at `places`, [places][BEAM_ROWS]: of each element the beginning, beyond what acts
+ * there, the points, and the end. */
 size_t beam_system_places(const beam_system *x);
 size_t beam_system_place(const beam_system *x, size_t node); /* of a collocation point */
 
-/* y for loads at the collocation points, and what the ends prescribe as in solve_beam_ends. */
-void beam_system_solve(beam_system *x, const beam_load *loads, const double ends[4], double *y);
+size_t beam_system_jump_place(const beam_system *x, int jump); /* of one of the beam's */
 
-/* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element. */
+/* y for loads at the collocation points and at the jumps of the beam, and what the ends prescribe
+ * as in solve_beam_ends. */
+void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
+                       const double ends[4], double *y);
+
+/* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element; where something acts, before
+ * that. */
 void beam_system_at(const beam_system *x, const double *y, double s, double *at);
 
 #ifdef __cplusplus

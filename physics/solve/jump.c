@@ -1,13 +1,11 @@
 #include "physics/solve/jump.h"
 
+#include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Places that differ by rounding are one. */
-static const double SAME_PLACE = 1e-12;
 
 /* ---- places ---------------------------------------------------------------------------------- */
 
@@ -20,7 +18,7 @@ static int compare(const void *a, const void *b)
 static int jump_at(const solve_jumps *jumps, double s)
 {
     int found = 0;
-    while (found + 1 < jumps->count && jumps->at[found].s < s - SAME_PLACE) {
+    while (found + 1 < jumps->count && jumps->at[found].s < s - SOLVE_SAME_PLACE) {
         found++;
     }
     return found;
@@ -47,8 +45,8 @@ static void add_places(const rod_context *rod, solve_jumps *jumps)
     }
     qsort(s, (size_t)count, sizeof *s, compare);
     for (int i = 0; i < count; i++) {
-        if (jumps->count == 0 || s[i] > jumps->at[jumps->count - 1].s + SAME_PLACE) {
-            double place = s[i] < SAME_PLACE ? 0 : s[i] > 1 - SAME_PLACE ? 1 : s[i];
+        if (jumps->count == 0 || s[i] > jumps->at[jumps->count - 1].s + SOLVE_SAME_PLACE) {
+            double place = s[i] < SOLVE_SAME_PLACE ? 0 : s[i] > 1 - SOLVE_SAME_PLACE ? 1 : s[i];
             jumps->at[jumps->count++] = (solve_jump){.s = place, .turn = {1}};
         }
     }

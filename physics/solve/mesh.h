@@ -2,6 +2,9 @@
 #ifndef PHYSICS_SOLVE_MESH_H
 #define PHYSICS_SOLVE_MESH_H
 
+/* Places along [0, 1] that are no farther apart differ by rounding: they are one. */
+static const double SOLVE_SAME_PLACE = 1e-12;
+
 /* edges [elements + places + 1] from 0 to 1, the places [places], ascending, among them: what lies
  * between two is divided equally, into elements no longer than 1/elements. Those at 0 and 1 are no
  * division. Returns how many elements there are, at most elements + places. */

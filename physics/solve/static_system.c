@@ -1,6 +1,7 @@
 #include "physics/solve/static_system.h"
 
 #include "autodiff/dense.h"
+#include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
@@ -11,9 +12,6 @@
 enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
 
 enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number serves */
-
-/* Places that differ by rounding are one. */
-static const double SAME_PLACE = 1e-12;
 
 typedef double jacobian[ROWS][ROWS];
 
@@ -234,7 +232,7 @@ static ad_status set_jumps(static_system *x, ad_error *error)
     const solve_jumps *given = &x->rod->jumps;
     int next = 0;
     for (int e = 0; e <= x->elements; e++) {
-        bool here = next < given->count && fabs(given->at[next].s - x->edges[e]) < SAME_PLACE;
+        bool here = next < given->count && fabs(given->at[next].s - x->edges[e]) < SOLVE_SAME_PLACE;
         x->jump[e] = here ? next++ : -1;
     }
     if (next < given->count) {
