@@ -2,7 +2,6 @@
 
 #include "physics/scene_field.h"
 
-#include <stddef.h>
 #include <string.h>
 
 /* Of the range: places that are closer are one, written in two ways. */
@@ -91,97 +90,30 @@ static void walk_over(walk *at, const char *key, int count, const quantity *q)
     }
 }
 
-/* A place along the rod that is given as a number. */
-static void walk_to(walk *at, const char *key, quantity place)
-{
-    double s = 0;
-    at->key = key;
-    if (strcmp(at->coordinate, "s") == 0 && quantity_is_number(place, &s)) {
-        insert(at, s);
-    }
-}
-
+/* Formulas switch where they hold; of the numbers some are places along the rod. */
 static void walk_fields(walk *at)
 {
+    const quantity_interval all = at->s;
+    bool along = strcmp(at->coordinate, "s") == 0;
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
-        walk_over(at, field->key, field->count, scene_field_of(at->scene, field));
-    }
-}
-
-/* ---- lists ----------------------------------------------------------------------------------- */
-
-/* What a segment gives of a rod counts within it alone. */
-static void walk_segment(walk *at, const scene_segment *segment, double first, double last)
-{
-    const quantity_interval s = at->s;
-    at->seen_count = 0;
-    at->s = (quantity_interval){first, fmin(last, s.high)};
-    for (int i = 0; i < scene_field_count; i++) {
-        const scene_field *field = &scene_fields[i];
-        size_t begin = offsetof(scene, rod);
-        if (field->offset >= begin && field->offset < begin + sizeof(scene_rod)) {
-            const char *rod = (const char *)&segment->rod;
-            walk_over(at, "segments", field->count,
-                      (const quantity *)(const void *)(rod + field->offset - begin));
+        const quantity *q = scene_field_of(at->scene, field);
+        quantity_interval s = all;
+        scene_field_span(at->scene, field, &s.low, &s.high);
+        at->seen_count = s.low == at->s.low && s.high == at->s.high ? at->seen_count : 0;
+        at->s = s;
+        walk_over(at, field->key, field->count, q);
+        if (along && field->rule == SCENE_PLACE && q->is_given) {
+            insert(at, q->number);
         }
     }
-    walk_over(at, "segments", 3, segment->turn);
-    at->s = s;
-    at->seen_count = 0;
 }
 
-static void walk_segments(walk *at)
+static void walk_joints(walk *at)
 {
-    double first = 0;
-    for (int i = 0; i < at->scene->segment_count; i++) {
-        double last = first + at->scene->segments[i].length.number;
-        walk_segment(at, &at->scene->segments[i], first, last);
-        walk_to(at, "segments", quantity_number(last));
-        first = last;
-    }
-}
-
-static void walk_load(walk *at, const char *key, const scene_load *load)
-{
-    walk_over(at, key, 3, load->force);
-    walk_over(at, key, 3, load->moment);
-}
-
-static void walk_attached(walk *at)
-{
-    const scene *given = at->scene;
-    for (int i = 0; i < given->point_count; i++) {
-        walk_to(at, "loads.points", given->points[i].at);
-        walk_load(at, "loads.points", &given->points[i].load);
-    }
-    for (int i = 0; i < given->body_count; i++) {
-        walk_to(at, "bodies", given->bodies[i].at);
-    }
-    for (int i = 0; i < given->spring_count; i++) {
-        walk_to(at, "springs", given->springs[i].at);
-    }
-}
-
-static void walk_actuators(walk *at)
-{
-    const scene *given = at->scene;
-    for (int i = 0; i < given->tendon_count; i++) {
-        const scene_tendon *tendon = &given->tendons[i];
-        walk_to(at, "tendons", tendon->start);
-        walk_to(at, "tendons", tendon->end);
-        walk_over(at, "tendons", 2, tendon->offset);
-        walk_over(at, "tendons", 1, &tendon->tension);
-        walk_over(at, "tendons", 1, &tendon->displacement);
-        walk_over(at, "tendons", 1, &tendon->friction);
-    }
-    for (int i = 0; i < given->chamber_count; i++) {
-        const scene_chamber *chamber = &given->chambers[i];
-        walk_to(at, "chambers", chamber->start);
-        walk_to(at, "chambers", chamber->end);
-        walk_over(at, "chambers", 2, chamber->offset);
-        walk_over(at, "chambers", 1, &chamber->pressure);
-        walk_over(at, "chambers", 1, &chamber->area);
+    at->key = "segments";
+    for (int i = 0; i < at->scene->segment_count && strcmp(at->coordinate, "s") == 0; i++) {
+        insert(at, scene_joint(at->scene, i));
     }
 }
 
@@ -200,9 +132,7 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
     *result = (scene_breaks){.count = 0};
     if (at.end > 0) {
         walk_fields(&at);
-        walk_segments(&at);
-        walk_attached(&at);
-        walk_actuators(&at);
+        walk_joints(&at);
     }
     return at.status;
 }

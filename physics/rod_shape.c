@@ -1,6 +1,7 @@
 /* The unloaded rod: v = v*, u = u* from a held end on, and the turns of joints. Exact exponentials
  * where v*, u* are constant; elsewhere a numerical solution as Chebyshev polynomials, which the
  * tape can differentiate. Each piece of the rod by itself, so that jumps cost nothing. */
+#include "physics/breaks.h"
 #include "physics/constants.h"
 #include "physics/rod_internal.h"
 
@@ -10,7 +11,8 @@
 enum {
     SHAPE_DEGREE = 40, /* of the polynomials; coefficients at rounding level are cut off */
     SHAPE_STEPS = 16,  /* of the integrator between two Chebyshev points */
-    SHAPE_ROWS = 7     /* r, q */
+    SHAPE_ROWS = 7,    /* r, q */
+    SHAPE_PIECES_MAX = 64
 };
 
 /* ---- numbers --------------------------------------------------------------------------------- */
@@ -92,7 +94,6 @@ typedef struct shape_piece {
     double from, to;
     double length; /* of the rod; m */
     scene_rest rest;
-    double turn[3];
     bool is_uniform; /* constant strains at t = 0 */
     shape_pose start;
     double c[SHAPE_DEGREE + 1][SHAPE_ROWS]; /* if it is not */
@@ -194,33 +195,68 @@ static bool shape_is_uniform(const scene_rest *rest)
 
 typedef struct shape {
     int count;
-    shape_piece pieces[SCENE_SEGMENTS_MAX];
+    shape_piece pieces[SHAPE_PIECES_MAX];
     shape_pose end;
 } shape;
 
-/* From the identity at s = 0. */
+/* Where the rest shape of a piece jumps or has a kink at t = 0, as a part of the length. */
+static void shape_breaks(const scene *rod_scene, const scene_piece *given, scene_breaks *breaks)
+{
+    ad_error error;
+    scene alone = {.rod.length = quantity_number(scene_length(rod_scene))};
+    memcpy(alone.rod.rest_strain, given->rod.rest_strain, sizeof alone.rod.rest_strain);
+    memcpy(alone.rod.rest_curvature, given->rod.rest_curvature, sizeof alone.rod.rest_curvature);
+    memcpy(alone.rod.imperfection, given->rod.imperfection, sizeof alone.rod.imperfection);
+    if (scene_breaks_of(&alone, "s", breaks, &error) != AD_OK) {
+        breaks->count = 0; /* out of memory, as the tape will say, too */
+    }
+}
+
+/* One more piece from where the last one ends. */
+static void shape_add(shape *made, const scene_rest *rest, double length, double from, double to)
+{
+    double values[SHAPE_DEGREE + 1][SHAPE_ROWS];
+    shape_piece *piece = &made->pieces[made->count++];
+    *piece = (shape_piece){.from = from,
+                           .to = to,
+                           .length = length,
+                           .rest = *rest,
+                           .is_uniform = shape_is_uniform(rest),
+                           .start = made->end};
+    if (piece->is_uniform) {
+        made->end = shape_arc(piece);
+    } else {
+        made->end = shape_solve(piece, values);
+        piece->degree = shape_coefficients(values, piece->c);
+    }
+}
+
+/* From the identity at s = 0. Where there are more breaks than pieces, the last ones stay within
+ * one, which then is not resolved. */
 static void shape_make(const scene *rod_scene, shape *made)
 {
-    double values[SHAPE_DEGREE + 1][SHAPE_ROWS], length = scene_length(rod_scene);
-    made->count = scene_pieces(rod_scene);
+    double length = scene_length(rod_scene);
+    scene_breaks breaks = {.count = 0};
+    made->count = 0;
     made->end = (shape_pose){.q = {1, 0, 0, 0}};
-    for (int i = 0; i < made->count; i++) {
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
         scene_piece given = scene_piece_of(rod_scene, i);
         shape_twist turn = {{given.turn[0], given.turn[1], given.turn[2]}, {0, 0, 0}};
-        shape_piece *piece = &made->pieces[i];
-        piece->from = given.from / length;
-        piece->to = i == made->count - 1 ? 1 : given.to / length;
-        piece->length = length;
-        piece->rest = scene_rod_rest(&given.rod);
-        piece->is_uniform = shape_is_uniform(&piece->rest);
+        scene_rest rest = scene_rod_rest(&given.rod);
+        double from = given.from, left = scene_pieces(rod_scene) - i;
         shape_turn(&made->end, &turn);
-        piece->start = made->end;
-        if (piece->is_uniform) {
-            made->end = shape_arc(piece);
-        } else {
-            made->end = shape_solve(piece, values);
-            piece->degree = shape_coefficients(values, piece->c);
+        if (!shape_is_uniform(&rest)) {
+            shape_breaks(rod_scene, &given, &breaks);
         }
+        for (int k = 0; k < breaks.count && made->count + left < SHAPE_PIECES_MAX; k++) {
+            double place = breaks.place[k];
+            if (place > from && place < given.to) {
+                shape_add(made, &rest, length, from / length, place / length);
+                from = place;
+            }
+        }
+        breaks.count = 0;
+        shape_add(made, &rest, length, from / length, given.to / length);
     }
 }
 

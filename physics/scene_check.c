@@ -3,7 +3,6 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
-#include <stddef.h>
 
 ad_status scene_refuse(const scene_checker *check, const char *key, const char *sentence)
 {
@@ -56,6 +55,7 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     const scene_end *end = field->part == SCENE_OF_START ? &given->start : &given->end;
     switch (field->rule) {
     case SCENE_ONE_NUMBER:
+    case SCENE_PLACE:
         return (rule_row){false, false, one, one};
     case SCENE_ALONG:
         return (rule_row){true, false, NULL,
@@ -83,28 +83,6 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     return (rule_row){true, true, NULL, NULL};
 }
 
-/* Whether a quantity holds for a part of the rod alone: its segment, tendon or chamber. */
-static bool span_of(const scene *given, const scene_field *field, double *from, double *to)
-{
-    int index = 0;
-    const scene_list *list = scene_field_list(field, &index);
-    const quantity begin = quantity_number(0), length = quantity_number(scene_length(given));
-    if (list && list->offset == offsetof(scene, segments)) {
-        scene_piece piece = scene_piece_of(given, index);
-        *from = piece.from;
-        *to = piece.to;
-    } else if (list && list->offset == offsetof(scene, tendons)) {
-        *from = quantity_or(given->tendons[index].start, begin).number;
-        *to = quantity_or(given->tendons[index].end, length).number;
-    } else if (list && list->offset == offsetof(scene, chambers)) {
-        *from = quantity_or(given->chambers[index].start, begin).number;
-        *to = quantity_or(given->chambers[index].end, length).number;
-    } else {
-        return false;
-    }
-    return true;
-}
-
 /* NULL, or what its values must be. */
 static const char *beyond_bounds(const scene *given, const scene_field *field, quantity q)
 {
@@ -112,7 +90,7 @@ static const char *beyond_bounds(const scene *given, const scene_field *field, q
         return NULL;
     }
     double from = 0, to = 0;
-    bool varies = quantity_depends_on(q, "s"), within = span_of(given, field, &from, &to);
+    bool varies = quantity_depends_on(q, "s"), within = scene_field_span(given, field, &from, &to);
     scene_range x = within ? scene_range_within(given, q, from, to) : scene_range_of(given, q);
     bool finite = isfinite(x.low) && isfinite(x.high);
     switch (field->bounds) {

@@ -2,6 +2,7 @@
 
 #include "physics/scene_rows.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdio.h>
 #include <string.h>
@@ -114,6 +115,27 @@ const quantity *scene_field_of(const scene *rod_scene, const scene_field *field)
         return nothing;
     }
     return (const quantity *)(const void *)((const char *)rod_scene + field->offset);
+}
+
+bool scene_field_span(const scene *rod_scene, const scene_field *field, double *from, double *to)
+{
+    int index = 0;
+    const scene_list *list = scene_field_list(field, &index);
+    const quantity begin = quantity_number(0), length = quantity_number(scene_length(rod_scene));
+    bool in_list = list && index < scene_list_length(rod_scene, list);
+    if (in_list && list->offset == offsetof(scene, segments)) {
+        *from = scene_joint(rod_scene, index - 1);
+        *to = fmin(scene_joint(rod_scene, index), length.number);
+    } else if (in_list && list->offset == offsetof(scene, tendons)) {
+        *from = quantity_or(rod_scene->tendons[index].start, begin).number;
+        *to = quantity_or(rod_scene->tendons[index].end, length).number;
+    } else if (in_list && list->offset == offsetof(scene, chambers)) {
+        *from = quantity_or(rod_scene->chambers[index].start, begin).number;
+        *to = quantity_or(rod_scene->chambers[index].end, length).number;
+    } else {
+        return false;
+    }
+    return true;
 }
 
 const char *scene_key_of(const scene *rod_scene, const quantity *q)

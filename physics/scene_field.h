@@ -25,6 +25,7 @@ typedef enum scene_part {
 /* What it may depend on; scene_check says the same in sentences. */
 typedef enum scene_rule {
     SCENE_ONE_NUMBER,
+    SCENE_PLACE,     /* the same, a place along the rod where something begins, acts or ends */
     SCENE_ALONG,     /* s */
     SCENE_IN_TIME,   /* t, the same all along */
     SCENE_AT_END,    /* t, at one end */
@@ -103,6 +104,10 @@ const scene_list *scene_field_list(const scene_field *field, int *index);
 
 /* [count]; those of an entry beyond the length of its list are not given. */
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
+
+/* Whether it holds for a part of the rod alone, that of its segment, tendon or chamber; from, to in
+ * m. */
+bool scene_field_span(const scene *rod_scene, const scene_field *field, double *from, double *to);
 
 /* The key of a quantity within the scene. */
 const char *scene_key_of(const scene *rod_scene, const quantity *q);

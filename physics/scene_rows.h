@@ -227,7 +227,7 @@ extern "C" {
       "that end, [pi/2, 0, 0] for an elbow. The first has none.")
 
 #define SCENE_POINT_ROWS(X, of, in)                                                                \
-    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "required",    \
+    X(of "at", 1, in at, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "required",    \
       "Place within the rod, 0 < at < length, on which the outside acts; for the ends there are "  \
       "loads.base and loads.tip.")                                                                 \
     X(of "force", 3, in load.force, LISTS, AT_PLACE, FINITE, POLAR_VECTOR, BY_LOAD, "N", NOTHING, \
@@ -238,7 +238,7 @@ extern "C" {
       "Moment on it; formulas of t.")
 
 #define SCENE_BODY_ROWS(X, of, in)                                                                 \
-    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+    X(of "at", 1, in at, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
       "Place of the section to which a rigid body is fixed, its centre on the axis; 0 to length.") \
     X(of "mass", 1, in mass, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
@@ -249,7 +249,7 @@ extern "C" {
       "Its moments of inertia about d1, d2, d3.")
 
 #define SCENE_SPRING_ROWS(X, of, in)                                                               \
-    X(of "at", 1, in at, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+    X(of "at", 1, in at, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
       "Place of the section that a linear spring holds; 0 to length.")                             \
     X(of "stiffness", 3, in stiffness, LISTS, ONE_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
@@ -268,9 +268,9 @@ extern "C" {
       "required",                                                                                  \
       "A tendon is guided by the rod at this place of its sections, along d1 and d2; formulas of " \
       "s.")                                                                                        \
-    X(of "start", 1, in start, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
+    X(of "start", 1, in start, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
       "From here on.")                                                                             \
-    X(of "end", 1, in end, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,              \
+    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,              \
       "the end of the rod",                                                                        \
       "It is fixed to the rod here.")                                                              \
     X(of "tension", 1, in tension, LISTS, AT_PLACE, NOT_NEGATIVE, SCALAR, WORLD, "N", NOTHING,    \
@@ -290,9 +290,9 @@ extern "C" {
       "required",                                                                                  \
       "A fluid chamber along the rod has its axis at this place of the sections, along d1 and "    \
       "d2; formulas of s.")                                                                        \
-    X(of "start", 1, in start, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
+    X(of "start", 1, in start, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
       "From here on.")                                                                             \
-    X(of "end", 1, in end, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING,              \
+    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,              \
       "the end of the rod",                                                                        \
       "Up to here.")                                                                               \
     X(of "pressure", 1, in pressure, LISTS, AT_PLACE, FINITE, SCALAR, WORLD, "Pa", NOTHING,       \
@@ -302,7 +302,7 @@ extern "C" {
       "Area of its cross-section; formula of s.")
 
 #define SCENE_BEAM_POINT_ROWS(X, of, in)                                                           \
-    X(of "at", 1, in at, BEAM, ONE_NUMBER, FINITE, SCALAR, WORLD, "m", NOTHING, "required",      \
+    X(of "at", 1, in at, BEAM, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "required",      \
       "Place within the beam, 0 < at < length, on which the outside acts.")                        \
     X(of "force", 1, in load.force, BEAM, AT_PLACE, FINITE, SCALAR, WORLD, "N", NOTHING, NULL,     \
       "Force along w on it; formula of t.")                                                        \
