@@ -242,7 +242,7 @@ static const refusal refusals[] = {
     {BASE "loads: {tip: {force: [0, 0, foo(t)]}}\n", NULL,
      "scene.yaml:4:29: loads.tip.force[2]: column 1 of 'foo(t)': unknown name 'foo'; allowed are "
      "s, t, pi, sin, cos, tan, asin, acos, atan, atan2, sinh, cosh, tanh, exp, log, sqrt, abs, "
-     "min, max, step, where"},
+     "min, max, step, where, within"},
     {BASE "loads: {tip: {force: [0, 0, .inf]}}\n", NULL,
      "scene.yaml:4:29: loads.tip.force[2]: is .inf, which is not finite; allowed: a number or a "
      "formula, in N"},
