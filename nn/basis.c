@@ -40,12 +40,12 @@ static void evaluate(const nn_mlp_settings *settings, const double *fourier, con
 }
 
 /* Functions at points, [functions][points], divided by the root of the number of points. */
-static void fill(const nn_mlp_settings *settings, const double *fourier, nn_rng *rng, size_t points,
-                 double *values)
+static void fill(const nn_mlp_settings *settings, const double *fourier, bool at_edges, nn_rng *rng,
+                 size_t points, double *values)
 {
-    double x[NN_INPUTS_MAX];
+    double x[NN_INPUTS_MAX] = {0};
     for (size_t p = 0; p < points; p++) {
-        for (int i = 0; i < settings->inputs; i++) {
+        for (int i = at_edges; i < settings->inputs; i++) {
             x[i] = cos(nn_rng_between(rng, 0, PI));
         }
         evaluate(settings, fourier, x, points, values + p);
@@ -55,8 +55,8 @@ static void fill(const nn_mlp_settings *settings, const double *fourier, nn_rng 
     }
 }
 
-ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier, nn_rng *rng,
-                          double **basis, int *rows, ad_error *error)
+ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier, bool at_edges,
+                          nn_rng *rng, double **basis, int *rows, ad_error *error)
 {
     size_t count = (size_t)nn_basis_functions(settings), points = POINTS_PER_FUNCTION * count;
     double *values = malloc(count * points * sizeof *values);
@@ -66,7 +66,7 @@ ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier
     ad_status status = ad_dense_load(error);
     *basis = NULL;
     if (status == AD_OK && values && all && work && order) {
-        fill(settings, fourier, rng, points, values);
+        fill(settings, fourier, at_edges, rng, points, values);
         size_t kept = ad_dense_basis(points, count, values, LEAST, all, order, work);
         *rows = (int)kept - 1; /* all but the constant, which is the bias */
         memmove(all, all + count, (kept - 1) * count * sizeof *all);

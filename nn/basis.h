@@ -14,8 +14,10 @@ int nn_basis_functions(const nn_mlp_settings *settings);
  * 1e-12 has far fewer dimensions than there are waves, or needs coefficients of 1e12. As
  * parameters those would spoil the normal equations, whose condition is the square.
  *
+ * At edges of pieces: of what is left of the functions where the first input is 0.
+ *
  * basis [rows][functions], owned by the caller. */
-ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier, nn_rng *rng,
-                          double **basis, int *rows, ad_error *error);
+ad_status nn_basis_create(const nn_mlp_settings *settings, const double *fourier, bool at_edges,
+                          nn_rng *rng, double **basis, int *rows, ad_error *error);
 
 #endif

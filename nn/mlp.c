@@ -15,20 +15,28 @@ static const double NN_SINE_FREQUENCY = 3.0;
 
 enum { NN_WIDTH_MAX = 4096, NN_OUTPUTS_MAX = 256, NN_FOURIER_MAX = 1024 };
 
+/* Functions [rows][nn_basis_functions] that a layer without hidden ones sees; NULL: there are none.
+ */
+typedef struct nn_basis {
+    int rows;
+    double *coefficients;
+} nn_basis;
+
 struct nn_mlp {
     nn_mlp_settings settings;
-    int view_count; /* weight and bias of each layer */
-    nn_view views[2 * (NN_HIDDEN_MAX + 1)];
+    int view_count; /* weight and bias of each layer, then of the edges of pieces */
+    nn_view views[2 * (NN_HIDDEN_MAX + 2)];
     size_t parameters;
     double *fourier; /* [fourier_features][inputs], NULL when there are none */
-    int basis_rows;
-    double *basis; /* [basis_rows][functions], of a linear network with features; else NULL */
+    nn_basis basis;  /* of a linear network with features */
+    nn_basis edges;  /* the same where the first input does not vary */
 };
 
 nn_mlp_settings nn_mlp_settings_default(void)
 {
     nn_mlp_settings settings = {.inputs = 1,
                                 .outputs = 1,
+                                .pieces = 1,
                                 .hidden_count = 3,
                                 .hidden = {32, 32, 32},
                                 .activation = NN_TANH,
@@ -48,6 +56,9 @@ const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
     }
     if (settings->outputs < 1 || settings->outputs > NN_OUTPUTS_MAX) {
         return "outputs: 1 to 256";
+    }
+    if (settings->pieces < 1 || settings->pieces > NN_PIECES_MAX) {
+        return "pieces: 1 to 64";
     }
     if (settings->hidden_count < 0 || settings->hidden_count > NN_HIDDEN_MAX) {
         return "hidden: at most 16 layers";
@@ -74,10 +85,15 @@ const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
     return NULL;
 }
 
-static void nn_mlp_add_view(nn_mlp *mlp, int layer, const char *part, int rows, int columns)
+int nn_mlp_input_rows(const nn_mlp_settings *settings)
+{
+    return settings->inputs + (settings->pieces > 1 ? 1 + 2 * settings->pieces : 0);
+}
+
+static void nn_mlp_add_view(nn_mlp *mlp, const char *layer, const char *part, int rows, int columns)
 {
     nn_view *view = &mlp->views[mlp->view_count++];
-    snprintf(view->name, sizeof view->name, "layer%d/%s", layer, part);
+    snprintf(view->name, sizeof view->name, "%s/%s", layer, part);
     view->offset = mlp->parameters;
     view->rows = rows;
     view->columns = columns;
@@ -89,7 +105,8 @@ static void nn_mlp_add_view(nn_mlp *mlp, int layer, const char *part, int rows, 
 static int nn_mlp_features(const nn_mlp *mlp)
 {
     const nn_mlp_settings *settings = &mlp->settings;
-    return mlp->basis ? mlp->basis_rows : settings->inputs + 2 * settings->fourier_features;
+    return mlp->basis.coefficients ? mlp->basis.rows
+                                   : settings->inputs + 2 * settings->fourier_features;
 }
 
 static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
@@ -107,9 +124,39 @@ static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
         double bound = settings->fourier_bandwidth[i % (size_t)settings->inputs];
         mlp->fourier[i] = nn_rng_between(rng, -bound, bound);
     }
-    return settings->hidden_count > 0 || !settings->orthonormal
-               ? AD_OK
-               : nn_basis_create(settings, mlp->fourier, rng, &mlp->basis, &mlp->basis_rows, error);
+    if (settings->hidden_count > 0 || !settings->orthonormal) {
+        return AD_OK;
+    }
+    ad_status status = nn_basis_create(settings, mlp->fourier, false, rng, &mlp->basis.coefficients,
+                                       &mlp->basis.rows, error);
+    if (status == AD_OK && settings->pieces > 1 && settings->inputs > 1) {
+        status = nn_basis_create(settings, mlp->fourier, true, rng, &mlp->edges.coefficients,
+                                 &mlp->edges.rows, error);
+    }
+    return status;
+}
+
+static void nn_mlp_add_views(nn_mlp *mlp)
+{
+    const nn_mlp_settings *settings = &mlp->settings;
+    int columns = nn_mlp_features(mlp);
+    for (int i = 0; i <= settings->hidden_count; i++) {
+        char layer[24];
+        int rows =
+            i < settings->hidden_count ? settings->hidden[i] : settings->outputs * settings->pieces;
+        snprintf(layer, sizeof layer, "layer%d", i);
+        nn_mlp_add_view(mlp, layer, "weight", rows, columns);
+        nn_mlp_add_view(mlp, layer, "bias", rows, 1);
+        columns = i < settings->hidden_count ? rows : columns;
+    }
+    if (settings->pieces > 1) {
+        int rows = settings->outputs * (settings->pieces + 1);
+        if (settings->inputs > 1) {
+            nn_mlp_add_view(mlp, "edges", "weight", rows,
+                            mlp->edges.coefficients ? mlp->edges.rows : columns);
+        }
+        nn_mlp_add_view(mlp, "edges", "bias", rows, 1);
+    }
 }
 
 ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **mlp, ad_error *error)
@@ -129,13 +176,7 @@ ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **m
         nn_mlp_free(made);
         return status;
     }
-    int columns = nn_mlp_features(made);
-    for (int i = 0; i <= settings->hidden_count; i++) {
-        int rows = i < settings->hidden_count ? settings->hidden[i] : settings->outputs;
-        nn_mlp_add_view(made, i, "weight", rows, columns);
-        nn_mlp_add_view(made, i, "bias", rows, 1);
-        columns = rows;
-    }
+    nn_mlp_add_views(made);
     *mlp = made;
     return AD_OK;
 }
@@ -146,7 +187,8 @@ void nn_mlp_free(nn_mlp *mlp)
         return;
     }
     free(mlp->fourier);
-    free(mlp->basis);
+    free(mlp->basis.coefficients);
+    free(mlp->edges.coefficients);
     free(mlp);
 }
 
@@ -171,9 +213,16 @@ double *nn_mlp_fourier(nn_mlp *mlp, size_t *count)
 
 double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns)
 {
-    *rows = mlp->basis_rows;
+    *rows = mlp->basis.rows;
     *columns = nn_basis_functions(&mlp->settings);
-    return mlp->basis;
+    return mlp->basis.coefficients;
+}
+
+double *nn_mlp_edge_basis(nn_mlp *mlp, int *rows, int *columns)
+{
+    *rows = mlp->edges.rows;
+    *columns = nn_basis_functions(&mlp->settings);
+    return mlp->edges.coefficients;
 }
 
 /* Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of a sine
@@ -182,11 +231,11 @@ double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns)
  * steps then start from a field without waves. */
 void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters)
 {
+    memset(parameters, 0, mlp->parameters * sizeof *parameters);
     if (mlp->settings.hidden_count == 0) {
-        memset(parameters, 0, mlp->parameters * sizeof *parameters);
         return;
     }
-    for (int i = 0; i < mlp->view_count; i += 2) {
+    for (int i = 0; i + 1 < mlp->view_count; i += 2) {
         const nn_view *weight = &mlp->views[i], *bias = &mlp->views[i + 1];
         size_t count = (size_t)weight->rows * (size_t)weight->columns;
         double *w = parameters + weight->offset, *b = parameters + bias->offset;
@@ -230,75 +279,173 @@ static ad_value nn_mlp_waves(const nn_mlp *mlp, ad_value x)
     ad_value frequencies = ad_constant(x.tape, rows, mlp->fourier);
     ad_value phase = ad_matvec(frequencies, x);
     ad_value functions[4] = {ad_scalar(x.tape, 1), x, ad_sin(phase), ad_cos(phase)};
-    return mlp->basis ? ad_stack(4, functions) : ad_stack(3, functions + 1);
+    return mlp->basis.coefficients ? ad_stack(4, functions) : ad_stack(3, functions + 1);
 }
 
-static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, ad_value x)
+/* What enters the first layer, by a basis if there is one. */
+static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, const nn_basis *basis, ad_value x)
 {
     ad_value waves = nn_mlp_waves(mlp, x);
-    int numbers = mlp->basis_rows * nn_basis_functions(&mlp->settings);
-    return mlp->basis ? ad_matvec(ad_constant(x.tape, numbers, mlp->basis), waves) : waves;
+    int numbers = basis->rows * nn_basis_functions(&mlp->settings);
+    return basis->coefficients ? ad_matvec(ad_constant(x.tape, numbers, basis->coefficients), waves)
+                               : waves;
 }
 
-ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
+static ad_value nn_view_record(const nn_view *view, ad_tape *tape, size_t offset)
 {
-    if (ad_is_valid(input) && ad_rows(input) != mlp->settings.inputs) {
-        ad_tape_fail(input.tape, AD_BAD_SHAPE, "network: the input has %d rows, %d are expected",
-                     ad_rows(input), mlp->settings.inputs);
-    }
-    ad_value x = nn_mlp_fourier_rows(mlp, input);
-    for (int i = 0; i < mlp->view_count; i += 2) {
-        const nn_view *weight = &mlp->views[i], *bias = &mlp->views[i + 1];
-        ad_value w = ad_parameter(input.tape, weight->name, weight->rows * weight->columns,
-                                  offset + weight->offset);
-        ad_value b = ad_parameter(input.tape, bias->name, bias->rows, offset + bias->offset);
-        x = ad_add(ad_matvec(w, x), b);
-        if (i + 2 < mlp->view_count) {
-            x = nn_activate(mlp->settings.activation, x);
-        }
+    return ad_parameter(tape, view->name, view->rows * view->columns, offset + view->offset);
+}
+
+/* What enters the trained layer without activation. */
+static ad_value nn_mlp_record_hidden(const nn_mlp *mlp, const nn_basis *basis, ad_value x,
+                                     size_t offset)
+{
+    x = nn_mlp_fourier_rows(mlp, basis, x);
+    for (int i = 0; i < mlp->settings.hidden_count; i++) {
+        ad_value w = nn_view_record(&mlp->views[2 * i], x.tape, offset);
+        ad_value b = nn_view_record(&mlp->views[2 * i + 1], x.tape, offset);
+        x = nn_activate(mlp->settings.activation, ad_add(ad_matvec(w, x), b));
     }
     return x;
 }
 
+/* The input where the first one does not vary. */
+static ad_value nn_mlp_edge_input(const nn_mlp *mlp, ad_value x)
+{
+    ad_value others = ad_slice(x, 1, mlp->settings.inputs - 1);
+    return ad_stack(2, (ad_value[]){ad_scalar(x.tape, 0), others});
+}
+
+/* What is said at the edges of pieces, [outputs * (pieces + 1)]. */
+static ad_value nn_mlp_record_edges(const nn_mlp *mlp, ad_value x, size_t offset)
+{
+    ad_value b = nn_view_record(&mlp->views[mlp->view_count - 1], x.tape, offset);
+    if (mlp->settings.inputs == 1) {
+        return b;
+    }
+    ad_value w = nn_view_record(&mlp->views[mlp->view_count - 2], x.tape, offset);
+    x = nn_mlp_record_hidden(mlp, &mlp->edges, nn_mlp_edge_input(mlp, x), offset);
+    return ad_add(ad_matvec(w, x), b);
+}
+
+/* The pieces [outputs * pieces] put together where the input is. */
+static ad_value nn_mlp_join(const nn_mlp *mlp, ad_value input, ad_value inside, ad_value edges)
+{
+    int pieces = mlp->settings.pieces, outputs = mlp->settings.outputs;
+    int first = mlp->settings.inputs;
+    ad_value sum = ad_slice(edges, 0, outputs), within = ad_zeros(input.tape, outputs);
+    for (int k = 0; k < pieces; k++) {
+        ad_value mask = ad_row(input, first + 1 + k), ramp = ad_row(input, first + 1 + pieces + k);
+        within = ad_add(within, ad_mul(mask, ad_slice(inside, k * outputs, outputs)));
+        sum = ad_add(sum, ad_mul(ramp, ad_slice(edges, (k + 1) * outputs, outputs)));
+    }
+    return ad_add(sum, ad_mul(ad_row(input, first), within));
+}
+
+static void nn_mlp_check_input(const nn_mlp *mlp, ad_value input)
+{
+    int rows = nn_mlp_input_rows(&mlp->settings);
+    if (ad_is_valid(input) && ad_rows(input) != rows) {
+        ad_tape_fail(input.tape, AD_BAD_SHAPE, "network: the input has %d rows, %d are expected",
+                     ad_rows(input), rows);
+    }
+}
+
+ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
+{
+    nn_mlp_check_input(mlp, input);
+    int last = 2 * mlp->settings.hidden_count;
+    bool joined = mlp->settings.pieces > 1;
+    ad_value x = joined ? ad_slice(input, 0, mlp->settings.inputs) : input;
+    ad_value hidden = nn_mlp_record_hidden(mlp, &mlp->basis, x, offset);
+    ad_value w = nn_view_record(&mlp->views[last], input.tape, offset);
+    ad_value b = nn_view_record(&mlp->views[last + 1], input.tape, offset);
+    ad_value y = ad_add(ad_matvec(w, hidden), b);
+    return joined ? nn_mlp_join(mlp, input, y, nn_mlp_record_edges(mlp, x, offset)) : y;
+}
+
 /* ---- combined ------------------------------------------------------------------------------- */
+
+/* Of a layer of so many rows: [rows][functions] and the biases. */
+static size_t nn_combined_numbers(const nn_mlp *mlp, int rows)
+{
+    return (size_t)rows * ((size_t)nn_basis_functions(&mlp->settings) + 1);
+}
 
 size_t nn_mlp_combined_parameters(const nn_mlp *mlp)
 {
-    size_t functions = (size_t)nn_basis_functions(&mlp->settings) + 1;
-    return mlp->basis ? (size_t)mlp->settings.outputs * functions : mlp->parameters;
+    int outputs = mlp->settings.outputs, pieces = mlp->settings.pieces;
+    if (!mlp->basis.coefficients) {
+        return mlp->parameters;
+    }
+    int edges = pieces > 1 ? outputs * (pieces + 1) : 0;
+    return nn_combined_numbers(mlp, outputs * pieces) +
+           (mlp->edges.coefficients ? nn_combined_numbers(mlp, edges) : (size_t)edges);
+}
+
+/* The layer that begins with view `weight`; returns where the next one goes. */
+static double *nn_combine_layer(const nn_mlp *mlp, const nn_basis *basis, int weight,
+                                const double *parameters, double *combined)
+{
+    const nn_view *view = &mlp->views[weight];
+    int rows = view->rows, functions = nn_basis_functions(&mlp->settings);
+    const double *weights = parameters + view->offset;
+    memset(combined, 0, (size_t)rows * (size_t)functions * sizeof *combined);
+    for (int i = 0; i < rows; i++) {
+        double *row = combined + (size_t)i * (size_t)functions;
+        for (int k = 0; k < basis->rows; k++) {
+            double factor = weights[(size_t)i * (size_t)basis->rows + (size_t)k];
+            const double *coefficients = basis->coefficients + (size_t)k * (size_t)functions;
+            for (int j = 0; j < functions; j++) {
+                row[j] += factor * coefficients[j];
+            }
+        }
+    }
+    combined += (size_t)rows * (size_t)functions;
+    memcpy(combined, parameters + view[1].offset, (size_t)rows * sizeof *combined);
+    return combined + rows;
 }
 
 void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combined)
 {
-    if (!mlp->basis) {
+    if (!mlp->basis.coefficients) {
         memcpy(combined, parameters, mlp->parameters * sizeof *combined);
         return;
     }
-    int outputs = mlp->settings.outputs, functions = nn_basis_functions(&mlp->settings);
-    const double *weights = parameters + mlp->views[0].offset;
-    memset(combined, 0, (size_t)outputs * (size_t)functions * sizeof *combined);
-    for (int i = 0; i < outputs; i++) {
-        double *row = combined + (size_t)i * (size_t)functions;
-        for (int k = 0; k < mlp->basis_rows; k++) {
-            double weight = weights[(size_t)i * (size_t)mlp->basis_rows + (size_t)k];
-            const double *coefficients = mlp->basis + (size_t)k * (size_t)functions;
-            for (int j = 0; j < functions; j++) {
-                row[j] += weight * coefficients[j];
-            }
-        }
+    combined = nn_combine_layer(mlp, &mlp->basis, 0, parameters, combined);
+    if (mlp->edges.coefficients) {
+        nn_combine_layer(mlp, &mlp->edges, 2, parameters, combined);
+    } else if (mlp->settings.pieces > 1) {
+        const nn_view *bias = &mlp->views[2];
+        memcpy(combined, parameters + bias->offset, (size_t)bias->rows * sizeof *combined);
     }
-    memcpy(combined + (size_t)outputs * (size_t)functions, parameters + mlp->views[1].offset,
-           (size_t)outputs * sizeof *combined);
+}
+
+/* A layer of `rows` from `offset` on. */
+static ad_value nn_record_combined(const nn_mlp *mlp, ad_value x, int rows, size_t offset)
+{
+    int numbers = rows * nn_basis_functions(&mlp->settings);
+    ad_value w = ad_parameter(x.tape, "combined/weight", numbers, offset);
+    ad_value b = ad_parameter(x.tape, "combined/bias", rows, offset + (size_t)numbers);
+    return ad_add(ad_matvec(w, nn_mlp_waves(mlp, x)), b);
 }
 
 ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset)
 {
-    if (!mlp->basis) {
+    int outputs = mlp->settings.outputs, pieces = mlp->settings.pieces;
+    int rows = outputs * (pieces + 1);
+    if (!mlp->basis.coefficients) {
         return nn_mlp_record(mlp, input, offset);
     }
-    int outputs = mlp->settings.outputs;
-    int numbers = outputs * nn_basis_functions(&mlp->settings);
-    ad_value w = ad_parameter(input.tape, "combined/weight", numbers, offset);
-    ad_value b = ad_parameter(input.tape, "combined/bias", outputs, offset + (size_t)numbers);
-    return ad_add(ad_matvec(w, nn_mlp_waves(mlp, input)), b);
+    nn_mlp_check_input(mlp, input);
+    ad_value x = pieces > 1 ? ad_slice(input, 0, mlp->settings.inputs) : input;
+    ad_value y = nn_record_combined(mlp, x, outputs * pieces, offset);
+    if (pieces == 1) {
+        return y;
+    }
+    offset += nn_combined_numbers(mlp, outputs * pieces);
+    ad_value edges = mlp->edges.coefficients
+                         ? nn_record_combined(mlp, nn_mlp_edge_input(mlp, x), rows, offset)
+                         : ad_parameter(x.tape, "combined/edges", rows, offset);
+    return nn_mlp_join(mlp, input, y, edges);
 }

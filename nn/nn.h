@@ -16,7 +16,7 @@
 extern "C" {
 #endif
 
-enum { NN_HIDDEN_MAX = 16, NN_INPUTS_MAX = 64, NN_NAME_MAX = 48 };
+enum { NN_HIDDEN_MAX = 16, NN_INPUTS_MAX = 64, NN_NAME_MAX = 48, NN_PIECES_MAX = 64 };
 
 #define NN_ACTIVATION_LIST(X)                                                                      \
     X(NN_TANH, "tanh")                                                                             \
@@ -32,9 +32,18 @@ typedef enum nn_activation { NN_ACTIVATION_LIST(NN_ENUM) } nn_activation;
 typedef enum nn_initialization { NN_INITIALIZATION_LIST(NN_ENUM) } nn_initialization;
 #undef NN_ENUM
 
+/* In pieces along its first input a network is smooth within each and continuous. Each piece has a
+ * trained layer of its own over the same features, which the coordinate within the piece enters in
+ * place of the first input, and between edges of pieces it is joined exactly:
+ *
+ *   y = e_0 + sum_k ramp_k e_k+1 + bubble sum_k mask_k (W_k features + b_k)
+ *
+ * with e_k of the other inputs alone, which at rest are none. Mask, ramp and bubble come with the
+ * inputs: in rows after them bubble, mask [pieces], ramp [pieces]. */
 typedef struct nn_mlp_settings {
     int inputs;
     int outputs;
+    int pieces; /* 1 */
     int hidden_count;
     int hidden[NN_HIDDEN_MAX]; /* widths */
     nn_activation activation;
@@ -45,7 +54,8 @@ typedef struct nn_mlp_settings {
                                               * input; they are drawn uniformly within */
 } nn_mlp_settings;
 
-/* hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi, orthonormal. */
+/* One piece, hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi, orthonormal.
+ */
 nn_mlp_settings nn_mlp_settings_default(void);
 
 /* NULL, or the name of the field that is out of range with what is allowed (static text). */
@@ -82,8 +92,15 @@ double *nn_mlp_fourier(nn_mlp *mlp, size_t *count);
  * networks. */
 double *nn_mlp_basis(nn_mlp *mlp, int *rows, int *columns);
 
-/* Record the network on the tape of `input` ([inputs] rows, scaled to about [-1, 1]): [outputs]
- * rows. `offset`: of its first parameter in the flat vector. */
+/* The basis of what is joined at the edges of pieces, functions of all inputs but the first: the
+ * same for them; NULL for other networks. */
+double *nn_mlp_edge_basis(nn_mlp *mlp, int *rows, int *columns);
+
+/* Rows that nn_mlp_record takes: the inputs, and what comes with them where there are pieces. */
+int nn_mlp_input_rows(const nn_mlp_settings *settings);
+
+/* Record the network on the tape of `input` (nn_mlp_input_rows; the inputs scaled to about [-1,
+ * 1]): [outputs] rows. `offset`: of its first parameter in the flat vector. */
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
 
 /* The same network for evaluation alone: where it has a basis, the weights times the coefficients
