@@ -30,6 +30,18 @@ int domain_window_at(const domain *d, double time)
     return index;
 }
 
+int domain_pieces(const domain *d)
+{
+    return d->pieces > 1 ? d->pieces : 1;
+}
+
+void domain_piece(const domain *d, int piece, double *low, double *high)
+{
+    bool several = domain_pieces(d) > 1;
+    *low = several ? d->edge[piece] : d->coordinates[0].low;
+    *high = several ? d->edge[piece + 1] : d->coordinates[0].high;
+}
+
 int domain_find(const domain *d, const char *name)
 {
     for (int i = 0; i < d->count; i++) {
@@ -45,7 +57,7 @@ int domain_find(const domain *d, const char *name)
 domain_place domain_record(const domain *d, const domain_uniforms *uniforms, ad_tape *tape)
 {
     double start = domain_window_time(d, 0), span = domain_window_time(d, 1) - start;
-    domain_place at = {.tape = tape, .goes_on = uniforms->state > 0};
+    domain_place at = {.tape = tape, .over = d, .goes_on = uniforms->state > 0};
     for (int i = 0; i < d->count; i++) {
         at.x[i] = ad_input(tape, d->coordinates[i].name, 1);
     }
@@ -87,9 +99,46 @@ ad_value domain_elapsed(const domain *d, const domain_place *at)
     return ad_sub(at->x[d->time], at->start);
 }
 
+domain_local domain_local_of(const domain *d, ad_value s)
+{
+    ad_value one = ad_scalar(s.tape, 1), zero = ad_scalar(s.tape, 0), begun = one;
+    domain_local local = {.pieces = domain_pieces(d), .x = zero, .bubble = zero};
+    for (int k = 0; k < local.pieces; k++) {
+        double low, high;
+        domain_piece(d, k, &low, &high);
+        ad_value passed = ad_sub(s, ad_scalar(s.tape, low));
+        ad_value left = ad_sub(ad_scalar(s.tape, high), s);
+        ad_value over = k + 1 < local.pieces ? ad_select(ad_neg(left), one, zero) : zero;
+        ad_value mask = ad_sub(begun, over);
+        ad_value x = ad_sub(ad_scale(passed, 2 / (high - low)), one);
+        ad_value bubble = ad_scale(ad_mul(passed, left), 1 / (high - low));
+        local.mask[k] = mask;
+        local.ramp[k] = ad_add(ad_mul(mask, passed), ad_scale(over, high - low));
+        local.x = ad_add(local.x, ad_mul(mask, x));
+        local.bubble = ad_add(local.bubble, ad_mul(mask, bubble));
+        begun = over;
+    }
+    return local;
+}
+
+ad_value domain_vanish(const domain_place *at, int end)
+{
+    double low, high;
+    int pieces = at->over ? domain_pieces(at->over) : 1;
+    ad_value s = at->x[0], one = ad_scalar(s.tape, 1);
+    if (pieces == 1) {
+        return end ? ad_sub(one, s) : s;
+    }
+    domain_piece(at->over, end ? pieces - 1 : 0, &low, &high);
+    ad_value passed = end ? ad_sub(ad_scalar(s.tape, high), s) : ad_sub(s, ad_scalar(s.tape, low));
+    ad_value beyond = ad_sub(passed, ad_scalar(s.tape, high - low));
+    return ad_select(beyond, one, ad_scale(passed, 1 / (high - low)));
+}
+
 ad_value domain_network_input(const domain *d, const domain_place *at)
 {
-    ad_value rows[DOMAIN_COORDINATES_MAX], one = ad_scalar(at->tape, 1);
+    ad_value rows[DOMAIN_COORDINATES_MAX + 1 + 2 * DOMAIN_PIECES_MAX];
+    ad_value one = ad_scalar(at->tape, 1);
     for (int i = 0; i < d->count; i++) {
         const domain_coordinate *c = &d->coordinates[i];
         ad_value passed = ad_sub(at->x[i], ad_scalar(at->tape, c->low));
@@ -100,5 +149,16 @@ ad_value domain_network_input(const domain *d, const domain_place *at)
         }
         rows[i] = ad_sub(ad_mul(ad_scale(passed, 2), ad_reciprocal(range)), one);
     }
-    return ad_stack(d->count, rows);
+    if (domain_pieces(d) == 1) {
+        return ad_stack(d->count, rows);
+    }
+    domain_local local = domain_local_of(d, at->x[0]);
+    int count = d->count;
+    rows[0] = local.x;
+    rows[count++] = local.bubble;
+    for (int k = 0; k < local.pieces; k++) {
+        rows[count + k] = local.mask[k];
+        rows[count + local.pieces + k] = local.ramp[k];
+    }
+    return ad_stack(count + 2 * local.pieces, rows);
 }

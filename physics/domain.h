@@ -1,4 +1,5 @@
-/* The coordinates of a model: their names, ranges and units, and the windows of time.
+/* The coordinates of a model: their names, ranges and units, the windows of time, and the pieces of
+ * the first coordinate within which fields are smooth.
  *
  * Sampling, network input, evaluation and checkpoints ask the domain; nothing else knows how many
  * coordinates there are. On the tape coordinates are dimensionless, one row each. */
@@ -13,7 +14,12 @@
 extern "C" {
 #endif
 
-enum { DOMAIN_COORDINATES_MAX = 8, DOMAIN_NAME = 24, DOMAIN_WINDOWS_MAX = 1024 };
+enum {
+    DOMAIN_COORDINATES_MAX = 8,
+    DOMAIN_NAME = 24,
+    DOMAIN_WINDOWS_MAX = 1024,
+    DOMAIN_PIECES_MAX = 64 /* NN_PIECES_MAX */
+};
 
 typedef struct domain_coordinate {
     char name[DOMAIN_NAME]; /* "s" */
@@ -27,6 +33,8 @@ typedef struct domain {
     domain_coordinate coordinates[DOMAIN_COORDINATES_MAX];
     int time;    /* the coordinate that windows divide and causal weights follow; -1: none */
     int windows; /* equal parts of it, each with a network of its own; 1 without time */
+    int pieces;  /* of the first coordinate; 0 or 1: all of it is one */
+    double edge[DOMAIN_PIECES_MAX + 1]; /* [pieces + 1] of several: ascending, low and high too */
 } domain;
 
 /* Where window `index` of time begins; index = windows: where the last one ends. 0 without time. */
@@ -34,6 +42,10 @@ double domain_window_time(const domain *d, int index);
 
 /* The window of an instant: one between two windows belongs to the one that it ends. */
 int domain_window_at(const domain *d, double time);
+
+/* Pieces of the first coordinate, at least 1, and the range [low, high] of one. */
+int domain_pieces(const domain *d);
+void domain_piece(const domain *d, int piece, double *low, double *high);
 
 /* The coordinate of that name, -1: there is none. */
 int domain_find(const domain *d, const char *name);
@@ -45,6 +57,7 @@ int domain_find(const domain *d, const char *name);
  * load continuation run the same compiled program. */
 typedef struct domain_place {
     ad_tape *tape;
+    const domain *over; /* NULL: one piece; outlives the place */
     ad_value x[DOMAIN_COORDINATES_MAX];
     ad_value start, span; /* of the window of time at work, one row each */
     bool goes_on;         /* the window starts from the state in which the one before ended */
@@ -77,8 +90,26 @@ enum { DOMAIN_UNIFORMS_MAX = 3 };
 int domain_list_uniforms(const domain_uniforms *uniforms, const domain_setting *setting,
                          const double **list);
 
-/* The coordinates mapped to [-1, 1] over their ranges, time over the window at work: one row for
- * each coordinate. */
+/* Which piece a place lies in, and where: an edge belongs to the piece before it. */
+typedef struct domain_local {
+    int pieces;
+    ad_value x;                       /* from -1 to 1 over the piece */
+    ad_value mask[DOMAIN_PIECES_MAX]; /* 1 in the piece, 0 elsewhere */
+    ad_value ramp[DOMAIN_PIECES_MAX]; /* rises with s in the piece, constant elsewhere */
+    ad_value bubble; /* its length times x (1 - x) where x is from 0 to 1: 0 at all edges */
+} domain_local;
+
+domain_local domain_local_of(const domain *d, ad_value s);
+
+/* Factors that vanish where the first coordinate begins (end 0) or ends (1), from 0 to 1 in a
+ * dimensionless coordinate: x and 1 - x; with several pieces within the piece at that end alone, 1
+ * elsewhere. What is divided by them is then smooth in every piece, also where it has no analytic
+ * continuation to that end. */
+ad_value domain_vanish(const domain_place *at, int end);
+
+/* The coordinates mapped to [-1, 1] over their ranges, time over the window at work and the first
+ * over its piece: one row for each coordinate. With several pieces what nn/nn.h wants of them
+ * follows. */
 ad_value domain_network_input(const domain *d, const domain_place *at);
 
 /* Time since the window at work began. */

@@ -1,6 +1,7 @@
 #include "physics/model.h"
 
 #include "physics/beam.h"
+#include "physics/breaks.h"
 #include "physics/relay.h"
 
 #include <stdio.h>
@@ -211,6 +212,25 @@ static void add_scene_terms(physics_model *m, const rod_weights *weights)
     }
 }
 
+ad_status model_domain_of(const scene *scene, domain *d, ad_error *error)
+{
+    scene_breaks breaks;
+    *d = rod_domain_of(scene);
+    if (scene->formulation != SCENE_MIXED || scene_is_manufactured(scene)) {
+        return AD_OK;
+    }
+    ad_status status = scene_breaks_of(scene, "s", &breaks, error);
+    if (status == AD_OK && breaks.count > 0 && breaks.count < DOMAIN_PIECES_MAX) {
+        d->pieces = breaks.count + 1;
+        d->edge[0] = d->coordinates[0].low;
+        for (int i = 0; i < breaks.count; i++) {
+            d->edge[i + 1] = breaks.place[i] / d->coordinates[0].scale;
+        }
+        d->edge[d->pieces] = d->coordinates[0].high;
+    }
+    return status;
+}
+
 ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,
                          ad_error *error)
 {
@@ -223,7 +243,12 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
     }
     m->scene = *scene;
     m->has_scene = true;
-    m->domain = rod_domain_of(scene);
+    ad_status status = model_domain_of(scene, &m->domain, error);
+    if (status != AD_OK) {
+        model_free(m);
+        *result = NULL;
+        return status;
+    }
     m->field_count = SCENE_FIELDS;
     m->unknowns = mixed ? SCENE_FIELDS : SCENE_FIELDS / 2;
     for (int i = 0; i < SCENE_FIELDS; i++) {

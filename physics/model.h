@@ -143,6 +143,11 @@ typedef struct scene_physics {
 
 const scene_physics *scene_physics_of(const scene *scene);
 
+/* The coordinates of a scene as its model has them, in pieces along s that end where something of
+ * the scene jumps (physics/breaks.h). The displacement form, whose derivatives would jump, has one;
+ * so has a scene with more pieces than a network can have. AD_NO_MEMORY. */
+ad_status model_domain_of(const scene *scene, domain *d, ad_error *error);
+
 /* The model of a scene that passes scene_check, which is copied (its texts must live on); weights:
  * NULL for the defaults. AD_NO_MEMORY. */
 ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,

@@ -14,7 +14,7 @@ enum {
     PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
 };
 
-/* Dimensionless, [coordinates][count]. */
+/* Dimensionless, [coordinates][count]; behind them room to draw the points of a piece. */
 typedef struct problem_cloud {
     double *x;
     size_t count;

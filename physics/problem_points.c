@@ -18,14 +18,20 @@ static int varying(const problem *p, const problem_set *set, int *which)
     return count;
 }
 
-/* From the unit interval to the range of a coordinate, of time to the window at work. */
-static double placed(const problem *p, int coordinate, double x)
+/* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
+ * the window at work. Points of several pieces keep off their edges, by more than rounding and less
+ * than counts, so that what jumps there has the value that it has within. */
+static double placed(const problem *p, int coordinate, int piece, double x)
 {
+    static const double OFF = 1e-9;
     const domain *d = &p->model->domain;
     double low = d->coordinates[coordinate].low, high = d->coordinates[coordinate].high;
     if (coordinate == d->time) {
         low = domain_window_time(d, p->window);
         high = domain_window_time(d, p->window + 1);
+    } else if (coordinate == 0 && domain_pieces(d) > 1) {
+        domain_piece(d, piece, &low, &high);
+        x = fmin(fmax(x, OFF), 1 - OFF);
     }
     return fmin(low + x * (high - low), high);
 }
@@ -38,41 +44,64 @@ static double held(const problem *p, const problem_set *set, int coordinate)
                   : set->about->value[coordinate];
 }
 
-static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            sampling_kind kind, nn_rng *rng, ad_error *error)
+/* The pieces among which the points of a set are shared out. */
+static int pieces_of(const problem *p, const problem_set *set)
 {
-    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which), next = dimension;
-    size_t count = cloud->count;
+    return set->about->holds[0] ? 1 : domain_pieces(&p->model->domain);
+}
+
+/* `count` of the points of a cloud, from `first` on, in one piece. */
+static ad_status piece_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            int piece, size_t first, size_t count, sampling_kind kind, nn_rng *rng,
+                            double *unit, ad_error *error)
+{
+    int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which), next = 0;
     if (dimension > 0) {
-        ad_status status = sampling_fill(kind, rng, dimension, count, cloud->x, error);
+        ad_status status = sampling_fill(kind, rng, dimension, count, unit, error);
         if (status != AD_OK) {
             return status;
         }
     }
-    for (int i = p->model->domain.count - 1; i >= 0; i--) {
+    for (int i = 0; i < p->model->domain.count; i++) {
         bool varies = !set->about->holds[i];
-        const double *from = cloud->x + (size_t)(varies ? --next : 0) * count;
-        double *to = cloud->x + (size_t)i * count;
+        const double *from = unit + (size_t)(varies ? next++ : 0) * count;
+        double *to = cloud->x + (size_t)i * cloud->count + first;
         for (size_t k = 0; k < count; k++) {
-            to[k] = varies ? placed(p, i, from[k]) : held(p, set, i);
+            to[k] = varies ? placed(p, i, piece, from[k]) : held(p, set, i);
         }
     }
     return AD_OK;
+}
+
+static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                            sampling_kind kind, nn_rng *rng, ad_error *error)
+{
+    int pieces = pieces_of(p, set);
+    size_t count = cloud->count / (size_t)pieces;
+    double *unit = cloud->x + (size_t)p->model->domain.count * cloud->count;
+    ad_status status = AD_OK;
+    for (int piece = 0; status == AD_OK && piece < pieces; piece++) {
+        status =
+            piece_fill(p, set, cloud, piece, (size_t)piece * count, count, kind, rng, unit, error);
+    }
+    return status;
 }
 
 static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
                             const problem_points *points, nn_rng *rng, ad_error *error)
 {
     int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
-    cloud->count = 1;
+    int pieces = pieces_of(p, set);
+    size_t each = 1;
     if (dimension > 0) {
-        ad_status status = sampling_count(points->sampler, dimension, (size_t)points->points, NULL,
-                                          &cloud->count, error);
+        size_t wanted = (size_t)((points->points + pieces - 1) / pieces);
+        ad_status status = sampling_count(points->sampler, dimension, wanted, NULL, &each, error);
         if (status != AD_OK) {
             return status;
         }
     }
-    cloud->x = calloc((size_t)p->model->domain.count * cloud->count, sizeof *cloud->x);
+    cloud->count = each * (size_t)pieces;
+    cloud->x = calloc((size_t)p->model->domain.count * (cloud->count + each), sizeof *cloud->x);
     if (!cloud->x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
     }
@@ -132,7 +161,7 @@ bool problem_points_are_inside(const problem *p, const problem_cloud *cloud)
 {
     const domain *d = &p->model->domain;
     for (int i = 0; i < d->count; i++) {
-        double low = placed(p, i, 0), high = placed(p, i, 1);
+        double low = placed(p, i, 0, 0), high = placed(p, i, domain_pieces(d) - 1, 1);
         for (size_t k = 0; k < cloud->count; k++) {
             double x = cloud->x[(size_t)i * cloud->count + k];
             if (!(x >= low && x <= high)) {

@@ -1,13 +1,20 @@
 #include "physics/relay.h"
 #include "physics/constants.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+/* Of one piece of s, or of its part that goes on. */
+static size_t piece_numbers(int rows)
+{
+    return RELAY_POINTS * (size_t)rows;
+}
+
 size_t relay_numbers(const physics_model *m)
 {
-    return 2 * RELAY_POINTS * (size_t)m->state_rows;
+    return 2 * (size_t)domain_pieces(&m->domain) * piece_numbers(m->state_rows);
 }
 
 /* Chebyshev's points of [0, 1], from 1 down to 0. */
@@ -18,11 +25,10 @@ static double relay_point(int j)
 
 /* ---- on the tape --------------------------------------------------------------------------- */
 
-/* Chebyshev's polynomials T_k(2s - 1). */
-static ad_value chebyshev_polynomials(ad_value s)
+/* Chebyshev's polynomials T_k(x). */
+static ad_value chebyshev_polynomials(ad_value x)
 {
-    ad_value powers[RELAY_POINTS] = {ad_scalar(s.tape, 1)};
-    ad_value x = powers[1] = ad_sub(ad_scale(s, 2), powers[0]);
+    ad_value powers[RELAY_POINTS] = {ad_scalar(x.tape, 1), x};
     for (int k = 2; k < RELAY_POINTS; k++) {
         powers[k] = ad_sub(ad_scale(ad_mul(x, powers[k - 1]), 2), powers[k - 2]);
     }
@@ -31,9 +37,21 @@ static ad_value chebyshev_polynomials(ad_value s)
 
 ad_value relay_state(const domain_place *at, int rows, bool going)
 {
-    int numbers = RELAY_POINTS * rows;
-    ad_value coefficients = ad_slice(at->state, going ? numbers : 0, numbers);
-    return ad_matvec_transposed(coefficients, chebyshev_polynomials(at->x[0]));
+    int numbers = (int)piece_numbers(rows), pieces = at->over ? domain_pieces(at->over) : 1;
+    int first = going ? pieces * numbers : 0;
+    if (pieces == 1) {
+        ad_value x = ad_sub(ad_scale(at->x[0], 2), ad_scalar(at->tape, 1));
+        ad_value coefficients = ad_slice(at->state, first, numbers);
+        return ad_matvec_transposed(coefficients, chebyshev_polynomials(x));
+    }
+    domain_local local = domain_local_of(at->over, at->x[0]);
+    ad_value polynomials = chebyshev_polynomials(local.x), state = ad_zeros(at->tape, rows);
+    for (int k = 0; k < pieces; k++) {
+        ad_value coefficients = ad_slice(at->state, first + k * numbers, numbers);
+        ad_value there = ad_matvec_transposed(coefficients, polynomials);
+        state = ad_add(state, ad_mul(local.mask[k], there));
+    }
+    return state;
 }
 
 /* ---- polynomials of low degree ------------------------------------------------------------- */
@@ -83,18 +101,25 @@ static void transform(const double *values, int rows, double *coefficients)
     }
 }
 
-/* A state from its values [RELAY_POINTS][rows]. */
+/* A state from its values [pieces][RELAY_POINTS][rows]. */
 static void write_state(const physics_model *m, const double *values, double *state)
 {
     double going[RELAY_POINTS * MODEL_STATE_ROWS_MAX];
-    int rows = m->state_rows, degree = m->call.going_degree(m, values);
-    for (int point = 0; point < RELAY_POINTS; point++) {
-        for (int i = 0; i < rows; i++) {
-            going[point * rows + i] = interpolate(values + i, rows, degree, point);
-        }
+    int rows = m->state_rows, pieces = domain_pieces(&m->domain), degree = 1;
+    size_t numbers = piece_numbers(rows);
+    for (int k = 0; k < pieces; k++) {
+        int needed = m->call.going_degree(m, values + (size_t)k * numbers);
+        degree = needed > degree ? needed : degree;
     }
-    transform(values, rows, state);
-    transform(going, rows, state + RELAY_POINTS * rows);
+    for (int k = 0; k < pieces; k++, values += numbers, state += numbers) {
+        for (int point = 0; point < RELAY_POINTS; point++) {
+            for (int i = 0; i < rows; i++) {
+                going[point * rows + i] = interpolate(values + i, rows, degree, point);
+            }
+        }
+        transform(values, rows, state);
+        transform(going, rows, state + (size_t)pieces * numbers);
+    }
 }
 
 /* ---- from window to window ----------------------------------------------------------------- */
@@ -151,12 +176,23 @@ static ad_status build(relay *r, int window, relay_program *made, ad_error *erro
     return status;
 }
 
-ad_status relay_run(relay *r, int index, const double *start, const double *x, double *end,
-                    ad_error *error)
+/* The points of a piece, by more than rounding within where it meets another: what jumps there is
+ * that of the piece. */
+static void place_points(const domain *d, int piece, double s[RELAY_POINTS])
+{
+    double low, high, off = domain_pieces(d) > 1 ? 4 * DBL_EPSILON : 0;
+    domain_piece(d, piece, &low, &high);
+    for (int j = 0; j < RELAY_POINTS; j++) {
+        double at = domain_pieces(d) > 1 ? low + (high - low) * relay_point(j) : relay_point(j);
+        s[j] = fmax(low + off, fmin(high - off, at));
+    }
+}
+
+/* values [RELAY_POINTS][rows] of the end of window `index` in one piece. */
+static ad_status run_piece(const relay *r, const relay_program *made, int index, int piece,
+                           const double *start, const double *x, double *values, ad_error *error)
 {
     const physics_model *m = r->model;
-    relay_program *made = &r->programs[index > 0];
-    ad_status status = made->program ? AD_OK : build(r, index, made, error);
     double s[RELAY_POINTS], unused[RELAY_POINTS] = {0}, found[MODEL_STATE_ROWS_MAX][RELAY_POINTS];
     double *outputs[MODEL_STATE_ROWS_MAX], begin = domain_window_time(&m->domain, index);
     const double *inputs[DOMAIN_COORDINATES_MAX] = {s}, *uniforms[DOMAIN_UNIFORMS_MAX];
@@ -166,9 +202,7 @@ ad_status relay_run(relay *r, int index, const double *start, const double *x, d
     for (int i = 1; i < m->domain.count; i++) {
         inputs[i] = unused;
     }
-    for (int j = 0; j < RELAY_POINTS; j++) {
-        s[j] = relay_point(j);
-    }
+    place_points(&m->domain, piece, s);
     for (int i = 0; i < m->state_rows; i++) {
         outputs[i] = found[i];
     }
@@ -177,15 +211,33 @@ ad_status relay_run(relay *r, int index, const double *start, const double *x, d
                         .uniforms = uniforms,
                         .parameters = x,
                         .outputs = outputs};
-    status = status == AD_OK ? ad_execute(made->program, &run, error) : status;
-    double values[RELAY_POINTS * MODEL_STATE_ROWS_MAX];
+    ad_status status = ad_execute(made->program, &run, error);
     for (int j = 0; status == AD_OK && j < RELAY_POINTS; j++) {
         for (int i = 0; i < m->state_rows; i++) {
             values[j * m->state_rows + i] = found[i][made->is_uniform[i] ? 0 : j];
         }
     }
+    return status;
+}
+
+ad_status relay_run(relay *r, int index, const double *start, const double *x, double *end,
+                    ad_error *error)
+{
+    const physics_model *m = r->model;
+    relay_program *made = &r->programs[index > 0];
+    size_t numbers = piece_numbers(m->state_rows);
+    int pieces = domain_pieces(&m->domain);
+    double *values = malloc(((size_t)pieces * numbers + 1) * sizeof *values);
+    ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
+    if (status == AD_OK && !made->program) {
+        status = build(r, index, made, error);
+    }
+    for (int k = 0; status == AD_OK && k < pieces; k++) {
+        status = run_piece(r, made, index, k, start, x, values + (size_t)k * numbers, error);
+    }
     if (status == AD_OK) {
         write_state(m, values, end);
     }
+    free(values);
     return status;
 }

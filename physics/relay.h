@@ -2,9 +2,9 @@
  * through its values at Chebyshev's points, the ends of the rod among them. They meet fields of up
  * to some ten waves along the rod to rounding.
  *
- * A state is [2][RELAY_POINTS][rows of the model], coefficients of T_k(2s - 1): all of it, and the
- * part of it that goes on through the window, a polynomial of low degree (physics/rod_ansatz.c says
- * why). */
+ * A state is [2][pieces][RELAY_POINTS][rows of the model], coefficients of T_k(x), x from -1 to 1
+ * over each piece of s: all of it, and the part of it that goes on through the window, polynomials
+ * of low degree (physics/rod_ansatz.c says why). */
 #ifndef PHYSICS_RELAY_H
 #define PHYSICS_RELAY_H
 

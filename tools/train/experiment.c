@@ -25,6 +25,7 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     }
     settings->network.inputs = e->model->domain.count;
     settings->network.outputs = e->model->outputs;
+    settings->network.pieces = domain_pieces(&e->model->domain);
     status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {
         return status;
@@ -186,20 +187,27 @@ static void put_parameters(const experiment *e, int window, const double *parame
     }
 }
 
+static const struct {
+    const char *name;
+    double *(*of)(nn_mlp *mlp, int *rows, int *columns);
+} bases[] = {{"network/basis", nn_mlp_basis}, {"network/edge_basis", nn_mlp_edge_basis}};
+
 static void put_features(const experiment *e, checkpoint *file)
 {
     size_t frequencies;
     int rows, columns;
     const double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
-    const double *basis = nn_mlp_basis(e->mlp, &rows, &columns);
     if (fourier) {
         size_t inputs = (size_t)e->settings->network.inputs;
         size_t shape[2] = {frequencies / inputs, inputs};
         checkpoint_put_doubles(file, "network/fourier", fourier, 2, shape);
     }
-    if (basis) {
+    for (size_t i = 0; i < sizeof bases / sizeof *bases; i++) {
+        const double *basis = bases[i].of(e->mlp, &rows, &columns);
         size_t shape[2] = {(size_t)rows, (size_t)columns};
-        checkpoint_put_doubles(file, "network/basis", basis, 2, shape);
+        if (basis) {
+            checkpoint_put_doubles(file, bases[i].name, basis, 2, shape);
+        }
     }
 }
 
@@ -239,14 +247,14 @@ static ad_status get_features(experiment *e, const checkpoint *file, ad_error *e
     size_t frequencies;
     int rows, columns;
     double *fourier = nn_mlp_fourier(e->mlp, &frequencies);
-    double *basis = nn_mlp_basis(e->mlp, &rows, &columns);
     ad_status status = AD_OK;
     if (fourier) {
         status = checkpoint_get_doubles(file, "network/fourier", fourier, frequencies, error);
     }
-    if (basis && status == AD_OK) {
+    for (size_t i = 0; i < sizeof bases / sizeof *bases && status == AD_OK; i++) {
+        double *basis = bases[i].of(e->mlp, &rows, &columns);
         size_t numbers = (size_t)rows * (size_t)columns;
-        status = checkpoint_get_doubles(file, "network/basis", basis, numbers, error);
+        status = basis ? checkpoint_get_doubles(file, bases[i].name, basis, numbers, error) : AD_OK;
     }
     return status;
 }

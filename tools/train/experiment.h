@@ -7,6 +7,7 @@
  *   scene/yaml                 what its origin writes: the resolved experiment, reads back as it is
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
+ *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
  *   optimizer/...              state of the optimiser at work, optim.h
  *   points/...                 point sets [coordinates, points], problem.h
  *   causal/..., balance/..., self_adaptive/...  weights that follow training, where there are any

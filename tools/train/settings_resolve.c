@@ -15,6 +15,9 @@
 static const double AT_REST = 8, MARGIN = 4, AT_REST_MOST = 32, IN_MOTION = 6;
 static const double THIRD_FREQUENCY = 61.697;
 
+/* In the longest of several pieces along s at least so many radians per half of it. */
+static const double IN_PIECE = 4;
+
 /* Units of L^2 (rhoA/EI)^(1/2) in a window: 1.6 periods of that frequency. Half as many windows
  * with fewer waves take half the time, to errors ten to a hundred times as large. */
 static const double WINDOW = 1.0 / 6;
@@ -115,12 +118,24 @@ static double bandwidth_at_rest(const scene *rod_scene)
     return fmin(AT_REST_MOST, fmax(AT_REST, MARGIN + turns / 2));
 }
 
-static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_scene, char *key,
-                                   ad_error *error)
+/* Of the longest piece along s, the part of the whole. */
+static double longest_piece(const domain *d)
+{
+    double longest = 0;
+    for (int i = 0; i < domain_pieces(d); i++) {
+        double low, high;
+        domain_piece(d, i, &low, &high);
+        longest = fmax(longest, high - low);
+    }
+    return longest;
+}
+
+static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_scene,
+                                   const domain *d, char *key, ad_error *error)
 {
     double *bandwidth = settings->network.fourier_bandwidth;
     bool dynamic = scene_is_dynamic(rod_scene);
-    double half_length = scene_length(rod_scene) / 2;
+    double half_length = scene_length(rod_scene) / 2 * longest_piece(d);
     double half_time = scene_duration(rod_scene) / rod_scene->windows / 2;
     if (!dynamic && !isnan(settings->fourier_frequency)) {
         return train_refuse(key, "network.fourier.frequency", error,
@@ -128,8 +143,9 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
                             "it out");
     }
     if (isnan(settings->fourier_wavenumber)) {
-        settings->fourier_wavenumber =
-            (dynamic ? IN_MOTION : bandwidth_at_rest(rod_scene)) / half_length;
+        double whole = dynamic ? IN_MOTION : bandwidth_at_rest(rod_scene);
+        double piece = fmax(whole * longest_piece(d), fmin(whole, IN_PIECE));
+        settings->fourier_wavenumber = piece / half_length;
     }
     bandwidth[0] = settings->fourier_wavenumber * half_length;
     if (dynamic) {
@@ -166,7 +182,7 @@ static int default_features(const train_settings *settings, const scene *rod_sce
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
 }
 
-static ad_status resolve_network(train_settings *settings, scene *rod_scene, char *key,
+static ad_status resolve_network(train_settings *settings, scene *rod_scene, domain *d, char *key,
                                  ad_error *error)
 {
     nn_mlp_settings *network = &settings->network;
@@ -178,7 +194,10 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, cha
     network->orthonormal = !scene_is_fourth_order(rod_scene);
     ad_status status = resolve_windows(settings, rod_scene, key, error);
     if (status == AD_OK) {
-        status = resolve_bandwidth(settings, rod_scene, key, error);
+        status = model_domain_of(rod_scene, d, error);
+    }
+    if (status == AD_OK) {
+        status = resolve_bandwidth(settings, rod_scene, d, key, error);
     }
     if (status == AD_OK && is_open(network->fourier_features)) {
         network->fourier_features =
@@ -189,34 +208,35 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, cha
 
 /* ---- points -------------------------------------------------------------------------------- */
 
-/* Tensor grids take the nearest number of points below that has their shape. */
-static ad_status resolve_grid(problem_points *points, int dimension, const char *field, char *key,
-                              ad_error *error)
+/* Tensor grids, one in each piece, take the nearest number of points below that has their shape. */
+static ad_status resolve_grid(problem_points *points, int dimension, int pieces, const char *field,
+                              char *key, ad_error *error)
 {
     size_t actual = 0;
     ad_error reason;
     if (!sampling_kind_is_tensor(points->sampler) || dimension == 0) {
         return AD_OK;
     }
-    if (sampling_count(points->sampler, dimension, (size_t)points->points, NULL, &actual,
-                       &reason) != AD_OK) {
+    size_t each = (size_t)((points->points + pieces - 1) / pieces);
+    if (sampling_count(points->sampler, dimension, each, NULL, &actual, &reason) != AD_OK) {
         return train_refuse(key, field, error, "%s", reason.message);
     }
-    points->points = (int)actual;
+    points->points = pieces * (int)actual;
     return AD_OK;
 }
 
 /* dimension: of all of the domain; faces have one less. */
-static ad_status resolve_grids(problem_settings *losses, int dimension, char *key, ad_error *error)
+static ad_status resolve_grids(problem_settings *losses, int dimension, int pieces, char *key,
+                               ad_error *error)
 {
     int face = dimension - 1, first = face > 0 ? face : 1;
     ad_status status =
-        resolve_grid(&losses->interior, dimension, "losses.interior.points", key, error);
+        resolve_grid(&losses->interior, dimension, pieces, "losses.interior.points", key, error);
     if (status == AD_OK) {
-        status = resolve_grid(&losses->boundary, face, "losses.boundary.points", key, error);
+        status = resolve_grid(&losses->boundary, face, 1, "losses.boundary.points", key, error);
     }
     if (status == AD_OK) {
-        status = resolve_grid(&losses->initial, first, "losses.initial.points", key, error);
+        status = resolve_grid(&losses->initial, first, pieces, "losses.initial.points", key, error);
     }
     return status;
 }
@@ -226,18 +246,18 @@ static void resolve_count(int *points, int otherwise)
     *points = *points == 0 ? otherwise : *points;
 }
 
-static void resolve_points(train_settings *settings, int dimension)
+static void resolve_points(train_settings *settings, int dimension, int pieces)
 {
     bool dynamic = dimension > 1;
     const nn_mlp_settings *network = &settings->network;
     problem_settings *losses = &settings->losses;
     bool linear = network->hidden_count == 0;
     int functions = 1 + 2 * network->fourier_features;
-    resolve_count(&losses->interior.points, linear    ? POINTS_PER_FUNCTION * functions
-                                            : dynamic ? 1024
-                                                      : 256);
+    resolve_count(&losses->interior.points, pieces * (linear    ? POINTS_PER_FUNCTION * functions
+                                                      : dynamic ? 1024
+                                                                : 256));
     resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
-    resolve_count(&losses->held_out_points, dynamic ? 1024 : 256);
+    resolve_count(&losses->held_out_points, pieces * (dynamic ? 1024 : 256));
     if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */
         losses->interior.sampler =
             linear ? SAMPLING_CHEBYSHEV_LOBATTO : problem_settings_default().interior.sampler;
@@ -278,10 +298,10 @@ static ad_status check_stage_count(const train_settings *settings, char *key, ad
 }
 
 /* What follows from the network. */
-static ad_status resolve_training(train_settings *settings, int dimension, bool diagonal, char *key,
-                                  ad_error *error)
+static ad_status resolve_training(train_settings *settings, int dimension, int pieces,
+                                  bool diagonal, char *key, ad_error *error)
 {
-    resolve_points(settings, dimension);
+    resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
         resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
     }
@@ -289,16 +309,17 @@ static ad_status resolve_training(train_settings *settings, int dimension, bool 
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
         settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
     }
-    return resolve_grids(&settings->losses, dimension, key, error);
+    return resolve_grids(&settings->losses, dimension, pieces, key, error);
 }
 
 ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                  char key[TRAIN_KEY_MAX], ad_error *error)
 {
+    domain d;
     bool dynamic = scene_is_dynamic(rod_scene);
     ad_status status = check_stage_count(settings, key, error);
     if (status == AD_OK) {
-        status = resolve_network(settings, rod_scene, key, error);
+        status = resolve_network(settings, rod_scene, &d, key, error);
     }
     if (status != AD_OK) {
         return status;
@@ -308,8 +329,8 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                         : scene_locks_strains(rod_scene) ? 1e-4
                                                                          : 1e-8;
     }
-    return resolve_training(settings, dynamic ? 2 : 1, dynamic || scene_is_beam(rod_scene), key,
-                            error);
+    return resolve_training(settings, dynamic ? 2 : 1, domain_pieces(&d),
+                            dynamic || scene_is_beam(rod_scene), key, error);
 }
 
 /* ---- physics of one's own ------------------------------------------------------------------ */
@@ -353,5 +374,5 @@ ad_status train_settings_resolve_model(train_settings *settings, const physics_m
         is_open((int)settings->losses.interior.sampler)) {
         settings->losses.interior.sampler = SAMPLING_SOBOL;
     }
-    return resolve_training(settings, m->domain.count, true, key, error);
+    return resolve_training(settings, m->domain.count, domain_pieces(&m->domain), true, key, error);
 }
