@@ -182,9 +182,8 @@ static void beam_given_of(const beam_context *beam, beam_given fields[4])
  * evaluated there. */
 static ad_value beam_vanish(const beam_context *beam, ad_value network, const beam_given *ends)
 {
-    ad_value s = beam->s, rest = ad_sub(ad_scalar(beam->tape, 1), s);
-    network = ends->given[0] ? ad_mul(s, network) : network;
-    return ends->given[1] ? ad_mul(rest, network) : network;
+    network = ends->given[0] ? ad_mul(domain_vanish(&beam->at, 0), network) : network;
+    return ends->given[1] ? ad_mul(domain_vanish(&beam->at, 1), network) : network;
 }
 
 static ad_value beam_hold(const beam_context *beam, ad_value field, const beam_given *ends)

@@ -47,13 +47,14 @@ static rod_blend rod_blend_of(const rod_context *rod, bool start, bool end)
 {
     ad_value one = ad_scalar(rod->tape, 1), zero = ad_scalar(rod->tape, 0);
     ad_value s = rod->s, rest = ad_sub(one, s);
+    ad_value rise = domain_vanish(&rod->at, 0), fall = domain_vanish(&rod->at, 1);
     rod_blend blend = {zero, zero, one};
     if (start && end) {
-        blend = (rod_blend){rest, s, ad_mul(s, rest)};
+        blend = (rod_blend){rest, s, ad_mul(rise, fall)};
     } else if (start) {
-        blend = (rod_blend){one, zero, s};
+        blend = (rod_blend){one, zero, rise};
     } else if (end) {
-        blend = (rod_blend){zero, one, rest};
+        blend = (rod_blend){zero, one, fall};
     }
     return blend;
 }
@@ -94,11 +95,21 @@ static ad_value rod_stack(rod_initial_data motion)
     return ad_stack(4, parts);
 }
 
+/* As if there were no joints. */
+static rod_initial_data rod_start_straightened(const rod_context *rod, rod_initial_data state,
+                                               ad_value s)
+{
+    state.rotation = rod_straightened(rod, state.rotation, s);
+    state.spin = rod_vector_straightened(rod, state.spin, true, s);
+    return state;
+}
+
 /* The state in which the window starts, or the part of it that goes on. What leaves the plane of a
  * planar motion is 0 and made the constant 0. */
 static rod_initial_data rod_window_start(const rod_context *rod, bool going)
 {
     rod_initial_data state = rod_unstack(relay_state(&rod->at, ROD_STATE_ROWS, going));
+    state = rod_start_straightened(rod, state, rod->s);
     rod_pose pose = rod_pose_in_plane(rod, (rod_pose){state.position, state.rotation});
     return (rod_initial_data){.position = pose.position,
                               .rotation = pose.rotation,
@@ -159,8 +170,8 @@ static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *i
         rod, (rod_pose){ad_add(drift, ad_add(moved, pushed)), ad_add(turn, ad_add(turned, spun))});
 }
 
-/* The undeformed shape, turned in proportion to s where an end is held turned by a vector: what is
- * left between the two is then no whole turn. */
+/* The undeformed shape as if there were no joints, turned in proportion to s where an end is held
+ * turned by a vector: what is left between the two is then no whole turn. */
 static rod_pose rod_turned_shape(const rod_context *rod, ad_value s)
 {
     rod_pose pose = rod_undeformed(rod, s);
@@ -169,6 +180,7 @@ static rod_pose rod_turned_shape(const rod_context *rod, ad_value s)
         ad_value turn = ad_quaternion_exp(ad_mul(s, end.turn));
         pose.rotation = ad_quaternion_multiply(turn, pose.rotation);
     }
+    pose.rotation = rod_straightened(rod, pose.rotation, s);
     return pose;
 }
 
@@ -227,18 +239,38 @@ static ad_value rod_turned_on(const rod_context *rod, ad_value from, ad_value tu
     return ad_quaternion_multiply(rod_turned(rod, from, turn), rod_rotation_by(rod, network));
 }
 
+/* What is prescribed at an end, as if there were no joints. */
+static rod_end_data rod_end_straightened(const rod_context *rod, int end, ad_value t)
+{
+    rod_end_data data = rod_end_of(rod, end, t);
+    ad_value s = ad_scalar(rod->tape, end);
+    data.rotation = rod_straightened(rod, data.rotation, s);
+    if (data.force_is_body) {
+        data.force = rod_vector_straightened(rod, data.force, false, s);
+    }
+    if (!data.moment_is_world) {
+        data.moment = rod_vector_straightened(rod, data.moment, true, s);
+    }
+    return data;
+}
+
+static rod_initial_data rod_initial_straightened(const rod_context *rod, ad_value s)
+{
+    return rod_start_straightened(rod, rod_initial_of(rod, s), s);
+}
+
 /* From the lift at the end to the data, for position and rotation. What is not held has no weight.
  */
 static rod_pose rod_correction(const rod_context *rod, int end)
 {
-    rod_end_data data = rod_end_of(rod, end, rod->t);
+    rod_end_data data = rod_end_straightened(rod, end, rod->t);
     ad_value s = ad_scalar(rod->tape, end), rotation = data.rotation;
     rod_initial_data initial = {0};
     if (rod_starts_hard(rod)) {
-        initial = rod_initial_of(rod, s);
+        initial = rod_initial_straightened(rod, s);
     }
     if (data.holds_rotation && !scene_is_manufactured(rod->scene)) {
-        rod_end_data first = rod_end_of(rod, end, ad_scalar(rod->tape, 0));
+        rod_end_data first = rod_end_straightened(rod, end, ad_scalar(rod->tape, 0));
         ad_value near = rod_starts_hard(rod) ? initial.rotation : rod_turned_shape(rod, s).rotation;
         rotation = rod_align(rotation, first.rotation, near);
     }
@@ -262,7 +294,7 @@ static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value
     return ad_add(rod_weigh(blend, at_start, at_end), ad_mul(blend->factor, network));
 }
 
-/* r and q from what the window's network answers. */
+/* r and, as if there were no joints, q from what the window's network answers. */
 static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
 {
     rod_initial_data initial = {0};
@@ -271,7 +303,8 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
     rod_blend along = rod_blend_of(rod, hard && start.holds_position, hard && end.holds_position);
     rod_blend around = rod_blend_of(rod, hard && start.holds_rotation, hard && end.holds_rotation);
     if (rod_starts_hard(rod)) {
-        initial = rod->at.goes_on ? rod_window_start(rod, false) : rod_initial_of(rod, rod->s);
+        initial =
+            rod->at.goes_on ? rod_window_start(rod, false) : rod_initial_straightened(rod, rod->s);
     }
     rod_initial_data going = rod->at.goes_on ? rod_window_start(rod, true) : initial;
     rod_pose lift = rod_lift(rod, &initial, &going, rod->s);
@@ -289,19 +322,22 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
                       .rotation = rod_turned_on(rod, lift.rotation, turn, network)};
 }
 
-/* N and m of the mixed form; `rotation` is the field q(s, t), so that loads fixed in one frame
- * appear in the other. */
-static rod_wrench rod_ansatz_wrench(const rod_context *rod, ad_value rotation, ad_value force,
-                                    ad_value moment)
+/* N and m of the mixed form, both and the pose as if there were no joints; `pose` is the field
+ * r(s, t), q(s, t), so that loads fixed in one frame appear in the other. */
+static rod_wrench rod_ansatz_wrench(const rod_context *rod, const rod_pose *pose,
+                                    const rod_jumps *jumps, ad_value force, ad_value moment)
 {
     bool hard = rod_is_hard(rod->scene);
-    rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
+    ad_value rotation = pose->rotation;
+    rod_end_data start = rod_end_straightened(rod, 0, rod->t);
+    rod_end_data end = rod_end_straightened(rod, 1, rod->t);
     rod_blend pull = rod_blend_of(rod, hard && !start.holds_position, hard && !end.holds_position);
     rod_blend turn = rod_blend_of(rod, hard && !start.holds_rotation, hard && !end.holds_rotation);
-    return (rod_wrench){.force = rod_assemble(&pull, rod_end_force(&start, rotation),
-                                              rod_end_force(&end, rotation), force),
-                        .moment = rod_assemble(&turn, rod_end_moment(&start, rotation),
-                                               rod_end_moment(&end, rotation), moment)};
+    ad_value end_force = ad_sub(rod_end_force(&end, rotation), jumps->all_force);
+    ad_value end_moment = ad_sub(rod_end_moment(&end, rotation), jumps->all_moment);
+    force = rod_assemble(&pull, rod_end_force(&start, rotation), end_force, force);
+    moment = rod_assemble(&turn, rod_end_moment(&start, rotation), end_moment, moment);
+    return (rod_wrench){ad_add(force, jumps->force), ad_add(moment, jumps->moment)};
 }
 
 static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
@@ -328,17 +364,19 @@ rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value ou
                      ad_rows(outputs), rows);
     }
     rod_state raw = rod_raw_outputs(&rod, outputs);
-    rod_pose pose = rod_ansatz_pose(&rod, &raw);
+    rod_pose straight = rod_ansatz_pose(&rod, &raw), pose = straight;
+    pose.rotation = rod_turned_at_joints(&rod, straight.rotation, rod.s);
     if (rod_scene->formulation == SCENE_DISPLACEMENT) {
         return rod_displacement_state(&rod, pose);
     }
     ad_value force = ad_scale(raw.force, rod_force_scale(rod_scene));
     ad_value moment = ad_scale(raw.moment, rod_moment_scale(rod_scene));
-    rod_wrench wrench = rod_ansatz_wrench(&rod, pose.rotation, force, moment);
+    rod_jumps jumps = rod_jumps_of(&rod, &pose);
+    rod_wrench wrench = rod_ansatz_wrench(&rod, &straight, &jumps, force, moment);
     return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
                        .force = wrench.force,
-                       .moment = wrench.moment};
+                       .moment = rod_moment_at_joints(&rod, wrench.moment, rod.s)};
 }
 
 int rod_state_rows(const scene *rod_scene)

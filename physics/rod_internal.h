@@ -185,6 +185,37 @@ ad_value rod_spring_force(const rod_context *rod, const rod_spring_data *spring,
 ad_value rod_spring_moment(const rod_context *rod, const rod_spring_data *spring,
                            ad_value rotation); /* body */
 
+/* rod_jumps.c. Whether joints turn; whether points, bodies or springs act at single places. */
+bool rod_has_turns(const scene *rod_scene);
+bool rod_has_places(const scene *rod_scene);
+
+/* A rotation field as if no joint before s had turned it, and back; the same of vectors in body
+ * components, and of the moment the way back. */
+ad_value rod_straightened(const rod_context *rod, ad_value rotation, ad_value s);
+ad_value rod_turned_at_joints(const rod_context *rod, ad_value rotation, ad_value s);
+ad_value rod_vector_straightened(const rod_context *rod, ad_value vector, bool axial, ad_value s);
+ad_value rod_moment_at_joints(const rod_context *rod, ad_value moment, ad_value s);
+
+/* What acts at a place, for fields r, q of s and t: force in the frame of the equations, moment in
+ * body components. Ends of the rod count as places. */
+typedef struct rod_force_at {
+    double s;
+    ad_value force, moment;
+} rod_force_at;
+
+enum { ROD_PLACES_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
+
+/* acting [ROD_PLACES_MAX]; returns how many. */
+int rod_forces_at(const rod_context *rod, const rod_pose *field, rod_force_at *acting);
+
+/* By how much N and m, the latter as if there were no joints, have jumped up to s: minus the sums
+ * of what acts before; and at s = 1 with what acts there. */
+typedef struct rod_jumps {
+    ad_value force, moment, all_force, all_moment;
+} rod_jumps;
+
+rod_jumps rod_jumps_of(const rod_context *rod, const rod_pose *field);
+
 /* rod_balance.c */
 rod_coefficients rod_coefficients_of(const rod_context *rod);
 ad_value rod_space_derivative(const rod_context *rod, ad_value y);

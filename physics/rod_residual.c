@@ -89,21 +89,39 @@ static ad_value rod_rotation_mismatch(ad_value p, ad_value q)
     return rod_rate(p, q);
 }
 
+/* What is prescribed of N and m, with what acts at the end itself: at s = 0 the rod begins behind
+ * it, at s = 1 it ends before. */
+static rod_wrench rod_end_wrench(const rod_context *rod, const rod_end_data *data, rod_state state,
+                                 int end)
+{
+    rod_force_at acting[ROD_PLACES_MAX];
+    rod_pose field = {state.position, state.rotation};
+    rod_wrench wrench = {rod_end_force(data, state.rotation), rod_end_moment(data, state.rotation)};
+    int count = rod_has_places(rod->scene) ? rod_forces_at(rod, &field, acting) : 0;
+    for (int i = 0; i < count; i++) {
+        if (end ? acting[i].s >= 1 : acting[i].s <= 0) {
+            double sign = end ? 1 : -1;
+            wrench.force = ad_add(wrench.force, ad_scale(acting[i].force, sign));
+            wrench.moment = ad_add(wrench.moment, ad_scale(acting[i].moment, sign));
+        }
+    }
+    return wrench;
+}
+
 static ad_value rod_end_residual(const rod_context *rod, rod_state state, int end)
 {
     rod_end_data data = rod_end_of(rod, end, rod->t);
+    rod_wrench wrench = rod_end_wrench(rod, &data, state, end);
     ad_value parts[2];
     int count = 0;
     if (rod_end_needs(rod->scene, !data.holds_position)) {
-        ad_value moves = data.holds_position
-                             ? ad_sub(state.position, data.position)
-                             : ad_sub(state.force, rod_end_force(&data, state.rotation));
+        ad_value moves = data.holds_position ? ad_sub(state.position, data.position)
+                                             : ad_sub(state.force, wrench.force);
         parts[count++] = rod_vector_in_plane(rod, moves);
     }
     if (rod_end_needs(rod->scene, !data.holds_rotation)) {
-        ad_value turns = data.holds_rotation
-                             ? rod_rotation_mismatch(data.rotation, state.rotation)
-                             : ad_sub(state.moment, rod_end_moment(&data, state.rotation));
+        ad_value turns = data.holds_rotation ? rod_rotation_mismatch(data.rotation, state.rotation)
+                                             : ad_sub(state.moment, wrench.moment);
         parts[count++] = rod_axial_in_plane(rod, turns);
     }
     return ad_stack(count, parts);
