@@ -1,0 +1,252 @@
+/* Networks of scenes that jump along s, by the default recipe: against closed forms, against the
+ * classical solver, and where they are joined. */
+#include "near.h"
+
+#include "cpinn.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static quantities *names;
+
+static quantity formula(const char *text)
+{
+    return quantity_formula(names, text);
+}
+
+/* Along +x, d1 up along +z; length, EI and GJ 1. */
+static scene along_x(void)
+{
+    scene rod;
+    scene_defaults(&rod);
+    rod.rod.model = SCENE_KIRCHHOFF;
+    rod.rod.length = rod.rod.torsional_stiffness = quantity_number(1);
+    for (int i = 0; i < 2; i++) {
+        rod.rod.bending_stiffness[i] = quantity_number(1);
+        rod.start.rotation[2 * i] = quantity_number(0);
+        rod.start.rotation[2 * i + 1] = quantity_number(sqrt(0.5));
+    }
+    return rod;
+}
+
+static void set(quantity *vector, double x, double y, double z)
+{
+    const double values[3] = {x, y, z};
+    for (int i = 0; i < 3; i++) {
+        vector[i] = quantity_number(values[i]);
+    }
+}
+
+static void load_tip(scene *rod, double x, double y, double z)
+{
+    rod->end.type = SCENE_LOADED;
+    set(rod->loads.tip.force, x, y, z);
+}
+
+/* Columns of the trained network at `count` places, values [columns][count]. */
+static void trained(const scene *rod, const char *columns, size_t count, const double *s,
+                    double *values)
+{
+    ad_error error = {AD_OK, ""};
+    const cpinn_options options = {.threads = 1};
+    cpinn_model *model = NULL;
+    evaluator *seen = NULL;
+    if (cpinn_train_scene(rod, NULL, &options, &model, &error) != AD_OK ||
+        cpinn_evaluator(model, columns, &seen, &error) != AD_OK ||
+        evaluator_evaluate(seen, count, s, NULL, values, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    if (verdict_worst(cpinn_verdict(model)) != VERDICT_NONE) {
+        fail_msg("%s", verdict_text(cpinn_verdict(model)));
+    }
+    evaluator_free(seen);
+    cpinn_free(model);
+}
+
+/* Position and rotation at places all along the rod, between breaks. Of q and -q either will do. */
+static void agrees_with_solver(const scene *rod, double tolerance)
+{
+    enum { PLACES = 12, POSE = 7 };
+    double s[PLACES], network[POSE * PLACES], solved[MODEL_COLUMNS_MAX * PLACES];
+    ad_error error = {AD_OK, ""};
+    cpinn_solution *solution = NULL;
+    for (int i = 0; i < PLACES; i++) {
+        s[i] = (i + 0.877) / (PLACES - 0.123);
+    }
+    trained(rod, "x y z qw qx qy qz", PLACES, s, network);
+    if (cpinn_solve_scene(rod, 1e-11, 0, NULL, &solution, &error) != AD_OK ||
+        cpinn_solution_evaluate(solution, PLACES, s, NULL, solved, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (int i = 0; i < PLACES; i++) {
+        double dot = 0;
+        for (int k = 3; k < POSE; k++) {
+            dot += network[k * PLACES + i] * solved[k * PLACES + i];
+        }
+        for (int k = 0; k < POSE; k++) {
+            double sign = k >= 3 && dot < 0 ? -1 : 1;
+            assert_near(sign * network[k * PLACES + i], solved[k * PLACES + i], tolerance);
+        }
+    }
+    cpinn_solution_free(solution);
+}
+
+/* ---- closed forms ------------------------------------------------------------------------------
+ */
+
+/* Two circular arcs under a moment at the tip. */
+static void test_two_stiffnesses(void **state)
+{
+    (void)state;
+    static const double places[] = {1e-3, 0.4, 0.93};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
+        char text[64];
+        double tip[2], s = 1, at = places[i], moment = 1.5, angle = moment * at / 3;
+        scene rod = along_x();
+        snprintf(text, sizeof text, "where(s-%.17g, 1, 3)", at);
+        rod.rod.bending_stiffness[0] = rod.rod.bending_stiffness[1] = formula(text);
+        rod.end.type = SCENE_LOADED;
+        set(rod.loads.tip.moment, 0, -moment, 0);
+        trained(&rod, "x z", 1, &s, tip);
+        double end = angle + moment * (1 - at), first = 3 / moment, second = 1 / moment;
+        double x = first * sin(angle) + second * (sin(end) - sin(angle));
+        double z = first * (1 - cos(angle)) + second * (cos(angle) - cos(end));
+        assert_near(tip[0], x, 1e-10); /* the least loss of a network is that of rounding */
+        assert_near(tip[1], z, 1e-10);
+    }
+}
+
+/* A cantilever of small deflection under a load q on a band [a, a + b]: the deflection at its tip
+ * by the theorem of Mohr, the moment at its start. */
+static void test_beam_band(void **state)
+{
+    (void)state;
+    static const double widths[] = {0.3, 1e-3, 1e-5};
+    for (size_t i = 0; i < sizeof widths / sizeof *widths; i++) {
+        double a = 0.3, b = widths[i], q = 2 / b;
+        double s[2] = {0, 1}, values[4];
+        char text[96];
+        scene beam;
+        scene_defaults(&beam);
+        beam.rod.model = SCENE_EULER_BERNOULLI;
+        beam.rod.length = quantity_number(1);
+        beam.rod.bending_stiffness[0] = beam.rod.bending_stiffness[1] = quantity_number(1);
+        snprintf(text, sizeof text, "where((s-%.17g)*(%.17g-s), %.17g, 0)", a, a + b, q);
+        beam.beam.force = formula(text);
+        trained(&beam, "w M", 2, s, values);
+        /* one element q dx at x moves the tip by x^2 (3 - x)/6 q dx */
+        double c = a + b, tip = q / 6 * ((c * c * c - a * a * a) - (pow(c, 4) - pow(a, 4)) / 4);
+        assert_near(values[0], 0, 0);
+        assert_near(values[1], tip, 1e-10 * tip);
+        assert_near(values[2], 2 * (a + b / 2), 1e-9);
+        assert_near(values[3], 0, 1e-12);
+    }
+}
+
+/* An elbow is where it is, without a load: exact to rounding. */
+static void test_elbow(void **state)
+{
+    (void)state;
+    double s[2] = {0.4, 1}, values[6];
+    scene rod = along_x();
+    rod.segment_count = 2;
+    rod.segments[0].length = quantity_number(0.4);
+    rod.segments[1].length = quantity_number(0.6);
+    set(rod.segments[1].turn, 0, acos(0), 0); /* about d2, from d3 = +x to d1 = +z */
+    trained(&rod, "x y z", 2, s, values);
+    const double expected[6] = {0.4, 0.4, 0, 0, 0, 0.6};
+    for (int i = 0; i < 6; i++) {
+        assert_near(values[i], expected[i], 1e-12);
+    }
+}
+
+/* ---- the classical solver ----------------------------------------------------------------------
+ */
+
+static void test_elbow_loaded(void **state)
+{
+    (void)state;
+    scene rod = along_x();
+    rod.segment_count = 3;
+    for (int i = 0; i < 3; i++) {
+        rod.segments[i].length = quantity_number(i == 1 ? 0.4 : 0.3);
+    }
+    set(rod.segments[1].turn, 0, 1.2, 0);
+    load_tip(&rod, -1, 0, -2); /* in the plane */
+    agrees_with_solver(&rod, 1e-8);
+    load_tip(&rod, -1, 0.7, -2);
+    set(rod.segments[2].turn, -0.5, 0.4, 0.8);
+    agrees_with_solver(&rod, 1e-8);
+    rod.rotation = SCENE_VECTOR;
+    rod.loads.tip.frame = SCENE_FOLLOWER;
+    set(rod.loads.tip.moment, 0.2, 0.1, -0.3);
+    agrees_with_solver(&rod, 1e-8);
+}
+
+static void test_points(void **state)
+{
+    (void)state;
+    scene rod = along_x();
+    rod.point_count = 3;
+    rod.points[0].at = quantity_number(0.25);
+    set(rod.points[0].load.force, 0, 0, -3);
+    rod.points[1].at = quantity_number(0.6);
+    rod.points[1].load.frame = SCENE_FOLLOWER;
+    set(rod.points[1].load.force, 2, 0, 0);
+    rod.points[2].at = quantity_number(0.61);
+    set(rod.points[2].load.moment, 0, 1, 0);
+    agrees_with_solver(&rod, 1e-8); /* in a plane */
+    rod.motion = SCENE_SPATIAL;
+    set(rod.points[1].load.moment, 0.3, 0.2, 0.5);
+    set(rod.points[2].load.moment, 0.4, 1, -0.2);
+    agrees_with_solver(&rod, 1e-8);
+    rod.segment_count = 2; /* a joint where something acts */
+    rod.segments[0].length = quantity_number(0.6);
+    rod.segments[1].length = quantity_number(0.4);
+    set(rod.segments[1].turn, 0.3, 1, 0);
+    agrees_with_solver(&rod, 1e-8);
+}
+
+static void test_springs_and_bodies(void **state)
+{
+    (void)state;
+    scene rod = along_x();
+    set(rod.loads.gravity, 0, 0, -1);
+    rod.rod.mass_per_length = quantity_number(1);
+    rod.body_count = 2;
+    rod.bodies[0] = (scene_body){.at = quantity_number(0.5), .mass = quantity_number(2)};
+    rod.bodies[1] = (scene_body){.at = quantity_number(1), .mass = quantity_number(1)};
+    rod.spring_count = 2;
+    rod.springs[0].at = quantity_number(0.8);
+    set(rod.springs[0].stiffness, 0, 0, 20);
+    rod.springs[1].at = quantity_number(1);
+    set(rod.springs[1].turning, 3, 2, 1);
+    agrees_with_solver(&rod, 1e-8);
+    rod.motion = SCENE_SPATIAL;
+    set(rod.springs[0].anchor, 0.8, 0.3, 0);
+    set(rod.springs[0].stiffness, 5, 10, 20); /* out of the plane */
+    agrees_with_solver(&rod, 1e-8);
+}
+
+static int begin(void **state)
+{
+    (void)state;
+    names = quantities_create();
+    return !names;
+}
+
+static int end(void **state)
+{
+    (void)state;
+    quantities_free(names);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_two_stiffnesses), cmocka_unit_test(test_beam_band),
+        cmocka_unit_test(test_elbow),           cmocka_unit_test(test_elbow_loaded),
+        cmocka_unit_test(test_points),          cmocka_unit_test(test_springs_and_bodies)};
+    return cmocka_run_group_tests(tests, begin, end);
+}
