@@ -338,6 +338,7 @@ typedef struct scene_piece {
 } scene_piece;
 
 int scene_pieces(const scene *rod_scene);
+double scene_joint(const scene *rod_scene, int index); /* where segment `index` ends; m */
 scene_piece scene_piece_of(const scene *rod_scene, int index);
 
 /* Of one piece. */

@@ -9,8 +9,7 @@ int scene_pieces(const scene *rod_scene)
     return rod_scene->segment_count > 0 ? rod_scene->segment_count : 1;
 }
 
-/* Where segment `index` ends. */
-static double scene_joint(const scene *rod_scene, int index)
+double scene_joint(const scene *rod_scene, int index)
 {
     double sum = 0;
     for (int i = 0; i <= index; i++) {
