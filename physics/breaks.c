@@ -1,7 +1,8 @@
 #include "physics/breaks.h"
 
-#include "physics/scene_field.h"
+#include "physics/scene_walk.h"
 
+#include <math.h>
 #include <string.h>
 
 /* Of the range: places that are closer are one, written in two ways. */
@@ -9,33 +10,32 @@ static const double SAME = 4e-13;
 
 enum { SEEN_MAX = 64 };
 
-typedef struct walk {
-    const scene *scene;
+typedef struct finding {
     const char *coordinate;
-    quantity_interval s, t; /* where to look */
     double end;             /* of the range, from 0 */
+    quantity_interval s, t; /* where to look */
     const char *key;        /* of the formulas at hand */
     int seen_count;         /* expressions looked at already, in the same range */
     const struct quantity_node *seen[SEEN_MAX];
     scene_breaks *result;
     ad_status status;
     ad_error *error;
-} walk;
+} finding;
 
-static void insert(walk *at, double place)
+static void insert(finding *in, double place)
 {
-    scene_breaks *breaks = at->result;
+    scene_breaks *breaks = in->result;
     int i = breaks->count;
-    if (!(place > SAME * at->end && place < (1 - SAME) * at->end)) {
+    if (!(place > SAME * in->end && place < (1 - SAME) * in->end)) {
         return;
     }
     for (int k = 0; k < breaks->count; k++) {
-        if (fabs(breaks->place[k] - place) <= SAME * at->end) {
+        if (fabs(breaks->place[k] - place) <= SAME * in->end) {
             return;
         }
     }
     if (breaks->count == BREAKS_MAX) {
-        breaks->unresolved = breaks->unresolved ? breaks->unresolved : at->key;
+        breaks->unresolved = breaks->unresolved ? breaks->unresolved : in->key;
         return;
     }
     for (; i > 0 && breaks->place[i - 1] > place; i--) {
@@ -45,94 +45,70 @@ static void insert(walk *at, double place)
     breaks->count++;
 }
 
-/* ---- formulas -------------------------------------------------------------------------------- */
-
-static bool is_seen(walk *at, quantity expression)
+static bool is_seen(finding *in, quantity expression)
 {
-    for (int i = 0; i < at->seen_count; i++) {
-        if (at->seen[i] == expression.node) {
+    for (int i = 0; i < in->seen_count; i++) {
+        if (in->seen[i] == expression.node) {
             return true;
         }
     }
-    if (at->seen_count < SEEN_MAX) {
-        at->seen[at->seen_count++] = expression.node;
+    if (in->seen_count < SEEN_MAX) {
+        in->seen[in->seen_count++] = expression.node;
     }
     return false;
 }
 
-static void visit(quantity expression, void *context)
+static void find_switches(quantity expression, void *context)
 {
-    walk *at = context;
+    finding *in = context;
     double places[BREAKS_MAX];
-    if (at->status == AD_OK) {
-        at->status = quantity_check(expression, at->error);
+    if (in->status == AD_OK) {
+        in->status = quantity_check(expression, in->error);
     }
-    if (at->status != AD_OK || !quantity_depends_on(expression, at->coordinate) ||
-        is_seen(at, expression)) {
+    if (in->status != AD_OK || !quantity_depends_on(expression, in->coordinate) ||
+        is_seen(in, expression)) {
         return;
     }
-    int count = quantity_sign_changes(expression, at->coordinate, at->s, at->t, BREAKS_MAX, places);
+    int count = quantity_sign_changes(expression, in->coordinate, in->s, in->t, BREAKS_MAX, places);
     for (int i = 0; i < count; i++) {
-        insert(at, places[i]);
+        insert(in, places[i]);
     }
-    if (count < 0 && !at->result->unresolved) {
-        at->result->unresolved = at->key;
-    }
-}
-
-static void walk_over(walk *at, const char *key, int count, const quantity *q)
-{
-    at->key = key;
-    for (int i = 0; i < count; i++) {
-        if (quantity_depends_on(q[i], at->coordinate)) {
-            quantity_switches(q[i], visit, at);
-        }
+    if (count < 0 && !in->result->unresolved) {
+        in->result->unresolved = in->key;
     }
 }
 
-/* Formulas switch where they hold; of the numbers some are places along the rod. */
-static void walk_fields(walk *at)
+static void look_into(void *context, const char *key, quantity q, quantity_interval s)
 {
-    const quantity_interval all = at->s;
-    bool along = strcmp(at->coordinate, "s") == 0;
-    for (int i = 0; i < scene_field_count; i++) {
-        const scene_field *field = &scene_fields[i];
-        const quantity *q = scene_field_of(at->scene, field);
-        quantity_interval s = all;
-        scene_field_span(at->scene, field, &s.low, &s.high);
-        at->seen_count = s.low == at->s.low && s.high == at->s.high ? at->seen_count : 0;
-        at->s = s;
-        walk_over(at, field->key, field->count, q);
-        if (along && field->rule == SCENE_PLACE && q->is_given) {
-            insert(at, q->number);
-        }
-    }
+    finding *in = context;
+    bool same = in->s.low == s.low && in->s.high == s.high;
+    in->seen_count = same ? in->seen_count : 0;
+    in->s = s;
+    in->key = key;
+    quantity_switches(q, find_switches, in);
 }
 
-static void walk_joints(walk *at)
+static void add_place(void *context, const char *key, double s)
 {
-    at->key = "segments";
-    for (int i = 0; i < at->scene->segment_count && strcmp(at->coordinate, "s") == 0; i++) {
-        insert(at, scene_joint(at->scene, i));
-    }
+    finding *in = context;
+    in->key = key;
+    insert(in, s);
 }
 
 ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
                           ad_error *error)
 {
     double length = scene_length(rod_scene), duration = scene_duration(rod_scene);
-    walk at = {.scene = rod_scene,
-               .coordinate = coordinate,
-               .s = {0, length},
-               .t = {0, duration},
-               .end = strcmp(coordinate, "s") == 0 ? length : duration,
-               .result = result,
-               .status = AD_OK,
-               .error = error};
+    finding in = {.coordinate = coordinate,
+                  .end = strcmp(coordinate, "s") == 0 ? length : duration,
+                  .t = {0, duration},
+                  .result = result,
+                  .status = AD_OK,
+                  .error = error};
+    const scene_walker walker = {.formula = look_into, .place = add_place, .context = &in};
     *result = (scene_breaks){.count = 0};
-    if (at.end > 0) {
-        walk_fields(&at);
-        walk_joints(&at);
+    if (in.end > 0) {
+        scene_walk(rod_scene, coordinate, &walker);
     }
-    return at.status;
+    return in.status;
 }

@@ -27,6 +27,22 @@ typedef struct scene_breaks {
 ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
                           ad_error *error);
 
+/* Panels: between two edges no formula jumps, and none does what samples of it do not show: where
+ * its slopes, enclosed by interval arithmetic, differ by much more than those at samples, the panel
+ * is halved. So what is narrow but smooth lies on narrow panels. */
+typedef struct scene_panels {
+    int count;
+    double *edges; /* [count + 1], ascending, from 0 to the end of the range; m or s */
+    /* A formula that has places which are not found, or needs more panels than there may be: its
+     * dotted YAML key, static text; NULL: all is seen. */
+    const char *unresolved;
+} scene_panels;
+
+/* As scene_breaks_of; the result is freed by scene_panels_free. */
+ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
+                          ad_error *error);
+void scene_panels_free(scene_panels *x); /* not x itself */
+
 #ifdef __cplusplus
 }
 #endif

@@ -103,12 +103,12 @@ quantity quantity_operate(const quantity_operation *operation, const quantity *x
 
 /* quantity_interval.c: for arguments in intervals x [arity] an enclosure of the values and of the
  * derivatives by [arity] each; where it has none, of quotients of differences. One per row. */
+/* clang-format off */
 #define QUANTITY_RANGE_LIST(X)                                                                     \
-    X(add)                                                                                         \
-    X(subtract)                                                                                    \
-    X(multiply)                                                                                    \
-    X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(atan2) X(sinh) X(cosh)       \
-        X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step) X(where) X(within)
+    X(add) X(subtract) X(multiply) X(divide) X(power) X(sin) X(cos) X(tan) X(asin) X(acos)         \
+    X(atan) X(atan2) X(sinh) X(cosh) X(tanh) X(exp) X(log) X(sqrt) X(abs) X(min) X(max) X(step)    \
+    X(where) X(within)
+/* clang-format on */
 #define QUANTITY_RANGE(name)                                                                       \
     void quantity_range_##name(const quantity_interval *x, quantity_interval *value,               \
                                quantity_interval *by);

@@ -210,6 +210,18 @@ static ad_status record_resistance(solve_rod *rod, ad_error *error)
 
 /* ---- making and freeing -------------------------------------------------------------------- */
 
+static ad_status add_quadrature(solve_rod *rod, ad_error *error)
+{
+    const solve_given given = solve_rod_given(rod);
+    double places[SOLVE_JUMPS_MAX];
+    for (int i = 0; i < rod->jumps.count; i++) {
+        places[i] = rod->jumps.at[i].s;
+    }
+    return rod->dynamic ? AD_OK
+                        : solve_quadrature_create(&rod->scene, &given, rod->jumps.count, places,
+                                                  &rod->quadrature, error);
+}
+
 ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error)
 {
     *result = NULL;
@@ -233,6 +245,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     status = status == AD_OK ? set_springs(rod, error) : status;
     status = status == AD_OK ? record_resistance(rod, error) : status;
     status = status == AD_OK ? record_actuators(rod, error) : status;
+    status = status == AD_OK ? add_quadrature(rod, error) : status;
     if (status != AD_OK) {
         solve_rod_free(rod);
         return status;
@@ -252,6 +265,7 @@ void solve_rod_free(solve_rod *rod)
         solve_formula_free(f->actuators);
         solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
+        solve_quadrature_free(rod->quadrature);
         free(f);
         free(rod);
     }

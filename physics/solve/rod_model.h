@@ -13,6 +13,7 @@
 
 #include "physics/model.h"
 #include "physics/solve/jump.h"
+#include "physics/solve/quadrature.h"
 
 /* What one end gives: position or force, rotation or moment. */
 typedef struct solve_end {
@@ -55,6 +56,7 @@ typedef struct solve_rod {
     int actuators;      /* tendons, then chambers */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
+    solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 
@@ -131,6 +133,9 @@ ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const
 /* Of rods with actuators: out [n][actuators]. */
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
                               solve_actuator *out, ad_error *error);
+
+/* All that a rod at rest is given along it, at t = 0. The rod must outlive it. */
+solve_given solve_rod_given(const solve_rod *rod);
 
 /* Loads at single places, out [jumps.count], weights of bodies among them: F = force + R(q)
  * body_force, T = moment + R(q) body_moment. */

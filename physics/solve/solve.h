@@ -53,6 +53,8 @@ typedef struct solve_report {
     double time;            /* dynamic: reached, of the duration */
     double energy_mismatch; /* dynamic: the largest, over the largest energy */
     double energy;          /* dynamic: the largest, over EI/L */
+    const char *unresolved; /* a key whose formula jumps in places that are not found, or varies on
+                             * lengths that meshes do not reach; static text, NULL: none */
     bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 

@@ -2,6 +2,7 @@
 
 #include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
+#include "physics/solve/static_defect.h"
 #include "physics/solve/static_energy.h"
 #include "physics/solve/static_path.h"
 
@@ -216,29 +217,49 @@ static ad_status improve(static_solution **x, const path_shape *path, double tol
     return status;
 }
 
+/* The estimate is no smaller than what the solution leaves undone between its points. */
+static ad_status look_between(const static_solution *x, solve_report *report, ad_error *error)
+{
+    double defect = INFINITY;
+    if (report->load_fraction < 1) {
+        return AD_OK;
+    }
+    ad_status status = static_defect(x->system, x->rod->quadrature, x->y, &defect, error);
+    report->estimate = fmax(report->estimate, defect); /* NaN: no other mesh yet */
+    return status;
+}
+
 static int nodes_of(const static_solution *x)
 {
     return static_system_elements(x->system) * static_system_rule(x->system)->stages;
 }
 
-/* The first mesh: as many nodes as asked for, or enough for the waves that the loads make. */
+/* The first mesh, with edges where something jumps: as many nodes as asked for, or enough for the
+ * waves that the loads make and for all that is given along the rod. */
 static ad_status begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
-                       static_solution **result, ad_error *error)
+                       static_solution **result, solve_report *report, ad_error *error)
 {
     int nodes = settings->nodes, stages = STAGES,
         elements = 1 + (int)fmin(path->wavenumber / 4, 63);
-    double edges[ELEMENTS_MAX + SOLVE_JUMPS_MAX + 1], places[SOLVE_JUMPS_MAX];
+    const solve_quadrature *along = rod->quadrature;
+    const solve_given given = solve_rod_given(rod);
+    double edges[ELEMENTS_MAX + 1];
+    bool fine = true;
+    ad_status status = AD_OK;
     if (nodes > 0) {
         elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
-        elements = elements < ELEMENTS_MAX ? elements : ELEMENTS_MAX;
+        elements = elements < ELEMENTS_MAX / 2 ? elements : ELEMENTS_MAX / 2;
+    }
+    elements = solve_mesh_edges(elements, along->place_count, along->places, edges);
+    if (nodes > 0) {
         stages = (nodes + elements - 1) / elements;
         stages = stages < GAUSS_STAGES_MAX ? stages : GAUSS_STAGES_MAX;
+    } else {
+        status = solve_quadrature_divide(along, &given, stages, settings->tolerance / 10,
+                                         ELEMENTS_MAX, &elements, edges, &fine, error);
     }
-    for (int i = 0; i < rod->jumps.count; i++) {
-        places[i] = rod->jumps.at[i].s;
-    }
-    elements = solve_mesh_edges(elements, rod->jumps.count, places, edges);
-    return create(rod, stages, elements, edges, result, error);
+    report->unresolved = along->unresolved ? along->unresolved : fine ? NULL : "rod";
+    return status == AD_OK ? create(rod, stages, elements, edges, result, error) : status;
 }
 
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
@@ -250,16 +271,18 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
     *result = NULL;
     ad_status status = static_path_shape(rod, settings, &path, error);
     if (status == AD_OK) {
-        status = begin(rod, settings, &path, &x, error);
+        status = begin(rod, settings, &path, &x, report, error);
     }
     if (status == AD_OK) {
         status = static_path_follow(x->system, x->newton, &path, x->y, report, error);
     }
     bool done = settings->nodes > 0;
+    status = status == AD_OK && !done ? look_between(x, report, error) : status;
     while (status == AD_OK && !done && report->load_fraction == 1 &&
            2 * static_system_elements(x->system) <= ELEMENTS_MAX) {
         double before = report->estimate;
         status = improve(&x, &path, settings->tolerance, report, error);
+        status = status == AD_OK ? look_between(x, report, error) : status;
         bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
         done = report->estimate <= settings->tolerance || rounding;
     }

@@ -1,6 +1,7 @@
 #include "physics/solve/static_path.h"
 
 #include "physics/solve/quaternion.h"
+#include "physics/solve/static_survey.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,32 +25,11 @@ static const double SOFT = 0.02;
 
 /* ---- how much there is to follow ----------------------------------------------------------- */
 
-enum { SAMPLES = 33 };
+enum { SAMPLES = 33 }; /* of what tendons and chambers pull */
 
 static double norm(const double *x)
 {
     return sqrt(vector_dot(x, x));
-}
-
-static bool is_round(const solve_section *section)
-{
-    return section->curvature_stiffness[0] == section->curvature_stiffness[1] &&
-           section->strain_stiffness[0] == section->strain_stiffness[1];
-}
-
-/* How much more what bends with so many powers of a lever does here than it does to a rod of the
- * scales' stiffness: 1 where that does not vary. Levers reach from an end that nothing holds. */
-static double softness(const solve_rod *rod, const solve_section *sections, int power)
-{
-    bool start = rod->ends[0].holds_position, end = rod->ends[1].holds_position;
-    double bent = 0, total = 0;
-    for (int i = 0; i < SAMPLES; i++) {
-        const double *bends = sections[i].curvature_compliance;
-        double s = (double)i / (SAMPLES - 1), lever = start == end ? 1 : start ? 1 - s : s;
-        bent += pow(lever, power) * fmax(bends[0], bends[1]);
-        total += pow(lever, power);
-    }
-    return bent / total;
 }
 
 /* By how much a rotation vector turns the end that it holds; rad. */
@@ -108,25 +88,17 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
     return status;
 }
 
-/* Largest loads at SAMPLES points: a force bends over the length sqrt(EI/F), a distributed one over
- * its cube root. */
+/* A force bends over the length sqrt(EI/F), a distributed one over its cube root. */
 static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error)
 {
-    double s[SAMPLES], force = 0, moment = 0, spread = 0, couple = 0, rest_curvature = 0;
+    double s[SAMPLES], force = 0, moment = 0;
     int held = 0;
-    bool straight = true, round = true;
-    solve_section sections[SAMPLES];
-    solve_rest rest[SAMPLES];
-    solve_load load[SAMPLES];
+    static_survey along = {.straight = false};
     solve_actuation_size pull = {0};
     for (int i = 0; i < SAMPLES; i++) {
         s[i] = (double)i / (SAMPLES - 1);
     }
-    ad_status status = solve_rod_sections(rod, SAMPLES, s, sections, error);
-    status = status == AD_OK ? solve_rod_rest(rod, SAMPLES, s, 0, rest, error) : status;
-    if (status == AD_OK) {
-        status = solve_rod_load(rod, SAMPLES, s, 0, load, error);
-    }
+    ad_status status = static_survey_of(rod, &along, error);
     if (status == AD_OK) {
         status = solve_actuation_measure(rod, SAMPLES, s, 0, &pull, error);
     }
@@ -137,45 +109,35 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
         moment = fmax(moment, rod->ends[end].holds_rotation ? 0 : norm(at.moment));
         held += rod->ends[end].holds_position;
     }
-    for (int i = 0; i < SAMPLES && status == AD_OK; i++) {
-        round = round && is_round(&sections[i]);
-        double sideways = hypot(rest[i].strain[0], rest[i].strain[1]);
-        straight = straight && sideways == 0 && norm(rest[i].curvature) == 0 &&
-                   norm(load[i].body_force) == 0;
-        spread = fmax(spread, norm(load[i].force) + norm(load[i].body_force));
-        couple = fmax(couple, norm(load[i].moment) + norm(load[i].body_moment));
-        rest_curvature = fmax(rest_curvature, norm(rest[i].curvature));
-    }
     single_loads single;
     status = status == AD_OK ? measure_jumps(rod, &single, error) : status;
     if (status != AD_OK) {
         return status;
     }
-    force += single.force;
-    moment += single.moment;
+    force += along.force + single.force;
+    moment += along.moment + single.moment;
+    bool straight = along.straight;
     for (int i = 0; i < rod->jumps.count; i++) {
         straight = straight && !rod->jumps.at[i].turns;
     }
     for (int i = 0; i < rod->jumps.spring_count; i++) { /* a spring holds the twist */
         straight = straight && norm(rod->jumps.springs[i].turning) == 0;
     }
-    double soft[3] = {softness(rod, sections, 0), softness(rod, sections, 1),
-                      softness(rod, sections, 2)};
-    moment = soft[0] * (moment + pull.moment);
-    couple *= soft[0];
-    force *= soft[1];
-    spread *= soft[2];
-    path->twists = round && straight && couple == 0 && rod->actuators == 0;
+    bool couples = along.couple > 0 || along.moment > 0;
+    double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
+    moment = along.softness[0] * (moment + pull.moment);
+    force *= along.softness[1];
+    path->twists = along.round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
                                 3 * single.pulled);
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;
-    compression *= soft[1];
+    compression *= along.softness[1];
     path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->turn = held_turn(rod);
     path->wavenumber =
-        path->turn + rest_curvature + moment + sqrt(force) + cbrt(spread) + couple + pull.winding;
+        path->turn + along.curvature + moment + sqrt(force) + cbrt(spread) + couple + pull.winding;
     return AD_OK;
 }
 

@@ -445,22 +445,60 @@ double static_system_load(const static_system *x)
     return x->path.load;
 }
 
-static static_point point_of(const static_system *x, size_t i)
+/* What is given at one s where the path is; the section is that with its stretch. */
+static static_point point_from(const static_system *x, double s, const solve_section *section,
+                               const solve_rest *rest, const solve_load *load,
+                               const solve_actuator *actuators)
 {
-    static_point at = {.rest = x->rest[i],
-                       .load = part_of(&x->load[i], x->path.load),
-                       .strain_compliance = x->sections[i].strain_compliance,
-                       .curvature_compliance = x->sections[i].curvature_compliance,
+    static_point at = {.rest = *rest,
+                       .load = part_of(load, x->path.load),
+                       .strain_compliance = section->strain_compliance,
+                       .curvature_compliance = section->curvature_compliance,
                        .actuation = {.count = x->rod->actuators,
                                      .extents = x->rod->extents,
-                                     .actuators = x->actuators + i * (size_t)x->rod->actuators,
-                                     .s = x->points[i],
+                                     .actuators = actuators,
+                                     .s = s,
                                      .factor = x->path.load}};
     for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
     at.load.body_force[x->path.director] += x->path.perturbation;
     return at;
+}
+
+static static_point point_of(const static_system *x, size_t i)
+{
+    return point_from(x, x->points[i], &x->sections[i], &x->rest[i], &x->load[i],
+                      x->actuators + i * (size_t)x->rod->actuators);
+}
+
+ad_status static_system_rates(const static_system *x, size_t n, const double *s, const double *y,
+                              double *rate, ad_error *error)
+{
+    size_t pulling = (size_t)x->rod->actuators;
+    solve_section *sections = malloc(n * sizeof *sections);
+    solve_rest *rest = malloc(n * sizeof *rest);
+    solve_load *load = malloc(n * sizeof *load);
+    solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
+    ad_status status = sections && rest && load && actuators
+                           ? solve_rod_sections(x->rod, n, s, sections, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    status = status == AD_OK ? solve_rod_rest(x->rod, n, s, 0, rest, error) : status;
+    status = status == AD_OK ? solve_rod_load(x->rod, n, s, 0, load, error) : status;
+    if (status == AD_OK && pulling > 0) {
+        status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        sections[i].strain_compliance[2] += x->path.stretch;
+        static_point at =
+            point_from(x, s[i], &sections[i], &rest[i], &load[i], actuators + i * pulling);
+        static_rate(&at, y + i * ROWS, rate + i * ROWS, NULL);
+    }
+    free(sections);
+    free(rest);
+    free(load);
+    free(actuators);
+    return status;
 }
 
 /* ---- single places ------------------------------------------------------------------------- */

@@ -52,6 +52,10 @@ double static_system_load(const static_system *x); /* of that path */
  * s = 1. */
 void static_system_residual(static_system *x, const double *y, double *residual);
 
+/* y_s [n][STATIC_ROWS] for y at any s [n] in [0, 1], where the path is. */
+ad_status static_system_rates(const static_system *x, size_t n, const double *s, const double *y,
+                              double *rate, ad_error *error);
+
 /* Derivatives at y; factored: 0, or not when they are singular. */
 void static_system_linearise(static_system *x, const double *y);
 int static_system_factor(static_system *x);

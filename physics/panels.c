@@ -1,0 +1,189 @@
+/* Panels of a coordinate: between breaks, and short where formulas vary on short lengths. */
+#include "physics/breaks.h"
+#include "physics/scene_walk.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, SEEN_MAX = 64 };
+
+/* A formula is seen where the slopes that it may have differ by no more than so many times those at
+ * samples, or change it by no more than this of all that it varies. */
+static const double MORE = 4, SMALL = 1e-5;
+
+/* Or where its integral is no more than this of the range and all that it varies, as next to a
+ * square root of 0. */
+static const double NEGLIGIBLE = 1e-14;
+
+/* Of the range: no panel is shorter; and panels keep off their ends by this, where conditions are
+ * 0 at breaks. */
+static const double SHORTEST = 1e-11, INSIDE = 1e-13;
+
+typedef struct dividing {
+    bool along_s;
+    double end;
+    quantity_interval s, t; /* of the coordinate: its whole range */
+    scene_panels *result;
+    int seen_count;
+    const struct quantity_node *seen[SEEN_MAX];
+    /* the formula at hand */
+    quantity q;
+    double variation;
+    const char *key;
+} dividing;
+
+static double width(quantity_interval x)
+{
+    return x.high - x.low;
+}
+
+static quantity_enclosure over(const dividing *in, quantity_interval panel)
+{
+    return in->along_s ? quantity_enclose(in->q, "s", panel, in->t)
+                       : quantity_enclose(in->q, "t", in->s, panel);
+}
+
+static quantity_enclosure at(const dividing *in, double place, double share)
+{
+    const quantity_interval *other = in->along_s ? &in->t : &in->s;
+    double value = other->low + share * width(*other);
+    quantity_interval x = {place, place}, y = {value, value};
+    return in->along_s ? quantity_enclose(in->q, "s", x, y) : quantity_enclose(in->q, "t", y, x);
+}
+
+/* How far the slopes at samples are apart. */
+static double sampled(const dividing *in, quantity_interval panel)
+{
+    quantity_interval all = {INFINITY, -INFINITY};
+    bool at_one = in->along_s ? width(in->t) == 0 : width(in->s) == 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        double place = panel.low + width(panel) * (i + 0.5) / SAMPLES;
+        for (int k = 0; k < (at_one ? 1 : OTHERS); k++) {
+            quantity_interval slope = at(in, place, (k + 0.5) / OTHERS).slope;
+            all.low = fmin(all.low, (slope.low + slope.high) / 2);
+            all.high = fmax(all.high, (slope.low + slope.high) / 2);
+        }
+    }
+    return width(all);
+}
+
+static bool is_seen(const dividing *in, double low, double high)
+{
+    double inside = INSIDE * in->end, length = high - low;
+    const quantity_interval panel = {low + inside, high - inside};
+    if (length <= SHORTEST * in->end) {
+        return true;
+    }
+    quantity_enclosure all = over(in, panel);
+    double slopes = width(all.slope);
+    return slopes == 0 || width(all.value) * length <= NEGLIGIBLE * in->variation * in->end ||
+           length * slopes <= SMALL * in->variation || slopes <= MORE * sampled(in, panel);
+}
+
+static void add_edge(dividing *in, double place)
+{
+    scene_panels *to = in->result;
+    if (to->count == PANELS_MAX) {
+        to->unresolved = to->unresolved ? to->unresolved : in->key;
+    } else {
+        to->edges[++to->count] = place;
+    }
+}
+
+/* Edges within it, in turn. */
+static void divide(dividing *in, double low, double high)
+{
+    double middle = low + (high - low) / 2;
+    if (in->result->count < PANELS_MAX && !is_seen(in, low, high)) {
+        divide(in, low, middle);
+        add_edge(in, middle);
+        divide(in, middle, high);
+    }
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double p = *(const double *)a, q = *(const double *)b;
+    return (p > q) - (p < q);
+}
+
+/* Of its enclosure, or where that says nothing of samples. */
+static double variation_of(const dividing *in)
+{
+    enum { MANY = 64 };
+    quantity_interval whole = in->along_s ? in->s : in->t, all = {INFINITY, -INFINITY};
+    double of_all = width(over(in, whole).value);
+    for (int i = 0; i < MANY && !isfinite(of_all); i++) {
+        double place = whole.low + width(whole) * (i + 0.5) / MANY;
+        quantity_interval value = at(in, place, 0.5).value;
+        bool finite = isfinite(value.low) && isfinite(value.high);
+        all.low = finite ? fmin(all.low, value.low) : all.low;
+        all.high = finite ? fmax(all.high, value.high) : all.high;
+    }
+    return isfinite(of_all) ? of_all : fmax(0, width(all));
+}
+
+static void look_into(void *context, const char *key, quantity q, quantity_interval s)
+{
+    dividing *in = context;
+    scene_panels *panels = in->result;
+    int before = panels->count;
+    for (int i = 0; i < in->seen_count; i++) {
+        if (in->seen[i] == q.node) {
+            return;
+        }
+    }
+    if (in->seen_count < SEEN_MAX) {
+        in->seen[in->seen_count++] = q.node;
+    }
+    in->q = q;
+    in->key = key;
+    in->variation = variation_of(in);
+    for (int i = 0; i < before; i++) {
+        double low = panels->edges[i], high = panels->edges[i + 1];
+        if (!in->along_s || (low < s.high && high > s.low)) {
+            divide(in, low, high);
+        }
+    }
+    qsort(panels->edges, (size_t)panels->count + 1, sizeof *panels->edges, ascending);
+}
+
+void scene_panels_free(scene_panels *x)
+{
+    if (x) {
+        free(x->edges);
+        x->edges = NULL;
+    }
+}
+
+ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
+                          ad_error *error)
+{
+    scene_breaks breaks;
+    dividing in = {.along_s = strcmp(coordinate, "s") == 0,
+                   .s = {0, scene_length(rod_scene)},
+                   .t = {0, scene_duration(rod_scene)},
+                   .result = result};
+    const scene_walker walker = {.formula = look_into, .context = &in};
+    *result = (scene_panels){.edges = malloc((PANELS_MAX + 1) * sizeof *result->edges)};
+    if (!result->edges) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
+    }
+    ad_status status = scene_breaks_of(rod_scene, coordinate, &breaks, error);
+    if (status != AD_OK) {
+        scene_panels_free(result);
+        return status;
+    }
+    in.end = in.along_s ? in.s.high : in.t.high;
+    result->unresolved = breaks.unresolved;
+    result->edges[0] = 0;
+    for (int i = 0; i < breaks.count; i++) {
+        result->edges[++result->count] = breaks.place[i];
+    }
+    result->edges[++result->count] = in.end;
+    if (in.end > 0) {
+        scene_walk(rod_scene, coordinate, &walker);
+    }
+    return AD_OK;
+}

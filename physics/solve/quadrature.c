@@ -1,0 +1,250 @@
+#include "physics/solve/quadrature.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Panels; shortest panel and element; how exactly a panel is integrated, of the size of a row. */
+enum { PANELS_MAX = 8192 };
+static const double SHORTEST = 1e-11, ROUNDING = 1e-13;
+
+/* Places that are no further apart differ by rounding. */
+static const double SAME = 1e-12;
+
+/* Integrals over a stretch: of every row, and of its product with the distance from the beginning.
+ */
+typedef struct moments {
+    double zeroth[QUADRATURE_ROWS_MAX], first[QUADRATURE_ROWS_MAX], size[QUADRATURE_ROWS_MAX];
+} moments;
+
+/* Adds those from `first` to `last` by one rule; distances from `origin`. */
+static ad_status add_moments(const solve_given *given, const gauss_rule *rule, double first,
+                             double last, double origin, moments *sum, ad_error *error)
+{
+    double s[GAUSS_STAGES_MAX], values[GAUSS_STAGES_MAX * QUADRATURE_ROWS_MAX];
+    for (int i = 0; i < rule->stages; i++) {
+        s[i] = first + (last - first) * rule->nodes[i];
+    }
+    ad_status status = given->at(given->context, (size_t)rule->stages, s, values, error);
+    for (int i = 0; i < rule->stages && status == AD_OK; i++) {
+        double weight = (last - first) * rule->weights[i];
+        for (int k = 0; k < given->rows; k++) {
+            double part = weight * values[i * given->rows + k];
+            sum->zeroth[k] += part;
+            sum->first[k] += part * (s[i] - origin);
+            sum->size[k] += fabs(part);
+        }
+    }
+    return status;
+}
+
+/* ---- panels ---------------------------------------------------------------------------------- */
+
+typedef struct halving {
+    solve_quadrature *result;
+    const solve_given *given;
+    int room;
+} halving;
+
+static bool agree(const halving *in, const moments *whole, const moments *halves)
+{
+    for (int k = 0; k < in->given->rows; k++) {
+        double off = fmax(fabs(whole->zeroth[k] - halves->zeroth[k]),
+                          fabs(whole->first[k] - halves->first[k]));
+        if (!(off <= ROUNDING * in->result->size[k])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Panels from `first` to `last`, in turn. */
+static ad_status halve(halving *in, double first, double last, ad_error *error)
+{
+    solve_quadrature *x = in->result;
+    moments whole = {.zeroth = {0}}, halves = {.zeroth = {0}};
+    double middle = first + (last - first) / 2;
+    bool possible = last - first > SHORTEST && x->count < in->room;
+    ad_status status = add_moments(in->given, &x->rule, first, last, first, &whole, error);
+    status = status == AD_OK
+                 ? add_moments(in->given, &x->rule, first, middle, first, &halves, error)
+                 : status;
+    status = status == AD_OK ? add_moments(in->given, &x->rule, middle, last, first, &halves, error)
+                             : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    if (possible && !agree(in, &whole, &halves)) {
+        status = halve(in, first, middle, error);
+        return status == AD_OK ? halve(in, middle, last, error) : status;
+    }
+    x->edges[++x->count] = last;
+    return AD_OK;
+}
+
+/* In place of x->edges. */
+static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error *error)
+{
+    int count = x->count;
+    double *coarse = x->edges;
+    halving in = {x, given, PANELS_MAX};
+    moments all = {.zeroth = {0}};
+    ad_status status = AD_OK;
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        status = add_moments(given, &x->rule, coarse[i], coarse[i + 1], coarse[i], &all, error);
+    }
+    memcpy(x->size, all.size, sizeof x->size);
+    x->edges = malloc((size_t)(count + PANELS_MAX + 64) * sizeof *x->edges);
+    if (status == AD_OK && !x->edges) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for panels");
+    }
+    if (status == AD_OK) {
+        x->edges[0] = 0;
+        x->count = 0;
+    }
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        in.room = PANELS_MAX + i;
+        status = halve(&in, coarse[i], coarse[i + 1], error);
+    }
+    free(coarse);
+    if (status == AD_OK && x->count >= PANELS_MAX && !x->unresolved) {
+        x->unresolved = "rod";
+    }
+    return status;
+}
+
+/* ---- making ---------------------------------------------------------------------------------- */
+
+void solve_quadrature_free(solve_quadrature *x)
+{
+    if (x) {
+        free(x->edges);
+        free(x->places);
+        free(x);
+    }
+}
+
+/* A break near one of the places is that one. */
+static void gather_places(solve_quadrature *x, const scene_breaks *breaks, double length, int count,
+                          const double *places)
+{
+    int next = 0;
+    for (int i = 0; i <= breaks->count; i++) {
+        double place = i < breaks->count ? breaks->place[i] / length : 1;
+        for (; next < count && places[next] <= place + SAME; next++) {
+            bool within = places[next] > SAME && places[next] < 1 - SAME;
+            if (within) {
+                x->places[x->place_count++] = places[next];
+            }
+        }
+        bool known = x->place_count > 0 && place - x->places[x->place_count - 1] <= SAME;
+        if (i < breaks->count && !known) {
+            x->places[x->place_count++] = place;
+        }
+    }
+}
+
+static ad_status fill(solve_quadrature *x, const scene *of, int count, const double *places,
+                      ad_error *error)
+{
+    scene_breaks breaks;
+    scene_panels panels;
+    double length = scene_length(of);
+    ad_status status = scene_breaks_of(of, "s", &breaks, error);
+    status = status == AD_OK ? scene_panels_of(of, "s", &panels, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    x->edges = panels.edges;
+    x->count = panels.count;
+    x->unresolved = panels.unresolved;
+    for (int i = 0; i <= panels.count; i++) {
+        x->edges[i] = i == panels.count ? 1 : panels.edges[i] / length;
+    }
+    x->places = malloc((size_t)(breaks.count + count + 1) * sizeof *x->places);
+    if (!x->places) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for places along the rod");
+    }
+    gather_places(x, &breaks, length, count, places);
+    return AD_OK;
+}
+
+ad_status solve_quadrature_create(const scene *of, const solve_given *given, int count,
+                                  const double *places, solve_quadrature **result, ad_error *error)
+{
+    *result = NULL;
+    solve_quadrature *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a quadrature");
+    }
+    x->rule = solve_gauss_rule_of(QUADRATURE_POINTS);
+    ad_status status = fill(x, of, count, places, error);
+    status = status == AD_OK ? refine(x, given, error) : status;
+    if (status != AD_OK) {
+        solve_quadrature_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* ---- elements -------------------------------------------------------------------------------- */
+
+int solve_quadrature_panel(const solve_quadrature *x, double s)
+{
+    int low = 0, high = x->count; /* edges[low] <= s < edges[high] */
+    while (high - low > 1) {
+        int middle = (low + high) / 2;
+        if (x->edges[middle] <= s) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+/* Whether a rule on one element is as good as the panels. */
+static ad_status fits(const solve_quadrature *x, const solve_given *given, const gauss_rule *rule,
+                      double tolerance, const double *element, bool *result, ad_error *error)
+{
+    moments own = {.zeroth = {0}}, panels = {.zeroth = {0}};
+    double first = element[0], last = element[1];
+    ad_status status = add_moments(given, rule, first, last, first, &own, error);
+    for (double at = first, next; at < last && status == AD_OK; at = next) {
+        next = fmin(last, x->edges[solve_quadrature_panel(x, at) + 1]);
+        status = add_moments(given, &x->rule, at, next, first, &panels, error);
+    }
+    *result = true;
+    for (int k = 0; k < given->rows && status == AD_OK; k++) {
+        double off =
+            fmax(fabs(own.zeroth[k] - panels.zeroth[k]), fabs(own.first[k] - panels.first[k]));
+        *result = *result && off <= tolerance * fmax(1, x->size[k]);
+    }
+    return status;
+}
+
+ad_status solve_quadrature_divide(const solve_quadrature *x, const solve_given *given, int stages,
+                                  double tolerance, int most, int *elements, double *edges,
+                                  bool *done, ad_error *error)
+{
+    const gauss_rule rule = solve_gauss_rule_of(stages);
+    ad_status status = AD_OK;
+    int settled = 0; /* elements from the left that fit */
+    *done = true;
+    while (status == AD_OK && settled < *elements) {
+        double *element = edges + settled, middle = element[0] + (element[1] - element[0]) / 2;
+        bool fit = true;
+        status = fits(x, given, &rule, tolerance, element, &fit, error);
+        bool possible = *elements < most && element[1] - element[0] > SHORTEST;
+        *done = *done && (fit || element[1] - element[0] <= SHORTEST || possible);
+        if (fit || !possible) {
+            settled++;
+            continue;
+        }
+        memmove(element + 2, element + 1, (size_t)(*elements - settled) * sizeof *element);
+        element[1] = middle;
+        (*elements)++;
+    }
+    return status;
+}

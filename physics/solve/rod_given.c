@@ -1,0 +1,46 @@
+/* What is given along a rod at rest, for quadrature: compliances, rest shape, loads, actuators. */
+#include "physics/solve/rod_model.h"
+
+#include <string.h>
+
+static double *append(double *to, const double *from, size_t count)
+{
+    memcpy(to, from, count * sizeof *to);
+    return to + count;
+}
+
+static ad_status given_at(const void *context, size_t n, const double *s, double *out,
+                          ad_error *error)
+{
+    const solve_rod *rod = context;
+    size_t pulling = (size_t)rod->actuators;
+    solve_section sections[QUADRATURE_BATCH];
+    solve_rest rest[QUADRATURE_BATCH];
+    solve_load load[QUADRATURE_BATCH];
+    solve_actuator actuators[QUADRATURE_BATCH * SOLVE_ACTUATORS_MAX];
+    ad_status status = solve_rod_sections(rod, n, s, sections, error);
+    status = status == AD_OK ? solve_rod_rest(rod, n, s, 0, rest, error) : status;
+    status = status == AD_OK ? solve_rod_load(rod, n, s, 0, load, error) : status;
+    if (status == AD_OK && pulling > 0) {
+        status = solve_rod_actuators(rod, n, s, 0, actuators, error);
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        out = append(out, sections[i].strain_compliance, 3);
+        out = append(out, sections[i].curvature_compliance, 3);
+        out = append(out, rest[i].strain, 3);
+        out = append(out, rest[i].curvature, 3);
+        out = append(out, rest[i].imperfection, 3);
+        out = append(out, (const double *)&load[i], sizeof load[i] / sizeof(double));
+        out = append(out, (const double *)&actuators[i * pulling],
+                     pulling * sizeof *actuators / sizeof(double));
+    }
+    return status;
+}
+
+solve_given solve_rod_given(const solve_rod *rod)
+{
+    enum { ROWS = 15 + sizeof(solve_load) / sizeof(double) };
+    enum { EACH = sizeof(solve_actuator) / sizeof(double) };
+    _Static_assert(ROWS + EACH * SOLVE_ACTUATORS_MAX <= QUADRATURE_ROWS_MAX, "too many");
+    return (solve_given){.rows = ROWS + EACH * rod->actuators, .at = given_at, .context = rod};
+}

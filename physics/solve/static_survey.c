@@ -1,0 +1,96 @@
+#include "physics/solve/static_survey.h"
+
+#include "physics/solve/quaternion.h"
+
+#include <math.h>
+
+enum { SAMPLES = 33, POWERS = 3 };
+
+static double norm(const double *x)
+{
+    return sqrt(vector_dot(x, x));
+}
+
+static bool is_round(const solve_section *section)
+{
+    return section->curvature_stiffness[0] == section->curvature_stiffness[1] &&
+           section->strain_stiffness[0] == section->strain_stiffness[1];
+}
+
+typedef struct sums {
+    static_survey result;
+    double bent[POWERS], total[POWERS];
+    bool by_panels;
+} sums;
+
+/* What is given at s, which stands for so much of the rod. */
+static void add_point(sums *sum, double lever, double weight, const solve_section *section,
+                      const solve_rest *rest, const solve_load *load)
+{
+    static_survey *to = &sum->result;
+    double force = norm(load->force) + norm(load->body_force);
+    double moment = norm(load->moment) + norm(load->body_moment);
+    double curvature = norm(rest->curvature), sideways = hypot(rest->strain[0], rest->strain[1]);
+    const double *bends = section->curvature_compliance;
+    for (int power = 0; power < POWERS; power++) {
+        sum->bent[power] += weight * (pow(lever, power) * fmax(bends[0], bends[1]));
+        sum->total[power] += weight * pow(lever, power);
+    }
+    to->round = to->round && is_round(section);
+    to->straight = to->straight && sideways == 0 && curvature == 0 && norm(load->body_force) == 0;
+    if (sum->by_panels) {
+        to->force += weight * force;
+        to->moment += weight * moment;
+        to->curvature += weight * curvature;
+    } else {
+        to->spread = fmax(to->spread, force);
+        to->couple = fmax(to->couple, moment);
+        to->curvature = fmax(to->curvature, curvature);
+    }
+}
+
+/* n <= SAMPLES */
+static ad_status add_points(const solve_rod *rod, int n, const double *s, const double *weight,
+                            sums *sum, ad_error *error)
+{
+    bool start = rod->ends[0].holds_position, end = rod->ends[1].holds_position;
+    solve_section sections[SAMPLES];
+    solve_rest rest[SAMPLES];
+    solve_load load[SAMPLES];
+    ad_status status = solve_rod_sections(rod, (size_t)n, s, sections, error);
+    status = status == AD_OK ? solve_rod_rest(rod, (size_t)n, s, 0, rest, error) : status;
+    status = status == AD_OK ? solve_rod_load(rod, (size_t)n, s, 0, load, error) : status;
+    for (int i = 0; i < n && status == AD_OK; i++) {
+        double lever = start == end ? 1 : start ? 1 - s[i] : s[i];
+        add_point(sum, lever, weight[i], &sections[i], &rest[i], &load[i]);
+    }
+    return status;
+}
+
+ad_status static_survey_of(const solve_rod *rod, static_survey *result, ad_error *error)
+{
+    const solve_quadrature *along = rod->quadrature;
+    sums sum = {.result = {.straight = true, .round = true}, .by_panels = along->count > 1};
+    double s[SAMPLES], weight[SAMPLES];
+    ad_status status = AD_OK;
+    if (!sum.by_panels) {
+        for (int i = 0; i < SAMPLES; i++) {
+            s[i] = (double)i / (SAMPLES - 1);
+            weight[i] = 1;
+        }
+        status = add_points(rod, SAMPLES, s, weight, &sum, error);
+    }
+    for (int p = 0; sum.by_panels && p < along->count && status == AD_OK; p++) {
+        double first = along->edges[p], width = along->edges[p + 1] - first;
+        for (int i = 0; i < along->rule.stages; i++) {
+            s[i] = first + width * along->rule.nodes[i];
+            weight[i] = width * along->rule.weights[i];
+        }
+        status = add_points(rod, along->rule.stages, s, weight, &sum, error);
+    }
+    for (int power = 0; power < POWERS; power++) {
+        sum.result.softness[power] = sum.bent[power] / sum.total[power];
+    }
+    *result = sum.result;
+    return status;
+}
