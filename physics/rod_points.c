@@ -46,11 +46,8 @@ int rod_joint_count(const scene *rod_scene)
 rod_joint rod_joint_of(const scene *rod_scene, int i)
 {
     const scene_segment *after = &rod_scene->segments[i + 1];
-    rod_joint joint = {.turn = {1}};
+    rod_joint joint = {.s = scene_joint(rod_scene, i) / scene_length(rod_scene), .turn = {1}};
     double turn[3], square = 0;
-    for (int k = 0; k <= i; k++) {
-        joint.s += rod_scene->segments[k].length.number / scene_length(rod_scene);
-    }
     for (int k = 0; k < 3; k++) {
         turn[k] = after->turn[k].is_given ? after->turn[k].number : 0;
         square += turn[k] * turn[k];

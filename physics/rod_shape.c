@@ -314,25 +314,15 @@ static rod_pose shape_pose_of(const shape_piece *piece, ad_value s)
                       .rotation = ad_quaternion_multiply(rotation, pose.rotation)};
 }
 
-/* `behind` where s is behind the place, [rows]; the place itself belongs to what is before. */
-static ad_value shape_where(ad_value s, double place, ad_value before, ad_value behind)
-{
-    ad_value beyond = ad_sub(s, ad_scalar(s.tape, place)), rows[4];
-    int count = ad_rows(before);
-    for (int i = 0; i < count; i++) {
-        rows[i] = ad_select(beyond, ad_row(behind, i), ad_row(before, i));
-    }
-    return ad_stack(count, rows);
-}
-
+/* A place where pieces meet belongs to what is before. */
 static rod_pose shape_at(const shape *given, ad_value s)
 {
-    rod_pose pose = shape_pose_of(&given->pieces[given->count - 1], s);
-    for (int i = given->count - 2; i >= 0; i--) {
-        rod_pose before = shape_pose_of(&given->pieces[i], s);
-        double place = given->pieces[i].to;
-        pose.position = shape_where(s, place, before.position, pose.position);
-        pose.rotation = shape_where(s, place, before.rotation, pose.rotation);
+    rod_pose pose = shape_pose_of(&given->pieces[0], s);
+    for (int i = 1; i < given->count; i++) {
+        rod_pose behind = shape_pose_of(&given->pieces[i], s);
+        ad_value beyond = ad_sub(s, ad_scalar(s.tape, given->pieces[i].from));
+        pose.position = ad_select(beyond, behind.position, pose.position);
+        pose.rotation = ad_select(beyond, behind.rotation, pose.rotation);
     }
     return pose;
 }
