@@ -257,6 +257,7 @@ int beam_terms(const scene *beam_scene, rod_term *terms)
         {.name = "elastic foundation", .reason = beam_given(beam->foundation)},
         {.name = "distributed force", .reason = beam_given(beam->force)},
         {.name = "distributed moment", .reason = beam_given(beam->moment)},
+        {.name = "point loads", .reason = beam->point_count ? NULL : "not given"},
         {.name = "base load", .reason = beam_load_reason(beam_scene->start.type, &beam->base)},
         {.name = "tip load", .reason = beam_load_reason(beam_scene->end.type, &beam->tip)}};
     enum { COUNT = sizeof rows / sizeof *rows };

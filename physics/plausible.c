@@ -1,6 +1,7 @@
 #include "physics/plausible.h"
 
 #include "physics/rod.h"
+#include "physics/scene_field.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -40,15 +41,17 @@ static void warn(scene_warnings *all, const char *format, ...)
     va_end(arguments);
 }
 
-/* A quantity in SI units, wherever it varies to. */
-static void check_size(scene_warnings *all, const scene *rod_scene, quantity q,
+/* A quantity in SI units, wherever it varies to within its piece. */
+static void check_size(scene_warnings *all, const scene *rod_scene, quantity q, int index,
                        const double range[2], const char *key, const char *unit, const char *less,
                        const char *more)
 {
     if (!q.is_given) {
         return;
     }
-    scene_range sizes = scene_range_of(rod_scene, q);
+    scene_piece piece = scene_piece_of(rod_scene, index);
+    scene_range sizes = scene_range_within(rod_scene, q, piece.from, piece.to);
+    key = rod_scene->segment_count > 0 ? scene_key_in_segment(index, key) : key;
     if (sizes.low < range[0]) {
         warn(all, "%s: %.4g %s is %s; it is in %s", key, sizes.low, unit, less, unit);
     } else if (sizes.high > range[1]) {
@@ -58,15 +61,20 @@ static void check_size(scene_warnings *all, const scene *rod_scene, quantity q,
 
 static void check_material(scene_warnings *all, const scene *rod_scene)
 {
-    const scene_rod *rod = &rod_scene->rod;
-    double length = scene_length(rod_scene), gravity = 0;
-    check_size(all, rod_scene, rod->youngs_modulus, MODULUS, "rod.material.youngs_modulus", "Pa",
-               "softer than a gel", "stiffer than diamond");
-    check_size(all, rod_scene, rod->density, DENSITY, "rod.material.density", "kg/m^3",
-               "lighter than foam", "heavier than any metal");
+    double length = scene_length(rod_scene), gravity = 0, hardest = 0;
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        const scene_piece piece = scene_piece_of(rod_scene, i);
+        quantity modulus = piece.rod.youngs_modulus;
+        check_size(all, rod_scene, modulus, i, MODULUS, "rod.material.youngs_modulus", "Pa",
+                   "softer than a gel", "stiffer than diamond");
+        check_size(all, rod_scene, piece.rod.density, i, DENSITY, "rod.material.density", "kg/m^3",
+                   "lighter than foam", "heavier than any metal");
+        scene_range range = scene_range_within(rod_scene, modulus, piece.from, piece.to);
+        hardest = fmax(hardest, modulus.is_given ? range.high : INFINITY);
+    }
     if (length < SHORTEST) {
         warn(all, "rod.length: %.4g m is shorter than a cell; it is in m", length);
-    } else if (length > SOFT_LENGTH && scene_range_of(rod_scene, rod->youngs_modulus).high < SOFT) {
+    } else if (length > SOFT_LENGTH && hardest < SOFT) {
         warn(all, "rod.length: %.4g m is very long for a material as soft as this; it is in m",
              length);
     }
@@ -81,19 +89,62 @@ static void check_material(scene_warnings *all, const scene *rod_scene)
     }
 }
 
+static double middle(const scene *rod_scene, const scene_piece *piece, quantity q)
+{
+    scene_range range = scene_range_within(rod_scene, q, piece->from, piece->to);
+    return (range.low + range.high) / 2;
+}
+
+/* 0 without a section. */
+static double radius_of(const scene *rod_scene, const scene_piece *piece)
+{
+    const scene_rod *rod = &piece->rod;
+    return rod->section == SCENE_SECTION_NONE ? 0
+           : rod->section == SCENE_RECTANGLE
+               ? fmax(middle(rod_scene, piece, rod->width), middle(rod_scene, piece, rod->height)) /
+                     2
+               : middle(rod_scene, piece, rod->radius);
+}
+
 static void check_slenderness(scene_warnings *all, const scene *rod_scene)
 {
-    const scene_rod *rod = &rod_scene->rod;
-    double radius =
-        rod->section == SCENE_RECTANGLE
-            ? fmax(scene_mean(rod_scene, rod->width), scene_mean(rod_scene, rod->height)) / 2
-            : scene_mean(rod_scene, rod->radius);
-    double ratio = scene_length(rod_scene) / radius;
-    if (ratio < SLENDERNESS[0]) {
-        warn(all, "rod.section: the rod is only %.2g times as long as its radius", ratio);
-    } else if (ratio > SLENDERNESS[1]) {
-        warn(all, "rod.section: the rod is %.2g times as long as its radius, thinner than a hair",
-             ratio);
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        const scene_piece piece = scene_piece_of(rod_scene, i);
+        const char *key = "rod.section";
+        double ratio = scene_length(rod_scene) / radius_of(rod_scene, &piece);
+        key = rod_scene->segment_count > 0 ? scene_key_in_segment(i, key) : key;
+        if (ratio < SLENDERNESS[0]) {
+            warn(all, "%s: the rod is only %.2g times as long as its radius", key, ratio);
+        } else if (isfinite(ratio) && ratio > SLENDERNESS[1]) {
+            warn(all, "%s: the rod is %.2g times as long as its radius, thinner than a hair", key,
+                 ratio);
+        }
+    }
+}
+
+/* Guides of a robot stand off its backbone by a few hundredths of the length. */
+static const double FARTHEST_GUIDE = 0.25;
+
+static void check_offset(scene_warnings *all, const scene *rod_scene, const quantity offset[2])
+{
+    double length = scene_length(rod_scene), far = 0;
+    for (int i = 0; i < 2; i++) {
+        scene_range range = scene_range_of(rod_scene, offset[i]);
+        far = fmax(far, fmax(fabs(range.low), fabs(range.high)));
+    }
+    if (far > FARTHEST_GUIDE * length) {
+        warn(all, "%s: %.4g m is %.2g of the length off the axis; it is in m",
+             scene_key_of(rod_scene, offset), far, far / length);
+    }
+}
+
+static void check_actuators(scene_warnings *all, const scene *rod_scene)
+{
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        check_offset(all, rod_scene, rod_scene->tendons[i].offset);
+    }
+    for (int i = 0; i < rod_scene->chamber_count; i++) {
+        check_offset(all, rod_scene, rod_scene->chambers[i].offset);
     }
 }
 
@@ -107,7 +158,10 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
                 {"loads.force", "the line load, f L^3/EI", n.distributed_force, LARGEST_LOAD},
                 {"loads.tip, loads.base", "the force, F L^2/EI", n.tip_force, LARGEST_LOAD},
                 {"loads.moment", "the line moment, l L^2/EI", n.distributed_moment, LARGEST_MOMENT},
-                {"loads.tip, loads.base", "the moment, T L/EI", n.tip_moment, LARGEST_MOMENT}};
+                {"loads.tip, loads.base", "the moment, T L/EI", n.tip_moment, LARGEST_MOMENT},
+                {"loads.points, bodies", "the force, F L^2/EI", n.point_force, LARGEST_LOAD},
+                {"loads.points", "the moment, T L/EI", n.point_moment, LARGEST_MOMENT},
+                {"tendons, chambers", "tension times offset, T L/EI", n.actuation, LARGEST_MOMENT}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].value > rows[i].most * (1 + 1e-9)) {
             warn(all, "%s: %s, is %.3g times what bends the rod by a large angle", rows[i].key,
@@ -119,15 +173,18 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
 scene_warnings scene_implausible(const scene *rod_scene)
 {
     scene_warnings all = {.count = 0};
-    quantity modulus = rod_scene->rod.youngs_modulus;
-    if (modulus.is_given && !quantity_is(modulus, 1)) {
+    bool material = false;
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        quantity modulus = scene_piece_of(rod_scene, i).rod.youngs_modulus;
+        material = material || (modulus.is_given && !quantity_is(modulus, 1));
+    }
+    if (material) {
         check_material(&all, rod_scene);
     }
-    if (rod_scene->rod.section != SCENE_SECTION_NONE) {
-        check_slenderness(&all, rod_scene);
-    }
+    check_slenderness(&all, rod_scene);
     if (!scene_is_beam(rod_scene)) {
         check_loads(&all, rod_scene);
+        check_actuators(&all, rod_scene);
     }
     return all;
 }

@@ -74,6 +74,9 @@ typedef struct rod_numbers {
     double distributed_force;  /* |f| L^3/EI, largest over s and t */
     double distributed_moment; /* |l| L^2/EI, largest over s and t */
     double weight;             /* rhoA |g| L^3/EI */
+    double point_force;  /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
+    double point_moment; /* of point loads, |T| L/EI, all of them and largest over time */
+    double actuation;    /* of tendons and chambers, tension times offset: as of a moment, T L/EI */
     double strain_damping;     /* largest Bse L^2/(EI time) */
     double curvature_damping;  /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
     double duration;           /* in scales.time; 0: static */
@@ -93,7 +96,7 @@ typedef struct rod_term {
     double damping;      /* damping ratio of that mode; 0 when the term is left out */
 } rod_term;
 
-enum { ROD_TERM_MAX = 24 };
+enum { ROD_TERM_MAX = 32 };
 
 /* The angular frequency of the first bending mode of the cantilever, 1/s, in motion. */
 double rod_first_frequency(const scene *scene);

@@ -147,6 +147,64 @@ static void rod_dynamic_numbers(const scene *rod_scene, const rod_scales *scale,
     numbers->periods = numbers->duration * ROD_FIRST_MODE / (2 * PI);
 }
 
+/* ---- what acts at places --------------------------------------------------------------------- */
+
+/* All point loads at once, and the weight of bodies. */
+static void rod_point_numbers(const scene *rod_scene, const rod_scales *scale, rod_numbers *numbers)
+{
+    double gravity = rod_largest(rod_scene, rod_scene->loads.gravity, 0);
+    for (int i = 0; i < rod_scene->point_count; i++) {
+        const scene_load *load = &rod_scene->points[i].load;
+        numbers->point_force += rod_largest(rod_scene, load->force, 0) / scale->force;
+        numbers->point_moment += rod_largest(rod_scene, load->moment, 0) / scale->moment;
+    }
+    for (int i = 0; i < rod_scene->body_count; i++) {
+        numbers->point_force += rod_scene->bodies[i].mass.number * gravity / scale->force;
+    }
+}
+
+/* Largest distance from the axis between two places. */
+static double rod_offset(const scene *rod_scene, const quantity offset[2], quantity start,
+                         quantity end)
+{
+    const quantity zero = quantity_number(0), length = quantity_number(scene_length(rod_scene));
+    double from = quantity_or(start, zero).number, to = quantity_or(end, length).number, size[2];
+    for (int i = 0; i < 2; i++) {
+        scene_range range = scene_range_within(rod_scene, offset[i], from, to);
+        size[i] = fmax(fabs(range.low), fabs(range.high));
+    }
+    return hypot(size[0], size[1]);
+}
+
+static double rod_most(const scene *rod_scene, quantity q)
+{
+    scene_range range = scene_range_of(rod_scene, q);
+    return fmax(fabs(range.low), fabs(range.high));
+}
+
+/* A tendon that is pulled by d at the distance h from the axis turns the end by d/h, as a moment
+ * T L/EI of that size does. */
+static double rod_actuation_moment(const scene *rod_scene, const rod_scales *scale)
+{
+    double sum = 0;
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        const scene_tendon *tendon = &rod_scene->tendons[i];
+        double lever = rod_offset(rod_scene, tendon->offset, tendon->start, tendon->end);
+        if (tendon->tension.is_given) {
+            sum += rod_most(rod_scene, tendon->tension) * lever / scale->moment;
+        } else if (lever > 0) {
+            sum += rod_most(rod_scene, tendon->displacement) / lever;
+        }
+    }
+    for (int i = 0; i < rod_scene->chamber_count; i++) {
+        const scene_chamber *chamber = &rod_scene->chambers[i];
+        double lever = rod_offset(rod_scene, chamber->offset, chamber->start, chamber->end);
+        double area = rod_most(rod_scene, chamber->area);
+        sum += rod_most(rod_scene, chamber->pressure) * area * lever / scale->moment;
+    }
+    return sum;
+}
+
 rod_numbers rod_numbers_of(const scene *rod_scene)
 {
     rod_scales scale = rod_scales_of(rod_scene);
@@ -172,7 +230,9 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
                              scale.length / scale.force,
         .distributed_moment = rod_largest(rod_scene, rod_scene->loads.moment, ROD_SPACE_SAMPLES) *
                               scale.length / scale.moment,
-        .weight = mass * pull * scale.length / scale.force};
+        .weight = mass * pull * scale.length / scale.force,
+        .actuation = rod_actuation_moment(rod_scene, &scale)};
+    rod_point_numbers(rod_scene, &scale, &numbers);
     if (scene_is_dynamic(rod_scene)) {
         rod_dynamic_numbers(rod_scene, &scale, &numbers);
     }
@@ -183,13 +243,17 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
 double rod_force_scale(const scene *rod_scene)
 {
     rod_numbers numbers = rod_numbers_of(rod_scene);
-    return fmax(1, fmax(numbers.tip_force, numbers.distributed_force + numbers.weight));
+    double within = fmax(numbers.distributed_force + numbers.weight, numbers.point_force);
+    return fmax(1, fmax(numbers.tip_force, within));
 }
 
-/* The same of the internal moment; forces act on levers of at most the length. */
+/* The same of the internal moment; forces act on levers of at most the length. Tendons and chambers
+ * are in balance with the moment of the rod itself. */
 double rod_moment_scale(const scene *rod_scene)
 {
     rod_numbers numbers = rod_numbers_of(rod_scene);
     double lever = fmax(numbers.tip_force, 0.5 * (numbers.distributed_force + numbers.weight));
-    return fmax(fmax(1, lever), fmax(numbers.tip_moment, numbers.distributed_moment));
+    double moment = fmax(numbers.tip_moment, numbers.distributed_moment);
+    lever = fmax(lever, numbers.point_force);
+    return fmax(fmax(1, lever), fmax(moment, numbers.point_moment));
 }

@@ -64,11 +64,16 @@ static void terms_of_strains(const scene *rod_scene, term_list *list)
     }
     terms_of_stiffness(list, strains, properties.strain_stiffness, strain_across);
     terms_of_stiffness(list, curvatures, properties.curvature_stiffness, curvature_across);
-    const scene_rod *rod = &rod_scene->rod;
-    bool unstrained = is_only(rod->rest_strain[0], 0) && is_only(rod->rest_strain[1], 0) &&
-                      is_only(rod->rest_strain[2], 1);
+    scene_rest rest = scene_rest_of(rod_scene);
+    bool unstrained =
+        is_only(rest.strain[0], 0) && is_only(rest.strain[1], 0) && is_only(rest.strain[2], 1);
+    bool turns = false;
+    for (int i = 1; i < rod_scene->segment_count; i++) {
+        turns = turns || !are_zero(rod_scene->segments[i].turn);
+    }
     term_add(list, "rest strain", reason_if(unstrained, "not given", NULL));
-    term_add(list, "rest curvature", reason_if(are_zero(rod->rest_curvature), "not given", NULL));
+    term_add(list, "rest curvature", reason_if(are_zero(rest.curvature), "not given", NULL));
+    term_add(list, "turned joints", reason_if(!turns, "not given", NULL));
 }
 
 /* `row` with its presence and, from the coefficient of a force per length and velocity, c, its
@@ -145,6 +150,11 @@ static void terms_of_loads(const scene *rod_scene, term_list *list)
         term_add(list, "manufactured loads", NULL);
         return;
     }
+    term_add(list, "point loads", reason_if(rod_scene->point_count == 0, "not given", NULL));
+    term_add(list, "bodies", reason_if(rod_scene->body_count == 0, "not given", NULL));
+    term_add(list, "springs", reason_if(rod_scene->spring_count == 0, "not given", NULL));
+    term_add(list, "tendons", reason_if(rod_scene->tendon_count == 0, "not given", NULL));
+    term_add(list, "chambers", reason_if(rod_scene->chamber_count == 0, "not given", NULL));
     term_add(list, "base load", load_reason(rod_scene->start.type, &loads->base));
     term_add(list, "tip load", load_reason(rod_scene->end.type, &loads->tip));
 }

@@ -428,6 +428,10 @@ static inline bool scene_end_holds_position(scene_end_type type)
     return scene_end_holds_rotation(type) || type == SCENE_PINNED;
 }
 
+/* Entry `index` of all lists of a scene in turn, for people: "tendons[0]: offset 0, 0.02; tension
+ * 3", with what is given and no default. False: there are not so many. */
+bool scene_entry_text(const scene *rod_scene, int index, char *text, size_t size);
+
 /* Texts of each enumeration in the order of its values, NULL at the end. */
 const char *const *scene_model_names(void);
 const char *const *scene_section_names(void);

@@ -1,7 +1,7 @@
 /* The list of all quantities of a scene, made of the rows in physics/scene_rows.h: what each may
  * depend on, its range, its default, and how it behaves in the mirror of a plane. Defaults, checks
  * and the search for a plane walk this list, in which every entry of every list of a scene has rows
- * of its own: whoever walks it sees them all. Not for callers. */
+ * of its own: whoever walks it sees them all. */
 #ifndef PHYSICS_SCENE_FIELD_H
 #define PHYSICS_SCENE_FIELD_H
 

@@ -33,7 +33,8 @@ static void judge_energy(const scene *rod_scene, const solve_settings *settings,
     rod_numbers n = rod_numbers_of(rod_scene);
     double share = fmin(ALLOWED_MISMATCH * settings->tolerance, ALLOWED_AT_MOST);
     double loads =
-        n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment + n.weight;
+        n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment + n.weight +
+        n.point_force + n.point_moment + n.actuation;
     double limit = share * (report->energy + loads) + share * share;
     if (!(report->energy_mismatch * report->energy <= limit)) {
         verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,

@@ -182,6 +182,9 @@ static void print_numbers(FILE *file, const scene *scene)
         {"line moment", "l L^2/EI", n.distributed_moment, VERDICTS(line_moment),
          n.distributed_moment > 0},
         {"weight", "rhoA g L^3/EI", n.weight, VERDICTS(line_load), n.weight > 0},
+        {"point force", "F L^2/EI", n.point_force, VERDICTS(end_force), n.point_force > 0},
+        {"point moment", "T L/EI", n.point_moment, VERDICTS(end_moment), n.point_moment > 0},
+        {"actuation", "T L/EI", n.actuation, VERDICTS(end_moment), n.actuation > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
         {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),
          moving && n.strain_damping > 0},
@@ -355,6 +358,23 @@ static void print_terms(FILE *file, const scene *scene)
     }
 }
 
+/* Segments and what acts at places, each in one paragraph. */
+static void print_entries(FILE *file, const scene *scene)
+{
+    char text[400];
+    for (int i = 0; scene_entry_text(scene, i, text, sizeof text); i++) {
+        char *rest = NULL;
+        if (i == 0) {
+            heading(file, "Pieces, places and actuators (SI units)");
+        }
+        paragraph line = paragraph_begin(file, strtok_r(text, ":", &rest));
+        for (char *word = strtok_r(NULL, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
+            paragraph_add(&line, word, false);
+        }
+        fputc('\n', file);
+    }
+}
+
 /* ---- what it costs ------------------------------------------------------------------------- */
 
 static void print_sets(FILE *file, const problem *p)
@@ -518,6 +538,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
     print_scales(file, scene);
     print_unknowns(file, e, p);
     print_terms(file, scene);
+    print_entries(file, scene);
     print_sets(file, p);
     print_network(file, e, p);
     print_plan(file, e, p, r);

@@ -98,10 +98,15 @@ static bool zero(const quantity *q)
     return !quantity_any_something(3, q);
 }
 
-static bool straight(const scene_rod *rod)
+static bool straight(const scene *rod_scene)
 {
-    return zero(rod->rest_curvature) && is_value(rod->rest_strain[0], 0) &&
-           is_value(rod->rest_strain[1], 0) && is_value(rod->rest_strain[2], 1);
+    scene_rest rest = scene_rest_of(rod_scene);
+    bool turns = false;
+    for (int i = 1; i < rod_scene->segment_count; i++) {
+        turns = turns || !zero(rod_scene->segments[i].turn);
+    }
+    return !turns && zero(rest.curvature) && is_value(rest.strain[0], 0) &&
+           is_value(rest.strain[1], 0) && is_value(rest.strain[2], 1);
 }
 
 /* d3 at the clamped start: the third column of R(q). */
@@ -153,12 +158,17 @@ static const char *common_obstacle(const scene *rod_scene)
     if (loads->tip.frame != SCENE_DEAD) {
         return "needs a dead load at the tip";
     }
-    if (!straight(&rod_scene->rod)) {
+    if (!straight(rod_scene)) {
         return "needs a rod that is straight when unloaded";
     }
     if (quantity_any_something(3, loads->gravity) || loads->force[0].is_given ||
         loads->moment[0].is_given) {
         return "needs a rod without gravity and distributed loads";
+    }
+    if (rod_scene->point_count + rod_scene->body_count + rod_scene->spring_count +
+            rod_scene->tendon_count + rod_scene->chamber_count >
+        0) {
+        return "needs a rod without points, bodies, springs, tendons and chambers";
     }
     return NULL;
 }

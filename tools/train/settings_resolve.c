@@ -114,7 +114,9 @@ static double bandwidth_at_rest(const scene *rod_scene)
     }
     rod_numbers numbers = rod_numbers_of(rod_scene);
     double force = numbers.tip_force + numbers.distributed_force + numbers.weight;
-    double turns = numbers.tip_moment + numbers.distributed_moment + 2 * sqrt(force);
+    force += numbers.point_force;
+    double moment = numbers.tip_moment + numbers.distributed_moment;
+    double turns = moment + numbers.point_moment + numbers.actuation + 2 * sqrt(force);
     return fmin(AT_REST_MOST, fmax(AT_REST, MARGIN + turns / 2));
 }
 
