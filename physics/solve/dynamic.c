@@ -1,13 +1,20 @@
 #include "physics/solve/dynamic.h"
 
+#include "physics/solve/fastest.h"
 #include "physics/solve/quaternion.h"
+#include "physics/solve/split.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* Intervals between nodes: each mesh has half as many again as the one before. */
-enum { COARSEST = 12, FINEST = 128, ELEMENT_DEGREE_MAX = 16, COMPARED = 33 };
+enum { COARSEST = 12, FINEST = 2048, COMPARED = 33 };
+
+/* A smooth motion takes few intervals, best in elements of high degree. Where many are asked for
+ * there are waves with kinks; fewer points crowd at the edges of elements of lower degree, and
+ * LANES of them are one block. */
+enum { ELEMENT_DEGREE_MAX = 16, MANY = 48, ELEMENT_DEGREE_OF_MANY = 7 };
 
 struct dynamic_solution {
     motion *motion;
@@ -55,7 +62,8 @@ static double lock_for(double tolerance)
 static ad_status create(const solve_rod *rod, double lock, int intervals, size_t count,
                         const double *times, dynamic_solution **result, ad_error *error)
 {
-    int elements = (intervals + ELEMENT_DEGREE_MAX - 1) / ELEMENT_DEGREE_MAX;
+    int most = intervals < MANY ? ELEMENT_DEGREE_MAX : ELEMENT_DEGREE_OF_MANY;
+    int elements = (intervals + most - 1) / most;
     int degree = (intervals + elements - 1) / elements;
     dynamic_solution *x = calloc(1, sizeof *x);
     if (!x) {
@@ -84,43 +92,93 @@ static ad_status create(const solve_rod *rod, double lock, int intervals, size_t
 typedef struct resolution {
     double lock;
     int intervals;
-    double tolerance;     /* of time steps */
+    double tolerance;     /* of adaptive steps of time */
+    double shortened;     /* steps that are composed of flows: so much shorter than the longest */
     double implicit_part; /* of the time, that implicit steps came in the time explicit ones take;
                            * 1: all the way, or not tried */
+    bool is_composed;     /* the last solution: its steps shorten with the mesh */
 } resolution;
 
-/* The implicit method has as many steps as cost what the explicit one would; where they do not
- * suffice the explicit one it is. So no choice costs more than twice the better one. Implicit steps
- * that came less than half the way before are not tried again. */
-static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, resolution *by,
-                                  solve_report *report, ad_error *error)
+/* What one step costs, in forces on one node. */
+static double composed_step_work(double nodes)
 {
-    /* Measured: 6 to 10 with 13 to 43 nodes; the loads of a manufactured solution cost more than
-     * all the rest, and are asked for as often. */
-    const double explicit_steps_per_implicit = scene_is_manufactured(&rod->scene) ? 1.2 : 6;
-    double needed = 0;
-    integrate_counts counts;
-    ad_status status = motion_explicit_steps(x->motion, &needed, error);
-    if (status != AD_OK) {
-        return status;
+    return 6 * nodes;
+}
+
+/* Six forces, which cost less than the rest of ARKODE's step. */
+static double explicit_step_work(double nodes)
+{
+    return 18 * nodes;
+}
+
+/* Measured with 13 to 91 nodes: in between the dense systems take over. Loads of a manufactured
+ * solution cost more than all the rest, and are asked for by each. */
+static double implicit_step_work(const solve_rod *rod, double nodes)
+{
+    return scene_is_manufactured(&rod->scene)
+               ? 22 * nodes
+               : (18 + nodes * nodes / 169) * composed_step_work(nodes);
+}
+
+static ad_status find_frequency(dynamic_solution *x, double *frequency, ad_error *error)
+{
+    fastest *f = NULL;
+    ad_status status = fastest_create(x->motion, &f, error);
+    status = status == AD_OK ? fastest_at_start(f, frequency, error) : status;
+    fastest_free(f);
+    return status;
+}
+
+/* Following every vibration of the mesh, in steps that are as short as that takes. */
+static ad_status follow(const solve_rod *rod, dynamic_solution *x, const resolution *by,
+                        double frequency, integrate_counts *counts, ad_error *error)
+{
+    integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
+    if (!motion_is_separable(x->motion)) {
+        return motion_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
+                                counts, error);
     }
-    double allowed = fmin(needed * rod->duration / explicit_steps_per_implicit, 1e9);
-    integrate_settings settings = {.tolerance = by->tolerance, .steps_max = 1 + (long)allowed};
-    for (int method = by->implicit_part < 0.5; method < 2; method++) {
-        if (method == 1) {
-            settings.method = INTEGRATE_EXPLICIT;
-            settings.steps_max = 0;
-        }
+    settings.step = 1 / (split_steps(frequency) * by->shortened);
+    return split_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies, counts,
+                           error);
+}
+
+/* The implicit method has as many steps as cost what following all vibrations would; where they do
+ * not suffice that it is. So no choice costs more than twice the better one. Implicit steps that
+ * came less than half the way before are not tried again. */
+static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, resolution *by,
+                                  solve_report *report, double *work, ad_error *error)
+{
+    double frequency = 0, nodes = (double)motion_nodes(x->motion);
+    integrate_counts counts = {0};
+    ad_status status = find_frequency(x, &frequency, error);
+    bool composes = motion_is_separable(x->motion), done = false;
+    double explicit_steps = rod->duration * (composes ? split_steps(frequency) * by->shortened
+                                                      : integrate_explicit_steps(frequency));
+    double explicit_work =
+        explicit_steps * (composes ? composed_step_work(nodes) : explicit_step_work(nodes));
+    double implicit_work = implicit_step_work(rod, nodes);
+    if (status == AD_OK && by->implicit_part >= 0.5) {
+        integrate_settings settings = {.method = INTEGRATE_IMPLICIT,
+                                       .tolerance = by->tolerance,
+                                       .steps_max =
+                                           1 + (long)fmin(explicit_work / implicit_work, 1e9)};
         status = motion_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
                                   &counts, error);
         report->newton_steps += counts.newton_steps;
         report->time_steps += counts.steps;
         report->time = counts.time / rod->duration;
-        if (method == 1 || counts.steps < settings.steps_max) {
-            break;
-        }
+        *work += (double)counts.steps * implicit_work;
+        done = status != AD_NOT_FINITE;
         by->implicit_part = report->time;
     }
+    if (!done && (status == AD_OK || status == AD_NOT_FINITE)) {
+        status = follow(rod, x, by, frequency, &counts, error);
+        report->time_steps += counts.steps;
+        report->time = counts.time / rod->duration;
+        *work += (double)counts.steps * explicit_work / explicit_steps;
+    }
+    by->is_composed = !done && composes;
     return status;
 }
 
@@ -138,21 +196,26 @@ static void take_energies(const dynamic_solution *x, solve_report *report)
 }
 
 static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, const double *times,
-                            dynamic_solution **result, solve_report *report, ad_error *error)
+                            dynamic_solution **result, solve_report *report, double *work,
+                            ad_error *error)
 {
     dynamic_solution *x = NULL;
+    solve_report of_this = *report;
     *result = NULL;
+    *work = 0;
     ad_status status = create(rod, by->lock, by->intervals, count, times, &x, error);
     if (status != AD_OK) {
         return status;
     }
-    status = integrate_either(rod, x, by, report, error);
-    report->nodes = (int)motion_nodes(x->motion);
-    take_energies(x, report);
+    status = integrate_either(rod, x, by, &of_this, work, error);
+    of_this.nodes = (int)motion_nodes(x->motion);
     if (status != AD_OK) {
+        report->time = report->nodes == 0 ? of_this.time : report->time;
         dynamic_free(x);
         return status;
     }
+    take_energies(x, &of_this);
+    *report = of_this;
     *result = x;
     return AD_OK;
 }
@@ -194,48 +257,111 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
 typedef struct refined {
     dynamic_solution *best;
     resolution by;
-    double distance; /* between the last two */
+    double distance;    /* between the last two */
+    double work, total; /* of the last solution, and of all, in forces on one node */
 } refined;
 
-/* Replace the best by a solution on the mesh and with the steps at hand. */
-static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *report,
+/* What all solutions together may cost: some 30 s. */
+static const double WORK_MOST = 1e9;
+
+/* Replace the best by a solution on the mesh and with the steps at hand. One that fails leaves the
+ * best, and *failed. */
+static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *report, bool *failed,
                              ad_error *error)
 {
     dynamic_solution *next = NULL, *last = at->best;
-    ad_status status = solve_once(rod, &at->by, last->count, last->times, &next, report, error);
+    ad_status status =
+        solve_once(rod, &at->by, last->count, last->times, &next, report, &at->work, error);
+    at->total += at->work;
+    *failed = status == AD_NOT_FINITE;
     if (status == AD_OK) {
         status = compare(last, next, &at->distance, error);
         dynamic_free(last);
         at->best = next;
     }
-    return status;
+    return *failed ? AD_OK : status;
 }
 
-/* First t, where meshes are coarse and steps cheap, then s: steps of two meshes differ, and their
- * errors would pass for errors of the mesh. What two tolerances of steps differ by is the error of
- * the larger, so that it will do for all meshes. */
-static ad_status refine(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
-                        ad_error *error)
+/* Whether a solution that costs so many times the last one is allowed. */
+static bool affords(const refined *at, double times)
+{
+    return at->total + times * at->work <= WORK_MOST;
+}
+
+/* Steps of time alone, where meshes are coarse and steps cheap: steps of two meshes differ, and
+ * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
+ * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Steps that are
+ * composed of flows shorten with the mesh; nothing is to be done. */
+static ad_status refine_time(const solve_rod *rod, double tolerance, refined *at,
+                             solve_report *report, double *by_time, ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
     const scene_properties properties = scene_properties_of(&rod->scene);
-    const double finest = scene_is_locked(&properties) ? 1e-8 : 1e-12, of_time = 0.25,
-                 of_mesh = 0.5;
+    const double finest = scene_is_locked(&properties) ? 1e-8 : 1e-12, of_time = 0.25;
     double *steps = &at->by.tolerance;
-    resolution before;
+    bool failed = false;
     ad_status status = AD_OK;
-    do {
-        before = at->by;
+    *by_time = at->by.is_composed ? 0 : INFINITY;
+    while (status == AD_OK && *by_time > of_time * tolerance && *steps > finest && affords(at, 2)) {
+        const resolution before = at->by;
         *steps = fmax(*steps / 10, finest);
-        status = solve_again(rod, at, report, error);
-    } while (status == AD_OK && at->distance > of_time * tolerance && *steps > finest);
-    double by_time = at->distance;
-    at->by = by_time <= of_time * tolerance ? before : at->by;
-    do {
+        status = solve_again(rod, at, report, &failed, error);
+        if (failed) {
+            break;
+        }
+        *by_time = at->by.is_composed ? 0 : at->distance;
+        if (at->distance <= of_time * tolerance) {
+            at->by.tolerance = before.tolerance;
+        }
+    }
+    return status;
+}
+
+/* The error that a distance between the last two meshes leaves: of a motion with waves that no mesh
+ * resolves distances fall by little, and what is yet to come adds up to
+ * distance (ratio + ratio^2 + ...). */
+static double left_over(double distance, double before)
+{
+    const double largest = 0.8; /* ratio: distances of rough motions scatter */
+    double ratio = fmin(distance / before, largest);
+    return distance * fmax(1, ratio / (1 - ratio));
+}
+
+static ad_status refine(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
+                        ad_error *error)
+{
+    double by_time = 0, estimate = INFINITY, before = INFINITY;
+    const double of_mesh = 0.5;
+    bool failed = false;
+    ad_status status = refine_time(rod, tolerance, at, report, &by_time, error);
+    for (int meshes = 1; status == AD_OK && !failed && estimate > of_mesh * tolerance; meshes++) {
+        if (at->by.intervals >= FINEST || (meshes > 1 && !affords(at, 3))) {
+            break;
+        }
         at->by.intervals += at->by.intervals / 2;
-        status = status == AD_OK ? solve_again(rod, at, report, error) : status;
-    } while (status == AD_OK && at->distance > of_mesh * tolerance && at->by.intervals < FINEST);
-    report->estimate = by_time + at->distance;
+        status = solve_again(rod, at, report, &failed, error);
+        if (!failed) {
+            estimate = left_over(at->distance, before);
+            before = at->distance;
+        }
+    }
+    report->estimate = by_time + estimate;
+    return status;
+}
+
+/* On a mesh that is given steps of time alone are refined, where they do not look after their own
+ * error. */
+static ad_status shorten(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
+                         ad_error *error)
+{
+    bool failed = false;
+    ad_status status = AD_OK;
+    at->distance = INFINITY;
+    while (status == AD_OK && !failed && at->by.is_composed && at->distance > tolerance &&
+           affords(at, 2)) {
+        at->by.shortened *= 1.5;
+        status = solve_again(rod, at, report, &failed, error);
+    }
     return status;
 }
 
@@ -258,10 +384,13 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                          .intervals = !is_given             ? COARSEST
                                       : settings->nodes > 2 ? settings->nodes - 1
                                                             : 2,
+                         .shortened = 1,
                          .implicit_part = 1}};
-    ad_status status = solve_once(rod, &at.by, count, times, &at.best, report, error);
-    if (status == AD_OK && !is_given) {
-        status = refine(rod, settings->tolerance, &at, report, error);
+    ad_status status = solve_once(rod, &at.by, count, times, &at.best, report, &at.work, error);
+    at.total = at.work;
+    if (status == AD_OK) {
+        status = is_given ? shorten(rod, settings->tolerance, &at, report, error)
+                          : refine(rod, settings->tolerance, &at, report, error);
     }
     if (status != AD_OK) {
         dynamic_free(at.best);

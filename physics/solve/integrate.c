@@ -1,6 +1,7 @@
 #include "physics/solve/integrate.h"
 
 #include "physics/solve/events.h"
+#include "physics/solve/fastest.h"
 #include "physics/solve/gauss.h"
 #include "physics/solve/motion_system.h"
 #include "physics/solve/vector.h"
@@ -160,9 +161,12 @@ static ad_status open_integration(integration *in, const integrate_settings *set
         ARKStepSetFixedStep(in->stepper, settings->step);
         ARKStepSetMaxNonlinIters(in->stepper, 50); /* there is no shorter step to turn to */
     } else if (!implicit) { /* error control sees what grows only when it has grown */
-        double steps;
-        status = motion_explicit_steps(in->motion, &steps, error);
-        ARKStepSetMaxStep(in->stepper, 1 / steps);
+        fastest *f = NULL;
+        double frequency = 1;
+        status = fastest_create(in->motion, &f, error);
+        status = status == AD_OK ? fastest_at_start(f, &frequency, error) : status;
+        fastest_free(f);
+        ARKStepSetMaxStep(in->stepper, 1 / integrate_explicit_steps(frequency));
     }
     in->quadrature =
         solve_gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
@@ -314,51 +318,8 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
     return status;
 }
 
-/* ---- the fastest vibration ----------------------------------------------------------------- */
-
-/* d = J d, with J = d rate/d state; returns how much longer it is, and gives it length 1 again. */
-static double apply_jacobian(motion *m, size_t rows, const double *state, const double *its_rate,
-                             double *d, double *moved)
-{
-    const double by = 1e-7;
-    double length = 0;
-    for (size_t i = 0; i < rows; i++) {
-        moved[i] = state[i] + by * d[i];
-    }
-    motion_rate(m, moved, d);
-    for (size_t i = 0; i < rows; i++) {
-        d[i] = (d[i] - its_rate[i]) / by;
-        length += d[i] * d[i];
-    }
-    length = sqrt(length);
-    for (size_t i = 0; i < rows && length > 0; i++) {
-        d[i] /= length;
-    }
-    return length;
-}
-
-ad_status motion_explicit_steps(motion *m, double *steps, ad_error *error)
+double integrate_explicit_steps(double frequency)
 {
     const double stable = 3; /* eigenvalue times step, on the imaginary axis */
-    size_t rows = motion_nodes(m) * MOTION_ROWS;
-    double *state = malloc(4 * rows * sizeof *state);
-    if (!state) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
-    }
-    double *its_rate = state + rows, *d = its_rate + rows, *moved = d + rows, growth = 0;
-    ad_status status = motion_initial(m, state, error);
-    status = status == AD_OK ? motion_at(m, 0, error) : status;
-    if (status == AD_OK) {
-        motion_rate(m, state, its_rate);
-        for (size_t i = 0; i < rows; i++) {
-            d[i] = 0.01 * sin((double)(i * i));
-        }
-        for (int i = 0; i < 20; i++) { /* twice each: eigenvalues come as +-i omega */
-            growth = apply_jacobian(m, rows, state, its_rate, d, moved);
-            growth *= apply_jacobian(m, rows, state, its_rate, d, moved);
-        }
-    }
-    *steps = sqrt(growth) / stable;
-    free(state);
-    return status;
+    return frequency / stable;
 }

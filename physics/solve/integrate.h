@@ -6,7 +6,8 @@
  * eigenvalues lie beside the imaginary axis.
  * Explicit: ARK4(3)6L[2]SA of the same authors (Appl. Numer. Math. 44, 2003), order 4, which is
  * stable far up the imaginary axis. Follows every vibration of the mesh, which is best where the
- * motion has many of them, or the rod is thick. */
+ * motion has many of them, or the rod is thick; split.h has a quicker one for rods without damping.
+ */
 #ifndef PHYSICS_SOLVE_INTEGRATE_H
 #define PHYSICS_SOLVE_INTEGRATE_H
 
@@ -33,8 +34,8 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
                            const double *times, double *states, solve_energy *energies,
                            integrate_counts *counts, ad_error *error);
 
-/* How many steps for a unit of time the explicit method needs, lest the fastest vibration of the
- * mesh grow; by a power iteration at the initial state. */
-ad_status motion_explicit_steps(motion *m, double *steps, ad_error *error);
+/* How many steps for a unit of time the explicit method needs, lest a vibration of such a frequency
+ * grow. */
+double integrate_explicit_steps(double frequency);
 
 #endif

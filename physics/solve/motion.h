@@ -71,7 +71,30 @@ typedef struct motion_power {
 
 motion_power motion_power_of(motion *m, const double *state);
 
+/* The same of the nodes as motion_start or the flows below left them. */
+motion_energy motion_energy_now(motion *m);
+motion_power motion_power_now(motion *m);
+
 /* At n points s [n], by the elements' polynomials through nodal values. */
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out);
+
+/* ---- two flows, for steps of time that are composed of them -------------------------------- */
+
+/* Whether no force depends on velocities, so that these are the whole motion. */
+bool motion_is_separable(const motion *m);
+
+/* Take a state, at the time gone to; give it. In between the nodes are the motion's own, and
+ * nothing else may be asked of it that takes a state. */
+void motion_start(motion *m, const double *state);
+void motion_finish(const motion *m, double *state);
+
+/* Nodes move freely by h, which may be negative, to the time t: r_t = V, bodies turn as free ones
+ * do. */
+ad_status motion_drift(motion *m, double h, double t, ad_error *error);
+
+/* Forces change velocities as they would in a time h. Returns the work of outside forces while
+ * nodes move by `before` with the velocities up to now, and by `after` with the new ones, at half
+ * the forces of now: the other half is that of the kicks before and after. */
+double motion_kick(motion *m, double h, double before, double after);
 
 #endif

@@ -63,8 +63,13 @@ static section_sums sum_sections(const motion *m)
 
 motion_energy motion_energy_of(motion *m, const double *state)
 {
-    motion_energy energy = {0};
     motion_set_nodes(m, state);
+    return motion_energy_now(m);
+}
+
+motion_energy motion_energy_now(motion *m)
+{
+    motion_energy energy = {0};
     motion_internal_forces(m);
     energy.strain = sum_sections(m).energy;
     for (size_t i = 0; i < m->nodes; i++) {
@@ -87,9 +92,14 @@ static bool end_moves(const motion *m, int end)
 
 motion_power motion_power_of(motion *m, const double *state)
 {
+    motion_set_nodes(m, state);
+    return motion_power_now(m);
+}
+
+motion_power motion_power_now(motion *m)
+{
     motion_power power = {0};
     bool moves = end_moves(m, 0) || end_moves(m, 1);
-    motion_set_nodes(m, state);
     motion_outside_forces(m);
     if (m->is_damped || moves || m->rod->rest_moves) {
         motion_internal_forces(m);

@@ -22,11 +22,8 @@ static void set_node(motion *m, size_t node, const double *state)
     }
 }
 
-void motion_set_nodes(motion *m, const double *state)
+void motion_hold_ends(motion *m)
 {
-    for (size_t i = 0; i < m->nodes; i++) {
-        set_node(m, i, state + i * MOTION_ROWS);
-    }
     for (int end = 0; end < 2; end++) {
         size_t i = motion_end_node(m, end);
         if (m->rod->ends[end].holds_position) {
@@ -38,6 +35,14 @@ void motion_set_nodes(motion *m, const double *state)
             memcpy(m->spin[i], m->ends[end].spin, 3 * sizeof(double));
         }
     }
+}
+
+void motion_set_nodes(motion *m, const double *state)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        set_node(m, i, state + i * MOTION_ROWS);
+    }
+    motion_hold_ends(m);
     for (size_t i = 0; i < m->nodes; i++) {
         const double *w = m->spin[i], half[3] = {0.5 * w[0], 0.5 * w[1], 0.5 * w[2]};
         quaternion_times_vector(m->pose[i] + MOTION_LANE_Q, half, m->flow[i] + MOTION_LANE_Q);

@@ -78,6 +78,9 @@ static inline motion_block *motion_block_of(const motion *m, int element, int k)
 /* Take a state, with what the ends prescribe at the time. */
 void motion_set_nodes(motion *m, const double *state);
 
+/* Put there what the ends prescribe at the time. */
+void motion_hold_ends(motion *m);
+
 /* From nodes that are set: strains, internal forces; outside forces. */
 void motion_internal_forces(motion *m);
 void motion_outside_forces(motion *m);

@@ -1,0 +1,215 @@
+/* The two flows whose compositions are steps of time: nodes that move freely, and forces that
+ * change their velocities where they are. */
+#include "physics/solve/motion_internal.h"
+
+#include "physics/solve/lanes.h"
+#include "physics/solve/quaternion.h"
+
+#include <math.h>
+#include <string.h>
+
+bool motion_is_separable(const motion *m)
+{
+    return !m->is_damped && !m->rod->resists;
+}
+
+void motion_start(motion *m, const double *state)
+{
+    motion_set_nodes(m, state);
+}
+
+void motion_finish(const motion *m, double *state)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        double *to = state + i * MOTION_ROWS;
+        memcpy(to + MOTION_R, m->pose[i], 3 * sizeof *to);
+        memcpy(to + MOTION_Q, m->pose[i] + MOTION_LANE_Q, 4 * sizeof *to);
+        memcpy(to + MOTION_V, m->flow[i], 3 * sizeof *to);
+        memcpy(to + MOTION_W, m->spin[i], 3 * sizeof *to);
+    }
+}
+
+/* ---- moving freely ------------------------------------------------------------------------- */
+
+/* Nodes side by side. */
+typedef struct spinning {
+    lanes q[4], w[3], inertia[3], by_inertia[3];
+} spinning;
+
+/* Terms of Taylor series of w and q over a time in which nothing turns by more than LARGEST_TURN:
+ * the first left out is below rounding. */
+enum { TERMS = 9 };
+static const double LARGEST_TURN = 0.02;
+
+/* a = by_inertia (J b x c), added to a. */
+static inline __attribute__((always_inline)) void
+add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3], lanes a[3])
+{
+    lanes momentum[3], turning[3];
+    for (int i = 0; i < 3; i++) {
+        momentum[i] = x->inertia[i] * b[i];
+    }
+    lanes_vector_cross(momentum, c, turning);
+    for (int i = 0; i < 3; i++) {
+        a[i] += x->by_inertia[i] * turning[i];
+    }
+}
+
+/* A body that turns freely, J w_t = J w x w and q_t = q (0, w)/2, by h: coefficients of its Taylor
+ * series follow from one another. */
+static inline __attribute__((always_inline)) void spin_by_series(spinning *x, double h)
+{
+    lanes w[TERMS + 1][3], q[TERMS + 1][4];
+    memcpy(w[0], x->w, sizeof w[0]);
+    memcpy(q[0], x->q, sizeof q[0]);
+    for (int k = 0; k < TERMS; k++) {
+        lanes w_next[3] = {{0}}, q_next[4] = {{0}};
+        for (int j = 0; j <= k; j++) {
+            lanes turned[4];
+            add_gyroscopic(x, w[j], w[k - j], w_next);
+            lanes_quaternion_times_vector(q[j], w[k - j], turned);
+            for (int i = 0; i < 4; i++) {
+                q_next[i] += turned[i];
+            }
+        }
+        for (int i = 0; i < 3; i++) {
+            w[k + 1][i] = w_next[i] * (h / (k + 1));
+            x->w[i] += w[k + 1][i];
+        }
+        for (int i = 0; i < 4; i++) {
+            q[k + 1][i] = q_next[i] * (h / (2 * (k + 1)));
+            x->q[i] += q[k + 1][i];
+        }
+    }
+}
+
+/* The same where w does not change: q exp(w h/2), by the series of cosine and sine. */
+static inline __attribute__((always_inline)) void spin_steadily(spinning *x, double h)
+{
+    lanes square = {0}, half[3], turned[4];
+    for (int i = 0; i < 3; i++) {
+        half[i] = 0.5 * h * x->w[i];
+        square += half[i] * half[i];
+    }
+    lanes cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30 * (1 - square / 56)));
+    lanes sine = 1 - square / 6 * (1 - square / 20 * (1 - square / 42 * (1 - square / 72)));
+    for (int i = 0; i < 3; i++) {
+        half[i] *= sine;
+    }
+    lanes_quaternion_times_vector(x->q, half, turned);
+    for (int i = 0; i < 4; i++) {
+        x->q[i] = x->q[i] * cosine + turned[i];
+    }
+}
+
+static inline __attribute__((always_inline)) void load_nodes(const motion *m, size_t first,
+                                                             spinning *x)
+{
+    double q[4][LANES], w[3][LANES], inertia[3][LANES], by_inertia[3][LANES];
+    for (size_t lane = 0; lane < LANES; lane++) {
+        size_t node = first + lane < m->nodes ? first + lane : m->nodes - 1;
+        for (int i = 0; i < 4; i++) {
+            q[i][lane] = m->pose[node][MOTION_LANE_Q + i];
+        }
+        for (int i = 0; i < 3; i++) {
+            w[i][lane] = m->spin[node][i];
+            inertia[i][lane] = m->inertia[node][i];
+            by_inertia[i][lane] = m->by_inertia[node][i];
+        }
+    }
+    memcpy(x->q, q, sizeof q);
+    memcpy(x->w, w, sizeof w);
+    memcpy(x->inertia, inertia, sizeof inertia);
+    memcpy(x->by_inertia, by_inertia, sizeof by_inertia);
+}
+
+static inline __attribute__((always_inline)) void store_nodes(motion *m, size_t first,
+                                                              const spinning *x)
+{
+    double q[4][LANES], w[3][LANES];
+    memcpy(q, x->q, sizeof q);
+    memcpy(w, x->w, sizeof w);
+    for (size_t lane = 0; lane < LANES && first + lane < m->nodes; lane++) {
+        for (int i = 0; i < 4; i++) {
+            m->pose[first + lane][MOTION_LANE_Q + i] = q[i][lane];
+        }
+        for (int i = 0; i < 3; i++) {
+            m->spin[first + lane][i] = w[i][lane];
+        }
+    }
+}
+
+/* Quaternions of length 1 + e, e of the order of rounding, lose it. */
+static inline __attribute__((always_inline)) void renormalize(lanes q[4])
+{
+    lanes by = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int i = 0; i < 4; i++) {
+        q[i] *= by;
+    }
+}
+
+FOR_EACH_PROCESSOR static void spin_nodes(motion *m, size_t first, double h)
+{
+    spinning x;
+    lanes turning[3] = {{0}};
+    bool steady = true;
+    double largest = 0;
+    load_nodes(m, first, &x);
+    add_gyroscopic(&x, x.w, x.w, turning);
+    for (int i = 0; i < 3; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            steady &= turning[i][lane] == 0;
+            largest = fmax(largest, fabs(x.w[i][lane]));
+        }
+    }
+    /* A number that is not finite is carried on, to be seen by whoever steps. */
+    double turn = fmin(fabs(h) * largest, 1e3 * LARGEST_TURN);
+    int parts = 1 + (int)(turn / LARGEST_TURN);
+    for (int part = 0; part < parts; part++) {
+        if (steady) {
+            spin_steadily(&x, h / parts);
+        } else {
+            spin_by_series(&x, h / parts);
+        }
+        renormalize(x.q);
+    }
+    store_nodes(m, first, &x);
+}
+
+ad_status motion_drift(motion *m, double h, double t, ad_error *error)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        for (int k = 0; k < 3; k++) {
+            m->pose[i][k] += h * m->flow[i][k];
+        }
+    }
+    for (size_t first = 0; first < m->nodes; first += LANES) {
+        spin_nodes(m, first, h);
+    }
+    ad_status status = motion_at(m, t, error);
+    if (status == AD_OK) {
+        motion_hold_ends(m);
+    }
+    return status;
+}
+
+/* ---- forces -------------------------------------------------------------------------------- */
+
+double motion_kick(motion *m, double h, double before, double after)
+{
+    double power[2] = {0};
+    motion_internal_forces(m);
+    motion_outside_forces(m);
+    for (size_t i = 0; i < m->nodes; i++) {
+        double *V = m->flow[i], *w = m->spin[i], by = h * m->by_mass[i];
+        const double *push = m->push[i], *turn = m->turn[i];
+        power[0] += vector_dot(push, V) + vector_dot(turn, w);
+        for (int k = 0; k < 3; k++) {
+            V[k] += by * (m->force[i][k] + push[k]);
+            w[k] += h * m->by_inertia[i][k] * (m->torque[i][k] + turn[k]);
+        }
+        power[1] += vector_dot(push, V) + vector_dot(turn, w);
+    }
+    motion_hold_ends(m);
+    return 0.5 * (before * power[0] + after * power[1]);
+}
