@@ -5,6 +5,8 @@
 #include "physics/solve/split.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <time.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,8 +96,7 @@ typedef struct resolution {
     int intervals;
     double tolerance;     /* of adaptive steps of time */
     double shortened;     /* steps that are composed of flows: so much shorter than the longest */
-    double implicit_part; /* of the time, that implicit steps came in the time explicit ones take;
-                           * 1: all the way, or not tried */
+    bool follows;         /* every vibration of the mesh, where implicit steps took too long */
     bool is_composed;     /* the last solution: its steps shorten with the mesh */
 } resolution;
 
@@ -130,7 +131,7 @@ static ad_status find_frequency(dynamic_solution *x, double *frequency, ad_error
 }
 
 /* Following every vibration of the mesh, in steps that are as short as that takes. */
-static ad_status follow(const solve_rod *rod, dynamic_solution *x, const resolution *by,
+static ad_status follow(dynamic_solution *x, const resolution *by,
                         double frequency, integrate_counts *counts, ad_error *error)
 {
     integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
@@ -144,8 +145,7 @@ static ad_status follow(const solve_rod *rod, dynamic_solution *x, const resolut
 }
 
 /* The implicit method has as many steps as cost what following all vibrations would; where they do
- * not suffice that it is. So no choice costs more than twice the better one. Implicit steps that
- * came less than half the way before are not tried again. */
+ * not suffice that it is, from then on. So no choice costs more than twice the better one. */
 static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, resolution *by,
                                   solve_report *report, double *work, ad_error *error)
 {
@@ -158,7 +158,7 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
     double explicit_work =
         explicit_steps * (composes ? composed_step_work(nodes) : explicit_step_work(nodes));
     double implicit_work = implicit_step_work(rod, nodes);
-    if (status == AD_OK && by->implicit_part >= 0.5) {
+    if (status == AD_OK && !by->follows) {
         integrate_settings settings = {.method = INTEGRATE_IMPLICIT,
                                        .tolerance = by->tolerance,
                                        .steps_max =
@@ -170,10 +170,10 @@ static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, res
         report->time = counts.time / rod->duration;
         *work += (double)counts.steps * implicit_work;
         done = status != AD_NOT_FINITE;
-        by->implicit_part = report->time;
+        by->follows = !done;
     }
     if (!done && (status == AD_OK || status == AD_NOT_FINITE)) {
-        status = follow(rod, x, by, frequency, &counts, error);
+        status = follow(x, by, frequency, &counts, error);
         report->time_steps += counts.steps;
         report->time = counts.time / rod->duration;
         *work += (double)counts.steps * explicit_work / explicit_steps;
@@ -217,6 +217,7 @@ static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, 
     take_energies(x, &of_this);
     *report = of_this;
     *result = x;
+    if (getenv("TRACE")) fprintf(stderr, "intervals %d nodes %d composed %d tol %.1e  steps %ld work %.2e clock %.2f energy %.1e\n", by->intervals, of_this.nodes, by->is_composed, by->tolerance, of_this.time_steps, *work, clock()*1e-6, of_this.energy_mismatch);
     return AD_OK;
 }
 
@@ -276,6 +277,7 @@ static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *re
     *failed = status == AD_NOT_FINITE;
     if (status == AD_OK) {
         status = compare(last, next, &at->distance, error);
+        if (getenv("TRACE")) fprintf(stderr, "   distance %.3e\n", at->distance);
         dynamic_free(last);
         at->best = next;
     }
@@ -331,10 +333,9 @@ static ad_status refine(const solve_rod *rod, double tolerance, refined *at, sol
                         ad_error *error)
 {
     double by_time = 0, estimate = INFINITY, before = INFINITY;
-    const double of_mesh = 0.5;
     bool failed = false;
     ad_status status = refine_time(rod, tolerance, at, report, &by_time, error);
-    for (int meshes = 1; status == AD_OK && !failed && estimate > of_mesh * tolerance; meshes++) {
+    for (int meshes = 1; status == AD_OK && !failed && by_time + estimate > tolerance; meshes++) {
         if (at->by.intervals >= FINEST || (meshes > 1 && !affords(at, 3))) {
             break;
         }
@@ -359,7 +360,7 @@ static ad_status shorten(const solve_rod *rod, double tolerance, refined *at, so
     at->distance = INFINITY;
     while (status == AD_OK && !failed && at->by.is_composed && at->distance > tolerance &&
            affords(at, 2)) {
-        at->by.shortened *= 1.5;
+        at->by.shortened *= 2;
         status = solve_again(rod, at, report, &failed, error);
     }
     return status;
@@ -384,8 +385,7 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                          .intervals = !is_given             ? COARSEST
                                       : settings->nodes > 2 ? settings->nodes - 1
                                                             : 2,
-                         .shortened = 1,
-                         .implicit_part = 1}};
+                         .shortened = 1}};
     ad_status status = solve_once(rod, &at.by, count, times, &at.best, report, &at.work, error);
     at.total = at.work;
     if (status == AD_OK) {

@@ -195,21 +195,27 @@ ad_status motion_drift(motion *m, double h, double t, ad_error *error)
 
 /* ---- forces -------------------------------------------------------------------------------- */
 
+static double outside_power(const motion *m)
+{
+    double power = 0;
+    for (size_t i = 0; i < m->nodes; i++) {
+        power += vector_dot(m->push[i], m->flow[i]) + vector_dot(m->turn[i], m->spin[i]);
+    }
+    return power;
+}
+
 double motion_kick(motion *m, double h, double before, double after)
 {
-    double power[2] = {0};
     motion_internal_forces(m);
     motion_outside_forces(m);
+    double work = 0.5 * before * outside_power(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        double *V = m->flow[i], *w = m->spin[i], by = h * m->by_mass[i];
-        const double *push = m->push[i], *turn = m->turn[i];
-        power[0] += vector_dot(push, V) + vector_dot(turn, w);
+        double by = h * m->by_mass[i];
         for (int k = 0; k < 3; k++) {
-            V[k] += by * (m->force[i][k] + push[k]);
-            w[k] += h * m->by_inertia[i][k] * (m->torque[i][k] + turn[k]);
+            m->flow[i][k] += by * (m->force[i][k] + m->push[i][k]);
+            m->spin[i][k] += h * m->by_inertia[i][k] * (m->torque[i][k] + m->turn[i][k]);
         }
-        power[1] += vector_dot(push, V) + vector_dot(turn, w);
     }
     motion_hold_ends(m);
-    return 0.5 * (before * power[0] + after * power[1]);
+    return work + 0.5 * after * outside_power(m);
 }
