@@ -5,8 +5,6 @@
 #include "physics/solve/split.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <time.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,10 +92,10 @@ static ad_status create(const solve_rod *rod, double lock, int intervals, size_t
 typedef struct resolution {
     double lock;
     int intervals;
-    double tolerance;     /* of adaptive steps of time */
-    double shortened;     /* steps that are composed of flows: so much shorter than the longest */
-    bool follows;         /* every vibration of the mesh, where implicit steps took too long */
-    bool is_composed;     /* the last solution: its steps shorten with the mesh */
+    double tolerance; /* of adaptive steps of time */
+    double shortened; /* steps that are composed of flows: so much shorter than the longest */
+    bool follows;     /* every vibration of the mesh, where implicit steps took too long */
+    bool is_composed; /* the last solution: its steps shorten with the mesh */
 } resolution;
 
 /* What one step costs, in forces on one node. */
@@ -131,8 +129,8 @@ static ad_status find_frequency(dynamic_solution *x, double *frequency, ad_error
 }
 
 /* Following every vibration of the mesh, in steps that are as short as that takes. */
-static ad_status follow(dynamic_solution *x, const resolution *by,
-                        double frequency, integrate_counts *counts, ad_error *error)
+static ad_status follow(dynamic_solution *x, const resolution *by, double frequency,
+                        integrate_counts *counts, ad_error *error)
 {
     integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
     if (!motion_is_separable(x->motion)) {
@@ -217,7 +215,6 @@ static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, 
     take_energies(x, &of_this);
     *report = of_this;
     *result = x;
-    if (getenv("TRACE")) fprintf(stderr, "intervals %d nodes %d composed %d tol %.1e  steps %ld work %.2e clock %.2f energy %.1e\n", by->intervals, of_this.nodes, by->is_composed, by->tolerance, of_this.time_steps, *work, clock()*1e-6, of_this.energy_mismatch);
     return AD_OK;
 }
 
@@ -277,7 +274,6 @@ static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *re
     *failed = status == AD_NOT_FINITE;
     if (status == AD_OK) {
         status = compare(last, next, &at->distance, error);
-        if (getenv("TRACE")) fprintf(stderr, "   distance %.3e\n", at->distance);
         dynamic_free(last);
         at->best = next;
     }
