@@ -70,15 +70,14 @@ differentiate(const motion *m, int block, const double (*pose)[LANES], lanes slo
 static inline __attribute__((always_inline)) void
 gather(const motion *m, int block, int first, int count, const double (*rows)[LANES], lanes *to)
 {
-    double side_by_side[LANES][LANES];
+    const double *row[LANES];
     for (int lane = 0; lane < LANES; lane++) {
         int k = block * LANES + lane;
-        const double *row = rows[k < m->degree ? k : m->degree] + first;
-        for (int c = 0; c < count; c++) {
-            side_by_side[c][lane] = row[c];
-        }
+        row[lane] = rows[k < m->degree ? k : m->degree] + first;
     }
-    memcpy(to, side_by_side, (size_t)count * sizeof *to);
+    for (int c = 0; c < count; c++) {
+        to[c] = LANES_OF(row, c);
+    }
 }
 
 /* v, u, n, m of an element, without damping. */
@@ -115,7 +114,7 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
     for (int b = 0; b < m->blocks; b++) {
         motion_block *at = &m->block[element * m->blocks + b];
         lanes slope[MOTION_LANES], rate[MOTION_LANES], R[3][3], v_t[3], turning[3];
-        lanes spin[4], q_t[4], p[4], p_t[4];
+        lanes spin[4], q_t[4] = {{0}}, p[4], p_t[4];
         differentiate(m, b, pose, slope);
         differentiate(m, b, flow, rate);
         gather(m, b, MOTION_LANE_Q, 4, flow, q_t);

@@ -91,8 +91,9 @@ static inline __attribute__((always_inline)) void spin_steadily(spinning *x, dou
         half[i] = 0.5 * h * x->w[i];
         square += half[i] * half[i];
     }
-    lanes cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30 * (1 - square / 56)));
-    lanes sine = 1 - square / 6 * (1 - square / 20 * (1 - square / 42 * (1 - square / 72)));
+    /* to the powers that rounding leaves of LARGEST_TURN */
+    lanes cosine = 1 - square * (1.0 / 2 - square * (1.0 / 24 - square * (1.0 / 720)));
+    lanes sine = 1 - square * (1.0 / 6 - square * (1.0 / 120 - square * (1.0 / 5040)));
     for (int i = 0; i < 3; i++) {
         half[i] *= sine;
     }
@@ -105,36 +106,33 @@ static inline __attribute__((always_inline)) void spin_steadily(spinning *x, dou
 static inline __attribute__((always_inline)) void load_nodes(const motion *m, size_t first,
                                                              spinning *x)
 {
-    double q[4][LANES], w[3][LANES], inertia[3][LANES], by_inertia[3][LANES];
+    const double *pose[LANES], *spin[LANES], *inertia[LANES], *by_inertia[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
         size_t node = first + lane < m->nodes ? first + lane : m->nodes - 1;
-        for (int i = 0; i < 4; i++) {
-            q[i][lane] = m->pose[node][MOTION_LANE_Q + i];
-        }
-        for (int i = 0; i < 3; i++) {
-            w[i][lane] = m->spin[node][i];
-            inertia[i][lane] = m->inertia[node][i];
-            by_inertia[i][lane] = m->by_inertia[node][i];
-        }
+        pose[lane] = m->pose[node];
+        spin[lane] = m->spin[node];
+        inertia[lane] = m->inertia[node];
+        by_inertia[lane] = m->by_inertia[node];
     }
-    memcpy(x->q, q, sizeof q);
-    memcpy(x->w, w, sizeof w);
-    memcpy(x->inertia, inertia, sizeof inertia);
-    memcpy(x->by_inertia, by_inertia, sizeof by_inertia);
+    for (int i = 0; i < 4; i++) {
+        x->q[i] = LANES_OF(pose, MOTION_LANE_Q + i);
+    }
+    for (int i = 0; i < 3; i++) {
+        x->w[i] = LANES_OF(spin, i);
+        x->inertia[i] = LANES_OF(inertia, i);
+        x->by_inertia[i] = LANES_OF(by_inertia, i);
+    }
 }
 
 static inline __attribute__((always_inline)) void store_nodes(motion *m, size_t first,
-                                                              const spinning *x)
+                                                              const spinning *x, bool steady)
 {
-    double q[4][LANES], w[3][LANES];
-    memcpy(q, x->q, sizeof q);
-    memcpy(w, x->w, sizeof w);
     for (size_t lane = 0; lane < LANES && first + lane < m->nodes; lane++) {
         for (int i = 0; i < 4; i++) {
-            m->pose[first + lane][MOTION_LANE_Q + i] = q[i][lane];
+            m->pose[first + lane][MOTION_LANE_Q + i] = x->q[i][lane];
         }
-        for (int i = 0; i < 3; i++) {
-            m->spin[first + lane][i] = w[i][lane];
+        for (int i = 0; i < 3 && !steady; i++) {
+            m->spin[first + lane][i] = x->w[i][lane];
         }
     }
 }
@@ -148,32 +146,57 @@ static inline __attribute__((always_inline)) void renormalize(lanes q[4])
     }
 }
 
-FOR_EACH_PROCESSOR static void spin_nodes(motion *m, size_t first, double h)
+static inline __attribute__((always_inline)) double sum_of(lanes x)
 {
-    spinning x;
-    lanes turning[3] = {{0}};
-    bool steady = true;
-    double largest = 0;
+    return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));
+}
+
+/* The general case, in as many parts as series need; numbers that are not finite are carried on, to
+ * be seen by whoever steps. */
+FOR_EACH_PROCESSOR static void spin_unsteadily(motion *m, size_t first, double h)
+{
+    spinning x = {.q = {{0}}};
     load_nodes(m, first, &x);
-    add_gyroscopic(&x, x.w, x.w, turning);
-    for (int i = 0; i < 3; i++) {
-        for (int lane = 0; lane < LANES; lane++) {
-            steady &= turning[i][lane] == 0;
-            largest = fmax(largest, fabs(x.w[i][lane]));
-        }
-    }
-    /* A number that is not finite is carried on, to be seen by whoever steps. */
-    double turn = fmin(fabs(h) * largest, 1e3 * LARGEST_TURN);
-    int parts = 1 + (int)(turn / LARGEST_TURN);
+    double fast = sum_of(x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]);
+    double turn = fabs(h) * sqrt(fast), most = 1e3 * LARGEST_TURN;
+    int parts = turn < most ? 1 + (int)(turn / LARGEST_TURN) : 1000;
     for (int part = 0; part < parts; part++) {
-        if (steady) {
-            spin_steadily(&x, h / parts);
-        } else {
-            spin_by_series(&x, h / parts);
-        }
+        spin_by_series(&x, h / parts);
         renormalize(x.q);
     }
-    store_nodes(m, first, &x);
+    store_nodes(m, first, &x, false);
+}
+
+/* From node `first` on; ends before nodes whose w changes, or that turn far, and returns the first
+ * of them. */
+FOR_EACH_PROCESSOR static size_t spin_steady_nodes(motion *m, size_t first, double h)
+{
+    for (; first < m->nodes; first += LANES) {
+        spinning x = {.q = {{0}}};
+        lanes turning[3] = {{0}};
+        load_nodes(m, first, &x);
+        add_gyroscopic(&x, x.w, x.w, turning);
+        lanes unsteady =
+            turning[0] * turning[0] + turning[1] * turning[1] + turning[2] * turning[2];
+        lanes fast = (x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]) * (h * h);
+        if (!(sum_of(unsteady) == 0 && sum_of(fast) < LARGEST_TURN * LARGEST_TURN)) {
+            return first;
+        }
+        spin_steadily(&x, h);
+        renormalize(x.q);
+        store_nodes(m, first, &x, true);
+    }
+    return first;
+}
+
+static void spin_nodes(motion *m, double h)
+{
+    for (size_t first = 0; first < m->nodes; first += LANES) {
+        first = spin_steady_nodes(m, first, h);
+        if (first < m->nodes) {
+            spin_unsteadily(m, first, h);
+        }
+    }
 }
 
 ad_status motion_drift(motion *m, double h, double t, ad_error *error)
@@ -183,9 +206,7 @@ ad_status motion_drift(motion *m, double h, double t, ad_error *error)
             m->pose[i][k] += h * m->flow[i][k];
         }
     }
-    for (size_t first = 0; first < m->nodes; first += LANES) {
-        spin_nodes(m, first, h);
-    }
+    spin_nodes(m, h);
     ad_status status = motion_at(m, t, error);
     if (status == AD_OK) {
         motion_hold_ends(m);
@@ -195,11 +216,16 @@ ad_status motion_drift(motion *m, double h, double t, ad_error *error)
 
 /* ---- forces -------------------------------------------------------------------------------- */
 
+static double node_power(const motion *m, size_t node)
+{
+    return vector_dot(m->push[node], m->flow[node]) + vector_dot(m->turn[node], m->spin[node]);
+}
+
 static double outside_power(const motion *m)
 {
-    double power = 0;
-    for (size_t i = 0; i < m->nodes; i++) {
-        power += vector_dot(m->push[i], m->flow[i]) + vector_dot(m->turn[i], m->spin[i]);
+    double power = node_power(m, 0) + node_power(m, m->nodes - 1);
+    for (size_t i = 1; m->is_loaded && i + 1 < m->nodes; i++) {
+        power += node_power(m, i);
     }
     return power;
 }

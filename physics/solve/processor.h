@@ -15,4 +15,10 @@ enum { LANES = 8 };
 typedef double lanes
     __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
 
+/* Number c of each row [LANES]: put together in registers, as a vector that is read back from
+ * memory waits for all that was stored there. */
+#define LANES_OF(row, c)                                                                           \
+    ((lanes){(row)[0][c], (row)[1][c], (row)[2][c], (row)[3][c], (row)[4][c], (row)[5][c],         \
+             (row)[6][c], (row)[7][c]})
+
 #endif
