@@ -1,6 +1,7 @@
 #include "physics/solve/dynamic.h"
 
 #include "physics/solve/fastest.h"
+#include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/split.h"
 
@@ -15,6 +16,9 @@ enum { COARSEST = 12, FINEST = 2048, COMPARED = 33 };
  * there are waves with kinks; fewer points crowd at the edges of elements of lower degree, and
  * LANES of them are one block. */
 enum { ELEMENT_DEGREE_MAX = 16, MANY = 48, ELEMENT_DEGREE_OF_MANY = 7 };
+
+/* Of elements that are many because something acts at many places. */
+enum { LEAST_DEGREE = 4 };
 
 struct dynamic_solution {
     motion *motion;
@@ -64,12 +68,22 @@ static ad_status create(const solve_rod *rod, double lock, int intervals, size_t
 {
     int most = intervals < MANY ? ELEMENT_DEGREE_MAX : ELEMENT_DEGREE_OF_MANY;
     int elements = (intervals + most - 1) / most;
-    int degree = (intervals + elements - 1) / elements;
+    double places[SOLVE_JUMPS_MAX], *edges;
+    for (int i = 0; i < rod->jumps.count; i++) {
+        places[i] = rod->jumps.at[i].s;
+    }
+    edges = malloc(((size_t)(elements + rod->jumps.count) + 1) * sizeof *edges);
     dynamic_solution *x = calloc(1, sizeof *x);
-    if (!x) {
+    if (!x || !edges) {
+        free(edges);
+        free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status = motion_create(rod, lock, elements, NULL, degree, &x->motion, error);
+    elements = solve_mesh_edges(elements, rod->jumps.count, places, edges);
+    int degree = (intervals + elements - 1) / elements;
+    degree = rod->jumps.count > 0 && degree < LEAST_DEGREE ? LEAST_DEGREE : degree;
+    ad_status status = motion_create(rod, lock, elements, edges, degree, &x->motion, error);
+    free(edges);
     if (status == AD_OK) {
         x->count = count;
         x->times = malloc((count + 1) * sizeof *x->times);

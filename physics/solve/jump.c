@@ -125,7 +125,9 @@ ad_value solve_jumps_record(const rod_context *rod, solve_jumps *jumps, bool *an
             memcpy(place->turn, joint.turn, sizeof place->turn);
         }
     }
-    return ad_stack(count, parts);
+    ad_value all = ad_stack(count, parts);
+    jumps->loads_move = ad_uses(1, &all, rod->t);
+    return all;
 }
 
 /* ---- springs --------------------------------------------------------------------------------- */

@@ -35,6 +35,7 @@ typedef struct solve_spring {
 
 typedef struct solve_jumps {
     int count, spring_count;
+    bool loads_move;                /* with t */
     solve_jump at[SOLVE_JUMPS_MAX]; /* s ascending, each once */
     solve_spring springs[SCENE_SPRINGS_MAX];
 } solve_jumps;

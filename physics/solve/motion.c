@@ -58,7 +58,7 @@ void motion_free(motion *m)
             m->point_s, m->made,      m->rest,      m->load,       m->point_weight, m->node_weight,
             m->mass,    m->inertia,   m->node_load, m->by_mass,    m->by_inertia,   m->block,
             m->pose,    m->flow,      m->spin,      m->wrench,     m->force,        m->torque,
-            m->push,    m->turn,      m->velocity,  m->resistance};
+            m->push,    m->turn,      m->velocity,  m->resistance, m->places,       m->frame};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }
@@ -156,6 +156,7 @@ static ad_status lump(motion *m, ad_error *error)
             }
         }
     }
+    motion_add_bodies(m);
     for (size_t node = 0; node < m->nodes; node++) {
         m->by_mass[node] = 1 / m->mass[node];
         for (int i = 0; i < 3; i++) {
@@ -201,7 +202,8 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, const d
         motion_free(m);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod of %d elements", elements);
     }
-    ad_status status = set_materials(m, lock, error);
+    ad_status status = motion_place_jumps(m, error);
+    status = status == AD_OK ? set_materials(m, lock, error) : status;
     if (status != AD_OK) {
         motion_free(m);
         return status;
@@ -238,7 +240,23 @@ const double *motion_weights(const motion *m)
 ad_status motion_initial(const motion *m, double *state, ad_error *error)
 {
     _Static_assert(sizeof(solve_initial) == MOTION_ROWS * sizeof(double), "the same rows");
-    return solve_rod_initial(m->rod, m->nodes, m->s, (solve_initial *)state, error);
+    ad_status status = solve_rod_initial(m->rod, m->nodes, m->s, (solve_initial *)state, error);
+    return status == AD_OK ? motion_turn_initial(m, state, error) : status;
+}
+
+/* Follower loads at a point, in the frame of its node. */
+static void turn_load(const motion *m, size_t point, solve_load *load)
+{
+    size_t n = (size_t)m->degree + 1;
+    const double *frame = motion_frame_of(m, (int)(point / n), (int)(point % n));
+    if (frame) {
+        double R[3][3], force[3], moment[3];
+        rotation_matrix(frame, R);
+        to_world(R, load->body_force, force);
+        to_world(R, load->body_moment, moment);
+        memcpy(load->body_force, force, sizeof force);
+        memcpy(load->body_moment, moment, sizeof moment);
+    }
 }
 
 static ad_status set_load(motion *m, double t, ad_error *error)
@@ -249,6 +267,7 @@ static ad_status set_load(motion *m, double t, ad_error *error)
     m->is_loaded = false;
     for (size_t point = 0; status == AD_OK && point < m->points; point++) {
         size_t n = (size_t)m->degree + 1, node = point / n * (n - 1) + point % n;
+        turn_load(m, point, &m->load[point]);
         const double *from = (const double *)&m->load[point];
         double *to = (double *)&m->node_load[node];
         for (int i = 0; i < NUMBERS; i++) {
@@ -273,6 +292,9 @@ ad_status motion_at(motion *m, double t, ad_error *error)
     if (status == AD_OK && m->rod->rest_moves) {
         status = solve_rod_rest(m->rod, m->points, m->point_s, t, m->rest, error);
         set_rest_blocks(m);
+    }
+    if (status == AD_OK && (is_first || m->rod->jumps.loads_move)) {
+        status = motion_set_jump_loads(m, t, error);
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         if (is_first || m->rod->ends[end].moves) {

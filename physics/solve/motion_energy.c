@@ -4,6 +4,8 @@
 #include "physics/solve/lobatto.h"
 #include "physics/solve/quaternion.h"
 
+#include <string.h>
+
 /* ---- energy -------------------------------------------------------------------------------- */
 
 /* Power of what holds an end: what its node's prescribed acceleration asks for beyond the rest. */
@@ -71,7 +73,7 @@ motion_energy motion_energy_now(motion *m)
 {
     motion_energy energy = {0};
     motion_internal_forces(m);
-    energy.strain = sum_sections(m).energy;
+    energy.strain = sum_sections(m).energy + motion_spring_energy(m);
     for (size_t i = 0; i < m->nodes; i++) {
         const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
         double spinning =
@@ -125,14 +127,23 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
 {
     size_t node = (size_t)(element * m->degree + k);
     const motion_block *at = motion_block_of(m, element, k);
+    const double *frame = motion_frame_of(m, element, k);
     const int lane = k % LANES;
+    double q[4], spin[3], R[3][3];
+    memcpy(q, m->pose[node] + MOTION_LANE_Q, sizeof q);
+    memcpy(spin, m->spin[node], sizeof spin);
+    if (frame) {
+        quaternion_product(m->pose[node] + MOTION_LANE_Q, frame, q);
+        rotation_matrix(frame, R);
+        to_body(R, m->spin[node], spin);
+    }
     for (int i = 0; i < 4; i++) {
-        to->rotation[i] += scale * m->pose[node][MOTION_LANE_Q + i];
+        to->rotation[i] += scale * q[i];
     }
     for (int i = 0; i < 3; i++) {
         to->position[i] += scale * m->pose[node][i];
         to->velocity[i] += scale * m->flow[node][i];
-        to->spin[i] += scale * m->spin[node][i];
+        to->spin[i] += scale * spin[i];
         to->strain[i] += scale * at->v[i][lane];
         to->curvature[i] += scale * at->u[i][lane];
         to->force[i] += scale * at->n[i][lane];
@@ -140,7 +151,7 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
     }
 }
 
-/* The one that holds s; where two meet the second. */
+/* The one that holds s; where two meet the second, or where something acts the first. */
 static int element_at(const motion *m, double s)
 {
     int first = 0, last = m->elements - 1;
@@ -149,7 +160,8 @@ static int element_at(const motion *m, double s)
         first = s >= m->edge[middle] ? middle : first;
         last = s >= m->edge[middle] ? last : middle - 1;
     }
-    return first;
+    bool before = s == m->edge[first] && first > 0 && motion_jumps_at(m, first);
+    return before ? first - 1 : first;
 }
 
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out)

@@ -83,7 +83,8 @@ gather(const motion *m, int block, int first, int count, const double (*rows)[LA
 /* v, u, n, m of an element, without damping. */
 FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
 {
-    const double(*pose)[LANES] = (const double(*)[LANES])m->pose + element * m->degree;
+    double room[LOBATTO_DEGREE_MAX + 1][LANES];
+    const double(*pose)[LANES] = motion_rows_of(m, element, m->pose, room);
     const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
     for (int b = 0; b < m->blocks; b++) {
         motion_block *at = &m->block[element * m->blocks + b];
@@ -108,8 +109,9 @@ FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
 /* Rates of strain: v_t = R^T V_s + v x w, u_t = 2 vec(q_t* q_s + q* q_ts). */
 FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
 {
-    const double(*pose)[LANES] = (const double(*)[LANES])m->pose + element * m->degree;
-    const double(*flow)[LANES] = (const double(*)[LANES])m->flow + element * m->degree;
+    double room[2][LOBATTO_DEGREE_MAX + 1][LANES];
+    const double(*pose)[LANES] = motion_rows_of(m, element, m->pose, room[0]);
+    const double(*flow)[LANES] = motion_rows_of(m, element, m->flow, room[1]);
     const double scale = 2 / (m->edge[element + 1] - m->edge[element]);
     for (int b = 0; b < m->blocks; b++) {
         motion_block *at = &m->block[element * m->blocks + b];
@@ -157,6 +159,20 @@ static inline __attribute__((always_inline)) void wrench_of(motion *m, int eleme
     }
 }
 
+/* A torque at point k of an element, added to that of its node. */
+static inline void add_torque(motion *m, int element, int k, const double torque[3])
+{
+    const double *frame = motion_frame_of(m, element, k);
+    double R[3][3], turned[3], *to = m->torque[element * m->degree + k];
+    if (frame) {
+        rotation_matrix(frame, R);
+        to_world(R, torque, turned);
+    }
+    for (int i = 0; i < 3; i++) {
+        to[i] += frame ? turned[i] : torque[i];
+    }
+}
+
 /* Forces on the nodes of an element, added to the others'. */
 FOR_EACH_PROCESSOR static void push_element(motion *m, int element)
 {
@@ -180,11 +196,13 @@ FOR_EACH_PROCESSOR static void push_element(motion *m, int element)
         memcpy(q, m->block[element * m->blocks + b].q, sizeof q);
         lanes_quaternion_quotient(q, force + MOTION_LANE_Q, turn);
         for (int lane = 0; lane < LANES && b * LANES + lane <= m->degree; lane++) {
-            size_t node = (size_t)(element * m->degree + b * LANES + lane);
+            const int k = b * LANES + lane;
+            double total[3];
             for (int i = 0; i < 3; i++) {
-                m->force[node][i] += force[i][lane];
-                m->torque[node][i] += torque[b][i][lane] + turn[i + 1][lane];
+                m->force[element * m->degree + k][i] += force[i][lane];
+                total[i] = torque[b][i][lane] + turn[i + 1][lane];
             }
+            add_torque(m, element, k, total);
         }
     }
 }
@@ -200,6 +218,7 @@ void motion_internal_forces(motion *m)
         }
         push_element(m, e);
     }
+    motion_spring_forces(m);
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */
@@ -263,6 +282,7 @@ void motion_outside_forces(motion *m)
                                  : sign * (given->moment_is_body ? now->moment[k] : moment[k]);
         }
     }
+    motion_jump_loads(m);
     if (m->rod->resists) {
         resist(m);
     }

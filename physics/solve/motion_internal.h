@@ -19,6 +19,16 @@ typedef struct motion_block {
     lanes along; /* scalar part of q* q_s: q is unit at nodes only */
 } motion_block;
 
+/* A node where something acts: rod->jumps.at[] in their order. At a joint the node has a frame of
+ * its own, from which those of the elements that meet there are turned. */
+typedef struct motion_place {
+    size_t node;
+    int edge;
+    solve_load load; /* at the time */
+    bool turns;
+    double before[4], after[4]; /* from the node's frame to those of the elements; unit */
+} motion_place;
+
 /* A point of quadrature is one of an element's nodes, seen from this element: number
  * element (degree + 1) + k, of `points` in all. Two elements share a node, and what the rod is made
  * of, its rest shape and its loads may jump there. */
@@ -49,6 +59,8 @@ struct motion {
     double (*inertia)[3];  /* [nodes] rhoJ likewise */
     double *by_mass, (*by_inertia)[3]; /* [nodes] 1 over them */
     solve_end_state ends[2];           /* at s = 0, 1 */
+    motion_place *places;              /* [rod->jumps.count] */
+    const double *(*frame)[2]; /* [elements] of the first and last point; NULL: the node's */
 
     motion_block *block;     /* [elements][blocks] */
     double (*pose)[LANES];   /* [nodes] r, q; unit */
@@ -84,5 +96,37 @@ void motion_hold_ends(motion *m);
 /* From nodes that are set: strains, internal forces; outside forces. */
 void motion_internal_forces(motion *m);
 void motion_outside_forces(motion *m);
+
+/* ---- what acts at single places (motion_jumps.c) ------------------------------------------- */
+
+/* Needs the edges; each place has to be one. */
+ad_status motion_place_jumps(motion *m, ad_error *error);
+
+/* Whether something acts there. */
+bool motion_jumps_at(const motion *m, int edge);
+
+/* Mass and inertia of bodies; those of the elements are in m->mass and m->inertia. At joints, the
+ * frames. */
+void motion_add_bodies(motion *m);
+
+/* The frames of joints in an initial state. */
+ad_status motion_turn_initial(const motion *m, double *state, ad_error *error);
+
+ad_status motion_set_jump_loads(motion *m, double t, ad_error *error);
+
+/* Poses or flows [degree + 1] of an element's nodes, in its frames; room: for them, where these are
+ * not all the nodes'. */
+const double (*motion_rows_of(const motion *m, int element, double (*nodes)[LANES],
+                              double (*room)[LANES]))[LANES];
+
+/* From the frame of the node of point k to that of the element, a unit quaternion; NULL: the same.
+ */
+const double *motion_frame_of(const motion *m, int element, int k);
+
+/* From nodes that are set: loads added to push and turn, springs, which have a potential, to force
+ * and torque. */
+void motion_jump_loads(motion *m);
+void motion_spring_forces(motion *m);
+double motion_spring_energy(const motion *m);
 
 #endif

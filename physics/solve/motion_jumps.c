@@ -1,0 +1,261 @@
+/* What acts at single places of a rod in motion: loads, springs, bodies, joints. */
+#include "physics/solve/mesh.h"
+#include "physics/solve/motion_internal.h"
+#include "physics/solve/quaternion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- places -------------------------------------------------------------------------------- */
+
+ad_status motion_place_jumps(motion *m, ad_error *error)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    int edge = 0;
+    m->places = calloc((size_t)jumps->count + 1, sizeof *m->places);
+    m->frame = calloc((size_t)m->elements, sizeof *m->frame);
+    if (!m->places || !m->frame) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
+    }
+    for (int k = 0; k < jumps->count; k++) {
+        while (edge < m->elements && m->edge[edge] < jumps->at[k].s - SOLVE_SAME_PLACE) {
+            edge++;
+        }
+        if (fabs(m->edge[edge] - jumps->at[k].s) > SOLVE_SAME_PLACE) {
+            return ad_fail(error, AD_BAD_ARGUMENT, "s = %g, where something acts, is no edge",
+                           jumps->at[k].s);
+        }
+        m->places[k] = (motion_place){
+            .edge = edge, .node = (size_t)(edge * m->degree), .before = {1}, .after = {1}};
+    }
+    return AD_OK;
+}
+
+bool motion_jumps_at(const motion *m, int edge)
+{
+    bool found = false;
+    for (int k = 0; k < m->rod->jumps.count; k++) {
+        found |= m->places[k].edge == edge;
+    }
+    return found;
+}
+
+/* ---- bodies and joints --------------------------------------------------------------------- */
+
+/* Of a symmetric matrix: eigenvalues, and the rotation p whose columns are the eigenvectors, so
+ * that matrix = R(p) diag(values) R(p)^T; 1 where it is diagonal. Jacobi's method (Golub and Van
+ * Loan, Matrix Computations, 8.5). */
+static void principal_axes(double a[3][3], double values[3], double p[4])
+{
+    static const double identity[4] = {1};
+    memcpy(p, identity, sizeof identity);
+    double size = fabs(a[0][0]) + fabs(a[1][1]) + fabs(a[2][2]);
+    for (int sweep = 0; sweep < 12; sweep++) {
+        for (int axis = 0; axis < 3; axis++) {
+            int i = (axis + 1) % 3, j = (axis + 2) % 3;
+            if (fabs(a[i][j]) <= 1e-17 * size) {
+                continue;
+            }
+            double angle = 0.5 * atan2(2 * a[i][j], a[i][i] - a[j][j]), turn[4] = {0}, next[4];
+            double R[3][3], half[3][3], turned[3][3];
+            turn[0] = cos(angle / 2);
+            turn[1 + axis] = sin(angle / 2);
+            rotation_matrix(turn, R);
+            for (int r = 0; r < 3; r++) { /* R^T a R */
+                to_body(R, a[r], half[r]);
+            }
+            for (int c = 0; c < 3; c++) {
+                const double column[3] = {half[0][c], half[1][c], half[2][c]};
+                double to[3];
+                to_body(R, column, to);
+                for (int r = 0; r < 3; r++) {
+                    turned[r][c] = to[r];
+                }
+            }
+            memcpy(a, turned, sizeof turned);
+            quaternion_product(p, turn, next);
+            memcpy(p, next, sizeof next);
+        }
+    }
+    for (int i = 0; i < 3; i++) {
+        values[i] = a[i][i];
+    }
+}
+
+/* The elements that meet at a joint turn with one rigid node, whose inertia is the sum of theirs.
+ * Its frame is that of the principal axes. */
+static void set_joint(motion *m, int k)
+{
+    const solve_jump *jump = &m->rod->jumps.at[k];
+    motion_place *place = &m->places[k];
+    size_t n = (size_t)m->degree + 1, after = (size_t)place->edge * n, before = after - 1;
+    double R[3][3], sum[3][3], p[4];
+    rotation_matrix(jump->turn, R);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            sum[i][j] = i == j ? jump->inertia[i] +
+                                     m->point_weight[before] * m->made[before].rotary_inertia[i]
+                               : 0;
+            for (int c = 0; c < 3; c++) {
+                sum[i][j] +=
+                    R[i][c] * R[j][c] * m->point_weight[after] * m->made[after].rotary_inertia[c];
+            }
+        }
+    }
+    principal_axes(sum, m->inertia[place->node], p);
+    const double back[4] = {p[0], -p[1], -p[2], -p[3]};
+    memcpy(place->before, back, sizeof back);
+    quaternion_product(back, jump->turn, place->after);
+    place->turns = true;
+    m->frame[place->edge - 1][1] = place->before;
+    m->frame[place->edge][0] = place->after;
+}
+
+void motion_add_bodies(motion *m)
+{
+    for (int k = 0; k < m->rod->jumps.count; k++) {
+        const solve_jump *jump = &m->rod->jumps.at[k];
+        size_t node = m->places[k].node;
+        m->mass[node] += jump->mass;
+        for (int i = 0; i < 3; i++) {
+            m->inertia[node][i] += jump->inertia[i];
+        }
+        if (jump->turns) {
+            set_joint(m, k);
+        }
+    }
+}
+
+ad_status motion_turn_initial(const motion *m, double *state, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int k = 0; k < m->rod->jumps.count && status == AD_OK; k++) {
+        const motion_place *place = &m->places[k];
+        double before = m->rod->jumps.at[k].s * (1 - 1e-14), R[3][3];
+        solve_initial given;
+        if (place->turns) {
+            double *to = state + place->node * MOTION_ROWS;
+            const double back[4] = {place->before[0], -place->before[1], -place->before[2],
+                                    -place->before[3]};
+            status = solve_rod_initial(m->rod, 1, &before, &given, error);
+            quaternion_product(given.rotation, back, to + MOTION_Q);
+            rotation_matrix(place->before, R);
+            to_world(R, given.spin, to + MOTION_W);
+        }
+    }
+    return status;
+}
+
+const double (*motion_rows_of(const motion *m, int element, double (*nodes)[LANES],
+                              double (*room)[LANES]))[LANES]
+{
+    const double *const *frame = m->frame[element];
+    double(*rows)[LANES] = nodes + element * m->degree;
+    if (!frame[0] && !frame[1]) {
+        return (const double(*)[LANES])rows;
+    }
+    memcpy(room, rows, ((size_t)m->degree + 1) * sizeof *room);
+    for (int side = 0; side < 2; side++) {
+        if (frame[side]) {
+            int k = side ? m->degree : 0;
+            quaternion_product(rows[k] + MOTION_LANE_Q, frame[side], room[k] + MOTION_LANE_Q);
+        }
+    }
+    return (const double(*)[LANES])room;
+}
+
+const double *motion_frame_of(const motion *m, int element, int k)
+{
+    return k == 0 ? m->frame[element][0] : k == m->degree ? m->frame[element][1] : NULL;
+}
+
+/* ---- forces -------------------------------------------------------------------------------- */
+
+/* The rotation before place k. */
+static void rotation_before(const motion *m, int k, double q[4])
+{
+    const double *node = m->pose[m->places[k].node] + MOTION_LANE_Q;
+    if (m->places[k].turns) {
+        quaternion_product(node, m->places[k].before, q);
+    } else {
+        memcpy(q, node, 4 * sizeof *q);
+    }
+}
+
+/* A vector in the body frame before place k, in the frame of the node. */
+static void to_node(const motion *m, int k, double vector[3])
+{
+    double R[3][3], turned[3];
+    if (m->places[k].turns) {
+        rotation_matrix(m->places[k].before, R);
+        to_world(R, vector, turned);
+        memcpy(vector, turned, sizeof turned);
+    }
+}
+
+void motion_jump_loads(motion *m)
+{
+    for (int k = 0; k < m->rod->jumps.count; k++) {
+        const solve_load *load = &m->places[k].load;
+        size_t node = m->places[k].node;
+        double q[4], R[3][3], force[3], moment[3];
+        rotation_before(m, k, q);
+        rotation_matrix(q, R);
+        to_world(R, load->body_force, force);
+        to_body(R, load->moment, moment);
+        for (int i = 0; i < 3; i++) {
+            moment[i] += load->body_moment[i];
+        }
+        to_node(m, k, moment);
+        for (int i = 0; i < 3; i++) {
+            m->push[node][i] += load->force[i] + force[i];
+            m->turn[node][i] += moment[i];
+        }
+    }
+}
+
+void motion_spring_forces(motion *m)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    for (int k = 0; k < jumps->count; k++) {
+        for (int i = 0; i < jumps->at[k].spring_count; i++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+            size_t node = m->places[k].node;
+            double q[4], force[3], moment[3];
+            rotation_before(m, k, q);
+            solve_spring_force(spring, spring->anchor, m->pose[node], force);
+            solve_spring_moment(spring, q, moment, NULL);
+            to_node(m, k, moment);
+            for (int c = 0; c < 3; c++) {
+                m->force[node][c] += force[c];
+                m->torque[node][c] += moment[c];
+            }
+        }
+    }
+}
+
+double motion_spring_energy(const motion *m)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    double energy = 0;
+    for (int k = 0; k < jumps->count; k++) {
+        double q[4];
+        rotation_before(m, k, q);
+        for (int i = 0; i < jumps->at[k].spring_count; i++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+            energy += solve_spring_energy(spring, spring->anchor, m->pose[m->places[k].node], q);
+        }
+    }
+    return energy;
+}
+
+ad_status motion_set_jump_loads(motion *m, double t, ad_error *error)
+{
+    solve_load loads[SOLVE_JUMPS_MAX];
+    ad_status status = solve_rod_jump_loads(m->rod, t, loads, error);
+    for (int k = 0; k < m->rod->jumps.count && status == AD_OK; k++) {
+        m->places[k].load = loads[k];
+    }
+    return status;
+}
