@@ -1,6 +1,8 @@
 #include "physics/solve/stability.h"
 
 #include "autodiff/dense.h"
+#include "physics/breaks.h"
+#include "physics/rod_internal.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/rod_model.h"
 
@@ -10,20 +12,32 @@
 
 enum { ELEMENTS = STABILITY_POINTS };
 
-/* The second variation as a matrix: axes unknowns at every node, then those of nu. */
+/* The second variation as a matrix: axes unknowns at every node; then those of nu, of the shift of
+ * the end s = 0, and of each spring that resists displacements its own, x, and the force in it. */
 typedef struct variation {
     int axes, axis[3]; /* the rod turns about these directors */
-    int pulls;         /* components of nu: 0, 2 or 3 */
+    int dims;          /* components of a displacement: 2 or 3 */
+    bool pulls;        /* nu */
+    bool shifts;
+    int springs, spring[SCENE_SPRINGS_MAX]; /* of the scene */
     int size;
     double *matrix;                   /* [size][size], symmetric */
     double stiffness[3], softness[3]; /* K, C of the element */
-    double step;                      /* length of an element */
+    double edge[ELEMENTS + 1];        /* m */
+    double step;                      /* length of the element at hand */
+    double place[SCENE_SPRINGS_MAX];  /* of the springs, m */
 } variation;
 
 /* Whether the question makes sense for this scene. */
 static bool is_asked(const scene *rod_scene, bool planar)
 {
     const scene_loads *loads = &rod_scene->loads;
+    for (int i = 0; i < rod_scene->point_count; i++) {
+        const scene_load *load = &rod_scene->points[i].load;
+        if (load->frame == SCENE_FOLLOWER || (!planar && load->moment[0].is_given)) {
+            return false;
+        }
+    }
     bool moments = loads->moment[0].is_given || loads->tip.moment[0].is_given ||
                    loads->base.moment[0].is_given;
     bool followers = loads->frame == SCENE_FOLLOWER || loads->tip.frame == SCENE_FOLLOWER ||
@@ -42,6 +56,91 @@ static void turned(const double p[4], const double q[4], int k, double result[3]
     rotation_matrix(turn, R);
     for (int i = 0; i < 3; i++) {
         result[i] = R[i][k];
+    }
+}
+
+/* edges [ELEMENTS + 1] of elements, m: those between two places where something acts or jumps are
+ * alike, and as many as make the longest of all shortest. */
+static void place_elements(const scene *rod_scene, double *edges)
+{
+    double length = scene_length(rod_scene), ends[ELEMENTS + 1] = {0};
+    int parts[ELEMENTS], pieces = 1;
+    scene_breaks breaks;
+    ad_error ignored;
+    bool known = scene_breaks_of(rod_scene, "s", &breaks, &ignored) == AD_OK;
+    for (int i = 0; known && breaks.count < ELEMENTS && i < breaks.count; i++) {
+        ends[pieces++] = breaks.place[i];
+    }
+    ends[pieces] = length;
+    for (int i = 0; i < pieces; i++) {
+        parts[i] = 1;
+    }
+    for (int more = ELEMENTS - pieces; more > 0; more--) {
+        int longest = 0;
+        for (int i = 1; i < pieces; i++) {
+            double here = (ends[i + 1] - ends[i]) / parts[i];
+            longest = here > (ends[longest + 1] - ends[longest]) / parts[longest] ? i : longest;
+        }
+        parts[longest]++;
+    }
+    for (int i = 0; i < pieces; i++) {
+        for (int k = 0; k < parts[i]; k++) {
+            *edges++ = ends[i] + (ends[i + 1] - ends[i]) * k / parts[i];
+        }
+    }
+    *edges = length;
+}
+
+/* The element that ends at s or holds it. */
+static int element_at(const variation *x, double s)
+{
+    int k = 0;
+    while (k < ELEMENTS - 1 && x->edge[k + 1] < s) {
+        k++;
+    }
+    return k;
+}
+
+static double middle(const double *edges, int k)
+{
+    return edges[k] + 0.5 * (edges[k + 1] - edges[k]);
+}
+
+/* ---- the rows of the matrix ----------------------------------------------------------------- */
+
+static int row_of_pull(const variation *x)
+{
+    return (ELEMENTS + 1) * x->axes;
+}
+
+static int row_of_shift(const variation *x)
+{
+    return row_of_pull(x) + (x->pulls ? x->dims : 0);
+}
+
+/* Of spring k its own displacement; its force follows. */
+static int row_of_spring(const variation *x, int k)
+{
+    return row_of_shift(x) + (x->shifts ? x->dims : 0) + 2 * k * x->dims;
+}
+
+/* Lagrange's multipliers: each has a negative direction of its own. */
+static int multipliers(const variation *x)
+{
+    return x->dims * (x->pulls + x->springs);
+}
+
+/* The director of the base along which component j of a displacement is. */
+static int displaced(const variation *x, int j)
+{
+    return x->axes == 1 && j >= x->axis[0] ? j + 1 : j; /* within the plane */
+}
+
+static void add_entry(variation *x, int row, int column, double value)
+{
+    x->matrix[row * x->size + column] += value;
+    if (row != column) {
+        x->matrix[column * x->size + row] += value;
     }
 }
 
@@ -72,25 +171,55 @@ static double energy_of(const variation *x, const solve_state *state, const dire
            vector_dot(q->pull, pv);
 }
 
-/* Element k, with the state in its middle; base: the rotation of the first. */
-static void add_element(variation *x, int k, const solve_state *state, const double base[4])
+/* A multiplier that acts on a share of an element. */
+static int add_pulls(const variation *x, int row, double share, const solve_state *state,
+                     const double base[4], direction *all)
 {
-    direction all[9];
+    for (int j = 0; j < x->dims && share > 0; j++) {
+        all[j] = (direction){.place = row + j};
+        turned(base, state->rotation, displaced(x, j), all[j].pull);
+        for (int i = 0; i < 3; i++) {
+            all[j].pull[i] *= share;
+        }
+    }
+    return share > 0 ? x->dims : 0;
+}
+
+/* Director `axis`, in the frame before all joints, in that of the element: eta does not jump. */
+static void unturned(const double joints[4], int axis, double result[3])
+{
+    double R[3][3];
+    rotation_matrix(joints, R);
+    memcpy(result, R[axis], sizeof R[axis]);
+}
+
+/* Element k, with the state in its middle; base: the rotation of the first; joints: the product of
+ * the turns before. */
+static void add_element(variation *x, int k, const solve_state *state, const double base[4],
+                        const double joints[4])
+{
+    direction all[2 * 3 + 3 + 3 * SCENE_SPRINGS_MAX];
     int count = 0;
     for (int side = 0; side < 2; side++) {
         for (int j = 0; j < x->axes; j++) {
             direction *d = &all[count++];
+            double about[3];
             *d = (direction){.place = (k + side) * x->axes + j};
-            d->eta[x->axis[j]] = 0.5;
+            unturned(joints, x->axis[j], about);
+            for (int i = 0; i < 3; i++) {
+                d->eta[i] = 0.5 * about[i];
+            }
             vector_cross(state->curvature, d->eta, d->bend);
-            d->bend[x->axis[j]] += (side ? 1 : -1) / x->step;
+            for (int i = 0; i < 3; i++) {
+                d->bend[i] += (side ? 1 : -1) * about[i] / x->step;
+            }
         }
     }
-    for (int j = 0, axis = 0; j < x->pulls; j++, axis++) {
-        direction *d = &all[count++];
-        axis += x->axes == 1 && axis == x->axis[0]; /* within the plane */
-        *d = (direction){.place = (ELEMENTS + 1) * x->axes + j};
-        turned(base, state->rotation, axis, d->pull);
+    count += add_pulls(x, row_of_pull(x), x->pulls, state, base, all + count);
+    for (int i = 0; i < x->springs; i++) {
+        double share = fmin(1, (x->place[i] - x->edge[k]) / x->step);
+        int row = row_of_spring(x, i) + x->dims;
+        count += add_pulls(x, row, share, state, base, all + count);
     }
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < count; j++) {
@@ -113,19 +242,86 @@ static void hold_rotation(variation *x, int node)
 
 static variation variation_of(const scene *rod_scene, const rod_plane *plane)
 {
-    bool held = scene_end_holds_position(rod_scene->start.type) &&
-                scene_end_holds_position(rod_scene->end.type);
+    bool start = scene_end_holds_position(rod_scene->start.type);
+    bool end = scene_end_holds_position(rod_scene->end.type);
     variation x = {.axes = plane->is_planar ? 1 : 3,
                    .axis = {plane->is_planar ? plane->director : 0, 1, 2},
-                   .step = scene_length(rod_scene) / ELEMENTS};
-    x.pulls = !held ? 0 : plane->is_planar ? 2 : 3;
-    x.size = (ELEMENTS + 1) * x.axes + x.pulls;
+                   .dims = plane->is_planar ? 2 : 3};
+    place_elements(rod_scene, x.edge);
+    for (int i = 0; i < rod_scene->spring_count; i++) {
+        if (quantity_any_something(3, rod_scene->springs[i].stiffness)) {
+            x.place[x.springs] = rod_scene->springs[i].at.number;
+            x.spring[x.springs++] = i;
+        }
+    }
+    x.shifts = x.springs > 0 && !start;
+    x.pulls = end && (start || x.springs > 0);
+    x.size = row_of_spring(&x, x.springs);
     return x;
 }
 
-static void take_section(variation *x, const scene *rod_scene, const scene_properties *p, int k)
+/* ---- springs --------------------------------------------------------------------------------- */
+
+/* 2 E += x.K x - 2 force.(displacement - x), with the displacement as far as it is the shift. */
+static void add_spring(variation *x, int k, const scene_spring *spring, const double base[4])
 {
-    double s = scene_length(rod_scene) * (k + 0.5) / ELEMENTS, bending[3];
+    double R[3][3], stiffness[3];
+    int own = row_of_spring(x, k), force = own + x->dims;
+    rotation_matrix(base, R);
+    for (int i = 0; i < 3; i++) {
+        stiffness[i] = spring->stiffness[i].is_given ? spring->stiffness[i].number : 0;
+    }
+    for (int i = 0; i < x->dims; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = 0;
+            for (int w = 0; w < 3; w++) {
+                sum += R[w][displaced(x, i)] * stiffness[w] * R[w][displaced(x, j)];
+            }
+            add_entry(x, own + i, own + j, sum);
+        }
+        add_entry(x, force + i, own + i, 1);
+        if (x->shifts) {
+            add_entry(x, force + i, row_of_shift(x) + i, -1);
+        }
+    }
+}
+
+/* At s, in the element whose middle has the state: minus the change of its moment. */
+static void add_turning(variation *x, solve_spring spring, const scene_spring *given,
+                        const solve_state *state, const double joints[4])
+{
+    int k = element_at(x, given->at.number);
+    double step = x->edge[k + 1] - x->edge[k];
+    double within = (given->at.number - x->edge[k]) / step, turn[4] = {1}, q[4];
+    double moment[3], by_turn[3][3], about[6][3], weight[2] = {1 - within, within};
+    for (int i = 0; i < 3; i++) { /* on from the middle, by the curvature there */
+        spring.turning[i] = given->turning[i].is_given ? given->turning[i].number : 0;
+        turn[1 + i] = 0.5 * state->curvature[i] * (within - 0.5) * step;
+    }
+    quaternion_normalize(turn);
+    quaternion_product(state->rotation, turn, q);
+    solve_spring_moment(&spring, q, moment, by_turn);
+    for (int i = 0; i < 2 * x->axes; i++) {
+        unturned(joints, x->axis[i % x->axes], about[i]);
+    }
+    for (int i = 0; i < 2 * x->axes; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = 0;
+            for (int r = 0; r < 3; r++) {
+                for (int c = 0; c < 3; c++) {
+                    sum -= about[i][r] * (by_turn[r][c] + by_turn[c][r]) / 2 * about[j][c];
+                }
+            }
+            sum *= weight[i / x->axes] * weight[j / x->axes];
+            add_entry(x, k * x->axes + i, k * x->axes + j, sum);
+        }
+    }
+}
+
+static void take_section(variation *x, const scene_properties *p, int k)
+{
+    double s = middle(x->edge, k), bending[3];
+    x->step = x->edge[k + 1] - x->edge[k];
     for (int i = 0; i < 3; i++) {
         bending[i] = quantity_value(p->curvature_stiffness[i], s, 0);
     }
@@ -136,34 +332,90 @@ static void take_section(variation *x, const scene *rod_scene, const scene_prope
 }
 
 /* values [columns][ELEMENTS] in the middles of the elements. */
-static void assemble(variation *x, const scene *rod_scene, const double *values)
+static solve_state state_in(const double *values, int k)
+{
+    solve_state state = {.velocity = {0}};
+    for (size_t column = 0; column < offsetof(solve_state, velocity) / sizeof(double); column++) {
+        ((double *)&state)[column] = values[column * ELEMENTS + (size_t)k];
+    }
+    return state;
+}
+
+/* The product of the turns of the joints before s, m. */
+static void joints_before(const scene *rod_scene, double s, double turn[4])
+{
+    static const double identity[4] = {1};
+    memcpy(turn, identity, sizeof identity);
+    for (int i = 0; i < rod_joint_count(rod_scene); i++) {
+        rod_joint joint = rod_joint_of(rod_scene, i);
+        double before[4];
+        memcpy(before, turn, sizeof before);
+        if (joint.turns && joint.s * scene_length(rod_scene) < s) {
+            quaternion_product(before, joint.turn, turn);
+        }
+    }
+}
+
+static ad_status add_springs(variation *x, const scene *rod_scene, const double *values,
+                             const double base[4], ad_error *error)
+{
+    solve_rod *rod = NULL;
+    ad_status status = AD_OK;
+    for (int k = 0; k < x->springs; k++) {
+        add_spring(x, k, &rod_scene->springs[x->spring[k]], base);
+    }
+    for (int i = 0; i < rod_scene->spring_count && status == AD_OK; i++) {
+        const scene_spring *given = &rod_scene->springs[i];
+        double joints[4];
+        if (!quantity_any_something(3, given->turning)) {
+            continue;
+        }
+        status = rod ? AD_OK : solve_rod_create(rod_scene, &rod, error);
+        if (status == AD_OK) {
+            int k = element_at(x, given->at.number);
+            solve_state state = state_in(values, k);
+            joints_before(rod_scene, middle(x->edge, k), joints);
+            add_turning(x, rod->jumps.springs[i], given, &state, joints);
+        }
+    }
+    solve_rod_free(rod);
+    return status;
+}
+
+static ad_status assemble(variation *x, const scene *rod_scene, const double *values,
+                          ad_error *error)
 {
     const scene_properties properties = scene_properties_of(rod_scene);
     double base[4];
     for (int k = 0; k < ELEMENTS; k++) {
-        solve_state state = {.velocity = {0}};
-        for (size_t column = 0; column < offsetof(solve_state, velocity) / sizeof(double);
-             column++) {
-            ((double *)&state)[column] = values[column * ELEMENTS + (size_t)k];
-        }
+        solve_state state = state_in(values, k);
+        double joints[4];
         if (k == 0) {
             memcpy(base, state.rotation, sizeof base);
         }
-        take_section(x, rod_scene, &properties, k);
-        add_element(x, k, &state, base);
+        take_section(x, &properties, k);
+        joints_before(rod_scene, middle(x->edge, k), joints);
+        add_element(x, k, &state, base, joints);
     }
+    for (int i = 0; i < x->dims && x->shifts && x->pulls; i++) {
+        add_entry(x, row_of_pull(x) + i, row_of_shift(x) + i, -1);
+    }
+    ad_status status = add_springs(x, rod_scene, values, base, error);
     if (scene_end_holds_rotation(rod_scene->start.type)) {
         hold_rotation(x, 0);
     }
     if (scene_end_holds_rotation(rod_scene->end.type)) {
         hold_rotation(x, ELEMENTS);
     }
+    return status;
 }
 
 void stability_points(const scene *rod_scene, double *s)
 {
+    double edges[ELEMENTS + 1];
+    place_elements(rod_scene, edges);
     for (int k = 0; k < ELEMENTS; k++) {
-        s[k] = scene_length(rod_scene) * (k + 0.5) / ELEMENTS;
+        s[k] = middle(edges, k);
     }
 }
 
@@ -183,9 +435,9 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     ad_status status = x.matrix && pivots ? AD_OK
                                           : ad_fail(error, AD_NO_MEMORY,
                                                     "out of memory for %d directions", x.size);
+    status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {
-        assemble(&x, rod_scene, values);
-        *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - x.pulls;
+        *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - multipliers(&x);
     }
     free(pivots);
     free(x.matrix);

@@ -10,7 +10,8 @@ extern "C" {
 
 enum { STABILITY_POINTS = 128 };
 
-/* Where the shape has to be known: s [STABILITY_POINTS], m. */
+/* Where the shape has to be known: s [STABILITY_POINTS], m, the middles of elements whose edges
+ * hold every place where the scene jumps. */
 void stability_points(const scene *rod_scene, double *s);
 
 /* The number of independent ways in which the shape of a static scene gives way, of which values
@@ -28,8 +29,13 @@ void stability_points(const scene *rod_scene, double *s);
  *
  *   2 E -> 2 E - int 2 R^T nu.(eta x v - C (eta x n)) + R^T nu.C R^T nu ds,
  *
- * and the count is that beyond one negative direction for each nu. By signs of pivots (Sylvester).
- * AD_NO_MEMORY. */
+ * and the count is that beyond one negative direction for each nu. A spring K at s_k has a nu of
+ * its own up to there, the force in it, and the displacement x of its end,
+ *
+ *   2 E -> 2 E + x.K x + 2 nu.x,
+ *
+ * and one that turns minus the derivative of its moment. By signs of pivots (Sylvester).
+ * AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
 
