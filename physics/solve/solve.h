@@ -62,14 +62,14 @@ typedef struct solve_report {
 solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
- * from the unstressed rod, and of tendons and chambers: minus their potential; NaN under moments and
- * follower loads, which have none. */
+ * from the unstressed rod, and of tendons and chambers: minus their potential; NaN under moments
+ * and follower loads, which have none. */
 typedef struct solve_energy {
-    double kinetic, strain;
-    double work;       /* of loads, and of what moves ends and rest shape, since t = 0 */
-    double dissipated; /* by damping and drag since t = 0, >= 0 */
-    double mismatch;   /* kinetic + strain + dissipated - work, less its value at t = 0: errors of
-                        * integration in t; NaN at rest */
+    double kinetic, strain; /* bodies and springs among them */
+    double work;            /* of loads, and of what moves ends and rest shape, since t = 0 */
+    double dissipated;      /* by damping and drag since t = 0, >= 0 */
+    double mismatch; /* kinetic + strain + dissipated - work, less its value at t = 0: errors of
+                      * integration in t; NaN at rest */
 } solve_energy;
 
 typedef struct solution solution;
@@ -116,10 +116,10 @@ typedef struct solve_place {
 
 ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *error);
 
-/* Of a scene whose initial.state is equilibrium: solves it at rest under what acts at t = 0 and puts
- * that shape into initial.settled, formulas that belong to `names`; of other scenes nothing. The
- * scene must pass scene_check. AD_BAD_INPUT: there is no such equilibrium, or it is not found as
- * exactly as a motion needs; AD_NO_MEMORY, and the errors of solution_create. */
+/* Of a scene whose initial.state is equilibrium: solves it at rest under what acts at t = 0 and
+ * puts that shape into initial.settled, formulas that belong to `names`; of other scenes nothing.
+ * The scene must pass scene_check. AD_BAD_INPUT: there is no such equilibrium, or it is not found
+ * as exactly as a motion needs; AD_NO_MEMORY, and the errors of solution_create. */
 ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error);
 
 /* Columns that its model has in this scene: those of motion only in motion. */

@@ -72,10 +72,12 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
         double R[3][3], pull[3], lever = from_start ? s[i] : 1 - s[i];
         rotation_matrix(unstressed[i].rotation, R);
         to_body(R, load[i].force, pull);
-        bool held = from_start || rod->ends[1].holds_rotation;
+        bool from_end = rod->ends[1].holds_rotation; /* neither: springs hold it */
         sum->force += norm(load[i].force) + norm(load[i].body_force);
         sum->moment += norm(load[i].moment) + norm(load[i].body_moment);
-        sum->compression += held ? lever * lever * fmax(0, from_start ? -pull[2] : pull[2]) : 0;
+        lever = from_start || from_end ? lever : 1;
+        double push = from_start ? -pull[2] : from_end ? pull[2] : fabs(pull[2]);
+        sum->compression += lever * lever * fmax(0, push);
     }
     for (int i = 0; i < jumps->spring_count; i++) {
         const solve_spring *spring = &jumps->springs[i];
@@ -132,7 +134,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
                                 3 * single.pulled);
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;
     compression *= along.softness[1];
-    path->may_buckle = held > 1 || compression > 1;
+    path->may_buckle = held > 1 || compression > 1 || single.pulled > 0;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->turn = held_turn(rod);
