@@ -16,6 +16,17 @@ typedef struct solve_actuation {
     double factor; /* of the load */
 } solve_actuation;
 
+/* Those of a point at s, the `point`th of `all` [..][rod->actuators]. */
+static inline solve_actuation solve_actuation_at(const solve_rod *rod, const solve_actuator *all,
+                                                 size_t point, double s, double factor)
+{
+    return (solve_actuation){.count = rod->actuators,
+                             .extents = rod->extents,
+                             .actuators = all + point * (size_t)rod->actuators,
+                             .s = s,
+                             .factor = factor};
+}
+
 /* What they add to n and m at these strains, and its derivatives by them, a symmetric matrix, where
  * that is not NULL. */
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,

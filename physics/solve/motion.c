@@ -27,6 +27,7 @@ static bool allocate(motion *m)
     m->made = calloc(points, sizeof *m->made);
     m->rest = calloc(points, sizeof *m->rest);
     m->load = calloc(points, sizeof *m->load);
+    m->actuators = calloc(points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
     m->node_load = calloc(nodes, sizeof *m->node_load);
     m->mass = calloc(nodes, sizeof *m->mass);
     m->inertia = calloc(nodes, sizeof *m->inertia);
@@ -45,20 +46,21 @@ static bool allocate(motion *m)
     m->resistance = calloc(points, sizeof *m->resistance);
     return m->edge && m->abscissas && m->weights && m->derivative && m->transposed && m->s &&
            m->point_s && m->point_weight && m->node_weight && m->made && m->rest && m->load &&
-           m->node_load && m->mass && m->inertia && m->by_mass && m->by_inertia && m->block &&
-           m->pose && m->flow && m->spin && m->wrench && m->force && m->torque && m->push &&
-           m->turn && m->velocity && m->resistance;
+           m->actuators && m->node_load && m->mass && m->inertia && m->by_mass && m->by_inertia &&
+           m->block && m->pose && m->flow && m->spin && m->wrench && m->force && m->torque &&
+           m->push && m->turn && m->velocity && m->resistance;
 }
 
 void motion_free(motion *m)
 {
     if (m) {
         void *all[] = {
-            m->edge,    m->abscissas, m->weights,   m->derivative, m->transposed,   m->s,
-            m->point_s, m->made,      m->rest,      m->load,       m->point_weight, m->node_weight,
-            m->mass,    m->inertia,   m->node_load, m->by_mass,    m->by_inertia,   m->block,
-            m->pose,    m->flow,      m->spin,      m->wrench,     m->force,        m->torque,
-            m->push,    m->turn,      m->velocity,  m->resistance, m->places,       m->frame};
+            m->edge,     m->abscissas, m->weights,   m->derivative, m->transposed,   m->s,
+            m->point_s,  m->made,      m->rest,      m->load,       m->point_weight, m->node_weight,
+            m->mass,     m->inertia,   m->node_load, m->by_mass,    m->by_inertia,   m->block,
+            m->pose,     m->flow,      m->spin,      m->wrench,     m->force,        m->torque,
+            m->push,     m->turn,      m->velocity,  m->resistance, m->places,       m->frame,
+            m->actuators};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }
@@ -195,6 +197,7 @@ ad_status motion_create(const solve_rod *rod, double lock, int elements, const d
     if (m) {
         *m = (motion){.rod = rod, .elements = elements, .degree = degree};
         m->blocks = degree / LANES + 1;
+        m->is_pulled = rod->actuators > 0;
         m->nodes = (size_t)elements * (size_t)degree + 1;
         m->points = (size_t)elements * ((size_t)degree + 1);
     }
@@ -295,6 +298,9 @@ ad_status motion_at(motion *m, double t, ad_error *error)
     }
     if (status == AD_OK && (is_first || m->rod->jumps.loads_move)) {
         status = motion_set_jump_loads(m, t, error);
+    }
+    if (status == AD_OK && m->is_pulled) {
+        status = solve_rod_actuators(m->rod, m->points, m->point_s, t, m->actuators, error);
     }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         if (is_first || m->rod->ends[end].moves) {

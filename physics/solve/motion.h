@@ -11,8 +11,9 @@
  * w_t + w x rhoJ w) = -(derivative of W by a rotation of node j about its body axes) + loads so
  * that without damping and loads the discrete rod conserves energy, momentum and angular momentum
  * exactly, and ends that give force and moment are natural. Damping acts on v_t and u_t, which are
- * linear in V and w, through the same derivatives, so that it can only dissipate. q and r are
- * polynomials in an element, so that strains do not change when the rod moves rigidly.
+ * linear in V and w, through the same derivatives, so that it can only dissipate; tendons and
+ * chambers, whose wrench is one of the strains, act through them, too, and do exact work. q and r
+ * are polynomials in an element, so that strains do not change when the rod moves rigidly.
  *
  * At an end that holds position or rotation, these and their rates are what the model prescribes,
  * whatever stands in the state. Quaternions of the state need not be unit. Numbers are
@@ -65,7 +66,8 @@ motion_energy motion_energy_of(motion *m, const double *state);
 
 /* load - dissipation is exactly the rate of kinetic + strain. */
 typedef struct motion_power {
-    double load;        /* of loads, of what moves the ends, and of what changes the rest shape */
+    double load;        /* of loads, tendons and chambers, of what moves the ends, and of what
+                         * changes the rest shape */
     double dissipation; /* of damping and drag, >= 0 */
 } motion_power;
 

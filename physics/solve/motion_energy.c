@@ -43,7 +43,8 @@ static void add_point(const motion *m, int element, int k, section_sums *sum)
         double bse = at->strain_damping[i][lane], bbt = at->curvature_damping[i][lane];
         double elastic_n = at->strain_stiffness[i][lane] * strain;
         double elastic_m = at->curvature_stiffness[i][lane] * bend;
-        double viscous_n = at->n[i][lane] - elastic_n, viscous_m = at->m[i][lane] - elastic_m;
+        double viscous_n = at->n[i][lane] - elastic_n - at->pull_n[i][lane];
+        double viscous_m = at->m[i][lane] - elastic_m - at->pull_m[i][lane];
         sum->energy += 0.5 * weight * (elastic_n * strain + elastic_m * bend);
         sum->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
         sum->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
@@ -103,10 +104,11 @@ motion_power motion_power_now(motion *m)
     motion_power power = {0};
     bool moves = end_moves(m, 0) || end_moves(m, 1);
     motion_outside_forces(m);
+    power.load = m->is_pulled ? motion_pull_power(m) : 0;
     if (m->is_damped || moves || m->rod->rest_moves) {
         motion_internal_forces(m);
         section_sums sum = sum_sections(m);
-        power.load = sum.reshaping;
+        power.load += sum.reshaping;
         power.dissipation = sum.dissipation;
     }
     for (size_t i = 0; i < m->nodes; i++) {

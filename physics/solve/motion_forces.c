@@ -136,6 +136,30 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
     }
 }
 
+/* Tendons and chambers, added to n and m of an element. */
+static void pull_element(motion *m, int element)
+{
+    for (int k = 0; k <= m->degree; k++) {
+        motion_block *at = motion_block_of(m, element, k);
+        const int lane = k % LANES;
+        const size_t point = (size_t)(element * (m->degree + 1) + k);
+        const solve_actuation pulling =
+            solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
+        double strains[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
+        for (int i = 0; i < 3; i++) {
+            strains[i] = at->v[i][lane];
+            strains[3 + i] = at->u[i][lane];
+        }
+        solve_actuation_wrench(&pulling, strains, wrench, NULL);
+        for (int i = 0; i < 3; i++) {
+            at->pull_n[i][lane] = wrench[i];
+            at->pull_m[i][lane] = wrench[3 + i];
+            at->n[i][lane] += wrench[i];
+            at->m[i][lane] += wrench[3 + i];
+        }
+    }
+}
+
 /* What n and m exert on r_s and q_s at the points of an element, times weights: m->wrench. And
  * torque [blocks][3] on q itself: vec(q* q_s) varies by -vec(turn p), so p_0 m + u/2 x m. */
 static inline __attribute__((always_inline)) void wrench_of(motion *m, int element, int block,
@@ -216,9 +240,32 @@ void motion_internal_forces(motion *m)
         if (m->is_damped) {
             damp_element(m, e);
         }
+        if (m->is_pulled) {
+            pull_element(m, e);
+        }
         push_element(m, e);
     }
     motion_spring_forces(m);
+}
+
+double motion_pull_power(motion *m)
+{
+    double power = 0;
+    memset(m->force, 0, m->nodes * sizeof *m->force);
+    memset(m->torque, 0, m->nodes * sizeof *m->torque);
+    for (int e = 0; e < m->elements; e++) {
+        strain_element(m, e);
+        pull_element(m, e);
+        for (int b = e * m->blocks; b < (e + 1) * m->blocks; b++) {
+            memcpy(m->block[b].n, m->block[b].pull_n, sizeof m->block[b].n);
+            memcpy(m->block[b].m, m->block[b].pull_m, sizeof m->block[b].m);
+        }
+        push_element(m, e);
+    }
+    for (size_t i = 0; i < m->nodes; i++) {
+        power += vector_dot(m->force[i], m->flow[i]) + vector_dot(m->torque[i], m->spin[i]);
+    }
+    return power;
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */

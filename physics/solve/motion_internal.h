@@ -2,6 +2,7 @@
 #ifndef PHYSICS_SOLVE_MOTION_INTERNAL_H
 #define PHYSICS_SOLVE_MOTION_INTERNAL_H
 
+#include "physics/solve/actuation.h"
 #include "physics/solve/motion.h"
 #include "physics/solve/processor.h"
 
@@ -16,7 +17,8 @@ typedef struct motion_block {
     lanes strain_damping[3], curvature_damping[3];
     lanes rest_strain[3], rest_curvature[3];
     lanes q[4], v[3], u[3], n[3], m[3];
-    lanes along; /* scalar part of q* q_s: q is unit at nodes only */
+    lanes pull_n[3], pull_m[3]; /* of tendons and chambers, a part of n and m */
+    lanes along;                /* scalar part of q* q_s: q is unit at nodes only */
 } motion_block;
 
 /* A node where something acts: rod->jumps.at[] in their order. At a joint the node has a frame of
@@ -38,25 +40,27 @@ struct motion {
     int blocks; /* of an element */
     size_t nodes, points;
     bool is_damped; /* Bse or Bbt */
+    bool is_pulled; /* by tendons or chambers */
     bool is_loaded; /* distributed loads are not 0 everywhere at this time */
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
-    double *edge;          /* [elements + 1] s */
-    double *abscissas;     /* [degree + 1] on [-1, 1] */
-    double *weights;       /* [degree + 1] of the quadrature over [-1, 1] */
-    double *derivative;    /* [degree + 1][blocks LANES]: (j, k) of the j-th polynomial at k */
-    double *transposed;    /* [degree + 1][blocks LANES]: (j, k) of the k-th at j */
-    double *s;             /* [nodes] */
-    double *point_s;       /* [points] s, within the element where two meet */
-    double *point_weight;  /* [points] of the quadrature over s */
-    double *node_weight;   /* [nodes] its sum over elements */
-    solve_section *made;   /* [points] */
-    solve_rest *rest;      /* [points] */
-    solve_load *load;      /* [points] */
-    solve_load *node_load; /* [nodes] times weights, summed over elements */
-    double *mass;          /* [nodes] rhoA likewise */
-    double (*inertia)[3];  /* [nodes] rhoJ likewise */
+    double *edge;              /* [elements + 1] s */
+    double *abscissas;         /* [degree + 1] on [-1, 1] */
+    double *weights;           /* [degree + 1] of the quadrature over [-1, 1] */
+    double *derivative;        /* [degree + 1][blocks LANES]: (j, k) of the j-th polynomial at k */
+    double *transposed;        /* [degree + 1][blocks LANES]: (j, k) of the k-th at j */
+    double *s;                 /* [nodes] */
+    double *point_s;           /* [points] s, within the element where two meet */
+    double *point_weight;      /* [points] of the quadrature over s */
+    double *node_weight;       /* [nodes] its sum over elements */
+    solve_section *made;       /* [points] */
+    solve_rest *rest;          /* [points] */
+    solve_load *load;          /* [points] */
+    solve_actuator *actuators; /* [points][those of the rod] */
+    solve_load *node_load;     /* [nodes] times weights, summed over elements */
+    double *mass;              /* [nodes] rhoA likewise */
+    double (*inertia)[3];      /* [nodes] rhoJ likewise */
     double *by_mass, (*by_inertia)[3]; /* [nodes] 1 over them */
     solve_end_state ends[2];           /* at s = 0, 1 */
     motion_place *places;              /* [rod->jumps.count] */
@@ -128,5 +132,8 @@ const double *motion_frame_of(const motion *m, int element, int k);
 void motion_jump_loads(motion *m);
 void motion_spring_forces(motion *m);
 double motion_spring_energy(const motion *m);
+/* Of nodes that are set: what tendons and chambers put in. Internal forces are then theirs alone.
+ */
+double motion_pull_power(motion *m);
 
 #endif

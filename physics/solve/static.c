@@ -316,11 +316,8 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         const static_point at = {.rest = rest[i],
                                  .strain_compliance = sections[i].strain_compliance,
                                  .curvature_compliance = sections[i].curvature_compliance,
-                                 .actuation = {.count = x->rod->actuators,
-                                               .extents = x->rod->extents,
-                                               .actuators = actuators + i * pulling,
-                                               .s = s[i],
-                                               .factor = static_system_load(x->system)}};
+                                 .actuation = solve_actuation_at(x->rod, actuators, i, s[i],
+                                                                 static_system_load(x->system))};
         double y[STATIC_ROWS], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {

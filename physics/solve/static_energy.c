@@ -73,11 +73,8 @@ static double take_actuation(const at_points *p, size_t i, const solve_rod *rod,
     const static_point at = {.rest = p->rest[i],
                              .strain_compliance = p->sections[i].strain_compliance,
                              .curvature_compliance = p->sections[i].curvature_compliance,
-                             .actuation = {.count = rod->actuators,
-                                           .extents = rod->extents,
-                                           .actuators = p->actuators + i * (size_t)rod->actuators,
-                                           .s = p->s[i],
-                                           .factor = factor}};
+                             .actuation =
+                                 solve_actuation_at(rod, p->actuators, i, p->s[i], factor)};
     double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS], pull[ACTUATION_ROWS];
     static_strains(&at, y, strains, strains + 3);
     solve_actuation_wrench(&at.actuation, strains, pull, NULL);

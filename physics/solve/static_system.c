@@ -454,11 +454,7 @@ static static_point point_from(const static_system *x, double s, const solve_sec
                        .load = part_of(load, x->path.load),
                        .strain_compliance = section->strain_compliance,
                        .curvature_compliance = section->curvature_compliance,
-                       .actuation = {.count = x->rod->actuators,
-                                     .extents = x->rod->extents,
-                                     .actuators = actuators,
-                                     .s = s,
-                                     .factor = x->path.load}};
+                       .actuation = solve_actuation_at(x->rod, actuators, 0, s, x->path.load)};
     for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
