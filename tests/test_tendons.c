@@ -1,0 +1,547 @@
+/* Tendons and chambers by the classical solver: published robots, closed forms, the equations of
+ * Rucker and Webster, and derivatives against differences. */
+#include "rod_testing.h"
+
+#include "autodiff/dense.h"
+#include "near.h"
+#include "physics/solve/motion.h"
+#include "physics/solve/quaternion.h"
+#include "physics/solve/solve.h"
+#include "physics/solve/static_system.h"
+
+#include <string.h>
+
+typedef struct solved {
+    solution *solution;
+    solve_report report;
+} solved;
+
+static solved solve(const scene *given, size_t count, const double *times, double tolerance)
+{
+    ad_error error = {.message = ""};
+    const char *key = "";
+    solve_settings settings = {.tolerance = tolerance};
+    solved x;
+    if (scene_check(given, &key, &error) != AD_OK || rod_check(given, &key, &error) != AD_OK ||
+        solution_create(given, &settings, count, times, &x.solution, &x.report, &error) != AD_OK) {
+        fail_msg("%s: %s", key, error.message);
+    }
+    assert_near(x.report.load_fraction, 1, 0);
+    return x;
+}
+
+/* r and q at s, t. */
+static void pose_at(const solved *x, double s, double t, double pose[7])
+{
+    ad_error error;
+    assert_int_equal(solution_evaluate(x->solution, 7, 1, &s, &t, pose, &error), AD_OK);
+}
+
+static scene robot(double length, double modulus, double shear_modulus, double radius)
+{
+    scene made;
+    scene_defaults(&made);
+    made.motion = SCENE_SPATIAL;
+    made.rod.length = Q(length);
+    made.rod.section = SCENE_CIRCLE;
+    made.rod.radius = Q(radius);
+    made.rod.youngs_modulus = Q(modulus);
+    made.rod.poissons_ratio = Q(modulus / (2 * shear_modulus) - 1);
+    made.rod.shear_correction = Q(1.0);
+    return made;
+}
+
+static void add_tendon(scene *given, double distance, double degrees, double tension)
+{
+    double angle = degrees * PI / 180;
+    given->tendons[given->tendon_count++] = (scene_tendon){
+        .offset = {Q(distance * cos(angle)), Q(distance * sin(angle))}, .tension = Q(tension)};
+}
+
+/* ---- published robots ---------------------------------------------------------------------- */
+
+/* Tips of the reference: two derivations of the equations agree to 4e-12 m. */
+static void check_tip(const scene *given, const double *position, const double *rotation)
+{
+    solved x = solve(given, 0, NULL, 1e-12);
+    double tip[7], turn[4], off = 0;
+    pose_at(&x, scene_length(given), 0, tip);
+    for (int i = 0; i < 3; i++) {
+        off = fmax(off, fabs(tip[i] - position[i]));
+    }
+    quaternion_quotient(tip + 3, rotation, turn);
+    double angle = 2 * sqrt(vector_dot(turn + 1, turn + 1));
+    print_message("off by %.1e m, %.1e rad, estimate %.1e\n", off, angle, x.report.estimate);
+    assert_true(off < 4e-12 && angle < 4e-12);
+    solution_free(x.solution);
+}
+
+static void test_bensch(void **state)
+{
+    (void)state;
+    const double angles[3] = {90, -30, 210};
+    static const struct {
+        double tension[3], force[3], position[3], rotation[4];
+    } rows[] = {
+        {{2.5, 0, 0},
+         {0, 0, 0},
+         {0.0, 0.11617269913245033, 0.14393669781780308},
+         {0.7781627556570103, -0.6280626765763809, 0.0, 0.0}},
+        {{2.0, 1.0, 0},
+         {0.0, 0.1, 0.0},
+         {0.03202773292494256, 0.11956271656625204, 0.1395837564217458},
+         {0.7975086946194004, -0.5712392376216633, 0.19260100435752994, 0.02388448300430448}}};
+    for (int i = 0; i < 2; i++) {
+        scene given = robot(0.2, 60e9, 60e9 / 2.6, 0.5e-3);
+        given.end.type = SCENE_LOADED;
+        for (int k = 0; k < 3; k++) {
+            add_tendon(&given, 8e-3, angles[k], rows[i].tension[k]);
+            given.loads.tip.force[k] = Q(rows[i].force[k]);
+        }
+        check_tip(&given, rows[i].position, rows[i].rotation);
+    }
+}
+
+static void test_weight(void **state)
+{
+    (void)state;
+    scene given = robot(0.5, 200e9, 80e9, 1e-3);
+    given.rod.density = Q(8000.0);
+    given.loads.gravity[0] = Q(9.81);
+    add_tendon(&given, 15.06e-3, 0, 15);
+    check_tip(&given, (const double[]){0.18221169454040081, 0, 0.4532292709336714},
+              (const double[]){0.930697007657374, 0, 0.36579103315637657, 0});
+}
+
+static void test_two_segments(void **state)
+{
+    (void)state;
+    const double angles[3] = {90, -30, 210}, tension[6] = {2, 0, 0, 0, 2, 0};
+    scene given = robot(0.4, 54e9, 54e9 / 2.6, 0.7e-3);
+    for (int i = 0; i < 6; i++) {
+        add_tendon(&given, 10e-3, angles[i % 3], tension[i]);
+        given.tendons[i].end = Q(i < 3 ? 0.2 : 0.4);
+    }
+    check_tip(&given, (const double[]){0.13049249604880186, 0.0365621632966301, 0.3675128551628062},
+              (const double[]){0.9428773804947055, 0, 0.33150351551438123, -0.03297975974819839});
+}
+
+/* ---- closed forms -------------------------------------------------------------------------- */
+
+/* Without loads n = m = 0 in every section: a tendon at (x, 0) gives u2 = tau x/EI and, as it stays
+ * parallel to the axis, v3 = 1 - tau/EA; a chamber pushes where the tendon pulls. */
+static void test_constant(void **state)
+{
+    (void)state;
+    const double x = 0.01, pull = 2, axial = 100, bending = 0.03;
+    for (int chamber = 0; chamber < 2; chamber++) {
+        const double kse[3] = {50, 50, axial}, kbt[3] = {bending, bending, 0.02};
+        scene given = stiff_scene(0.3, kse, kbt, 1, kbt);
+        given.tendon_count = !chamber;
+        given.chamber_count = chamber;
+        given.tendons[0] = (scene_tendon){.offset = {Q(x), Q(0.0)}, .tension = Q(pull)};
+        given.chambers[0] =
+            (scene_chamber){.offset = {Q(x), Q(0.0)}, .pressure = Q(pull / 1e-4), .area = Q(1e-4)};
+        double sign = chamber ? -1 : 1, bend = sign * pull * x / bending;
+        double stretch = 1 - sign * pull / axial, s = 0.3, values[13];
+        solved found = solve(&given, 0, NULL, 1e-12);
+        ad_error error;
+        assert_int_equal(solution_evaluate(found.solution, 13, 1, &s, NULL, values, &error), AD_OK);
+        assert_near(values[0], stretch * (1 - cos(bend * s)) / bend, 1e-13);
+        assert_near(values[2], stretch * sin(bend * s) / bend, 1e-13);
+        assert_near(values[9], stretch, 1e-12);
+        assert_near(values[11], bend, 1e-11);
+        solve_energy energy;
+        double elastic = (pow(pull / axial, 2) * axial + bend * bend * bending) * s / 2;
+        assert_int_equal(solution_energy(found.solution, 0, &energy, &error), AD_OK);
+        assert_near(energy.strain, elastic, 1e-12 * elastic);
+        assert_near(energy.work, 2 * elastic, 1e-12 * elastic); /* linear, at full size */
+        solution_free(found.solution);
+    }
+}
+
+/* ---- Rucker and Webster -------------------------------------------------------------------- */
+
+/* Their equations, which have second derivatives of the rod: of v and u, in the notation of
+ * "Statics and dynamics of continuum robots with general tendon routing and external loading", IEEE
+ * Trans. Robotics 27 (2011), eqs. 17, 18, for straight unstressed rods, without couples. */
+typedef struct webster {
+    double kse[3], kbt[3], tension[2], radius, winding, force[3]; /* f: world, per length */
+} webster;
+
+/* The second tendon winds about the rod, the first is straight: r, r', r''. */
+static void route(const webster *w, int tendon, double s, double r[3][3])
+{
+    double k = tendon ? w->winding : 0, c = w->radius * cos(k * s), d = w->radius * sin(k * s);
+    memcpy(r[0], (const double[]){c, d, 0}, sizeof r[0]);
+    memcpy(r[1], (const double[]){-k * d, k * c, 0}, sizeof r[1]);
+    memcpy(r[2], (const double[]){-k * k * c, -k * k * d, 0}, sizeof r[2]);
+}
+
+/* A x = -tension p' x (p' x x)/|p'|^3 */
+static void apply(double tension, const double p[3], const double x[3], double out[3])
+{
+    double once[3], size = sqrt(vector_dot(p, p));
+    vector_cross(p, x, once);
+    vector_cross(p, once, out);
+    for (int k = 0; k < 3; k++) {
+        out[k] *= -tension / (size * size * size);
+    }
+}
+
+/* Adds what a tendon has in the matrix [6][6], column-major, and in the right side of v_s, u_s. */
+static void add_routed(double tension, double r[3][3], const double *v, const double *u,
+                       double *matrix, double *right)
+{
+    double p[3], up[3], ur[3], sum[3], a[3], b[3];
+    vector_cross(u, r[0], p);
+    for (int k = 0; k < 3; k++) {
+        p[k] += r[1][k] + v[k];
+    }
+    vector_cross(u, p, up);
+    vector_cross(u, r[1], ur);
+    for (int k = 0; k < 3; k++) {
+        sum[k] = up[k] + ur[k] + r[2][k];
+    }
+    apply(tension, p, sum, a);
+    vector_cross(r[0], a, b);
+    for (int c = 0; c < 6; c++) {
+        double unit[3] = {0}, x[3], force[3], moment[3];
+        unit[c % 3] = 1;
+        vector_cross(unit, r[0], x); /* u_s x r, which they write -r^ u_s */
+        apply(tension, p, c < 3 ? unit : x, force);
+        vector_cross(r[0], force, moment);
+        for (int k = 0; k < 3; k++) {
+            matrix[c * 6 + k] += force[k];
+            matrix[c * 6 + 3 + k] += moment[k];
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        right[k] -= a[k];
+        right[3 + k] -= b[k];
+    }
+}
+
+/* y: r, q, v, u. */
+static void webster_rate(const webster *w, double s, const double *y, double *rate)
+{
+    const double *q = y + 3, *v = y + 7, *u = y + 10;
+    double R[3][3], matrix[36] = {0}, right[6], n[3], m[3], cross[3][3], load[3];
+    int pivots[6];
+    rotation_matrix(q, R);
+    to_world(R, v, rate);
+    quaternion_times_vector(q, u, rate + 3);
+    to_body(R, w->force, load);
+    for (int k = 0; k < 3; k++) {
+        n[k] = w->kse[k] * (v[k] - (k == 2));
+        m[k] = w->kbt[k] * u[k];
+        matrix[k * 6 + k] = w->kse[k];
+        matrix[(3 + k) * 6 + 3 + k] = w->kbt[k];
+    }
+    vector_cross(u, n, cross[0]);
+    vector_cross(u, m, cross[1]);
+    vector_cross(v, n, cross[2]);
+    for (int k = 0; k < 3; k++) {
+        right[k] = -cross[0][k] - load[k];
+        right[3 + k] = -cross[1][k] - cross[2][k];
+    }
+    for (int i = 0; i < 2; i++) {
+        double r[3][3];
+        route(w, i, s, r);
+        add_routed(w->tension[i], r, v, u, matrix, right);
+    }
+    for (int k = 0; k < 4; k++) {
+        rate[3 + k] /= 2;
+    }
+    assert_int_equal(ad_dense_lu(6, matrix, pivots), 0);
+    ad_dense_lu_solve(6, 1, matrix, pivots, right);
+    memcpy(rate + 7, right, sizeof right);
+}
+
+/* By Runge and Kutta's method, from s = 0. */
+static void webster_integrate(const webster *w, double length, double *y)
+{
+    enum { STEPS = 2000 };
+    double h = length / STEPS, k[4][13], moved[13];
+    for (int step = 0; step < STEPS; step++) {
+        for (int stage = 0; stage < 4; stage++) {
+            double share = stage == 0 ? 0 : stage == 3 ? 1 : 0.5;
+            for (int i = 0; i < 13; i++) {
+                moved[i] = y[i] + (stage ? share * h * k[stage - 1][i] : 0);
+            }
+            webster_rate(w, (step + share) * h, moved, k[stage]);
+        }
+        for (int i = 0; i < 13; i++) {
+            y[i] += h / 6 * (k[0][i] + 2 * k[1][i] + 2 * k[2][i] + k[3][i]);
+        }
+    }
+}
+
+static const webster routed = {.kse = {400, 500, 900},
+                               .kbt = {0.03, 0.04, 0.02},
+                               .tension = {1.5, 4},
+                               .radius = 0.008,
+                               .winding = 20,
+                               .force = {0.3, -0.2, 0.5}};
+
+static scene routed_scene(const webster *w, double length)
+{
+    scene given = stiff_scene(length, w->kse, w->kbt, 1, w->kbt);
+    given.tendon_count = 2;
+    given.tendons[0] =
+        (scene_tendon){.offset = {Q(w->radius), Q(0.0)}, .tension = Q(w->tension[0])};
+    given.tendons[1] = (scene_tendon){.offset = {Q("0.008*cos(20*s)"), Q("0.008*sin(20*s)")},
+                                      .tension = Q(w->tension[1])};
+    set_numbers(given.loads.force, 3, w->force);
+    return given;
+}
+
+/* From v and u at the clamp their equations lead to our tip, and to tensions that the rod bears
+ * there alone: elastic n = -sum tau t, m = -sum r x tau t. */
+static void test_webster(void **state)
+{
+    (void)state;
+    const double length = 0.3, start = 0;
+    scene given = routed_scene(&routed, length);
+    solved x = solve(&given, 0, NULL, 1e-13);
+    double y[13] = {0, 0, 0, 1}, values[19], tip[19], n[3], m[3];
+    ad_error error;
+    assert_int_equal(ad_dense_load(&error), AD_OK);
+    assert_int_equal(solution_evaluate(x.solution, 19, 1, &start, NULL, values, &error), AD_OK);
+    assert_int_equal(solution_evaluate(x.solution, 19, 1, &length, NULL, tip, &error), AD_OK);
+    memcpy(y + 7, values + 7, 6 * sizeof *y);
+    webster_integrate(&routed, length, y);
+    for (int k = 0; k < 13; k++) {
+        if (!(fabs(y[k] - tip[k]) < 1e-10 * (k < 10 ? 1 : 20))) { /* measured: 2e-12 */
+            fail_msg("row %d: %.15g here, %.15g there", k, tip[k], y[k]);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        n[k] = routed.kse[k] * (y[7 + k] - (k == 2));
+        m[k] = routed.kbt[k] * y[10 + k];
+    }
+    for (int i = 0; i < 2; i++) {
+        double r[3][3], p[3], moment[3];
+        route(&routed, i, length, r);
+        vector_cross(y + 10, r[0], p);
+        for (int k = 0; k < 3; k++) {
+            p[k] += r[1][k] + y[7 + k];
+        }
+        double size = sqrt(vector_dot(p, p));
+        vector_cross(r[0], p, moment);
+        for (int k = 0; k < 3; k++) {
+            n[k] += routed.tension[i] * p[k] / size;
+            m[k] += routed.tension[i] * moment[k] / size;
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        assert_near(n[k], 0, 1e-8); /* of some N */
+        assert_near(m[k], 0, 1e-10);
+    }
+    solution_free(x.solution);
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+/* y_s by y against differences, for all that pulls, also with locked strains. */
+static void test_derivatives(void **state)
+{
+    (void)state;
+    const double strain[2][3] = {{0.01, 0.02, 0.03}, {0, 0, 0}}, curvature[3] = {1, 0.8, 1.3};
+    const solve_extent extents[3] = {{0, 1, false}, {0, 1, false}, {0, 1, true}};
+    const solve_actuator actuators[3] = {
+        {{0.1, 0.2}, {0, 0}, 3}, {{-0.2, 0.1}, {0.4, -0.3}, 5}, {{0.1, -0.1}, {0, 0}, -2}};
+    const double y[STATIC_ROWS] = {0.1,  0.2, 0.3, 0.7, -0.2, 0.5, 0.4,
+                                   -1.1, 0.9, 0.6, 0.3, -0.8, 0.5};
+    for (int locked = 0; locked < 2; locked++) {
+        const static_point at = {
+            .rest = {.strain = {0, 0, 1}, .curvature = {0.1, -0.2, 0.3}},
+            .load = {.moment = {0.3, 0.2, 0.1}, .body_force = {-0.5, 0.1, 0.2}},
+            .strain_compliance = strain[locked],
+            .curvature_compliance = curvature,
+            .actuation = {.count = 3, .extents = extents, .actuators = actuators, .factor = 0.9}};
+        double rate[STATIC_ROWS], jacobian[STATIC_ROWS][STATIC_ROWS];
+        ad_error error;
+        assert_int_equal(ad_dense_load(&error), AD_OK);
+        static_rate(&at, y, rate, jacobian);
+        for (int c = 0; c < STATIC_ROWS; c++) {
+            const double step = 1e-3;
+            double moved[4][STATIC_ROWS];
+            for (int i = 0; i < 4; i++) { /* of fourth order */
+                double here[STATIC_ROWS];
+                memcpy(here, y, sizeof here);
+                here[c] += step * (i < 2 ? i - 2 : i - 1);
+                static_rate(&at, here, moved[i], NULL);
+            }
+            for (int r = 0; r < STATIC_ROWS; r++) {
+                double slope = moved[0][r] - 8 * moved[1][r] + 8 * moved[2][r] - moved[3][r];
+                assert_near(jacobian[r][c], slope / (12 * step), 1e-9); /* measured: 3e-11 */
+            }
+        }
+    }
+}
+
+/* The equations on the tape have the same solution: one that is chosen, with loads by the tape. */
+static void test_manufactured(void **state)
+{
+    (void)state;
+    scene given = routed_scene(&routed, 0.3);
+    memset(given.loads.force, 0, sizeof given.loads.force);
+    const char *const angles[3] = {"2*s", "sin(5*s)", "s^2"};
+    given.manufactured.position[0] = Q("0.1*s^2");
+    given.manufactured.position[1] = Q("0.2*s*sin(4*s)");
+    given.manufactured.position[2] = Q("0.95*s");
+    set_quantities(given.manufactured.angles, 3, angles);
+    given.chamber_count = 1;
+    given.chambers[0] = (scene_chamber){
+        .offset = {Q("0.01*s"), Q(0.004)}, .pressure = Q(3e4), .area = Q("1e-4*(1+s)")};
+    solved x = solve(&given, 0, NULL, 1e-12);
+    for (int i = 0; i <= 6; i++) {
+        double s = 0.05 * i, pose[7];
+        pose_at(&x, s, 0, pose);
+        assert_near(pose[0], 0.1 * s * s, 1e-12);
+        assert_near(pose[1], 0.2 * s * sin(4 * s), 1e-12);
+        assert_near(pose[2], 0.95 * s, 1e-12);
+    }
+    solution_free(x.solution);
+}
+
+/* ---- in motion ------------------------------------------------------------------------------- */
+
+/* Of spectral elements, to 6e-10 m: t, tip, middle. */
+static const double ramp[][7] = {
+    {0.05, 0.0033297606636050136, 0, 0.19943684896728783, -0.0006179686656230741, 0,
+     0.0998055249045323},
+    {0.1, 0.01832147273928049, 0, 0.1954162513534742, -0.004850494975295453, 0,
+     0.09946400302389234},
+    {0.15, 0.03256146920760809, 0, 0.19229162358325702, -0.0007875461584294158, 0,
+     0.09952286632162514},
+    {0.2, 0.0455170199849158, 0, 0.19213412968554644, 0.01227082419031583, 0, 0.09871101361488073},
+    {0.25, 0.07366058316006663, 0, 0.17847876168285381, 0.017163047563325578, 0,
+     0.0975406008166043},
+    {0.3, 0.09896679823991827, 0, 0.1590588271455805, 0.024309520411363635, 0, 0.09519109680474605},
+    {0.35, 0.11698740793950757, 0, 0.1493747059932455, 0.03808862720483849, 0, 0.08991165876378174},
+    {0.4, 0.13188854037799766, 0, 0.1314938554165853, 0.04435181469813947, 0, 0.0860385275538506},
+    {0.45, 0.13917914874963766, 0, 0.10891325512839602, 0.044334222134869664, 0,
+     0.08484298261352412},
+    {0.5, 0.1432533071511709, 0, 0.10482601300667403, 0.04773962230516934, 0, 0.08262081081416231}};
+
+enum { TIMES = sizeof ramp / sizeof *ramp };
+
+static scene soft_arm(void)
+{
+    scene made = robot(0.2, 1e6, 1e6 / 2.9, 0.005);
+    made.rod.density = Q(1100.0);
+    made.duration = Q(0.5);
+    add_tendon(&made, 0.008, 0, 0);
+    made.tendons[0].tension = Q("0.3*where(0.1-t, sin(5*pi*t)^2, 1)");
+    return made;
+}
+
+static double ramp_error(double tolerance, solve_report *report)
+{
+    double times[TIMES], worst = 0;
+    scene given = soft_arm();
+    for (int i = 0; i < TIMES; i++) {
+        times[i] = ramp[i][0];
+    }
+    solved x = solve(&given, TIMES, times, tolerance);
+    for (int i = 0; i < TIMES; i++) {
+        for (int k = 0; k < 6; k++) {
+            double pose[7];
+            pose_at(&x, k < 3 ? 0.2 : 0.1, times[i], pose);
+            worst = fmax(worst, fabs(pose[k % 3] - ramp[i][1 + k]));
+        }
+    }
+    solution_free(x.solution);
+    *report = x.report;
+    return worst;
+}
+
+/* By default, in 0.5 s: what the tolerance allows over what is reached, a few 1e-9 m. */
+static void test_ramp(void **state)
+{
+    (void)state;
+    scene given = soft_arm();
+    solve_report report;
+    double tolerance = solve_settings_default(&given).tolerance;
+    double error = ramp_error(tolerance, &report);
+    print_message("off by %.1e m, estimate %.1e, energy %.1e\n", error, report.estimate,
+                  report.energy_mismatch);
+    assert_true(error < 1e-8 && report.estimate <= tolerance);
+    assert_true(report.energy_mismatch < 10 * tolerance);
+}
+
+/* A motion that is chosen, under loads by the tape, of a damped rod with all that pulls. */
+static scene chosen_motion(void)
+{
+    static const char *const angles[3] = {"2*s*sin(9*t)", "sin(5*s)*cos(7*t)", "9*s^2*t"};
+    scene given = robot(0.3, 2e6, 0.7e6, 0.01);
+    given.rod.density = Q(1000.0);
+    given.rod.viscosity = Q(2000.0);
+    given.duration = Q(0.1);
+    given.end.type = SCENE_LOADED;
+    given.manufactured.position[0] = Q("s^2*t");
+    given.manufactured.position[1] = Q("0.1*s*sin(4*s)*cos(9*t)");
+    given.manufactured.position[2] = Q("s*(1-0.05*sin(8*t))");
+    set_quantities(given.manufactured.angles, 3, angles);
+    given.tendon_count = given.chamber_count = 1;
+    given.tendons[0] = (scene_tendon){.offset = {Q("0.008*cos(10*s)"), Q("0.008*sin(10*s)")},
+                                      .tension = Q("3*(1+sin(20*t))")};
+    given.chambers[0] = (scene_chamber){
+        .offset = {Q("0.01*s"), Q(0.004)}, .pressure = Q("3e4*t"), .area = Q("1e-4*(1+s)")};
+    return given;
+}
+
+/* In the state of that motion the accelerations are those of that motion, and power is the rate of
+ * energy: by differences of fourth order along the motion that the rate begins. */
+static void test_rate(void **state)
+{
+    (void)state;
+    enum { ELEMENTS = 2, DEGREE = 16, NODES = ELEMENTS * DEGREE + 1, ROWS = MOTION_ROWS };
+    const scene given = chosen_motion();
+    ad_error error = {.message = ""};
+    solve_rod *rod;
+    motion *m;
+    solve_end_state exact[NODES];
+    double now[NODES * ROWS], rate[NODES * ROWS], moved[NODES * ROWS], energy = 0;
+    assert_int_equal(solve_rod_create(&given, &rod, &error), AD_OK);
+    assert_int_equal(motion_create(rod, 1e8, ELEMENTS, NULL, DEGREE, &m, &error), AD_OK);
+    double t = 0.6 * rod->duration;
+    assert_int_equal(solve_rod_manufactured(rod, NODES, motion_points(m), t, exact, &error), AD_OK);
+    assert_int_equal(motion_at(m, t, &error), AD_OK);
+    for (int i = 0; i < NODES; i++) { /* r, q, r_t, w are in the order of a state */
+        memcpy(now + i * ROWS, &exact[i], ROWS * sizeof *now);
+    }
+    motion_rate(m, now, rate);
+    for (int i = 1; i < NODES; i++) {
+        for (int k = 0; k < 3; k++) {
+            assert_near(rate[i * ROWS + MOTION_V + k], exact[i].acceleration[k], 1e-5);
+            assert_near(rate[i * ROWS + MOTION_W + k], exact[i].spin_rate[k], 1e-3);
+        }
+    }
+    const double step = 1e-4, share[4] = {1, -8, 8, -1};
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < NODES * ROWS; k++) {
+            moved[k] = now[k] + step * (i < 2 ? i - 2 : i - 1) * rate[k];
+        }
+        motion_energy at = motion_energy_of(m, moved);
+        energy += share[i] * (at.kinetic + at.strain) / (12 * step);
+    }
+    motion_power power = motion_power_of(m, now);
+    print_message("energy grows by %.12g, %.12g of it by loads\n", energy, power.load);
+    assert_near(power.load - power.dissipation, energy, 1e-8 * fabs(energy));
+    motion_free(m);
+    solve_rod_free(rod);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_bensch),       cmocka_unit_test(test_weight),
+        cmocka_unit_test(test_two_segments), cmocka_unit_test(test_constant),
+        cmocka_unit_test(test_webster),      cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_manufactured), cmocka_unit_test(test_ramp),
+        cmocka_unit_test(test_rate)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
