@@ -387,7 +387,10 @@ static ad_status check_rigid_motion(const scene_checker *check)
     if (holds.places == 1) {
         return scene_refuse(
             check, "boundary",
-            "one pinned end leaves the rotation of a static rod open; clamp one end");
+            rod_scene->spring_count > 0
+                ? "one place that is held leaves the rotation of a static rod open; clamp one end, "
+                  "or give springs.turning"
+                : "one pinned end leaves the rotation of a static rod open; clamp one end");
     }
     if (holds.places == 2 && !resists_spin(rod_scene)) {
         return scene_refuse(
@@ -607,9 +610,9 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
                                                 check_initial,        check_time,
                                                 check_imperfection,   NULL};
     static scene_check_part *const of_beams[] = {
-        check_extent,        check_others,     scene_check_segments,
-        scene_check_rod,     scene_check_beam, scene_check_lists,
-        check_initial_state, check_time,       NULL};
+        check_extent,        check_others,      scene_check_segments,
+        scene_check_rod,     scene_check_lists, scene_check_beam,
+        check_initial_state, check_time,        NULL};
     const char *ignored = NULL;
     const scene_checker check = {rod_scene, NULL, -1, key ? key : &ignored, error};
     ad_status status = AD_OK;

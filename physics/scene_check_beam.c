@@ -1,6 +1,7 @@
 /* What the scene of a beam has to satisfy, and what it cannot have that rods in space can. */
 #include "physics/scene_internal.h"
 
+#include <math.h>
 #include <string.h>
 
 static const char SHAPE[] = "belongs to a rod in space; leave it out, or take another rod.model";
@@ -160,16 +161,51 @@ static ad_status check_end(const scene_checker *check, bool at_tip)
     return AD_OK;
 }
 
+/* Of a spring what a deflection along d2 and a turn about d1 move. */
+static ad_status check_springs(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    for (int i = 0; i < given->spring_count; i++) {
+        const scene_spring *spring = &given->springs[i];
+        const quantity *k = spring->stiffness, *turning = spring->turning, *at = spring->anchor;
+        if (quantity_is_something(k[0]) || quantity_is_something(k[2])) {
+            return scene_refuse_at(check, k,
+                                   "acts across or along the beam, which deflects along d2 alone; "
+                                   "allowed: [0, k, 0]");
+        }
+        if (quantity_is_something(turning[1]) || quantity_is_something(turning[2])) {
+            return scene_refuse_at(check, turning,
+                                   "acts about d2 or d3, but a beam turns about d1 alone; allowed: "
+                                   "[k, 0, 0]");
+        }
+        if (quantity_is_something(at[0]) || quantity_is_something(at[2])) {
+            return scene_refuse_at(check, at,
+                                   "is a deflection along d2 for a beam; allowed: [0, w, 0]");
+        }
+    }
+    return AD_OK;
+}
+
 /* Static equilibrium has to be unique. */
 static ad_status check_support(const scene_checker *check)
 {
     const scene *given = check->scene;
     quantity foundation = given->beam.foundation;
     scene_end_type start = given->start.type, end = given->end.type;
-    bool clamped = scene_end_holds_rotation(start) || scene_end_holds_rotation(end);
-    bool on_two = scene_end_holds_position(start) && scene_end_holds_position(end);
+    bool turning = scene_end_holds_rotation(start) || scene_end_holds_rotation(end);
+    double first = INFINITY, last = -INFINITY; /* places that are held */
+    for (int i = 0; i < 2 + given->spring_count; i++) {
+        const scene_spring *spring = i < 2 ? NULL : &given->springs[i - 2];
+        double at = spring ? spring->at.number : i * scene_length(given);
+        if (spring ? quantity_is_something(spring->stiffness[1])
+                   : scene_end_holds_position(i ? end : start)) {
+            first = fmin(first, at);
+            last = fmax(last, at);
+        }
+        turning = turning || (spring && quantity_is_something(spring->turning[0]));
+    }
     scene_range range = scene_range_of(given, quantity_or(foundation, quantity_number(0)));
-    if (scene_is_dynamic(given) || clamped || on_two || range.high > 0) {
+    if (scene_is_dynamic(given) || (turning && first <= last) || first < last || range.high > 0) {
         return AD_OK;
     }
     return scene_refuse(check, "boundary",
@@ -203,6 +239,9 @@ ad_status scene_check_beam(const scene_checker *check)
     }
     for (int end = 0; end <= 1 && status == AD_OK; end++) {
         status = check_end(check, end);
+    }
+    if (status == AD_OK) {
+        status = check_springs(check);
     }
     if (status == AD_OK) {
         status = check_support(check);

@@ -18,7 +18,7 @@ typedef enum scene_part {
     SCENE_OF_TIP,
     SCENE_OF_INITIAL,
     SCENE_OF_EXACT, /* manufactured */
-    SCENE_OF_LISTS, /* points, bodies, springs, tendons, chambers */
+    SCENE_OF_LISTS, /* points, tendons, chambers */
     SCENE_OF_BEAM
 } scene_part;
 

@@ -238,28 +238,29 @@ extern "C" {
       "Moment on it; formulas of t.")
 
 #define SCENE_BODY_ROWS(X, of, in)                                                                 \
-    X(of "at", 1, in at, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+    X(of "at", 1, in at, ROD, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
       "Place of the section to which a rigid body is fixed, its centre on the axis; 0 to length.") \
-    X(of "mass", 1, in mass, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
+    X(of "mass", 1, in mass, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
       "required",                                                                                  \
       "Its mass.")                                                                                 \
-    X(of "inertia", 3, in inertia, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
+    X(of "inertia", 3, in inertia, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \
       ZERO, NULL,                                                                                  \
       "Its moments of inertia about d1, d2, d3.")
 
 #define SCENE_SPRING_ROWS(X, of, in)                                                               \
-    X(of "at", 1, in at, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
+    X(of "at", 1, in at, ROD, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
-      "Place of the section that a linear spring holds; 0 to length.")                             \
-    X(of "stiffness", 3, in stiffness, LISTS, ONE_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
+      "Place of the section that a linear spring holds; 0 to length. Of a beam it acts on the "      \
+      "deflection, along d2, and on the slope, about d1.")                             \
+    X(of "stiffness", 3, in stiffness, ROD, ONE_NUMBER, NOT_NEGATIVE, TENSOR, WORLD, "N/m",     \
       ZERO, NULL,                                                                                  \
       "Force per displacement from the anchor, along the world's axes.")                           \
-    X(of "turning", 3, in turning, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
+    X(of "turning", 3, in turning, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
       ZERO, NULL,                                                                                  \
       "Moment about d1, d2, d3 per rotation from the unstressed rod there: 2 vec of its "          \
       "quaternion.")                                                                               \
-    X(of "anchor", 3, in anchor, LISTS, ONE_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
+    X(of "anchor", 3, in anchor, ROD, ONE_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
       "the unstressed rod there",                                                                  \
       "Where the spring does not pull.")
 

@@ -2,7 +2,7 @@
  * writing and reading an experiment changes nothing. Run from the project folder, or with
  * CONFIGS_FOLDER set to where the shipped scenes are. */
 #include "config_refusals.h"
-#include "config_refusals_beam.h"
+#include "config_refusals_lists.h"
 #include "tools/config/config_parts.h"
 
 #include <locale.h>
@@ -87,6 +87,7 @@ static void test_scene_refusals(void **state)
     (void)state;
     check_refusals(scene_refusals, sizeof scene_refusals / sizeof *scene_refusals);
     check_refusals(beam_refusals, sizeof beam_refusals / sizeof *beam_refusals);
+    check_refusals(list_refusals, sizeof list_refusals / sizeof *list_refusals);
 }
 
 static void test_files(void **state)

@@ -171,10 +171,16 @@ void config_key_suggest(const char *pattern, char suggestion[CONFIG_PATH_MAX])
         }
     }
     bool weak = !*suggestion || 2 * best >= (int)length; /* half of it is different */
+    size_t most = 0;
     for (int i = 0; i < config_key_count && weak; i++) {
-        if (strcmp(last_part(config_keys[i].path), name) == 0) {
-            snprintf(suggestion, CONFIG_PATH_MAX, "%s", config_keys[i].path);
-            weak = false;
+        const char *path = config_keys[i].path;
+        size_t shared = 1; /* with one, of the same part of the file */
+        while (path[shared - 1] && path[shared - 1] == pattern[shared - 1]) {
+            shared++;
+        }
+        if (strcmp(last_part(path), name) == 0 && shared > most) {
+            snprintf(suggestion, CONFIG_PATH_MAX, "%s", path);
+            most = shared;
         }
     }
 }
