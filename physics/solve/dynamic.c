@@ -1,39 +1,34 @@
 #include "physics/solve/dynamic.h"
 
-#include "physics/solve/fastest.h"
-#include "physics/solve/mesh.h"
+#include "physics/solve/motion_mesh.h"
 #include "physics/solve/quaternion.h"
-#include "physics/solve/split.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Intervals between nodes: each mesh has half as many again as the one before. */
-enum { COARSEST = 12, FINEST = 2048, COMPARED = 33 };
-
-/* A smooth motion takes few intervals, best in elements of high degree. Where many are asked for
- * there are waves with kinks; fewer points crowd at the edges of elements of lower degree, and
- * LANES of them are one block. */
-enum { ELEMENT_DEGREE_MAX = 16, MANY = 48, ELEMENT_DEGREE_OF_MANY = 7 };
-
-/* Of elements that are many because something acts at many places. */
-enum { LEAST_DEGREE = 4 };
+/* Intervals between nodes: each mesh has half as many again as the one before. Solutions are
+ * compared at so many points, at the times given and at so many more. */
+enum { COARSEST = 12, FINEST = 2048, COMPARED = 33, MORE_TIMES = 8 };
 
 struct dynamic_solution {
     motion *motion;
-    size_t count;
-    double *times;          /* [count] */
-    double *states;         /* [count][nodes][MOTION_ROWS] */
-    solve_energy *energies; /* [count] */
+    motion_record at;
+    size_t given;           /* times */
+    size_t *which;          /* [given] of those in `at` */
+    solve_energy *energies; /* [given] */
 };
+
+/* ---- a solution on one mesh ---------------------------------------------------------------- */
 
 void dynamic_free(dynamic_solution *x)
 {
     if (x) {
         motion_free(x->motion);
-        free(x->times);
-        free(x->states);
+        free(x->at.times);
+        free(x->at.states);
+        free(x->at.energies);
+        free(x->which);
         free(x->energies);
         free(x);
     }
@@ -44,15 +39,21 @@ const solve_energy *dynamic_energies(const dynamic_solution *x)
     return x->energies;
 }
 
-ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
-                     solve_state *out, ad_error *error)
+static ad_status at_time(const dynamic_solution *x, size_t which, size_t n, const double *s,
+                         solve_state *out, ad_error *error)
 {
-    const double *state = x->states + which * motion_nodes(x->motion) * MOTION_ROWS;
-    ad_status status = motion_at(x->motion, x->times[which], error);
+    const double *state = x->at.states + which * motion_nodes(x->motion) * MOTION_ROWS;
+    ad_status status = motion_at(x->motion, x->at.times[which], error);
     if (status == AD_OK) {
         motion_samples(x->motion, state, n, s, out);
     }
     return status;
+}
+
+ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
+                     solve_state *out, ad_error *error)
+{
+    return at_time(x, x->which[which], n, s, out, error);
 }
 
 /* A locked strain is a stiff one, which implicit steps stand: forces of some EI/L^2 stretch it by a
@@ -62,34 +63,43 @@ static double lock_for(double tolerance)
     return fmin(100 / tolerance, 1e10);
 }
 
-/* Memory for a solution on a mesh of at least so many intervals. */
-static ad_status create(const solve_rod *rod, double lock, int intervals, size_t count,
-                        const double *times, dynamic_solution **result, ad_error *error)
+/* The times given, and more, ascending and each once. */
+static void place_times(dynamic_solution *x, const double *times)
 {
-    int most = intervals < MANY ? ELEMENT_DEGREE_MAX : ELEMENT_DEGREE_OF_MANY;
-    int elements = (intervals + most - 1) / most;
-    double places[SOLVE_JUMPS_MAX], *edges;
-    for (int i = 0; i < rod->jumps.count; i++) {
-        places[i] = rod->jumps.at[i].s;
+    double last = x->given > 0 ? times[x->given - 1] : 0;
+    size_t more = 1, next = 0;
+    while (more < MORE_TIMES || next < x->given) {
+        double extra = more < MORE_TIMES ? last * (double)more / MORE_TIMES : INFINITY;
+        double t = next < x->given && times[next] <= extra ? times[next] : extra;
+        more += extra <= t;
+        if (x->at.count == 0 || t > x->at.times[x->at.count - 1]) {
+            x->at.times[x->at.count++] = t;
+        }
+        for (; next < x->given && times[next] <= t; next++) {
+            x->which[next] = x->at.count - 1;
+        }
     }
-    edges = malloc(((size_t)(elements + rod->jumps.count) + 1) * sizeof *edges);
+}
+
+/* Memory for a solution on a mesh of at least so many intervals. */
+static ad_status create(const solve_rod *rod, const motion_places *places, double lock,
+                        int intervals, size_t count, const double *times, dynamic_solution **result,
+                        ad_error *error)
+{
     dynamic_solution *x = calloc(1, sizeof *x);
-    if (!x || !edges) {
-        free(edges);
-        free(x);
+    if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    elements = solve_mesh_edges(elements, rod->jumps.count, places, edges);
-    int degree = (intervals + elements - 1) / elements;
-    degree = rod->jumps.count > 0 && degree < LEAST_DEGREE ? LEAST_DEGREE : degree;
-    ad_status status = motion_create(rod, lock, elements, edges, degree, &x->motion, error);
-    free(edges);
+    ad_status status = motion_mesh(rod, places, lock, intervals, &x->motion, error);
     if (status == AD_OK) {
-        x->count = count;
-        x->times = malloc((count + 1) * sizeof *x->times);
-        x->states = malloc((count + 1) * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double));
+        size_t most = count + MORE_TIMES;
+        x->given = count;
+        x->which = malloc((count + 1) * sizeof *x->which);
         x->energies = malloc((count + 1) * sizeof *x->energies);
-        if (!x->times || !x->states || !x->energies) {
+        x->at.times = malloc(most * sizeof *x->at.times);
+        x->at.states = malloc(most * motion_nodes(x->motion) * MOTION_ROWS * sizeof(double));
+        x->at.energies = malloc(most * sizeof *x->at.energies);
+        if (!x->which || !x->energies || !x->at.times || !x->at.states || !x->at.energies) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", count);
         }
     }
@@ -97,142 +107,51 @@ static ad_status create(const solve_rod *rod, double lock, int intervals, size_t
         dynamic_free(x);
         return status;
     }
-    memcpy(x->times, times, count * sizeof *times);
+    place_times(x, times);
     *result = x;
     return AD_OK;
 }
 
-/* How finely a motion is solved. */
-typedef struct resolution {
-    double lock;
-    int intervals;
-    double tolerance; /* of adaptive steps of time */
-    double shortened; /* steps that are composed of flows: so much shorter than the longest */
-    bool follows;     /* every vibration of the mesh, where implicit steps took too long */
-    bool is_composed; /* the last solution: its steps shorten with the mesh */
-} resolution;
-
-/* What one step costs, in forces on one node. */
-static double composed_step_work(double nodes)
-{
-    return 6 * nodes;
-}
-
-/* Six forces, which cost less than the rest of ARKODE's step. */
-static double explicit_step_work(double nodes)
-{
-    return 18 * nodes;
-}
-
-/* Measured with 13 to 91 nodes: in between the dense systems take over. Loads of a manufactured
- * solution cost more than all the rest, and are asked for by each. */
-static double implicit_step_work(const solve_rod *rod, double nodes)
-{
-    return scene_is_manufactured(&rod->scene)
-               ? 22 * nodes
-               : (18 + nodes * nodes / 169) * composed_step_work(nodes);
-}
-
-static ad_status find_frequency(dynamic_solution *x, double *frequency, ad_error *error)
-{
-    fastest *f = NULL;
-    ad_status status = fastest_create(x->motion, &f, error);
-    status = status == AD_OK ? fastest_at_start(f, frequency, error) : status;
-    fastest_free(f);
-    return status;
-}
-
-/* Following every vibration of the mesh, in steps that are as short as that takes. */
-static ad_status follow(dynamic_solution *x, const resolution *by, double frequency,
-                        integrate_counts *counts, ad_error *error)
-{
-    integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
-    if (!motion_is_separable(x->motion)) {
-        return motion_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
-                                counts, error);
-    }
-    settings.step = 1 / (split_steps(frequency) * by->shortened);
-    return split_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies, counts,
-                           error);
-}
-
-/* The implicit method has as many steps as cost what following all vibrations would; where they do
- * not suffice that it is, from then on. So no choice costs more than twice the better one. */
-static ad_status integrate_either(const solve_rod *rod, dynamic_solution *x, resolution *by,
-                                  solve_report *report, double *work, ad_error *error)
-{
-    double frequency = 0, nodes = (double)motion_nodes(x->motion);
-    integrate_counts counts = {0};
-    ad_status status = find_frequency(x, &frequency, error);
-    bool composes = motion_is_separable(x->motion), done = false;
-    double explicit_steps = rod->duration * (composes ? split_steps(frequency) * by->shortened
-                                                      : integrate_explicit_steps(frequency));
-    double explicit_work =
-        explicit_steps * (composes ? composed_step_work(nodes) : explicit_step_work(nodes));
-    double implicit_work = implicit_step_work(rod, nodes);
-    if (status == AD_OK && !by->follows) {
-        integrate_settings settings = {.method = INTEGRATE_IMPLICIT,
-                                       .tolerance = by->tolerance,
-                                       .steps_max =
-                                           1 + (long)fmin(explicit_work / implicit_work, 1e9)};
-        status = motion_integrate(x->motion, &settings, x->count, x->times, x->states, x->energies,
-                                  &counts, error);
-        report->newton_steps += counts.newton_steps;
-        report->time_steps += counts.steps;
-        report->time = counts.time / rod->duration;
-        *work += (double)counts.steps * implicit_work;
-        done = status != AD_NOT_FINITE;
-        by->follows = !done;
-    }
-    if (!done && (status == AD_OK || status == AD_NOT_FINITE)) {
-        status = follow(x, by, frequency, &counts, error);
-        report->time_steps += counts.steps;
-        report->time = counts.time / rod->duration;
-        *work += (double)counts.steps * explicit_work / explicit_steps;
-    }
-    by->is_composed = !done && composes;
-    return status;
-}
-
 /* The largest energy, and the largest mismatch over it. */
-static void take_energies(const dynamic_solution *x, solve_report *report)
+static void take_energies(dynamic_solution *x, solve_report *report)
 {
     double mismatch = 0, largest = 0;
-    for (size_t i = 0; i < x->count; i++) {
-        const solve_energy *e = &x->energies[i];
+    for (size_t i = 0; i < x->at.count; i++) {
+        const solve_energy *e = &x->at.energies[i];
         mismatch = fmax(mismatch, fabs(e->mismatch));
         largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
+    }
+    for (size_t i = 0; i < x->given; i++) {
+        x->energies[i] = x->at.energies[x->which[i]];
     }
     report->energy = largest;
     report->energy_mismatch = mismatch > 0 ? mismatch / largest : 0;
 }
 
-static ad_status solve_once(const solve_rod *rod, resolution *by, size_t count, const double *times,
-                            dynamic_solution **result, solve_report *report, double *work,
-                            ad_error *error)
-{
-    dynamic_solution *x = NULL;
-    solve_report of_this = *report;
-    *result = NULL;
-    *work = 0;
-    ad_status status = create(rod, by->lock, by->intervals, count, times, &x, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    status = integrate_either(rod, x, by, &of_this, work, error);
-    of_this.nodes = (int)motion_nodes(x->motion);
-    if (status != AD_OK) {
-        report->time = report->nodes == 0 ? of_this.time : report->time;
-        dynamic_free(x);
-        return status;
-    }
-    take_energies(x, &of_this);
-    *report = of_this;
-    *result = x;
-    return AD_OK;
-}
-
 /* ---- refining ------------------------------------------------------------------------------ */
+
+/* What refining has reached. */
+typedef struct refined {
+    const solve_rod *rod;
+    motion_places places;
+    double lock;
+    size_t count;
+    const double *times; /* [count] */
+    int intervals;
+    motion_steps by;
+    dynamic_solution *best;
+    double distance; /* between the last two */
+    double total;    /* work of all */
+} refined;
+
+/* What all solutions together may cost, in forces on one node: some 40 s. */
+static const double WORK_MOST = 1e9;
+
+/* Whether a solution that costs so many times the last one is allowed. */
+static bool affords(const refined *at, double times)
+{
+    return at->total + times * at->by.work <= WORK_MOST;
+}
 
 /* Of two states: of positions, and of rotations what their angle moves over a tenth of the rod. */
 static double apart(const solve_state *a, const solve_state *b)
@@ -255,9 +174,9 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
     for (int i = 0; i < COMPARED; i++) {
         s[i] = (double)i / (COMPARED - 1);
     }
-    for (size_t which = 0; which < x->count && status == AD_OK; which++) {
-        status = dynamic_at(x, which, COMPARED, s, of_x, error);
-        status = status == AD_OK ? dynamic_at(y, which, COMPARED, s, of_y, error) : status;
+    for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
+        status = at_time(x, which, COMPARED, s, of_x, error);
+        status = status == AD_OK ? at_time(y, which, COMPARED, s, of_y, error) : status;
         for (int i = 0; i < COMPARED && status == AD_OK; i++) {
             *distance = fmax(*distance, apart(&of_x[i], &of_y[i]));
         }
@@ -265,105 +184,117 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
     return status;
 }
 
-/* What refining has reached. */
-typedef struct refined {
-    dynamic_solution *best;
-    resolution by;
-    double distance;    /* between the last two */
-    double work, total; /* of the last solution, and of all, in forces on one node */
-} refined;
-
-/* What all solutions together may cost: some 30 s. */
-static const double WORK_MOST = 1e9;
-
-/* Replace the best by a solution on the mesh and with the steps at hand. One that fails leaves the
- * best, and *failed. */
-static ad_status solve_again(const solve_rod *rod, refined *at, solve_report *report, bool *failed,
-                             ad_error *error)
+static ad_status solve_once(refined *at, dynamic_solution **result, solve_report *report,
+                            ad_error *error)
 {
-    dynamic_solution *next = NULL, *last = at->best;
+    dynamic_solution *x = NULL;
+    solve_report of_this = *report;
+    *result = NULL;
     ad_status status =
-        solve_once(rod, &at->by, last->count, last->times, &next, report, &at->work, error);
-    at->total += at->work;
+        create(at->rod, &at->places, at->lock, at->intervals, at->count, at->times, &x, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = motion_go(x->motion, &at->by, &x->at, &of_this, error);
+    at->total += at->by.work;
+    of_this.nodes = (int)motion_nodes(x->motion);
+    if (status != AD_OK) {
+        report->time = at->best ? report->time : of_this.time;
+        dynamic_free(x);
+        return status;
+    }
+    take_energies(x, &of_this);
+    *report = of_this;
+    *result = x;
+    return AD_OK;
+}
+
+/* Replace the best by a solution on the mesh and with the steps at hand. One that comes to nothing
+ * leaves the best, and *failed. */
+static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad_error *error)
+{
+    dynamic_solution *next = NULL;
+    ad_status status = solve_once(at, &next, report, error);
     *failed = status == AD_NOT_FINITE;
     if (status == AD_OK) {
-        status = compare(last, next, &at->distance, error);
-        dynamic_free(last);
+        status = compare(at->best, next, &at->distance, error);
+        dynamic_free(at->best);
         at->best = next;
     }
     return *failed ? AD_OK : status;
-}
-
-/* Whether a solution that costs so many times the last one is allowed. */
-static bool affords(const refined *at, double times)
-{
-    return at->total + times * at->work <= WORK_MOST;
 }
 
 /* Steps of time alone, where meshes are coarse and steps cheap: steps of two meshes differ, and
  * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
  * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Steps that are
  * composed of flows shorten with the mesh; nothing is to be done. */
-static ad_status refine_time(const solve_rod *rod, double tolerance, refined *at,
-                             solve_report *report, double *by_time, ad_error *error)
+static ad_status refine_time(refined *at, double tolerance, solve_report *report, double *by_time,
+                             ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
-    const scene_properties properties = scene_properties_of(&rod->scene);
+    const scene_properties properties = scene_properties_of(&at->rod->scene);
     const double finest = scene_is_locked(&properties) ? 1e-8 : 1e-12, of_time = 0.25;
     double *steps = &at->by.tolerance;
     bool failed = false;
     ad_status status = AD_OK;
     *by_time = at->by.is_composed ? 0 : INFINITY;
     while (status == AD_OK && *by_time > of_time * tolerance && *steps > finest && affords(at, 2)) {
-        const resolution before = at->by;
-        *steps = fmax(*steps / 10, finest);
-        status = solve_again(rod, at, report, &failed, error);
+        const double before = *steps;
+        *steps = fmax(before / 10, finest);
+        status = solve_again(at, report, &failed, error);
         if (failed) {
+            *steps = before;
             break;
         }
         *by_time = at->by.is_composed ? 0 : at->distance;
-        if (at->distance <= of_time * tolerance) {
-            at->by.tolerance = before.tolerance;
-        }
+        *steps = at->distance <= of_time * tolerance ? before : *steps;
     }
     return status;
 }
 
-/* The error that a distance between the last two meshes leaves: of a motion with waves that no mesh
- * resolves distances fall by little, and what is yet to come adds up to
+/* The error that the last of `count` distances between meshes leaves. Those of a motion with waves
+ * that no mesh resolves fall slowly, and what is yet to come adds up to
  * distance (ratio + ratio^2 + ...). */
-static double left_over(double distance, double before)
+static double left_over(int count, const double *distance)
 {
     const double largest = 0.8; /* ratio: distances of rough motions scatter */
-    double ratio = fmin(distance / before, largest);
-    return distance * fmax(1, ratio / (1 - ratio));
+    const double last = distance[count - 1];
+    if (count < 2) {
+        return last;
+    }
+    int back = count > 2 ? 2 : 1;
+    double ratio = fmin(pow(last / distance[count - 1 - back], 1.0 / back), largest);
+    return last * fmax(1, ratio / (1 - ratio));
 }
 
-static ad_status refine(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
-                        ad_error *error)
+/* Meshes; FINEST is reached after 13. */
+static ad_status refine_mesh(refined *at, double tolerance, double by_time, solve_report *report,
+                             ad_error *error)
 {
-    double by_time = 0, estimate = INFINITY, before = INFINITY;
+    enum { MESHES_MAX = 16 };
+    const double dearer = 3; /* the next mesh: nodes and steps, half as many again of each */
+    double distances[MESHES_MAX], estimate = INFINITY;
     bool failed = false;
-    ad_status status = refine_time(rod, tolerance, at, report, &by_time, error);
-    for (int meshes = 1; status == AD_OK && !failed && by_time + estimate > tolerance; meshes++) {
-        if (at->by.intervals >= FINEST || (meshes > 1 && !affords(at, 3))) {
+    ad_status status = AD_OK;
+    for (int i = 0; i < MESHES_MAX && status == AD_OK && by_time + estimate > tolerance; i++) {
+        if (at->intervals >= FINEST || (i > 0 && !affords(at, dearer))) {
             break;
         }
-        at->by.intervals += at->by.intervals / 2;
-        status = solve_again(rod, at, report, &failed, error);
-        if (!failed) {
-            estimate = left_over(at->distance, before);
-            before = at->distance;
+        at->intervals += at->intervals / 2;
+        status = solve_again(at, report, &failed, error);
+        if (failed) {
+            break;
         }
+        distances[i] = at->distance;
+        estimate = left_over(i + 1, distances);
     }
     report->estimate = by_time + estimate;
     return status;
 }
 
-/* On a mesh that is given steps of time alone are refined, where they do not look after their own
+/* On a mesh that is given only steps of time are refined, where they do not look after their own
  * error. */
-static ad_status shorten(const solve_rod *rod, double tolerance, refined *at, solve_report *report,
-                         ad_error *error)
+static ad_status shorten(refined *at, double tolerance, solve_report *report, ad_error *error)
 {
     bool failed = false;
     ad_status status = AD_OK;
@@ -371,9 +302,22 @@ static ad_status shorten(const solve_rod *rod, double tolerance, refined *at, so
     while (status == AD_OK && !failed && at->by.is_composed && at->distance > tolerance &&
            affords(at, 2)) {
         at->by.shortened *= 2;
-        status = solve_again(rod, at, report, &failed, error);
+        status = solve_again(at, report, &failed, error);
     }
     return status;
+}
+
+static ad_status solve_refined(refined *at, const solve_settings *settings, solve_report *report,
+                               ad_error *error)
+{
+    double by_time = 0;
+    ad_status status = motion_places_of(at->rod, &at->places, error);
+    status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
+    if (status != AD_OK || settings->nodes > 0) {
+        return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;
+    }
+    status = refine_time(at, settings->tolerance, report, &by_time, error);
+    return status == AD_OK ? refine_mesh(at, settings->tolerance, by_time, report, error) : status;
 }
 
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
@@ -390,18 +334,15 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
         }
     }
     bool is_given = settings->nodes > 0;
-    refined at = {.by = {.lock = lock_for(settings->tolerance),
-                         .tolerance = (is_given ? 1 : 10) * settings->tolerance,
-                         .intervals = !is_given             ? COARSEST
-                                      : settings->nodes > 2 ? settings->nodes - 1
-                                                            : 2,
-                         .shortened = 1}};
-    ad_status status = solve_once(rod, &at.by, count, times, &at.best, report, &at.work, error);
-    at.total = at.work;
-    if (status == AD_OK) {
-        status = is_given ? shorten(rod, settings->tolerance, &at, report, error)
-                          : refine(rod, settings->tolerance, &at, report, error);
-    }
+    int intervals = settings->nodes > 2 ? settings->nodes - 1 : 2;
+    refined at = {.rod = rod,
+                  .lock = lock_for(settings->tolerance),
+                  .count = count,
+                  .times = times,
+                  .intervals = is_given ? intervals : COARSEST,
+                  .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
+    ad_status status = solve_refined(&at, settings, report, error);
+    free(at.places.place);
     if (status != AD_OK) {
         dynamic_free(at.best);
         return status;

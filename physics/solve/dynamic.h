@@ -1,5 +1,5 @@
-/* The motion of a rod: spectral elements in s (motion.h), Runge-Kutta in t (integrate.h),
- * both refined until the position stops changing. */
+/* The motion of a rod: spectral elements in s (motion.h), steps of t (integrate.h,
+ * split.h), both refined until the position stops changing. */
 #ifndef PHYSICS_SOLVE_DYNAMIC_H
 #define PHYSICS_SOLVE_DYNAMIC_H
 
@@ -9,11 +9,13 @@ typedef struct dynamic_solution dynamic_solution;
 
 /* From the initial state through times [count], ascending, in [0, duration], in units of
  * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
- * of time steps, no estimate. Otherwise steps and then the mesh grow finer until two solutions
- * differ by no more than a quarter and half the tolerance at the times given, in position and in
- * what a rotation moves over a tenth of the rod. The one on the finest mesh is the solution, and
- * the sum of the last differences the estimate, rather that of the solutions before. AD_OK also
- * when the finest steps or mesh do not meet the tolerance: report->estimate is then above. Locked
+ * of time steps, no estimate. Otherwise steps and then the mesh grow finer until the error is
+ * estimated to be below the tolerance, in position and in what a rotation moves over a tenth of the
+ * rod, at the times given and some in between. The solution is that on the finest mesh. The
+ * estimate is the last distance between two meshes, and more where distances fall slowly, as those
+ * of motions with waves that have kinks do. AD_OK also when the work that a solution may cost, or
+ * the finest mesh, does not meet the tolerance: report->estimate is then above. That work is
+ * counted in forces, so that results do not depend on the machine. Locked
  * strains are stiff ones, whose error is of the order of a hundredth of the tolerance; 1e-6 is
  * about the best to ask of them, and minutes where a load jumps and sets them ringing.
  * AD_BAD_INPUT: no rotary inertia. The rod must outlive the solution. */

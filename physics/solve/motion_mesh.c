@@ -1,0 +1,192 @@
+#include "physics/solve/motion_mesh.h"
+
+#include "physics/breaks.h"
+#include "physics/solve/fastest.h"
+#include "physics/solve/mesh.h"
+#include "physics/solve/split.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* A smooth motion takes few intervals, best in elements of high degree. Where many are asked for
+ * there are waves with kinks; fewer points crowd at the edges of elements of lower degree, and
+ * LANES of them are one block. */
+enum { DEGREE_MAX = 16, MANY = 48, DEGREE_OF_MANY = 7 };
+
+/* Of elements that are short because something jumps nearby. */
+enum { DEGREE_MIN = 4 };
+
+/* ---- meshes -------------------------------------------------------------------------------- */
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+ad_status motion_places_of(const solve_rod *rod, motion_places *places, ad_error *error)
+{
+    scene_breaks breaks;
+    int jumps = rod->jumps.count;
+    *places = (motion_places){0};
+    ad_status status = scene_breaks_of(&rod->scene, "s", &breaks, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    places->place = malloc((size_t)(breaks.count + jumps + 1) * sizeof *places->place);
+    if (!places->place) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d places", breaks.count + jumps);
+    }
+    int count = 0;
+    for (int i = 0; i < jumps; i++) {
+        places->place[count++] = rod->jumps.at[i].s;
+    }
+    for (int i = 0; i < breaks.count; i++) { /* which are nearly the same as those above */
+        double place = breaks.place[i] / rod->scales.length;
+        bool is_known = place < SOLVE_SAME_PLACE || place > 1 - SOLVE_SAME_PLACE;
+        for (int k = 0; k < count; k++) {
+            is_known |= fabs(place - places->place[k]) <= SOLVE_SAME_PLACE;
+        }
+        if (!is_known) {
+            places->place[count++] = place;
+        }
+    }
+    qsort(places->place, (size_t)count, sizeof *places->place, ascending);
+    places->count = count;
+    return AD_OK;
+}
+
+ad_status motion_mesh(const solve_rod *rod, const motion_places *places, double lock, int intervals,
+                      motion **result, ad_error *error)
+{
+    int most = intervals < MANY ? DEGREE_MAX : DEGREE_OF_MANY;
+    int least = places->count > 0 ? DEGREE_MIN : 2;
+    int elements = (intervals + most - 1) / most;
+    double *edges = malloc((size_t)(elements + places->count + 1) * sizeof *edges);
+    *result = NULL;
+    if (!edges) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", elements);
+    }
+    elements = solve_mesh_edges(elements, places->count, places->place, edges);
+    int degree = (intervals + elements - 1) / elements;
+    ad_status status =
+        motion_create(rod, lock, elements, edges, degree < least ? least : degree, result, error);
+    free(edges);
+    return status;
+}
+
+/* ---- ways through time --------------------------------------------------------------------- */
+
+/* What one step costs, in forces on one node. */
+static double composed_step_work(double nodes)
+{
+    return 6 * nodes;
+}
+
+/* Six forces, which cost less than the rest of ARKODE's step. */
+static double explicit_step_work(double nodes)
+{
+    return 18 * nodes;
+}
+
+/* Measured with 13 to 91 nodes: in between the dense systems take over. Loads of a manufactured
+ * solution cost more than all the rest, and are asked for by each. */
+static double implicit_step_work(const solve_rod *rod, double nodes)
+{
+    return scene_is_manufactured(&rod->scene)
+               ? 22 * nodes
+               : (18 + nodes * nodes / 169) * composed_step_work(nodes);
+}
+
+static ad_status find_frequency(motion *m, double *frequency, ad_error *error)
+{
+    fastest *f = NULL;
+    ad_status status = fastest_create(m, &f, error);
+    status = status == AD_OK ? fastest_at_start(f, frequency, error) : status;
+    fastest_free(f);
+    return status == AD_OK && !isfinite(*frequency)
+               ? ad_fail(error, AD_NOT_FINITE, "accelerations at t = 0 are not finite numbers")
+               : status;
+}
+
+/* Steps that are too long for what the motion becomes show as energy from nowhere. */
+static bool is_unstable(const motion_record *x)
+{
+    const double beyond = 0.1; /* of the largest energy; where steps suit it is below 1e-4 */
+    double largest = 0, mismatch = 0;
+    for (size_t i = 0; i < x->count; i++) {
+        const solve_energy *e = &x->energies[i];
+        largest = fmax(largest, fmax(e->kinetic + e->strain, fabs(e->work)));
+        mismatch = fmax(mismatch, fabs(e->mismatch));
+    }
+    return !(mismatch <= beyond * largest);
+}
+
+static ad_status compose(motion *m, motion_steps *by, double frequency, const motion_record *to,
+                         solve_report *report, ad_error *error)
+{
+    const int attempts = 3;
+    ad_status status = AD_NOT_FINITE;
+    for (int i = 0; i < attempts; i++) {
+        integrate_counts counts = {0};
+        integrate_settings settings = {.step = 1 / (split_steps(frequency) * by->shortened)};
+        status = split_integrate(m, &settings, to->count, to->times, to->states, to->energies,
+                                 &counts, error);
+        by->work += (double)counts.steps * composed_step_work((double)motion_nodes(m));
+        report->time_steps += counts.steps;
+        report->time = counts.time / motion_rod(m)->duration;
+        if (status != AD_NOT_FINITE && !(status == AD_OK && is_unstable(to))) {
+            break;
+        }
+        by->shortened *= 2;
+    }
+    return status;
+}
+
+static ad_status integrate(motion *m, motion_steps *by, const integrate_settings *settings,
+                           double step_work, const motion_record *to, solve_report *report,
+                           ad_error *error)
+{
+    integrate_counts counts = {0};
+    ad_status status = motion_integrate(m, settings, to->count, to->times, to->states, to->energies,
+                                        &counts, error);
+    by->work += (double)counts.steps * step_work;
+    report->newton_steps += counts.newton_steps;
+    report->time_steps += counts.steps;
+    report->time = counts.time / motion_rod(m)->duration;
+    return status;
+}
+
+ad_status motion_go(motion *m, motion_steps *by, const motion_record *to, solve_report *report,
+                    ad_error *error)
+{
+    const solve_rod *rod = motion_rod(m);
+    double frequency = 0, nodes = (double)motion_nodes(m);
+    bool composes = motion_is_separable(m);
+    ad_status status = find_frequency(m, &frequency, error);
+    by->work = 0;
+    by->is_composed = false;
+    if (status == AD_OK && !by->follows) {
+        double steps = rod->duration * (composes ? split_steps(frequency) * by->shortened
+                                                 : integrate_explicit_steps(frequency));
+        double work = steps * (composes ? composed_step_work(nodes) : explicit_step_work(nodes));
+        double step_work = implicit_step_work(rod, nodes);
+        integrate_settings settings = {.method = INTEGRATE_IMPLICIT,
+                                       .tolerance = by->tolerance,
+                                       .steps_max = 1 + (long)fmin(work / step_work, 1e9)};
+        status = integrate(m, by, &settings, step_work, to, report, error);
+        by->follows = status == AD_NOT_FINITE;
+        if (!by->follows) {
+            return status;
+        }
+        status = AD_OK;
+    }
+    if (status == AD_OK && composes) {
+        by->is_composed = true;
+        return compose(m, by, frequency, to, report, error);
+    }
+    integrate_settings settings = {.method = INTEGRATE_EXPLICIT, .tolerance = by->tolerance};
+    return status == AD_OK
+               ? integrate(m, by, &settings, explicit_step_work(nodes), to, report, error)
+               : status;
+}
