@@ -272,11 +272,12 @@ static ad_status refine_mesh(refined *at, double tolerance, double by_time, solv
                              ad_error *error)
 {
     enum { MESHES_MAX = 16 };
-    const double dearer = 3; /* the next mesh: nodes and steps, half as many again of each */
+    const double dearer = 3;     /* the next mesh: nodes and steps, half as many again of each */
+    const double of_first = 0.5; /* of the tolerance: how fast distances fall is not known yet */
     double distances[MESHES_MAX], estimate = INFINITY;
-    bool failed = false;
+    bool failed = false, is_met = false;
     ad_status status = AD_OK;
-    for (int i = 0; i < MESHES_MAX && status == AD_OK && by_time + estimate > tolerance; i++) {
+    for (int i = 0; i < MESHES_MAX && status == AD_OK && !is_met; i++) {
         if (at->intervals >= FINEST || (i > 0 && !affords(at, dearer))) {
             break;
         }
@@ -287,6 +288,7 @@ static ad_status refine_mesh(refined *at, double tolerance, double by_time, solv
         }
         distances[i] = at->distance;
         estimate = left_over(i + 1, distances);
+        is_met = i == 0 ? estimate <= of_first * tolerance : by_time + estimate <= tolerance;
     }
     report->estimate = by_time + estimate;
     return status;
