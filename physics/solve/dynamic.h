@@ -1,5 +1,5 @@
 /* The motion of a rod: spectral elements in s (motion.h), steps of t (integrate.h,
- * split.h), both refined until the position stops changing. */
+ * motion_compose.h), both refined until the position stops changing. */
 #ifndef PHYSICS_SOLVE_DYNAMIC_H
 #define PHYSICS_SOLVE_DYNAMIC_H
 

@@ -1,8 +1,8 @@
 #include "physics/solve/integrate.h"
 
 #include "physics/solve/events.h"
-#include "physics/solve/fastest.h"
 #include "physics/solve/gauss.h"
+#include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
 #include "physics/solve/vector.h"
 
@@ -163,10 +163,10 @@ static ad_status open_integration(integration *in, const integrate_settings *set
     } else if (!implicit) { /* error control sees what grows only when it has grown */
         fastest *f = NULL;
         double frequency = 1;
-        status = fastest_create(in->motion, &f, error);
-        status = status == AD_OK ? fastest_at_start(f, &frequency, error) : status;
-        fastest_free(f);
-        ARKStepSetMaxStep(in->stepper, 1 / integrate_explicit_steps(frequency));
+        status = motion_fastest_create(in->motion, &f, error);
+        status = status == AD_OK ? motion_fastest_at_start(f, &frequency, error) : status;
+        motion_fastest_free(f);
+        ARKStepSetMaxStep(in->stepper, 1 / motion_explicit_steps(frequency));
     }
     in->quadrature =
         solve_gauss_rule_of(implicit ? 3 : 2); /* explicit steps are small for stability */
@@ -318,7 +318,7 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
     return status;
 }
 
-double integrate_explicit_steps(double frequency)
+double motion_explicit_steps(double frequency)
 {
     const double stable = 3; /* eigenvalue times step, on the imaginary axis */
     return frequency / stable;

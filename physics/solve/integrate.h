@@ -6,7 +6,8 @@
  * eigenvalues lie beside the imaginary axis.
  * Explicit: ARK4(3)6L[2]SA of the same authors (Appl. Numer. Math. 44, 2003), order 4, which is
  * stable far up the imaginary axis. Follows every vibration of the mesh, which is best where the
- * motion has many of them, or the rod is thick; split.h has a quicker one for rods without damping.
+ * motion has many of them, or the rod is thick; motion_compose.h has a quicker one for rods without
+ * damping.
  */
 #ifndef PHYSICS_SOLVE_INTEGRATE_H
 #define PHYSICS_SOLVE_INTEGRATE_H
@@ -36,6 +37,6 @@ ad_status motion_integrate(motion *m, const integrate_settings *settings, size_t
 
 /* How many steps for a unit of time the explicit method needs, lest a vibration of such a frequency
  * grow. */
-double integrate_explicit_steps(double frequency);
+double motion_explicit_steps(double frequency);
 
 #endif

@@ -1,9 +1,9 @@
 #include "physics/solve/motion_mesh.h"
 
 #include "physics/breaks.h"
-#include "physics/solve/fastest.h"
 #include "physics/solve/mesh.h"
-#include "physics/solve/split.h"
+#include "physics/solve/motion_compose.h"
+#include "physics/solve/motion_fastest.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -101,9 +101,9 @@ static double implicit_step_work(const solve_rod *rod, double nodes)
 static ad_status find_frequency(motion *m, double *frequency, ad_error *error)
 {
     fastest *f = NULL;
-    ad_status status = fastest_create(m, &f, error);
-    status = status == AD_OK ? fastest_at_start(f, frequency, error) : status;
-    fastest_free(f);
+    ad_status status = motion_fastest_create(m, &f, error);
+    status = status == AD_OK ? motion_fastest_at_start(f, frequency, error) : status;
+    motion_fastest_free(f);
     return status == AD_OK && !isfinite(*frequency)
                ? ad_fail(error, AD_NOT_FINITE, "accelerations at t = 0 are not finite numbers")
                : status;
@@ -130,9 +130,10 @@ static ad_status compose(motion *m, motion_steps *by, double frequency, const mo
     ad_status status = AD_NOT_FINITE;
     for (int i = 0; i < attempts; i++) {
         integrate_counts counts = {0};
-        integrate_settings settings = {.step = 1 / (split_steps(frequency) * by->shortened)};
-        status = split_integrate(m, &settings, to->count, to->times, to->states, to->energies,
-                                 &counts, error);
+        integrate_settings settings = {.step =
+                                           1 / (motion_compose_steps(frequency) * by->shortened)};
+        status = motion_compose(m, &settings, to->count, to->times, to->states, to->energies,
+                                &counts, error);
         by->work += (double)counts.steps * composed_step_work((double)motion_nodes(m));
         report->time_steps += counts.steps;
         report->time = counts.time / motion_rod(m)->duration;
@@ -168,8 +169,8 @@ ad_status motion_go(motion *m, motion_steps *by, const motion_record *to, solve_
     by->work = 0;
     by->is_composed = false;
     if (status == AD_OK && !by->follows) {
-        double steps = rod->duration * (composes ? split_steps(frequency) * by->shortened
-                                                 : integrate_explicit_steps(frequency));
+        double steps = rod->duration * (composes ? motion_compose_steps(frequency) * by->shortened
+                                                 : motion_explicit_steps(frequency));
         double work = steps * (composes ? composed_step_work(nodes) : explicit_step_work(nodes));
         double step_work = implicit_step_work(rod, nodes);
         integrate_settings settings = {.method = INTEGRATE_IMPLICIT,

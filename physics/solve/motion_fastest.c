@@ -1,4 +1,4 @@
-#include "physics/solve/fastest.h"
+#include "physics/solve/motion_fastest.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,7 +9,7 @@ struct fastest {
     double *direction, *its_rate, *moved, *state; /* [rows] */
 };
 
-ad_status fastest_create(motion *m, fastest **result, ad_error *error)
+ad_status motion_fastest_create(motion *m, fastest **result, ad_error *error)
 {
     size_t rows = motion_nodes(m) * MOTION_ROWS;
     fastest *f = calloc(1, sizeof *f);
@@ -28,7 +28,7 @@ ad_status fastest_create(motion *m, fastest **result, ad_error *error)
     return AD_OK;
 }
 
-void fastest_free(fastest *f)
+void motion_fastest_free(fastest *f)
 {
     if (f) {
         free(f->direction);
@@ -56,7 +56,7 @@ static double apply_jacobian(fastest *f, const double *state)
     return length;
 }
 
-double fastest_at(fastest *f, const double *state, int rounds)
+double motion_fastest_at(fastest *f, const double *state, int rounds)
 {
     double growth = 0;
     motion_rate(f->motion, state, f->its_rate);
@@ -67,12 +67,12 @@ double fastest_at(fastest *f, const double *state, int rounds)
     return sqrt(growth);
 }
 
-ad_status fastest_at_start(fastest *f, double *frequency, ad_error *error)
+ad_status motion_fastest_at_start(fastest *f, double *frequency, ad_error *error)
 {
     ad_status status = motion_initial(f->motion, f->state, error);
     status = status == AD_OK ? motion_at(f->motion, 0, error) : status;
     if (status == AD_OK) {
-        *frequency = fastest_at(f, f->state, 20);
+        *frequency = motion_fastest_at(f, f->state, 20);
     }
     return status;
 }

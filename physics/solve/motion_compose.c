@@ -1,7 +1,7 @@
-#include "physics/solve/split.h"
+#include "physics/solve/motion_compose.h"
 
 #include "physics/solve/events.h"
-#include "physics/solve/fastest.h"
+#include "physics/solve/motion_fastest.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -96,7 +96,7 @@ static ad_status add_jump(splitting *in, double t, ad_error *error)
 static ad_status look(splitting *in, ad_error *error)
 {
     motion_finish(in->motion, in->state);
-    double now = fastest_at(in->fastest, in->state, in->steps == 0 ? 20 : 3);
+    double now = motion_fastest_at(in->fastest, in->state, in->steps == 0 ? 20 : 3);
     motion_start(in->motion, in->state);
     in->frequency = fmax(in->frequency, now);
     in->looked = in->steps;
@@ -184,7 +184,7 @@ static ad_status open_splitting(splitting *in, ad_error *error)
     in->state = malloc(motion_nodes(in->motion) * MOTION_ROWS * sizeof *in->state);
     ad_status status = in->state ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     if (status == AD_OK) {
-        status = fastest_create(in->motion, &in->fastest, error);
+        status = motion_fastest_create(in->motion, &in->fastest, error);
     }
     if (status == AD_OK) {
         status = solve_events_find(rod, &in->events, &in->event_times, error);
@@ -203,9 +203,9 @@ static ad_status open_splitting(splitting *in, ad_error *error)
     return status;
 }
 
-ad_status split_integrate(motion *m, const integrate_settings *settings, size_t count,
-                          const double *times, double *states, solve_energy *energies,
-                          integrate_counts *counts, ad_error *error)
+ad_status motion_compose(motion *m, const integrate_settings *settings, size_t count,
+                         const double *times, double *states, solve_energy *energies,
+                         integrate_counts *counts, ad_error *error)
 {
     splitting in = {.motion = m, .longest = settings->step, .steps_max = settings->steps_max};
     ad_error cause = {.message = ""};
@@ -216,13 +216,13 @@ ad_status split_integrate(motion *m, const integrate_settings *settings, size_t 
                 count > 0 ? times[count - 1] : 0, cause.message);
     }
     *counts = (integrate_counts){.steps = in.steps, .time = in.t};
-    fastest_free(in.fastest);
+    motion_fastest_free(in.fastest);
     free(in.state);
     free(in.event_times);
     return status;
 }
 
-double split_steps(double frequency)
+double motion_compose_steps(double frequency)
 {
     return frequency / LONGEST;
 }

@@ -5,18 +5,18 @@
  * step, reversible, and symplectic where forces have a potential: the energy of every vibration
  * stays what it is, however long it goes on. Stable for frequencies up to 5/step. Steps are
  * equal between the instants at which something must end. */
-#ifndef PHYSICS_SOLVE_SPLIT_H
-#define PHYSICS_SOLVE_SPLIT_H
+#ifndef PHYSICS_SOLVE_MOTION_COMPOSE_H
+#define PHYSICS_SOLVE_MOTION_COMPOSE_H
 
 #include "physics/solve/integrate.h"
 
 /* As motion_integrate, of a motion that is separable. settings->step: none is longer; 0: as long as
  * the fastest vibration allows. */
-ad_status split_integrate(motion *m, const integrate_settings *settings, size_t count,
-                          const double *times, double *states, solve_energy *energies,
-                          integrate_counts *counts, ad_error *error);
+ad_status motion_compose(motion *m, const integrate_settings *settings, size_t count,
+                         const double *times, double *states, solve_energy *energies,
+                         integrate_counts *counts, ad_error *error);
 
 /* How many steps for a unit of time it takes at least, with such a fastest vibration. */
-double split_steps(double frequency);
+double motion_compose_steps(double frequency);
 
 #endif
