@@ -3,13 +3,65 @@
 #include <math.h>
 #include <string.h>
 
+/* ---- windows --------------------------------------------------------------------------------- */
+
+/* One more window for whichever stretch has the longest ones, until there are no more. */
+static void share_windows(int windows, int stretches, const double *edges, int *share)
+{
+    for (int i = 0; i < stretches; i++) {
+        share[i] = 1;
+    }
+    for (int given = stretches; given < windows; given++) {
+        int longest = 0;
+        for (int i = 1; i < stretches; i++) {
+            double here = (edges[i + 1] - edges[i]) / share[i];
+            double there = (edges[longest + 1] - edges[longest]) / share[longest];
+            longest = here > there ? i : longest;
+        }
+        share[longest]++;
+    }
+}
+
+void domain_divide_time(domain *d, int count, const double *times)
+{
+    double edges[DOMAIN_WINDOWS_MAX + 1];
+    int share[DOMAIN_WINDOWS_MAX], stretches = count + 1, window = 0;
+    if (d->time < 0 || count == 0 || d->windows < stretches) {
+        return;
+    }
+    const domain_coordinate *t = &d->coordinates[d->time];
+    edges[0] = t->low;
+    edges[stretches] = t->high;
+    memcpy(edges + 1, times, (size_t)count * sizeof *times);
+    share_windows(d->windows, stretches, edges, share);
+    for (int i = 0; i < stretches; i++) {
+        for (int k = 0; k < share[i]; k++) {
+            d->window_edge[window++] = edges[i] + (edges[i + 1] - edges[i]) * k / share[i];
+        }
+    }
+    d->window_edge[window] = t->high;
+    d->divided = true;
+}
+
 double domain_window_time(const domain *d, int index)
 {
     if (d->time < 0) {
         return 0;
     }
+    if (d->divided) {
+        return d->window_edge[index];
+    }
     const domain_coordinate *t = &d->coordinates[d->time];
     return index == d->windows ? t->high : t->low + (t->high - t->low) * index / d->windows;
+}
+
+double domain_longest_window(const domain *d)
+{
+    double longest = 0;
+    for (int i = 0; i < d->windows; i++) {
+        longest = fmax(longest, domain_window_time(d, i + 1) - domain_window_time(d, i));
+    }
+    return longest;
 }
 
 int domain_window_at(const domain *d, double time)
@@ -29,6 +81,8 @@ int domain_window_at(const domain *d, double time)
     }
     return index;
 }
+
+/* ---- pieces ---------------------------------------------------------------------------------- */
 
 int domain_pieces(const domain *d)
 {

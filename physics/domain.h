@@ -31,11 +31,21 @@ typedef struct domain_coordinate {
 typedef struct domain {
     int count;
     domain_coordinate coordinates[DOMAIN_COORDINATES_MAX];
-    int time;    /* the coordinate that windows divide and causal weights follow; -1: none */
-    int windows; /* equal parts of it, each with a network of its own; 1 without time */
-    int pieces;  /* of the first coordinate; 0 or 1: all of it is one */
+    int time;     /* the coordinate that windows divide and causal weights follow; -1: none */
+    int windows;  /* parts of it, each with a network of its own; 1 without time */
+    bool divided; /* into the windows between the following times, else into equal ones */
+    double window_edge[DOMAIN_WINDOWS_MAX + 1]; /* [windows + 1], dimensionless, ascending */
+    int pieces;                         /* of the first coordinate; 0 or 1: all of it is one */
     double edge[DOMAIN_PIECES_MAX + 1]; /* [pieces + 1] of several: ascending, low and high too */
 } domain;
+
+/* Lets windows end at `count` times [count] within the range, ascending and dimensionless, as far
+ * as there are more windows than that: between two of them windows are equal, and as many as make
+ * the longest of all short. */
+void domain_divide_time(domain *d, int count, const double *times);
+
+/* The longest window. */
+double domain_longest_window(const domain *d);
 
 /* Where window `index` of time begins; index = windows: where the last one ends. 0 without time. */
 double domain_window_time(const domain *d, int index);

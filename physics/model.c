@@ -212,11 +212,11 @@ static void add_scene_terms(physics_model *m, const rod_weights *weights)
     }
 }
 
-ad_status model_domain_of(const scene *scene, domain *d, ad_error *error)
+/* Pieces along s, which the displacement form has not. */
+static ad_status divide_length(const scene *scene, domain *d, ad_error *error)
 {
     scene_breaks breaks;
-    *d = rod_domain_of(scene);
-    if (scene->formulation != SCENE_MIXED || scene_is_manufactured(scene)) {
+    if (scene->formulation != SCENE_MIXED) {
         return AD_OK;
     }
     ad_status status = scene_breaks_of(scene, "s", &breaks, error);
@@ -229,6 +229,32 @@ ad_status model_domain_of(const scene *scene, domain *d, ad_error *error)
         d->edge[d->pieces] = d->coordinates[0].high;
     }
     return status;
+}
+
+static ad_status divide_time(const scene *scene, domain *d, ad_error *error)
+{
+    scene_breaks breaks;
+    if (d->windows <= 1) {
+        return AD_OK;
+    }
+    ad_status status = scene_breaks_of(scene, "t", &breaks, error);
+    for (int i = 0; status == AD_OK && i < breaks.count; i++) {
+        breaks.place[i] /= d->coordinates[d->time].scale;
+    }
+    if (status == AD_OK) {
+        domain_divide_time(d, breaks.count, breaks.place);
+    }
+    return status;
+}
+
+ad_status model_domain_of(const scene *scene, domain *d, ad_error *error)
+{
+    *d = rod_domain_of(scene);
+    if (scene_is_manufactured(scene)) {
+        return AD_OK;
+    }
+    ad_status status = divide_length(scene, d, error);
+    return status == AD_OK ? divide_time(scene, d, error) : status;
 }
 
 ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,

@@ -143,9 +143,10 @@ typedef struct scene_physics {
 
 const scene_physics *scene_physics_of(const scene *scene);
 
-/* The coordinates of a scene as its model has them, in pieces along s that end where something of
- * the scene jumps (physics/breaks.h). The displacement form, whose derivatives would jump, has one;
- * so has a scene with more pieces than a network can have. AD_NO_MEMORY. */
+/* The coordinates of a scene as its model has them: in pieces along s that end where something of
+ * the scene jumps (physics/breaks.h), and in windows of time that do. The displacement form, whose
+ * derivatives would jump, has one piece; so has a scene with more than a network can have. Of fewer
+ * windows than there are stretches between jumps all are equal. AD_NO_MEMORY. */
 ad_status model_domain_of(const scene *scene, domain *d, ad_error *error);
 
 /* The model of a scene that passes scene_check, which is copied (its texts must live on); weights:

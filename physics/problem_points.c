@@ -19,18 +19,21 @@ static int varying(const problem *p, const problem_set *set, int *which)
 }
 
 /* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
- * the window at work. Points of several pieces keep off their edges, by more than rounding and less
- * than counts, so that what jumps there has the value that it has within. */
+ * the window at work. Where these end at jumps points keep off, by more than rounding and less than
+ * counts, so that what jumps has the value that it has within. */
 static double placed(const problem *p, int coordinate, int piece, double x)
 {
     static const double OFF = 1e-9;
     const domain *d = &p->model->domain;
     double low = d->coordinates[coordinate].low, high = d->coordinates[coordinate].high;
+    bool in_pieces = coordinate == 0 && domain_pieces(d) > 1;
     if (coordinate == d->time) {
         low = domain_window_time(d, p->window);
         high = domain_window_time(d, p->window + 1);
-    } else if (coordinate == 0 && domain_pieces(d) > 1) {
+    } else if (in_pieces) {
         domain_piece(d, piece, &low, &high);
+    }
+    if (in_pieces || (coordinate == d->time && d->divided)) {
         x = fmin(fmax(x, OFF), 1 - OFF);
     }
     return fmin(low + x * (high - low), high);

@@ -1,5 +1,6 @@
 /* The measured defaults of network, windows, points and stages: they follow from the scene and from
  * one another. */
+#include "physics/breaks.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>
@@ -63,6 +64,21 @@ static bool begins_with_gauss_newton(const train_settings *settings)
     return settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
+/* Between jumps in time and its ends, as many as are short enough. */
+static ad_status count_windows(const scene *rod_scene, double *windows, ad_error *error)
+{
+    scene_breaks breaks;
+    double unit = rod_scales_of(rod_scene).time * WINDOW, begin = 0;
+    ad_status status = scene_breaks_of(rod_scene, "t", &breaks, error);
+    *windows = 0;
+    for (int i = 0; status == AD_OK && i <= breaks.count; i++) {
+        double end = i < breaks.count ? breaks.place[i] : scene_duration(rod_scene);
+        *windows += ceil((end - begin) / unit * (1 - 1e-12));
+        begin = end;
+    }
+    return status;
+}
+
 /* Without hidden layers windows are so short that a moderate number of features spans what happens
  * in one. */
 static ad_status resolve_windows(train_settings *settings, scene *rod_scene, char *key,
@@ -72,8 +88,11 @@ static ad_status resolve_windows(train_settings *settings, scene *rod_scene, cha
     bool short_ones = settings->network.hidden_count == 0 && scene_is_dynamic(rod_scene) && hard &&
                       !scene_is_fourth_order(rod_scene);
     if (settings->windows == 0 && short_ones) {
-        double units = scene_duration(rod_scene) / rod_scales_of(rod_scene).time;
-        double windows = ceil(units / WINDOW * (1 - 1e-12));
+        double windows;
+        ad_status status = count_windows(rod_scene, &windows, error);
+        if (status != AD_OK) {
+            return status;
+        }
         if (!(windows <= SCENE_WINDOWS_MAX)) {
             return train_refuse(
                 key, "time.duration", error,
@@ -139,6 +158,9 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
     bool dynamic = scene_is_dynamic(rod_scene);
     double half_length = scene_length(rod_scene) / 2 * longest_piece(d);
     double half_time = scene_duration(rod_scene) / rod_scene->windows / 2;
+    if (d->divided) {
+        half_time = domain_longest_window(d) * d->coordinates[d->time].scale / 2;
+    }
     if (!dynamic && !isnan(settings->fourier_frequency)) {
         return train_refuse(key, "network.fourier.frequency", error,
                             "is along time, but the scene is static; give time.duration, or leave "
