@@ -1,13 +1,15 @@
 #include "physics/solve/beam.h"
 
 #include "physics/solve/beam_motion.h"
+#include "physics/solve/defect.h"
+#include "physics/solve/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 /* Nodes: each mesh of a static beam has twice as many as the one before, of a motion half as many
- * again. */
-enum { COARSEST = 12, FINEST_STATIC = 3072, FINEST_MOVING = 90 };
+ * again. The last two are elements of static beams: at the beginning, by halving. */
+enum { COARSEST = 12, FINEST_MOVING = 90, ELEMENTS_MAX = 512, FINEST_ELEMENTS = 256 };
 static const double ROUNDING = 1e-12; /* below which finer meshes need not be better */
 
 /* A step of time, of a unit of time / nodes^2 where EI/rhoA is 1, as frequencies of bending grow
@@ -50,6 +52,59 @@ void beam_at(const beam_solution *x, size_t which, size_t n, const double *s, be
     }
 }
 
+/* ---- meshes ---------------------------------------------------------------------------------- */
+
+typedef struct beam_mesh {
+    int nodes; /* as asked for */
+    int stages, elements;
+    double edges[ELEMENTS_MAX + 1];
+} beam_mesh;
+
+/* As many nodes as asked for or a few more: elements of as many points as may be, with edges where
+ * something jumps. */
+static void place(beam_mesh *mesh, const solve_beam *beam, int nodes)
+{
+    int least = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
+    mesh->nodes = nodes;
+    least = least < ELEMENTS_MAX / 2 ? least : ELEMENTS_MAX / 2;
+    mesh->elements = solve_mesh_edges(least, beam->quadrature->place_count,
+                                      beam->quadrature->places, mesh->edges);
+    mesh->stages = (nodes + mesh->elements - 1) / mesh->elements;
+    mesh->stages = mesh->stages < GAUSS_STAGES_MAX ? mesh->stages : GAUSS_STAGES_MAX;
+}
+
+/* At rest, for all that is given along the beam. */
+static ad_status begin(beam_mesh *mesh, const solve_beam *beam, double tolerance,
+                       solve_report *report, ad_error *error)
+{
+    const solve_given given = solve_beam_given(beam);
+    bool fine = true;
+    mesh->stages = GAUSS_STAGES_MAX;
+    ad_status status =
+        solve_quadrature_divide(beam->quadrature, &given, mesh->stages, tolerance / 10,
+                                ELEMENTS_MAX, &mesh->elements, mesh->edges, &fine, error);
+    mesh->nodes = mesh->elements * mesh->stages;
+    report->unresolved = report->unresolved ? report->unresolved : fine ? NULL : "beam";
+    return status;
+}
+
+/* False: there would be too many. */
+static bool halve(beam_mesh *mesh)
+{
+    if (2 * mesh->elements > FINEST_ELEMENTS) {
+        return false;
+    }
+    for (int e = mesh->elements; e > 0; e--) {
+        mesh->edges[2 * e] = mesh->edges[e];
+    }
+    mesh->elements *= 2;
+    mesh->nodes *= 2;
+    for (int e = 0; e < mesh->elements; e += 2) {
+        mesh->edges[e + 1] = (mesh->edges[e] + mesh->edges[e + 2]) / 2;
+    }
+    return true;
+}
+
 /* ---- one mesh -------------------------------------------------------------------------------- */
 
 static ad_status solve_static(beam_solution *x, ad_error *error)
@@ -81,11 +136,12 @@ static double speed(const beam_system *system)
     return sqrt(square);
 }
 
-static ad_status solve_on(beam_solution *x, int nodes, const double *times, solve_report *report,
-                          ad_error *error)
+static ad_status solve_on(beam_solution *x, const beam_mesh *mesh, const double *times,
+                          solve_report *report, ad_error *error)
 {
     double stiffening = x->beam->dynamic ? BEAM_MOTION_STIFFENING : 0;
-    ad_status status = beam_system_create(x->beam, nodes, stiffening, &x->system, error);
+    ad_status status = beam_system_create(x->beam, mesh->stages, mesh->elements, mesh->edges,
+                                          stiffening, &x->system, error);
     if (status != AD_OK) {
         return status;
     }
@@ -96,6 +152,7 @@ static ad_status solve_on(beam_solution *x, int nodes, const double *times, solv
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->count);
     }
     if (x->beam->dynamic) {
+        double nodes = mesh->nodes;
         long steps = (long)ceil(x->beam->duration * nodes * nodes * speed(x->system) / STEP);
         report->time_steps += steps;
         status = beam_motion_solve(x->beam, x->system, steps, x->count, times, x->fields, error);
@@ -112,8 +169,9 @@ static ad_status solve_on(beam_solution *x, int nodes, const double *times, solv
     return status;
 }
 
-static ad_status solve_once(const solve_beam *beam, int nodes, size_t count, const double *times,
-                            beam_solution **result, solve_report *report, ad_error *error)
+static ad_status solve_once(const solve_beam *beam, const beam_mesh *mesh, size_t count,
+                            const double *times, beam_solution **result, solve_report *report,
+                            ad_error *error)
 {
     *result = NULL;
     beam_solution *x = calloc(1, sizeof *x);
@@ -122,7 +180,7 @@ static ad_status solve_once(const solve_beam *beam, int nodes, size_t count, con
     }
     x->beam = beam;
     x->count = count;
-    ad_status status = solve_on(x, nodes, times, report, error);
+    ad_status status = solve_on(x, mesh, times, report, error);
     if (status != AD_OK) {
         beam_free(x);
         return status;
@@ -161,25 +219,76 @@ static double difference(const beam_solution *coarse, const beam_solution *fine)
     return size > 0 ? off / size : off;
 }
 
+static ad_status rate(const void *context, size_t n, const double *s, const double *y, double *to,
+                      ad_error *error)
+{
+    const solve_beam *beam = context;
+    beam_section *sections = malloc(n * sizeof *sections);
+    beam_load *loads = malloc(n * sizeof *loads);
+    ad_status status = sections && loads
+                           ? solve_beam_sections(beam, n, s, sections, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    status = status == AD_OK ? solve_beam_load(beam, n, s, 0, loads, error) : status;
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        beam_system_rate(&sections[i], y + i * BEAM_ROWS, &loads[i], to + i * BEAM_ROWS);
+    }
+    free(sections);
+    free(loads);
+    return status;
+}
+
+/* At rest: the estimate is no smaller than what the solution leaves undone between its points. */
+static ad_status look_between(beam_solution *x, solve_report *report, ad_error *error)
+{
+    const solve_equations equations = {.rows = BEAM_ROWS, .rate = rate, .context = x->beam};
+    const gauss_rule *rule = beam_system_rule(x->system);
+    size_t points = (size_t)rule->stages + 1, places = beam_system_places(x->system);
+    size_t elements = (size_t)beam_system_elements(x->system);
+    double *residual = malloc((elements * points + places) * BEAM_ROWS * sizeof *residual);
+    ad_status status = residual ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (size_t e = 0; e < elements && status == AD_OK; e++) {
+        status = solve_defect(
+            x->beam->quadrature, &equations, rule, beam_system_edges(x->system) + e,
+            x->fields + e * (points + 1) * BEAM_ROWS, residual + e * points * BEAM_ROWS, error);
+    }
+    if (status == AD_OK) {
+        double *step = residual + elements * points * BEAM_ROWS, off = 0, size = beam_largest(x);
+        beam_system_correct(x->system, residual, step);
+        for (size_t i = 0; i < places; i++) {
+            double here = fabs(step[i * BEAM_ROWS + BEAM_W]);
+            off = here <= off ? off : here; /* not a number stays */
+        }
+        off = size > 0 ? off / size : off;
+        report->estimate = isnan(off) ? INFINITY : fmax(report->estimate, off);
+    }
+    free(residual);
+    return status;
+}
+
 /* Replace *x by solutions on finer and finer meshes. */
-static ad_status refine(beam_solution **x, double tolerance, const double *times,
+static ad_status refine(beam_solution **x, beam_mesh *mesh, double tolerance, const double *times,
                         solve_report *report, ad_error *error)
 {
     const solve_beam *beam = (*x)->beam;
-    int nodes = COARSEST, finest = beam->dynamic ? FINEST_MOVING : FINEST_STATIC;
     bool done = false;
-    ad_status status = AD_OK;
-    while (status == AD_OK && !done && nodes < finest) {
+    ad_status status = beam->dynamic ? AD_OK : look_between(*x, report, error);
+    while (status == AD_OK && !done) {
         double before = report->estimate;
         beam_solution *finer = NULL;
-        nodes = beam->dynamic ? nodes + nodes / 2 : 2 * nodes;
-        status = solve_once(beam, nodes, (*x)->count, times, &finer, report, error);
+        if (beam->dynamic ? mesh->nodes >= FINEST_MOVING : !halve(mesh)) {
+            break;
+        }
+        if (beam->dynamic) {
+            place(mesh, beam, mesh->nodes + mesh->nodes / 2);
+        }
+        status = solve_once(beam, mesh, (*x)->count, times, &finer, report, error);
         if (status == AD_OK) {
             report->estimate = difference(*x, finer);
-            bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
-            done = report->estimate <= tolerance || rounding;
             beam_free(*x);
             *x = finer;
+            status = beam->dynamic ? AD_OK : look_between(*x, report, error);
+            bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
+            done = report->estimate <= tolerance || rounding;
         }
     }
     return status;
@@ -202,10 +311,19 @@ ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, siz
             "it out, or take rod.model kirchhoff or cosserat");
     }
     beam_solution *x = NULL;
-    int nodes = settings->nodes > 0 ? settings->nodes : COARSEST;
-    ad_status status = solve_once(beam, nodes, beam->dynamic ? count : 1, times, &x, report, error);
-    if (status == AD_OK && settings->nodes == 0) {
-        status = refine(&x, settings->tolerance, times, report, error);
+    beam_mesh mesh;
+    bool is_given = settings->nodes > 0;
+    ad_status status = AD_OK;
+    report->unresolved = beam->quadrature->unresolved;
+    place(&mesh, beam, is_given ? settings->nodes : COARSEST);
+    if (!is_given && !beam->dynamic) {
+        status = begin(&mesh, beam, settings->tolerance, report, error);
+    }
+    if (status == AD_OK) {
+        status = solve_once(beam, &mesh, beam->dynamic ? count : 1, times, &x, report, error);
+    }
+    if (status == AD_OK && !is_given) {
+        status = refine(&x, &mesh, settings->tolerance, times, report, error);
     }
     if (status != AD_OK) {
         beam_free(x);

@@ -5,6 +5,7 @@
 #include "physics/solve/mesh.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { FORMULAS = 4 };
 
@@ -151,6 +152,45 @@ static ad_status record(solve_beam *beam, const scene *beam_scene, ad_error *err
     return status;
 }
 
+/* ---- what is given along it ------------------------------------------------------------------ */
+
+enum {
+    SECTION_ROWS = sizeof(beam_section) / sizeof(double),
+    LOAD_ROWS = sizeof(beam_load) / sizeof(double)
+};
+
+static ad_status given_at(const void *context, size_t n, const double *s, double *out,
+                          ad_error *error)
+{
+    const solve_beam *beam = context;
+    beam_section sections[QUADRATURE_BATCH];
+    beam_load loads[QUADRATURE_BATCH];
+    ad_status status = solve_beam_sections(beam, n, s, sections, error);
+    status = status == AD_OK ? solve_beam_load(beam, n, s, 0, loads, error) : status;
+    for (size_t i = 0; i < n && status == AD_OK; i++, out += SECTION_ROWS + LOAD_ROWS) {
+        memcpy(out, &sections[i], sizeof sections[i]);
+        memcpy(out + SECTION_ROWS, &loads[i], sizeof loads[i]);
+    }
+    return status;
+}
+
+solve_given solve_beam_given(const solve_beam *beam)
+{
+    return (solve_given){
+        .rows = beam->dynamic ? 0 : SECTION_ROWS + LOAD_ROWS, .at = given_at, .context = beam};
+}
+
+static ad_status add_quadrature(solve_beam *beam, const scene *beam_scene, ad_error *error)
+{
+    const solve_given given = solve_beam_given(beam);
+    double places[BEAM_JUMPS_MAX];
+    for (int i = 0; i < beam->jump_count; i++) {
+        places[i] = beam->jumps[i].s;
+    }
+    return solve_quadrature_create(beam_scene, &given, beam->jump_count, places, &beam->quadrature,
+                                   error);
+}
+
 /* ---- making and freeing ---------------------------------------------------------------------- */
 
 ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_error *error)
@@ -170,6 +210,7 @@ ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_err
         .scales = rod_scales_of(beam_scene), .dynamic = scene_is_dynamic(beam_scene), .formula = f};
     beam->duration = beam->dynamic ? scene_duration(beam_scene) / beam->scales.time : 0;
     ad_status status = record(beam, beam_scene, error);
+    status = status == AD_OK ? add_quadrature(beam, beam_scene, error) : status;
     if (status != AD_OK) {
         solve_beam_free(beam);
         return status;
@@ -187,6 +228,7 @@ void solve_beam_free(solve_beam *beam)
         }
         solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
+        solve_quadrature_free(beam->quadrature);
         free(f);
         free(beam);
     }

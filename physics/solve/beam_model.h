@@ -9,6 +9,7 @@
 #define PHYSICS_SOLVE_BEAM_MODEL_H
 
 #include "physics/model.h"
+#include "physics/solve/quadrature.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,6 +35,7 @@ typedef struct solve_beam {
     } ends[2];
     int jump_count;
     beam_jump jumps[BEAM_JUMPS_MAX]; /* s ascending, each once */
+    solve_quadrature *quadrature;    /* of solve_beam_given; in motion of nothing, for its places */
     struct beam_functions *formula;  /* opaque */
 } solve_beam;
 
@@ -59,6 +61,9 @@ typedef struct beam_initial_state {
 /* The scene must pass scene_check and beam_check. AD_NO_MEMORY, or errors of formulas. */
 ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_error *error);
 void solve_beam_free(solve_beam *beam);
+
+/* All that a beam at rest is given along it. The beam must outlive it. */
+solve_given solve_beam_given(const solve_beam *beam);
 
 /* At n points s [n], in any order; out [n]. One thread at a time for one beam. */
 ad_status solve_beam_load(const solve_beam *beam, size_t n, const double *s, double t,

@@ -1,8 +1,6 @@
 #include "physics/solve/beam_system.h"
 
 #include "autodiff/dense.h"
-#include "physics/solve/gauss.h"
-#include "physics/solve/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,22 +22,27 @@ struct beam_system {
     beam_section *sections; /* [nodes] */
     double *factors;        /* [elements][inner][inner], LU */
     double *matrix, *right; /* [outer][outer], LU; [outer] */
+    double *more;           /* [elements][stages + 1][ROWS] */
     int *pivots, *outer_pivots;
 };
 
 /* ---- equations ------------------------------------------------------------------------------- */
 
 /* y_s for loads; y in its units. */
-static void rate(const beam_system *x, size_t node, const double *y, const beam_load *load,
-                 double *to)
+static void rate_of(const double *unit, const beam_section *at, const double *y,
+                    const beam_load *load, double *to)
 {
-    const double *unit = x->unit;
-    const beam_section *at = &x->sections[node];
     double shear = unit[BEAM_V] * y[BEAM_V];
     to[BEAM_W] = unit[BEAM_PSI] * y[BEAM_PSI] + at->shear_compliance * shear;
     to[BEAM_PSI] = at->bending_compliance * unit[BEAM_M] * y[BEAM_M] / unit[BEAM_PSI];
     to[BEAM_V] = (at->foundation * y[BEAM_W] - load->force) / unit[BEAM_V];
     to[BEAM_M] = (-shear - load->moment) / unit[BEAM_M];
+}
+
+static void rate(const beam_system *x, size_t node, const double *y, const beam_load *load,
+                 double *to)
+{
+    rate_of(x->unit, &x->sections[node], y, load, to);
 }
 
 static double width(const beam_system *x, int element)
@@ -60,29 +63,34 @@ static void jump_over(const beam_system *x, int edge, const beam_load *loads, do
     }
 }
 
-/* The polynomial of an element, from y at its left end and at its points, at the right end. */
+/* The polynomial of an element, from y at its left end and at its points, at the right end. Without
+ * loads: NULL, as in the next. */
 static void pass(const beam_system *x, int element, const double *inner, const beam_load *loads,
                  double *end)
 {
+    static const beam_load none = {0, 0};
     size_t stages = (size_t)x->rule.stages, first = (size_t)element * stages;
     for (size_t j = 0; j < stages; j++) {
         double slope[ROWS];
-        rate(x, first + j, inner + j * ROWS, loads + j, slope);
+        rate(x, first + j, inner + j * ROWS, loads ? loads + j : &none, slope);
         for (int r = 0; r < ROWS; r++) {
             end[r] += width(x, element) * x->rule.weights[j] * slope[r];
         }
     }
 }
 
-/* Inner unknowns of an element for loads, with y = `left` at its left end. */
+/* Inner unknowns of an element for loads, with y = `left` at its left end, and where `more` is not
+ * NULL this [stages][ROWS] added to the equations. */
 static void solve_inner(const beam_system *x, int element, const double *left,
-                        const beam_load *loads, double *inner)
+                        const beam_load *loads, const double *more, double *inner)
 {
     size_t stages = (size_t)x->rule.stages, n = x->inner;
     for (size_t i = 0; i < stages; i++) {
         double *y = inner + i * ROWS;
-        memcpy(y, left, ROWS * sizeof *y);
-        for (size_t j = 0; j < stages; j++) {
+        for (size_t r = 0; r < ROWS; r++) {
+            y[r] = left[r] + (more ? more[i * ROWS + r] : 0);
+        }
+        for (size_t j = 0; j < stages && loads; j++) {
             double weight = width(x, element) * x->rule.matrix[i][j];
             y[BEAM_V] -= weight * loads[j].force / x->unit[BEAM_V];
             y[BEAM_M] -= weight * loads[j].moment / x->unit[BEAM_M];
@@ -126,7 +134,7 @@ static size_t held_row(const beam_system *x, int which)
  * s = 1. */
 static int factor_outer(beam_system *x)
 {
-    static const beam_load none[GAUSS_STAGES_MAX], still[BEAM_JUMPS_MAX];
+    static const beam_load still[BEAM_JUMPS_MAX];
     size_t n = x->outer;
     double inner[INNER_MAX];
     memset(x->matrix, 0, n * n * sizeof *x->matrix);
@@ -148,8 +156,8 @@ static int factor_outer(beam_system *x)
             left[column] = 1;
             jump_over(x, e, still, left);
             memcpy(end, left, sizeof end);
-            solve_inner(x, e, left, none, inner);
-            pass(x, e, inner, none, end);
+            solve_inner(x, e, left, NULL, NULL, inner);
+            pass(x, e, inner, NULL, end);
             for (size_t r = 0; r < ROWS; r++) {
                 x->matrix[(first + column) * n + 2 + first + r] = -end[r];
             }
@@ -173,23 +181,19 @@ void beam_system_free(beam_system *x)
     }
 }
 
-/* Elements of as many points as may be. */
-static ad_status place_elements(beam_system *x, const solve_beam *beam, int nodes, ad_error *error)
+static ad_status place_elements(beam_system *x, const solve_beam *beam, const double *edges,
+                                ad_error *error)
 {
-    int least = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX, next = 0;
-    double places[BEAM_JUMPS_MAX];
+    int next = 0;
+    size_t count = (size_t)x->elements + 1;
     x->jump_count = beam->jump_count;
     memcpy(x->jumps, beam->jumps, sizeof x->jumps);
-    for (int i = 0; i < x->jump_count; i++) {
-        places[i] = x->jumps[i].s;
-    }
-    size_t edges = (size_t)least + (size_t)x->jump_count + 1;
-    x->edges = malloc(edges * sizeof *x->edges);
-    x->jump = malloc(edges * sizeof *x->jump);
+    x->edges = malloc(count * sizeof *x->edges);
+    x->jump = malloc(count * sizeof *x->jump);
     if (!x->edges || !x->jump) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", nodes);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", x->elements);
     }
-    x->elements = solve_mesh_edges(least, x->jump_count, places, x->edges);
+    memcpy(x->edges, edges, count * sizeof *edges);
     for (int e = 0; e <= x->elements; e++) {
         bool here = next < x->jump_count && x->jumps[next].s == x->edges[e];
         x->jump[e] = here ? next++ : -1;
@@ -197,22 +201,23 @@ static ad_status place_elements(beam_system *x, const solve_beam *beam, int node
     return AD_OK;
 }
 
-static ad_status allocate(beam_system *x, int nodes, ad_error *error)
+static ad_status allocate(beam_system *x, ad_error *error)
 {
-    x->rule = solve_gauss_rule_of((nodes + x->elements - 1) / x->elements);
     x->inner = (size_t)x->rule.stages * ROWS;
     x->outer = ((size_t)x->elements + 1) * ROWS;
     size_t elements = (size_t)x->elements, points = beam_system_nodes(x);
     size_t factors = elements * x->inner * x->inner;
-    x->points = malloc((points + factors + (x->outer + 1) * x->outer) * sizeof(double));
+    size_t more = (points + elements) * ROWS;
+    x->points = malloc((points + factors + (x->outer + 1) * x->outer + more) * sizeof(double));
     x->sections = malloc(points * sizeof *x->sections);
     x->pivots = malloc((elements * x->inner + x->outer) * sizeof *x->pivots);
     if (!x->points || !x->sections || !x->pivots) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d nodes", nodes);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", points);
     }
     x->factors = x->points + points;
     x->matrix = x->factors + factors;
     x->right = x->matrix + x->outer * x->outer;
+    x->more = x->right + x->outer;
     x->outer_pivots = x->pivots + elements * x->inner;
     for (size_t i = 0; i < points; i++) {
         size_t stages = (size_t)x->rule.stages, element = i / stages;
@@ -247,8 +252,8 @@ static ad_status factor(beam_system *x, ad_error *error)
                : ad_fail(error, AD_BAD_ARGUMENT, "the beam is free to move");
 }
 
-ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffening,
-                             beam_system **result, ad_error *error)
+ad_status beam_system_create(const solve_beam *beam, int stages, int elements, const double *edges,
+                             double stiffening, beam_system **result, ad_error *error)
 {
     *result = NULL;
     if (ad_dense_load(error) != AD_OK) {
@@ -262,8 +267,10 @@ ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffenin
         x->holds[i] =
             i % 2 == 0 ? beam->ends[i / 2].holds_deflection : beam->ends[i / 2].holds_slope;
     }
-    ad_status status = place_elements(x, beam, nodes, error);
-    status = status == AD_OK ? allocate(x, nodes, error) : status;
+    x->rule = solve_gauss_rule_of(stages);
+    x->elements = elements;
+    ad_status status = place_elements(x, beam, edges, error);
+    status = status == AD_OK ? allocate(x, error) : status;
     if (status == AD_OK) {
         status = solve_beam_sections(beam, beam_system_nodes(x), x->points, x->sections, error);
     }
@@ -280,6 +287,21 @@ ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffenin
 }
 
 /* ---- places ---------------------------------------------------------------------------------- */
+
+int beam_system_elements(const beam_system *x)
+{
+    return x->elements;
+}
+
+const double *beam_system_edges(const beam_system *x)
+{
+    return x->edges;
+}
+
+const gauss_rule *beam_system_rule(const beam_system *x)
+{
+    return &x->rule;
+}
 
 size_t beam_system_nodes(const beam_system *x)
 {
@@ -318,19 +340,25 @@ size_t beam_system_jump_place(const beam_system *x, int jump)
 
 /* ---- solving --------------------------------------------------------------------------------- */
 
-void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
-                       const double ends[4], double *y)
+/* loads: NULL for none; more [elements][stages + 1][ROWS] is added to the equations of the points
+ * and the end of every element, in units of y here, or NULL. */
+static void solve_for(beam_system *x, const beam_load *loads, const double *more,
+                      const beam_load *jump_loads, const double ends[4], double *y)
 {
     size_t n = x->outer, stages = (size_t)x->rule.stages, stride = (stages + 2) * ROWS;
     double inner[INNER_MAX];
     memset(x->right, 0, n * sizeof *x->right);
     for (int e = 0; e < x->elements; e++) {
-        const beam_load *its = loads + (size_t)e * stages;
+        const beam_load *its = loads ? loads + (size_t)e * stages : NULL;
+        const double *rows = more ? more + (size_t)e * (stages + 1) * ROWS : NULL;
         double start[ROWS] = {0}, *end = x->right + 2 + (size_t)e * ROWS;
         jump_over(x, e, jump_loads, start);
         memcpy(end, start, sizeof start);
-        solve_inner(x, e, start, its, inner);
+        solve_inner(x, e, start, its, rows, inner);
         pass(x, e, inner, its, end);
+        for (size_t r = 0; r < ROWS && rows; r++) {
+            end[r] += rows[stages * ROWS + r];
+        }
     }
     double last[ROWS] = {0};
     jump_over(x, x->elements, jump_loads, last);
@@ -342,15 +370,40 @@ void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *
     ad_dense_lu_solve(n, 1, x->matrix, x->outer_pivots, x->right);
     for (int e = 0; e < x->elements; e++) {
         const double *left = x->right + (size_t)e * ROWS;
+        const beam_load *its = loads ? loads + (size_t)e * stages : NULL;
+        const double *rows = more ? more + (size_t)e * (stages + 1) * ROWS : NULL;
         double *start = y + (size_t)e * stride, *end = start + stride - ROWS;
         memcpy(start, left, ROWS * sizeof *y);
         jump_over(x, e, jump_loads, start);
-        solve_inner(x, e, start, loads + (size_t)e * stages, start + ROWS);
+        solve_inner(x, e, start, its, rows, start + ROWS);
         memcpy(end, left + ROWS, ROWS * sizeof *y);
     }
     for (size_t i = 0; i < beam_system_places(x) * ROWS; i++) {
         y[i] *= x->unit[i % ROWS];
     }
+}
+
+void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
+                       const double ends[4], double *y)
+{
+    solve_for(x, loads, NULL, jump_loads, ends, y);
+}
+
+void beam_system_correct(beam_system *x, const double *residual, double *step)
+{
+    static const beam_load still[BEAM_JUMPS_MAX];
+    static const double none[4];
+    size_t rows = (size_t)x->elements * ((size_t)x->rule.stages + 1) * ROWS;
+    for (size_t i = 0; i < rows; i++) {
+        x->more[i] = residual[i] / x->unit[i % ROWS];
+    }
+    solve_for(x, NULL, x->more, still, none, step);
+}
+
+void beam_system_rate(const beam_section *at, const double *y, const beam_load *load, double *to)
+{
+    static const double unit[ROWS] = {1, 1, 1, 1};
+    rate_of(unit, at, y, load, to);
 }
 
 void beam_system_at(const beam_system *x, const double *y, double s, double *at)

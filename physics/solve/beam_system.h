@@ -21,11 +21,16 @@ enum { BEAM_W = 0, BEAM_PSI = 1, BEAM_V = 2, BEAM_M = 3, BEAM_ROWS = 4 };
 
 typedef struct beam_system beam_system;
 
-/* At least `nodes` collocation points; `stiffening` is added to the foundation. AD_BAD_ARGUMENT: a
- * singular system, that of a beam free to move. AD_NO_MEMORY, AD_NO_BLAS. */
-ad_status beam_system_create(const solve_beam *beam, int nodes, double stiffening,
-                             beam_system **result, ad_error *error);
+/* Elements of so many points between edges [elements + 1] from 0 to 1, each place of beam->jumps
+ * among them; `stiffening` is added to the foundation. AD_BAD_ARGUMENT: a singular system, that of
+ * a beam free to move. AD_NO_MEMORY, AD_NO_BLAS. */
+ad_status beam_system_create(const solve_beam *beam, int stages, int elements, const double *edges,
+                             double stiffening, beam_system **result, ad_error *error);
 void beam_system_free(beam_system *x);
+
+int beam_system_elements(const beam_system *x);
+const double *beam_system_edges(const beam_system *x);
+const gauss_rule *beam_system_rule(const beam_system *x);
 
 size_t beam_system_nodes(const beam_system *x);                 /* collocation points */
 const double *beam_system_points(const beam_system *x);         /* s of them, ascending */
@@ -42,6 +47,13 @@ size_t beam_system_jump_place(const beam_system *x, int jump); /* of one of the 
  * as in solve_beam_ends. */
 void beam_system_solve(beam_system *x, const beam_load *loads, const beam_load *jump_loads,
                        const double ends[4], double *y);
+
+/* The step [places][BEAM_ROWS] that takes this from the equations of the points and the end of
+ * every element, residual [elements][stages + 1][BEAM_ROWS]: left less right sides. */
+void beam_system_correct(beam_system *x, const double *residual, double *step);
+
+/* y_s; y [BEAM_ROWS] */
+void beam_system_rate(const beam_section *at, const double *y, const beam_load *load, double *to);
 
 /* at [BEAM_ROWS] = y at s in [0, 1], by the polynomial of its element; where something acts, before
  * that. */

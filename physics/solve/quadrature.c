@@ -85,6 +85,9 @@ static ad_status halve(halving *in, double first, double last, ad_error *error)
 /* In place of x->edges. */
 static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error *error)
 {
+    if (given->rows == 0) {
+        return AD_OK;
+    }
     int count = x->count;
     double *coarse = x->edges;
     halving in = {x, given, PANELS_MAX};
@@ -132,8 +135,7 @@ static void gather_places(solve_quadrature *x, const scene_breaks *breaks, doubl
     for (int i = 0; i <= breaks->count; i++) {
         double place = i < breaks->count ? breaks->place[i] / length : 1;
         for (; next < count && places[next] <= place + SAME; next++) {
-            bool within = places[next] > SAME && places[next] < 1 - SAME;
-            if (within) {
+            if (places[next] > 0 && places[next] < 1) {
                 x->places[x->place_count++] = places[next];
             }
         }

@@ -16,7 +16,7 @@ enum {
 
 /* What is given: `rows` numbers out [n][rows] at s [n] in [0, 1], n <= QUADRATURE_BATCH. */
 typedef struct solve_given {
-    int rows; /* at most QUADRATURE_ROWS_MAX */
+    int rows; /* at most QUADRATURE_ROWS_MAX; 0: only its places matter */
     ad_status (*at)(const void *context, size_t n, const double *s, double *out, ad_error *error);
     const void *context;
 } solve_given;

@@ -1,9 +1,4 @@
-/* The error of a collocated rod at rest by what it leaves undone between its points: the equations
- * in integral form, on the panels of what is given (quadrature.h) and on points that are denser
- * than those of the solution, and one linear solve that turns this defect into an error.
- *
- * Defect correction: Stetter, Numer. Math. 29 (1978); Ascher, Mattheij, Russell, Numerical Solution
- * of Boundary Value Problems for ODEs (1995), section 5.5. */
+/* The error of a collocated rod at rest by its defect (defect.h). */
 #ifndef PHYSICS_SOLVE_STATIC_DEFECT_H
 #define PHYSICS_SOLVE_STATIC_DEFECT_H
 

@@ -1,0 +1,135 @@
+#include "physics/solve/defect.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FEW = 6 };
+
+/* Points in an element, with the integral each belongs to. */
+typedef struct dense {
+    size_t count, room, rows;
+    double *s, *weight, *y, *rate; /* [room], [room], [room][rows], [room][rows] */
+    int *part;                     /* [room] */
+} dense;
+
+static void dense_free(dense *x)
+{
+    free(x->s);
+    free(x->weight);
+    free(x->y);
+    free(x->rate);
+    free(x->part);
+}
+
+static bool grow(dense *x, size_t more)
+{
+    if (x->count + more <= x->room) {
+        return true;
+    }
+    size_t room = 2 * (x->count + more);
+    double **all[] = {&x->s, &x->weight, &x->y, &x->rate};
+    const size_t rows[] = {1, 1, x->rows, x->rows};
+    for (int i = 0; i < 4; i++) {
+        double *bigger = realloc(*all[i], room * rows[i] * sizeof *bigger);
+        if (!bigger) {
+            return false;
+        }
+        *all[i] = bigger;
+    }
+    int *part = realloc(x->part, room * sizeof *part);
+    x->part = part ? part : x->part;
+    x->room = part ? room : x->room;
+    return part != NULL;
+}
+
+/* From one point of an element to the next: as many points as there are on a panel, or few where
+ * it is a small part of one. */
+static bool add_part(dense *to, const solve_quadrature *x, const gauss_rule *few, int part,
+                     double first, double last)
+{
+    for (double at = first, next; at < last; at = next) {
+        const double *panel = x->edges + solve_quadrature_panel(x, at);
+        next = fmin(last, panel[1]);
+        const gauss_rule *rule = next - at < (panel[1] - panel[0]) / 4 ? few : &x->rule;
+        if (!grow(to, (size_t)rule->stages)) {
+            return false;
+        }
+        for (int i = 0; i < rule->stages; i++) {
+            to->s[to->count] = at + (next - at) * rule->nodes[i];
+            to->weight[to->count] = (next - at) * rule->weights[i];
+            to->part[to->count++] = part;
+        }
+    }
+    return true;
+}
+
+static bool add_element(dense *to, const solve_quadrature *x, const gauss_rule *rule,
+                        const double *edges)
+{
+    const gauss_rule few = solve_gauss_rule_of(FEW);
+    double width = edges[1] - edges[0], from = edges[0];
+    for (int i = 0; i <= rule->stages; i++) {
+        double next = i < rule->stages ? edges[0] + width * rule->nodes[i] : edges[1];
+        if (!add_part(to, x, &few, i, from, next)) {
+            return false;
+        }
+        from = next;
+    }
+    return true;
+}
+
+static void interpolate(dense *points, const gauss_rule *rule, const double *edges,
+                        const double *values)
+{
+    double weights[GAUSS_STAGES_MAX + 2];
+    size_t rows = points->rows;
+    for (size_t i = 0; i < points->count; i++) {
+        double *y = points->y + i * rows;
+        solve_gauss_lagrange(rule, (points->s[i] - edges[0]) / (edges[1] - edges[0]), weights);
+        memset(y, 0, rows * sizeof *y);
+        for (size_t j = 0; j < (size_t)rule->stages + 2; j++) {
+            for (size_t k = 0; k < rows; k++) {
+                y[k] += weights[j] * values[j * rows + k];
+            }
+        }
+    }
+}
+
+static void compare(const dense *points, const gauss_rule *rule, const double *values,
+                    double *residual)
+{
+    double sum[GAUSS_STAGES_MAX + 1][DEFECT_ROWS_MAX] = {{0}}, so_far[DEFECT_ROWS_MAX] = {0};
+    size_t rows = points->rows;
+    for (size_t i = 0; i < points->count; i++) {
+        for (size_t k = 0; k < rows; k++) {
+            sum[points->part[i]][k] += points->weight[i] * points->rate[i * rows + k];
+        }
+    }
+    for (size_t i = 0; i <= (size_t)rule->stages; i++) {
+        for (size_t k = 0; k < rows; k++) {
+            so_far[k] += sum[i][k];
+            residual[i * rows + k] = values[(i + 1) * rows + k] - values[k] - so_far[k];
+        }
+    }
+}
+
+ad_status solve_defect(const solve_quadrature *x, const solve_equations *equations,
+                       const gauss_rule *rule, const double *edges, const double *values,
+                       double *residual, ad_error *error)
+{
+    dense points = {.rows = (size_t)equations->rows};
+    bool made = add_element(&points, x, rule, edges);
+    ad_status status =
+        made ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for points between nodes");
+    if (status == AD_OK) {
+        interpolate(&points, rule, edges, values);
+        status = equations->rate(equations->context, points.count, points.s, points.y, points.rate,
+                                 error);
+    }
+    if (status == AD_OK) {
+        compare(&points, rule, values, residual);
+    }
+    dense_free(&points);
+    return status;
+}
