@@ -9,8 +9,9 @@
 enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, SEEN_MAX = 64 };
 
 /* A formula is seen where the slopes that it may have differ by no more than so many times those at
- * samples, or change it by no more than this of all that it varies. */
-static const double MORE = 4, SMALL = 1e-5;
+ * samples, or change it by no more than a share of all that it varies: the first, or where that
+ * takes too many panels, because the formula cancels much of itself, the last. */
+static const double MORE = 4, FIRST_SHARE = 1e-5, LAST_SHARE = 1e-3;
 
 /* Or where its integral is no more than this of the range and all that it varies, as next to a
  * square root of 0. */
@@ -31,6 +32,7 @@ typedef struct dividing {
     quantity q;
     double variation;
     const char *key;
+    double share;
 } dividing;
 
 static double width(quantity_interval x)
@@ -78,7 +80,7 @@ static bool is_seen(const dividing *in, double low, double high)
     quantity_enclosure all = over(in, panel);
     double slopes = width(all.slope);
     return slopes == 0 || width(all.value) * length <= NEGLIGIBLE * in->variation * in->end ||
-           length * slopes <= SMALL * in->variation || slopes <= MORE * sampled(in, panel);
+           length * slopes <= in->share * in->variation || slopes <= MORE * sampled(in, panel);
 }
 
 static void add_edge(dividing *in, double place)
@@ -157,6 +159,22 @@ void scene_panels_free(scene_panels *x)
     }
 }
 
+/* From the breaks on. */
+static void fill(dividing *in, const scene *rod_scene, const scene_breaks *breaks, double share)
+{
+    const scene_walker walker = {.formula = look_into, .context = in};
+    scene_panels *to = in->result;
+    in->share = share;
+    in->seen_count = 0;
+    to->unresolved = breaks->unresolved;
+    to->count = 0;
+    for (int i = 0; i < breaks->count; i++) {
+        to->edges[++to->count] = breaks->place[i];
+    }
+    to->edges[++to->count] = in->end;
+    scene_walk(rod_scene, in->along_s ? "s" : "t", &walker);
+}
+
 ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_panels *result,
                           ad_error *error)
 {
@@ -165,8 +183,8 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
                    .s = {0, scene_length(rod_scene)},
                    .t = {0, scene_duration(rod_scene)},
                    .result = result};
-    const scene_walker walker = {.formula = look_into, .context = &in};
-    *result = (scene_panels){.edges = malloc((PANELS_MAX + 1) * sizeof *result->edges)};
+    in.end = in.along_s ? in.s.high : in.t.high;
+    *result = (scene_panels){.edges = calloc(PANELS_MAX + 1, sizeof *result->edges)};
     if (!result->edges) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
     }
@@ -175,15 +193,9 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
         scene_panels_free(result);
         return status;
     }
-    in.end = in.along_s ? in.s.high : in.t.high;
-    result->unresolved = breaks.unresolved;
-    result->edges[0] = 0;
-    for (int i = 0; i < breaks.count; i++) {
-        result->edges[++result->count] = breaks.place[i];
-    }
-    result->edges[++result->count] = in.end;
-    if (in.end > 0) {
-        scene_walk(rod_scene, coordinate, &walker);
+    fill(&in, rod_scene, &breaks, FIRST_SHARE);
+    if (result->unresolved && !breaks.unresolved) {
+        fill(&in, rod_scene, &breaks, LAST_SHARE);
     }
     return AD_OK;
 }

@@ -40,6 +40,9 @@ extern "C" {
       "energy, work and dissipation of a motion do not add up")                                    \
     X(VERDICT_ESTIMATE_ABOVE_TOLERANCE, "estimate_above_tolerance", VERDICT_WARNING,               \
       "the estimated error is larger than what was asked for")                                     \
+    X(VERDICT_UNRESOLVED, "unresolved", VERDICT_WARNING,                                           \
+      "a formula jumps in places that were not found, or varies on lengths too short for any "     \
+      "mesh")                                                                                      \
     X(VERDICT_NOT_CONVERGED, "not_converged", VERDICT_WARNING,                                     \
       "residuals are still large at points that were not trained on")                              \
     X(VERDICT_INTERPOLATES, "interpolates", VERDICT_WARNING,                                       \

@@ -66,6 +66,7 @@ static void test_words(void **state)
                                         "unstable",
                                         "energy_out_of_balance",
                                         "estimate_above_tolerance",
+                                        "unresolved",
                                         "not_converged",
                                         "interpolates",
                                         "unfinished",

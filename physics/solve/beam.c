@@ -270,10 +270,10 @@ static ad_status refine(beam_solution **x, beam_mesh *mesh, double tolerance, co
                         solve_report *report, ad_error *error)
 {
     const solve_beam *beam = (*x)->beam;
+    double before = NAN; /* of two meshes */
     bool done = false;
     ad_status status = beam->dynamic ? AD_OK : look_between(*x, report, error);
     while (status == AD_OK && !done) {
-        double before = report->estimate;
         beam_solution *finer = NULL;
         if (beam->dynamic ? mesh->nodes >= FINEST_MOVING : !halve(mesh)) {
             break;
@@ -289,6 +289,7 @@ static ad_status refine(beam_solution **x, beam_mesh *mesh, double tolerance, co
             status = beam->dynamic ? AD_OK : look_between(*x, report, error);
             bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
             done = report->estimate <= tolerance || rounding;
+            before = report->estimate;
         }
     }
     return status;

@@ -85,9 +85,6 @@ static ad_status halve(halving *in, double first, double last, ad_error *error)
 /* In place of x->edges. */
 static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error *error)
 {
-    if (given->rows == 0) {
-        return AD_OK;
-    }
     int count = x->count;
     double *coarse = x->edges;
     halving in = {x, given, PANELS_MAX};
@@ -146,14 +143,10 @@ static void gather_places(solve_quadrature *x, const scene_breaks *breaks, doubl
     }
 }
 
-static ad_status fill(solve_quadrature *x, const scene *of, int count, const double *places,
-                      ad_error *error)
+static ad_status fill_panels(solve_quadrature *x, const scene *of, ad_error *error)
 {
-    scene_breaks breaks;
     scene_panels panels;
-    double length = scene_length(of);
-    ad_status status = scene_breaks_of(of, "s", &breaks, error);
-    status = status == AD_OK ? scene_panels_of(of, "s", &panels, error) : status;
+    ad_status status = scene_panels_of(of, "s", &panels, error);
     if (status != AD_OK) {
         return status;
     }
@@ -161,13 +154,25 @@ static ad_status fill(solve_quadrature *x, const scene *of, int count, const dou
     x->count = panels.count;
     x->unresolved = panels.unresolved;
     for (int i = 0; i <= panels.count; i++) {
-        x->edges[i] = i == panels.count ? 1 : panels.edges[i] / length;
+        x->edges[i] = i == panels.count ? 1 : panels.edges[i] / scene_length(of);
     }
+    return AD_OK;
+}
+
+static ad_status fill_places(solve_quadrature *x, const scene *of, int count, const double *places,
+                             ad_error *error)
+{
+    scene_breaks breaks;
+    ad_status status = scene_breaks_of(of, "s", &breaks, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->unresolved = breaks.unresolved;
     x->places = malloc((size_t)(breaks.count + count + 1) * sizeof *x->places);
     if (!x->places) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for places along the rod");
     }
-    gather_places(x, &breaks, length, count, places);
+    gather_places(x, &breaks, scene_length(of), count, places);
     return AD_OK;
 }
 
@@ -180,8 +185,11 @@ ad_status solve_quadrature_create(const scene *of, const solve_given *given, int
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a quadrature");
     }
     x->rule = solve_gauss_rule_of(QUADRATURE_POINTS);
-    ad_status status = fill(x, of, count, places, error);
-    status = status == AD_OK ? refine(x, given, error) : status;
+    ad_status status = fill_places(x, of, count, places, error);
+    if (status == AD_OK && given->rows > 0) {
+        status = fill_panels(x, of, error);
+        status = status == AD_OK ? refine(x, given, error) : status;
+    }
     if (status != AD_OK) {
         solve_quadrature_free(x);
         return status;

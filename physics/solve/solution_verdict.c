@@ -64,9 +64,17 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
     if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
         verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
                     "estimated error %.2g of the %s with %d nodes, above the tolerance of %.2g; "
-                    "try a larger one; jumps in loads or rest shape converge slowly",
+                    "try a larger one%s",
                     report->estimate, beam ? "deflection" : "length", report->nodes,
-                    settings->tolerance);
+                    settings->tolerance,
+                    moves ? "; jumps in loads or rest shape converge slowly" : "");
+    }
+    if (report->unresolved) {
+        verdict_add(result, VERDICT_UNRESOLVED,
+                    "%s jumps in more places than are found, or along a curve of s and t, or "
+                    "varies on lengths that no mesh here follows: the estimated error may be too "
+                    "small; try fewer jumps, or a smoother formula",
+                    report->unresolved);
     }
     if (moves && !beam) {
         judge_energy(rod_scene, settings, report, result);

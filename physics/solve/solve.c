@@ -1,5 +1,6 @@
 #include "physics/solve/solve.h"
 
+#include "physics/breaks.h"
 #include "physics/solve/beam.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/static.h"
@@ -101,6 +102,18 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
                                     : solve_rod_scene(x, rod_scene, settings, report, error);
 }
 
+/* Of a motion, whose meshes and steps take what breaks are found. */
+static ad_status find_unresolved(const scene *rod_scene, solve_report *report, ad_error *error)
+{
+    scene_breaks breaks;
+    ad_status status = AD_OK;
+    for (int i = 0; i < 2 && status == AD_OK && !report->unresolved; i++) {
+        status = scene_breaks_of(rod_scene, i == 0 ? "s" : "t", &breaks, error);
+        report->unresolved = breaks.unresolved;
+    }
+    return status;
+}
+
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error)
@@ -111,6 +124,13 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
     }
     ad_status status = solve(x, rod_scene, settings, count, times, report, error);
+    if (status != AD_OK) {
+        solution_free(x);
+        return status;
+    }
+    if (scene_is_dynamic(rod_scene) && !report->unresolved) {
+        status = find_unresolved(rod_scene, report, error);
+    }
     if (status != AD_OK) {
         solution_free(x);
         return status;

@@ -27,7 +27,7 @@ extern "C" {
 
 /* Raised when solutions change by more than their estimated error, or when what is kept of them
  * does: those in files are then solved anew. */
-#define SOLUTION_VERSION 5
+#define SOLUTION_VERSION 6
 
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
@@ -100,7 +100,8 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
 
 /* What speaks against a solution: that it is not that of the whole load, that its estimated error
- * is above the tolerance (where nodes are not prescribed), that the energy of a motion is out of
+ * is above the tolerance (where nodes are not prescribed) or may be too small, as there are jumps
+ * that were not resolved, that the energy of a motion is out of
  * balance, or that the shape at rest is not stable (physics/solve/stability.h). And the remark that
  * there may be other equilibria. */
 void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,

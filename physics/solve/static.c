@@ -245,6 +245,7 @@ static ad_status begin(const solve_rod *rod, const solve_settings *settings, con
     const solve_given given = solve_rod_given(rod);
     double edges[ELEMENTS_MAX + 1];
     bool fine = true;
+    int most = along->unresolved ? ELEMENTS_MAX / 4 : ELEMENTS_MAX; /* what is lost is not sought */
     ad_status status = AD_OK;
     if (nodes > 0) {
         elements = (nodes + GAUSS_STAGES_MAX - 1) / GAUSS_STAGES_MAX;
@@ -255,8 +256,8 @@ static ad_status begin(const solve_rod *rod, const solve_settings *settings, con
         stages = (nodes + elements - 1) / elements;
         stages = stages < GAUSS_STAGES_MAX ? stages : GAUSS_STAGES_MAX;
     } else {
-        status = solve_quadrature_divide(along, &given, stages, settings->tolerance / 10,
-                                         ELEMENTS_MAX, &elements, edges, &fine, error);
+        status = solve_quadrature_divide(along, &given, stages, settings->tolerance / 10, most,
+                                         &elements, edges, &fine, error);
     }
     report->unresolved = along->unresolved ? along->unresolved : fine ? NULL : "rod";
     return status == AD_OK ? create(rod, stages, elements, edges, result, error) : status;
@@ -277,14 +278,15 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
         status = static_path_follow(x->system, x->newton, &path, x->y, report, error);
     }
     bool done = settings->nodes > 0;
+    double before = NAN; /* of two meshes */
     status = status == AD_OK && !done ? look_between(x, report, error) : status;
     while (status == AD_OK && !done && report->load_fraction == 1 &&
            2 * static_system_elements(x->system) <= ELEMENTS_MAX) {
-        double before = report->estimate;
         status = improve(&x, &path, settings->tolerance, report, error);
         status = status == AD_OK ? look_between(x, report, error) : status;
         bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
         done = report->estimate <= settings->tolerance || rounding;
+        before = report->estimate;
     }
     if (status != AD_OK) {
         static_free(x);
