@@ -13,12 +13,13 @@ enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, SEEN_MAX = 64 };
  * takes too many panels, because the formula cancels much of itself, the last. */
 static const double MORE = 4, FIRST_SHARE = 1e-5, LAST_SHARE = 1e-3;
 
-/* Or where its integral is no more than this of the range and all that it varies, as next to a
- * square root of 0. */
-static const double NEGLIGIBLE = 1e-14;
+/* Next to a place where the slope is infinite, as that of a square root of 0, panels of so much of
+ * the range are short enough where values do not spread more than so many times those at samples.
+ */
+static const double SHORT = 1e-3, SPREAD = 2, INFINITE = 1e100;
 
-/* Of the range: no panel is shorter; and panels keep off their ends by this, where conditions are
- * 0 at breaks. */
+/* Of the range: no panel is shorter; and enclosures keep off the ends of panels by this, where
+ * breaks are. */
 static const double SHORTEST = 1e-11, INSIDE = 1e-13;
 
 typedef struct dividing {
@@ -42,8 +43,8 @@ static double width(quantity_interval x)
 
 static quantity_enclosure over(const dividing *in, quantity_interval panel)
 {
-    return in->along_s ? quantity_enclose(in->q, "s", panel, in->t)
-                       : quantity_enclose(in->q, "t", in->s, panel);
+    return in->along_s ? quantity_enclose_between(in->q, "s", panel, in->t)
+                       : quantity_enclose_between(in->q, "t", in->s, panel);
 }
 
 static quantity_enclosure at(const dividing *in, double place, double share)
@@ -54,20 +55,24 @@ static quantity_enclosure at(const dividing *in, double place, double share)
     return in->along_s ? quantity_enclose(in->q, "s", x, y) : quantity_enclose(in->q, "t", y, x);
 }
 
-/* How far the slopes at samples are apart. */
-static double sampled(const dividing *in, quantity_interval panel)
+/* How far slopes, and values, at samples are apart. */
+static void sample(const dividing *in, quantity_interval panel, double *slopes, double *values)
 {
-    quantity_interval all = {INFINITY, -INFINITY};
+    quantity_interval slope = {INFINITY, -INFINITY}, value = slope;
     bool at_one = in->along_s ? width(in->t) == 0 : width(in->s) == 0;
     for (int i = 0; i < SAMPLES; i++) {
         double place = panel.low + width(panel) * (i + 0.5) / SAMPLES;
         for (int k = 0; k < (at_one ? 1 : OTHERS); k++) {
-            quantity_interval slope = at(in, place, (k + 0.5) / OTHERS).slope;
-            all.low = fmin(all.low, (slope.low + slope.high) / 2);
-            all.high = fmax(all.high, (slope.low + slope.high) / 2);
+            quantity_enclosure here = at(in, place, (k + 0.5) / OTHERS);
+            double rise = (here.slope.low + here.slope.high) / 2;
+            slope.low = fmin(slope.low, rise);
+            slope.high = fmax(slope.high, rise);
+            value.low = fmin(value.low, here.value.low);
+            value.high = fmax(value.high, here.value.high);
         }
     }
-    return width(all);
+    *slopes = width(slope);
+    *values = width(value);
 }
 
 static bool is_seen(const dividing *in, double low, double high)
@@ -78,9 +83,14 @@ static bool is_seen(const dividing *in, double low, double high)
         return true;
     }
     quantity_enclosure all = over(in, panel);
-    double slopes = width(all.slope);
-    return slopes == 0 || width(all.value) * length <= NEGLIGIBLE * in->variation * in->end ||
-           length * slopes <= in->share * in->variation || slopes <= MORE * sampled(in, panel);
+    double slopes = width(all.slope), sampled_slopes, sampled_values;
+    if (slopes == 0 || length * slopes <= in->share * in->variation) {
+        return true;
+    }
+    sample(in, panel, &sampled_slopes, &sampled_values);
+    bool infinite = length <= SHORT * in->end &&
+                    !(width(over(in, (quantity_interval){low, high}).slope) < INFINITE);
+    return infinite ? width(all.value) <= SPREAD * sampled_values : slopes <= MORE * sampled_slopes;
 }
 
 static void add_edge(dividing *in, double place)
@@ -116,14 +126,14 @@ static double variation_of(const dividing *in)
     enum { MANY = 64 };
     quantity_interval whole = in->along_s ? in->s : in->t, all = {INFINITY, -INFINITY};
     double of_all = width(over(in, whole).value);
-    for (int i = 0; i < MANY && !isfinite(of_all); i++) {
+    for (int i = 0; i < MANY && !(of_all < INFINITE); i++) {
         double place = whole.low + width(whole) * (i + 0.5) / MANY;
         quantity_interval value = at(in, place, 0.5).value;
         bool finite = isfinite(value.low) && isfinite(value.high);
         all.low = finite ? fmin(all.low, value.low) : all.low;
         all.high = finite ? fmax(all.high, value.high) : all.high;
     }
-    return isfinite(of_all) ? of_all : fmax(0, width(all));
+    return of_all < INFINITE ? of_all : fmax(0, width(all));
 }
 
 static void look_into(void *context, const char *key, quantity q, quantity_interval s)

@@ -154,6 +154,11 @@ quantity_interval quantity_range(quantity q, quantity_interval s, quantity_inter
 quantity_enclosure quantity_enclose(quantity q, const char *coordinate, quantity_interval s,
                                     quantity_interval t);
 
+/* The same between two places where it switches: no expression of the coordinate alone that
+ * quantity_switches visits changes its sign within, so that it has that of the middle. */
+quantity_enclosure quantity_enclose_between(quantity q, const char *coordinate, quantity_interval s,
+                                            quantity_interval t);
+
 /* Calls `visit` for every expression in a formula whose sign makes it jump or kink where it
  * changes: conditions of where, arguments of step and abs, differences of those of min and max,
  * and where functions begin to be defined, as sqrt does at 0. Each is a quantity by itself, with an

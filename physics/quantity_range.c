@@ -10,7 +10,8 @@ static const double ROUNDING = 4 * DBL_EPSILON;
 
 typedef struct enclosing {
     quantity_interval x[2]; /* s and t */
-    int along;              /* which of them the slope is by; -1: neither */
+    int along;              /* which of them the slope is by */
+    bool is_between;        /* nothing of it alone switches within */
 } enclosing;
 
 static bool is_number(quantity_interval x, double number)
@@ -41,16 +42,57 @@ static quantity_enclosure of_number(double number)
 
 static quantity_enclosure enclose(const enclosing *in, const quantity *q);
 
+/* Whether it is between switches and its argument depends on nothing but the coordinate: what it
+ * does in the middle it does everywhere. */
+static bool is_settled(const enclosing *in, quantity argument)
+{
+    uint32_t other = ~(UINT32_C(1) << in->along);
+    return in->is_between && (!argument.node || !(argument.node->uses & other));
+}
+
+static double in_the_middle(const enclosing *in, quantity x)
+{
+    const quantity_interval *s = &in->x[0], *t = &in->x[1];
+    return quantity_value(x, s->low + (s->high - s->low) / 2, t->low + (t->high - t->low) / 2);
+}
+
+/* Takes from the interval of what decides by its sign the side on which it is not. */
+static void settle_sign(const enclosing *in, quantity x, quantity_interval *value)
+{
+    if (in_the_middle(in, x) > 0) {
+        value->low = fmax(value->low, DBL_MIN);
+        value->high = fmax(value->high, DBL_MIN);
+    } else {
+        value->low = fmin(value->low, 0);
+        value->high = fmin(value->high, 0);
+    }
+}
+
+/* The argument that min or max is. */
+static int settled_choice(const enclosing *in, const quantity_node *node)
+{
+    const double x[2] = {in_the_middle(in, node->x[0]), in_the_middle(in, node->x[1])};
+    return node->operation->number(x) == x[0] ? 0 : 1;
+}
+
 /* By the chain rule. What counts for nothing, as the other branch of where, may be anything. */
 static quantity_enclosure enclose_operation(const enclosing *in, const quantity_node *node)
 {
     quantity_enclosure x[QUANTITY_ARGUMENTS_MAX], result = {.rounding = 0};
     quantity_interval values[QUANTITY_ARGUMENTS_MAX], by[QUANTITY_ARGUMENTS_MAX];
     bool chooses = node->operation == &quantity_operations[QUANTITY_WHERE];
+    quantity_switch switches = node->operation->switches;
+    if (switches == QUANTITY_BY_DIFFERENCE && is_settled(in, node->x[0]) &&
+        is_settled(in, node->x[1])) {
+        return enclose(in, &node->x[settled_choice(in, node)]);
+    }
     for (int i = 0; i < node->operation->arity; i++) {
         bool never = chooses && ((i == 1 && values[0].high <= 0) || (i == 2 && values[0].low > 0));
         x[i] = never ? whole_line() : enclose(in, &node->x[i]);
         values[i] = x[i].value;
+        if (i == 0 && switches == QUANTITY_BY_SIGN && is_settled(in, node->x[0])) {
+            settle_sign(in, node->x[0], &values[0]);
+        }
     }
     node->operation->range(values, &result.value, by);
     for (int i = 0; i < node->operation->arity; i++) {
@@ -110,18 +152,35 @@ static void tighten(const enclosing *in, const quantity *q, quantity_enclosure *
     result->value.high = high < result->value.high ? high : result->value.high;
 }
 
-quantity_enclosure quantity_enclose(quantity q, const char *coordinate, quantity_interval s,
-                                    quantity_interval t)
+static quantity_enclosure enclose_all(const enclosing *in, quantity q)
 {
     if (!q.is_given) {
         return whole_line();
     }
-    enclosing in = {.x = {s, t}, .along = strcmp(coordinate, "s") == 0 ? 0 : 1};
-    quantity_enclosure result = enclose(&in, &q);
-    if (in.x[in.along].low < in.x[in.along].high && !is_line(result.slope)) {
-        tighten(&in, &q, &result);
+    quantity_enclosure result = enclose(in, &q);
+    if (in->x[in->along].low < in->x[in->along].high && !is_line(result.slope)) {
+        tighten(in, &q, &result);
     }
     return result;
+}
+
+static int index_of(const char *coordinate)
+{
+    return strcmp(coordinate, "s") == 0 ? 0 : 1;
+}
+
+quantity_enclosure quantity_enclose(quantity q, const char *coordinate, quantity_interval s,
+                                    quantity_interval t)
+{
+    const enclosing in = {.x = {s, t}, .along = index_of(coordinate)};
+    return enclose_all(&in, q);
+}
+
+quantity_enclosure quantity_enclose_between(quantity q, const char *coordinate, quantity_interval s,
+                                            quantity_interval t)
+{
+    const enclosing in = {.x = {s, t}, .along = index_of(coordinate), .is_between = true};
+    return enclose_all(&in, q);
 }
 
 quantity_interval quantity_range(quantity q, quantity_interval s, quantity_interval t)

@@ -74,9 +74,13 @@ static ad_status halve(halving *in, double first, double last, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    if (possible && !agree(in, &whole, &halves)) {
+    bool resolved = agree(in, &whole, &halves);
+    if (possible && !resolved) {
         status = halve(in, first, middle, error);
         return status == AD_OK ? halve(in, middle, last, error) : status;
+    }
+    if (!resolved && !x->unresolved) {
+        x->unresolved = "rod";
     }
     x->edges[++x->count] = last;
     return AD_OK;
@@ -107,9 +111,6 @@ static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error 
         status = halve(&in, coarse[i], coarse[i + 1], error);
     }
     free(coarse);
-    if (status == AD_OK && x->count >= PANELS_MAX && !x->unresolved) {
-        x->unresolved = "rod";
-    }
     return status;
 }
 
