@@ -437,6 +437,24 @@ bool quantity_any_depends_on(int count, const quantity *q, const char *coordinat
     return any;
 }
 
+static bool calls(const quantity_node *node, const quantity_operation *operation)
+{
+    int count = !node || node->uses == 0           ? 0
+                : node->kind == QUANTITY_OPERATION ? node->operation->arity
+                : node->kind == QUANTITY_WRITTEN   ? 1
+                                                   : 0;
+    bool found = count > 0 && node->kind == QUANTITY_OPERATION && node->operation == operation;
+    for (int i = 0; i < count && !found; i++) {
+        found = calls(node->x[i].node, operation);
+    }
+    return found;
+}
+
+bool quantity_calls(quantity q, const char *function)
+{
+    return calls(q.node, quantity_operation_find(function, strlen(function)));
+}
+
 /* x [count]: values of the open names. */
 static double value_of(const quantity *q, int count, const double *x)
 {

@@ -127,6 +127,9 @@ bool quantity_any_something(int count, const quantity *q);
 bool quantity_depends_on(quantity q, const char *coordinate);
 bool quantity_any_depends_on(int count, const quantity *q, const char *coordinate);
 
+/* Whether it calls a function, as "within", by which tables bound their argument. */
+bool quantity_calls(quantity q, const char *function);
+
 /* Its value at s (m), t (s); NaN when it is not given. Does not allocate. */
 double quantity_value(quantity q, double s, double t);
 

@@ -83,15 +83,22 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     return (rule_row){true, true, NULL, NULL};
 }
 
+/* Where it holds. */
+static scene_range range_of(const scene *given, const scene_field *field, quantity q)
+{
+    double from = 0, to = 0;
+    return scene_field_span(given, field, &from, &to) ? scene_range_within(given, q, from, to)
+                                                      : scene_range_of(given, q);
+}
+
 /* NULL, or what its values must be. */
 static const char *beyond_bounds(const scene *given, const scene_field *field, quantity q)
 {
     if (field->bounds == SCENE_ANY) {
         return NULL;
     }
-    double from = 0, to = 0;
-    bool varies = quantity_depends_on(q, "s"), within = scene_field_span(given, field, &from, &to);
-    scene_range x = within ? scene_range_within(given, q, from, to) : scene_range_of(given, q);
+    bool varies = quantity_depends_on(q, "s");
+    scene_range x = range_of(given, field, q);
     bool finite = isfinite(x.low) && isfinite(x.high);
     switch (field->bounds) {
     case SCENE_FINITE:
@@ -134,6 +141,11 @@ static ad_status check_entry(const scene_checker *check, const scene_field *fiel
         return scene_refuse(check, field->key,
                             "depends on t, but the scene is static; give time.duration, or a "
                             "formula without t");
+    }
+    if (quantity_calls(entry, "within") && isnan(range_of(check->scene, field, entry).low)) {
+        return scene_refuse(check, field->key,
+                            "goes beyond the rows of its table somewhere along the rod or in time; "
+                            "give a table that covers them");
     }
     const char *beyond = beyond_bounds(check->scene, field, entry);
     return beyond ? scene_refuse(check, field->key, beyond) : AD_OK;

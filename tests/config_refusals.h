@@ -36,12 +36,12 @@ static const refusal refusals[] = {
      NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
-     "rod, segments, loads, bodies, springs, tendons, chambers, "
+     "tables, rod, segments, loads, bodies, springs, tendons, chambers, "
      "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
      "losses, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
-     "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, rod, "
+     "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, "
      "manufactured, formulation, motion, enforcement, "
      "network, losses, training, checkpoint, output, reference"},
@@ -72,7 +72,8 @@ static const refusal refusals[] = {
     {"a: &a [x, x]\n"
      "b: &b [*a, *a]\n",
      NULL,
-     "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, rod, segments, "
+     "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, tables, rod, "
+     "segments, "
      "loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, manufactured, "
      "formulation, motion, enforcement, network, "
      "losses, training, checkpoint, output, reference"},

@@ -562,8 +562,7 @@ static void resolved_value(const config *experiment, const config_key *key, char
 {
     FILE *file = fmemopen(text, 200, "w");
     assert_non_null(file);
-    config_write_value(file, key, config_key_base(experiment, key, 0), (const char *)experiment,
-                       true);
+    config_write_value(file, key, config_key_base(experiment, key, 0), true);
     fclose(file);
 }
 

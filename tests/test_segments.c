@@ -1,6 +1,7 @@
 /* Lists of a scene: read from a file, written and read again; segments against the same rod written
  * with formulas that switch, and the unstressed shape of rods in pieces against closed forms. */
 #include "rod_testing.h"
+#include "temporary_folder.h"
 
 #include "physics/breaks.h"
 #include "physics/rod_internal.h"
@@ -8,6 +9,7 @@
 #include "tools/config/config_parts.h"
 
 #include <string.h>
+#include <unistd.h>
 
 static config *read_text(const char *text, int count, const char *const *overrides)
 {
@@ -188,6 +190,90 @@ static void test_units(void **state)
     assert_near(given->scene.points[0].load.force[0].number, 24, 1e-14);
     assert_near(given->scene.points[0].load.moment[1].number, 20, 1e-14);
     config_free(given);
+}
+
+/* ---- tables ---------------------------------------------------------------------------------- */
+
+#define TABLED                                                                                     \
+    "rod:\n"                                                                                       \
+    "  length: 0.5\n"                                                                              \
+    "  stiffness: {shear: [5, 5], axial: 9, bending: [2, 2], torsion: 1}\n"                        \
+    "loads: {force: [0, \"2*wind(s)\", 0]}\n"
+
+static void put_file(const char *name, const char *content)
+{
+    FILE *file = fopen(at(name), "w");
+    assert_non_null(file);
+    fputs(content, file);
+    fclose(file);
+}
+
+/* Numbers of a file, and what is written is complete without it. */
+static void test_table(void **state)
+{
+    (void)state;
+    put_file("wind.csv", "s,f\n0,1\n0.2,3\n0.5,0\n");
+    put_file("rod.yaml", TABLED "tables: [{name: wind, file: wind.csv}]\n");
+    ad_error error = {.message = ""};
+    config *given = NULL;
+    if (config_read(at("rod.yaml"), NULL, 0, NULL, &given, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    char *text = written(given, false);
+    quantity force = given->scene.loads.force[1];
+    assert_near(quantity_value(force, 0, 0), 2, 1e-15);
+    assert_near(quantity_value(force, 0.2, 0), 6, 1e-15);
+    assert_near(quantity_value(force, 0.5, 0), 0, 1e-15);
+    double middle = quantity_value(force, 0.1, 0);
+    assert_true(middle > 2 && middle < 6);
+    config_free(given);
+    remove(at("wind.csv"));
+    given = read_text(text, 0, NULL);
+    char *again = written(given, false);
+    assert_string_equal(text, again);
+    assert_near(quantity_value(given->scene.loads.force[1], 0.1, 0), middle, 0);
+    config_free(given);
+    free(text);
+    free(again);
+}
+
+static void test_table_refusals(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *tables, *line;
+    } rows[] = {
+        {"[{name: wind, x: [0, 0.4], y: [1, 2]}]",
+         "scene.yaml:4:16: loads.force: goes beyond the rows of its table somewhere along the rod "
+         "or in time; give a table that covers them"},
+        {"[{name: wind}]",
+         "--set tables=[{name: wind}]: tables[0]: has no numbers; give file, or x and y"},
+        {"[{x: [0, 1], y: [1, 2]}]", "--set tables=[{x: [0, 1], y: [1, 2]}]: tables[0]: has no "
+                                     "name; give it the one that formulas call it by"},
+        {"[{name: wind, x: [0, 1], y: [1, 2, 3]}]",
+         "--set tables=[{name: wind, x: [0, 1], y: [1, 2, 3]}]: tables[0]: has 2 numbers x and 3 "
+         "numbers y; allowed: as many"},
+        {"[{name: wind, x: [0, 0], y: [1, 2]}]", NULL},
+        {"[{name: sin, x: [0, 1], y: [1, 2]}]", NULL},
+        {"[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]",
+         "--set tables=[{name: wind, x: [0, 1], y: [1, 2], file: a.csv}]: tables[0]: has a file "
+         "and numbers; allowed: one of the two"},
+        {"[{name: wind, file: no_such.csv}]", NULL},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char override[100];
+        const char *overrides[] = {override};
+        ad_error error = {.message = ""};
+        config *given = NULL;
+        snprintf(override, sizeof override, "tables=%s", rows[i].tables);
+        assert_int_equal(config_read("scene.yaml", TABLED, 1, overrides, &given, &error),
+                         AD_BAD_INPUT);
+        if (rows[i].line) {
+            assert_string_equal(error.message, rows[i].line);
+        } else {
+            assert_non_null(strstr(error.message, "tables[0]"));
+        }
+    }
 }
 
 /* ---- properties ------------------------------------------------------------------------------ */
@@ -545,14 +631,15 @@ static void test_words(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_reading),      cmocka_unit_test(test_round_trip),
-        cmocka_unit_test(test_by_hand),      cmocka_unit_test(test_overrides),
-        cmocka_unit_test(test_units),        cmocka_unit_test(test_formulas),
-        cmocka_unit_test(test_shapes),       cmocka_unit_test(test_alike),
-        cmocka_unit_test(test_solved_alike), cmocka_unit_test(test_arcs),
-        cmocka_unit_test(test_switching),    cmocka_unit_test(test_cut),
-        cmocka_unit_test(test_plane),        cmocka_unit_test(test_skew_spring),
+        cmocka_unit_test(test_reading),        cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_by_hand),        cmocka_unit_test(test_overrides),
+        cmocka_unit_test(test_units),          cmocka_unit_test(test_table),
+        cmocka_unit_test(test_table_refusals), cmocka_unit_test(test_formulas),
+        cmocka_unit_test(test_shapes),         cmocka_unit_test(test_alike),
+        cmocka_unit_test(test_solved_alike),   cmocka_unit_test(test_arcs),
+        cmocka_unit_test(test_switching),      cmocka_unit_test(test_cut),
+        cmocka_unit_test(test_plane),          cmocka_unit_test(test_skew_spring),
         cmocka_unit_test(test_words),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

@@ -25,8 +25,20 @@ typedef struct config_parameter {
     quantity value;
 } config_parameter;
 
+enum { CONFIG_TABLES_MAX = 16 };
+
+/* A function of one argument for the formulas of the scene, by its name. */
+typedef struct config_table {
+    const char *name;
+    const char *file; /* relative to the YAML file; NULL once read */
+    int x_count, y_count;
+    double x[QUANTITY_TABLE_MAX], y[QUANTITY_TABLE_MAX];
+} config_table;
+
 typedef struct config {
     quantities *names; /* of the formulas of the scene */
+    int table_count;
+    config_table tables[CONFIG_TABLES_MAX];
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
     struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material

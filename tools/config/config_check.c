@@ -66,7 +66,10 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
 
 ad_status config_parse_formulas(config *experiment, ad_error *error)
 {
-    ad_status status = define_parameters(experiment, error);
+    ad_status status = config_define_tables(experiment, error);
+    if (status == AD_OK) {
+        status = define_parameters(experiment, error);
+    }
     for (int i = 0; i < config_key_count && status == AD_OK; i++) {
         const config_key *key = &config_keys[i];
         int fields = key->type == CONFIG_QUANTITY ? config_key_fields(experiment, key) : 0;

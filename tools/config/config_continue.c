@@ -16,7 +16,7 @@ static bool always_free(const char *path)
 }
 
 /* The value as YAML; NULL when memory runs out. */
-static char *value_text(const config_key *key, const void *base, const config *experiment)
+static char *value_text(const config_key *key, const char *base)
 {
     char *text = NULL;
     size_t size = 0;
@@ -24,7 +24,7 @@ static char *value_text(const config_key *key, const void *base, const config *e
     if (!file) {
         return NULL;
     }
-    config_write_value(file, key, base, (const char *)experiment, false);
+    config_write_value(file, key, base, false);
     if (fclose(file) != 0) {
         free(text);
         return NULL;
@@ -36,8 +36,8 @@ static char *value_text(const config_key *key, const void *base, const config *e
 static ad_status compare(const config_key *key, const config *before, const config *now, int index,
                          const char *why, ad_error *error)
 {
-    char *old = value_text(key, config_key_base(before, key, index), before);
-    char *new = value_text(key, config_key_base(now, key, index), now);
+    char *old = value_text(key, config_key_base(before, key, index));
+    char *new = value_text(key, config_key_base(now, key, index));
     char path[CONFIG_PATH_MAX];
     ad_status status = AD_OK;
     config_key_path(key, index, path);

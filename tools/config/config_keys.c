@@ -77,6 +77,19 @@ const config_key config_keys[] = {
              "\"-load*s\"; --set parameters.load=0.5 changes it. Formulas of s, t and of the "
              "parameters before it."},
 
+    {"tables[].name", CONFIG_TEXT, AT(tables[0].name), .fallback = "required",
+     .help = "A function for the formulas, as wind(s) or 2*pull(t), that goes through the rows of a "
+             "table without overshoot, as cubics with a continuous slope. Formulas that use it must "
+             "stay within its rows."},
+    {"tables[].file", CONFIG_TEXT, AT(tables[0].file),
+     .help = "CSV, HDF5 or npz with two columns, argument and value in SI units, the argument "
+             "ascending, 2 to 200 rows; relative to this file."},
+    {"tables[].x", CONFIG_NUMBER, ENTRIES(2, QUANTITY_TABLE_MAX), AT(tables[0].x),
+     .count_offset = offsetof(config, tables[0].x_count), ANY,
+     .help = "Or the numbers themselves: arguments, ascending."},
+    {"tables[].y", CONFIG_NUMBER, ENTRIES(2, QUANTITY_TABLE_MAX), AT(tables[0].y),
+     .count_offset = offsetof(config, tables[0].y_count), ANY, .help = "Values."},
+
     {"rod.model", CONFIG_CHOICE, AT(scene.rod.model), .names = scene_model_names,
      .help = "cosserat: bends, twists, shears, stretches; inextensible: no stretch; kirchhoff: "
              "neither shear nor stretch; beams of small deflection, see beam: euler_bernoulli "
@@ -375,6 +388,7 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
+    LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),
     LIST("loads.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.points,

@@ -35,8 +35,9 @@ typedef struct config_key {
     config_type type;
     int entries_min; /* of a list; both 0: a single value */
     int entries_max;
-    size_t offset;       /* into config; for a path with [] into the first entry of its list */
-    size_t count_offset; /* of the int that holds the length of a list of variable length */
+    size_t offset; /* into config; for a path with [] into the first entry of its list */
+    size_t
+        count_offset; /* of the int that holds the length of a list of variable length; as offset */
     const char *unit;
     double low;
     double high;

@@ -95,10 +95,9 @@ ad_status config_read_override(config_reader *reader, const char *path);
 
 /* ---- config_write.c: one value as YAML ----------------------------------------------------- */
 
-/* `base` as of config_key_base; `lengths` the config, where lengths of lists are. Formulas as
- * they were written, or with the parameters put in and the same however they were written. */
-void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths,
-                        bool as_written);
+/* `base` as of config_key_base. Formulas as they were written, or with the parameters put in and
+ * the same however they were written. */
+void config_write_value(FILE *file, const config_key *key, const char *base, bool as_written);
 
 /* ---- config_resolve.c, config_check.c: after reading --------------------------------------- */
 
@@ -116,6 +115,13 @@ void config_fill_stiffness(scene *rod_scene);
 
 /* Loads in SI, unit quaternions, absolute paths; needs a scene that passes its check. */
 ad_status config_resolve_physics(config *experiment, ad_error *error);
+
+/* The path of a file that stands at `path` (a key), relative to the folder of the scene file, made
+ * absolute, since what is written goes to another folder. */
+ad_status config_absolute(config *experiment, const char *path, const char **file, ad_error *error);
+
+/* Read the files of tables, and define them as functions of formulas (config_tables.c). */
+ad_status config_define_tables(config *experiment, ad_error *error);
 
 /* Define the parameters and parse what is not a plain number. */
 ad_status config_parse_formulas(config *experiment, ad_error *error);

@@ -381,12 +381,12 @@ static ad_status override_entry(config_reader *reader, const config_key *key, co
                                 int index, yaml_node_t *node)
 {
     int count = key->entries_max;
-    const void *field = config_field(reader->experiment, key, path);
+    const char *field = config_field(reader->experiment, key, path);
     if (key->entries_min != key->entries_max) {
-        memcpy(&count, (char *)reader->experiment + key->count_offset, sizeof count);
+        memcpy(&count, field - key->offset + key->count_offset, sizeof count);
     }
-    bool given =
-        count >= 0 && (key->type != CONFIG_QUANTITY || ((const quantity *)field)->is_given);
+    bool given = count >= 0 && (key->type != CONFIG_QUANTITY ||
+                                ((const quantity *)(const void *)field)->is_given);
     if (!given || index >= count) {
         return blame_at(reader, node, path,
                         given ? "the list is shorter; entries count from 0"

@@ -17,6 +17,9 @@ void config_defaults(config *experiment)
     for (int i = experiment->settings.stage_count; i < TRAIN_STAGES_MAX; i++) {
         experiment->settings.stages[i] = train_stage_default();
     }
+    for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
+        experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
+    }
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */
@@ -222,29 +225,25 @@ static void normalize(quantity rotation[4])
     }
 }
 
-/* The file relative to the folder of the scene file, made absolute, since
- * the resolved experiment is written to another folder. */
-static ad_status resolve_reference(config *experiment, ad_error *error)
+ad_status config_absolute(config *experiment, const char *path, const char **file, ad_error *error)
 {
-    const char *file = experiment->settings.reference_file;
     const char *scene_file = config_source_file(experiment->source);
     const char *slash = strrchr(scene_file, '/');
     char joined[4096];
     char folder[2048] = "";
-    if (!file || *file == '/') {
+    if (!*file || **file == '/') {
         return AD_OK;
     }
     if (*scene_file != '/' && !getcwd(folder, sizeof folder)) {
         return ad_fail(error, AD_IO, "the current folder has no name that fits");
     }
     int length = snprintf(joined, sizeof joined, "%s%s%.*s%s", folder, *folder ? "/" : "",
-                          slash ? (int)(slash - scene_file + 1) : 0, scene_file, file);
+                          slash ? (int)(slash - scene_file + 1) : 0, scene_file, *file);
     if (length < 0 || (size_t)length >= sizeof joined) {
-        return config_blame(experiment->source, error, "reference.file", "the path is too long");
+        return config_blame(experiment->source, error, path, "the path is too long");
     }
-    experiment->settings.reference_file = config_keep(experiment->source, joined);
-    return experiment->settings.reference_file ? AD_OK
-                                               : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    *file = config_keep(experiment->source, joined);
+    return *file ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
 }
 
 static ad_status resolve_training(config *experiment, ad_error *error)
@@ -277,5 +276,7 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
     }
-    return status == AD_OK ? resolve_reference(experiment, error) : status;
+    return status == AD_OK ? config_absolute(experiment, "reference.file",
+                                             &experiment->settings.reference_file, error)
+                           : status;
 }

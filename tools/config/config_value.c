@@ -353,7 +353,8 @@ static ad_status read_list(config_reader *reader, const config_key *key, const c
     }
     if (key->entries_min != key->entries_max) {
         int length = (int)count;
-        memcpy((char *)reader->experiment + key->count_offset, &length, sizeof length);
+        char *field = config_field(reader->experiment, key, path);
+        memcpy(field - key->offset + key->count_offset, &length, sizeof length);
     }
     return AD_OK;
 }
@@ -394,11 +395,11 @@ ad_status config_unset(config_reader *reader, const config_key *key, const char 
     config_defaults(pristine);
     const config_list *list = config_list_of(key->path);
     size_t entries = key->entries_max ? (size_t)key->entries_max : 1;
-    const char *from = config_key_base(pristine, key, list ? list->most - 1 : 0) + key->offset;
-    memcpy(config_field(reader->experiment, key, path), from, entries * config_key_entry_size(key));
+    const char *from = config_key_base(pristine, key, list ? list->most - 1 : 0);
+    char *to = (char *)config_field(reader->experiment, key, path) - key->offset;
+    memcpy(to + key->offset, from + key->offset, entries * config_key_entry_size(key));
     if (key->entries_min != key->entries_max) {
-        memcpy((char *)reader->experiment + key->count_offset, (char *)pristine + key->count_offset,
-               sizeof(int));
+        memcpy(to + key->count_offset, from + key->count_offset, sizeof(int));
     }
     free(pristine);
     config_unplace(reader->experiment->source, path);

@@ -100,8 +100,7 @@ static bool has_value(const config_key *key, const char *field)
     return true;
 }
 
-void config_write_value(FILE *file, const config_key *key, const char *base, const char *lengths,
-                        bool as_written)
+void config_write_value(FILE *file, const config_key *key, const char *base, bool as_written)
 {
     const char *field = base + key->offset;
     int count = key->entries_max;
@@ -114,7 +113,7 @@ void config_write_value(FILE *file, const config_key *key, const char *base, con
         return;
     }
     if (key->entries_min != key->entries_max) {
-        memcpy(&count, lengths + key->count_offset, sizeof count);
+        memcpy(&count, base + key->count_offset, sizeof count);
     }
     fputc('[', file);
     for (int i = 0; i < count; i++) {
@@ -184,7 +183,7 @@ static void write_derived(FILE *file, const config_key *key, const char *derived
     if (varies) {
         fputs("a function of s", file);
     } else {
-        config_write_value(file, key, derived, derived, false);
+        config_write_value(file, key, derived, false);
     }
 }
 
@@ -240,7 +239,7 @@ static void write_row(yaml_writer *writer, const config_key *key)
     }
     indent(writer->file, depth);
     fprintf(writer->file, "%s: ", name);
-    config_write_value(writer->file, key, base, base, writer->as_written);
+    config_write_value(writer->file, key, base, writer->as_written);
     write_derived_of(writer, key, 0);
     fputc('\n', writer->file);
     writer->before = key->path;
@@ -267,7 +266,7 @@ static void write_entry_of(const yaml_writer *outer, int first, int end, int ind
         indent(writer.file, i == first ? depth : inner);
         fprintf(writer.file, "%s%s: ", i == first ? "- " : "", name);
         config_write_value(writer.file, key, config_key_base(writer.experiment, key, index),
-                           (const char *)writer.experiment, writer.as_written);
+                           writer.as_written);
         write_derived_of(&writer, key, index);
         fputc('\n', writer.file);
         writer.before = path;
@@ -299,9 +298,9 @@ static int write_list(yaml_writer *writer, int first)
 /* Keys that a classical solution does not depend on. */
 static bool is_physics(const char *path)
 {
-    static const char *const others[] = {"name",     "parameters",  "time.windows", "formulation",
-                                         "motion",   "enforcement", "network",      "losses",
-                                         "training", "checkpoint",  "output"};
+    static const char *const others[] = {"name",        "parameters", "tables",      "time.windows",
+                                         "formulation", "motion",     "enforcement", "network",
+                                         "losses",      "training",   "checkpoint",  "output"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && (!path[length] || path[length] == '.')) {
@@ -399,7 +398,7 @@ static void help_row(FILE *file, const config *defaults, const config_key *key)
                 key->fallback);
     } else if (!none) {
         fprintf(file, "; default: ");
-        config_write_value(file, key, base, (const char *)defaults, true);
+        config_write_value(file, key, base, true);
     }
     if (key->flags & CONFIG_FOR_ANY) {
         config_key_optimizers(key, allowed, sizeof allowed);
@@ -432,7 +431,8 @@ void config_help(FILE *file)
         "of arc length s and time t in SI units: numbers, pi, + - * / ^ (with a constant "
         "exponent), sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt abs min "
         "max, step(x), which is 0 for x <= 0 and else 1, where(c, a, b), which is a while "
-        "c > 0 and else b, and the names of parameters. Section, material, stiffness, "
+        "c > 0 and else b, within(x, a, b), which is x and must stay in [a, b], and the names of "
+        "parameters and tables. Section, material, stiffness, "
         "inertia, damping and drag may vary with s, gravity with t, the rest shape with "
         "both.",
         2);
