@@ -46,9 +46,19 @@ static double held_turn(const solve_rod *rod)
 /* Loads at single places, and springs that are pulled from where the unstressed rod is. */
 typedef struct single_loads {
     double force, moment; /* sums */
+    bool turns;           /* any moment, or a force that follows the rod */
     double pulled;        /* the same of distances */
     double compression;   /* by Euler's load of the part between the place and the end that holds */
 } single_loads;
+
+/* Of a force along the tangent at s. */
+static double compression_at(const solve_rod *rod, double s, double along)
+{
+    bool from_start = rod->ends[0].holds_rotation, from_end = rod->ends[1].holds_rotation;
+    double lever = from_start ? s : from_end ? 1 - s : 1;
+    double push = from_start ? -along : from_end ? along : fabs(along); /* springs alone hold it */
+    return lever * lever * fmax(0, push);
+}
 
 static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error *error)
 {
@@ -68,24 +78,23 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
         status = solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error);
     }
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
-        bool from_start = rod->ends[0].holds_rotation;
-        double R[3][3], pull[3], lever = from_start ? s[i] : 1 - s[i];
-        rotation_matrix(unstressed[i].rotation, R);
-        to_body(R, load[i].force, pull);
-        bool from_end = rod->ends[1].holds_rotation; /* neither: springs hold it */
+        double R[3][3], along[3], push[3];
+        memcpy(push, load[i].force, sizeof push);
         sum->force += norm(load[i].force) + norm(load[i].body_force);
         sum->moment += norm(load[i].moment) + norm(load[i].body_moment);
-        lever = from_start || from_end ? lever : 1;
-        double push = from_start ? -pull[2] : from_end ? pull[2] : fabs(pull[2]);
-        sum->compression += lever * lever * fmax(0, push);
-    }
-    for (int i = 0; i < jumps->spring_count; i++) {
-        const solve_spring *spring = &jumps->springs[i];
-        double off[3];
-        for (int k = 0; k < 3; k++) {
-            off[k] = spring->anchor[k] - spring->unloaded[k];
+        sum->turns = sum->turns || sum->moment > 0 || norm(load[i].body_force) > 0;
+        for (int k = 0; k < jumps->at[i].spring_count; k++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[i].springs[k]];
+            double off[3];
+            for (int c = 0; c < 3; c++) {
+                off[c] = spring->anchor[c] - spring->unloaded[c];
+                push[c] += spring->stiffness[c] * off[c];
+            }
+            sum->pulled += norm(off);
         }
-        sum->pulled += norm(off);
+        rotation_matrix(unstressed[i].rotation, R);
+        to_body(R, push, along);
+        sum->compression += compression_at(rod, s[i], along[2]);
     }
     return status;
 }
@@ -125,7 +134,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     for (int i = 0; i < rod->jumps.spring_count; i++) { /* a spring holds the twist */
         straight = straight && norm(rod->jumps.springs[i].turning) == 0;
     }
-    bool couples = along.couple > 0 || along.moment > 0;
+    bool couples = along.couple > 0 || along.moment > 0 || single.turns;
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
     moment = along.softness[0] * (moment + pull.moment);
     force *= along.softness[1];
@@ -134,7 +143,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
                                 3 * single.pulled);
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;
     compression *= along.softness[1];
-    path->may_buckle = held > 1 || compression > 1 || single.pulled > 0;
+    path->may_buckle = held > 1 || compression > 1;
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->turn = held_turn(rod);
