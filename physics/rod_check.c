@@ -1,6 +1,7 @@
 /* Numbers within reach; and held ends against the initial state: where both are exact by
  * construction they must agree. */
 #include "physics/rod_internal.h"
+#include "physics/scene_field.h"
 
 #include <math.h>
 
@@ -169,6 +170,25 @@ static ad_status rod_check_resistance(const scene *rod_scene, const char **key, 
     return AD_OK;
 }
 
+/* What the equations do not have of tendons. */
+static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_error *error)
+{
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        const scene_tendon *tendon = &rod_scene->tendons[i];
+        if (quantity_is_something(tendon->friction)) {
+            *key = scene_key_of(rod_scene, &tendon->friction);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "the tension of a tendon is the same all along here; allowed: 0");
+        }
+        if (tendon->displacement.is_given) {
+            *key = scene_key_of(rod_scene, &tendon->displacement);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "tensions are not found from displacements; give tension");
+        }
+    }
+    return AD_OK;
+}
+
 ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     bool implied = scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
@@ -179,6 +199,9 @@ ad_status rod_check(const scene *rod_scene, const char **key, ad_error *error)
     ad_status status = rod_check_numbers(rod_scene, key ? key : &ignored, error);
     if (status == AD_OK) {
         status = rod_check_resistance(rod_scene, key ? key : &ignored, error);
+    }
+    if (status == AD_OK) {
+        status = rod_check_tendons(rod_scene, key ? key : &ignored, error);
     }
     if (status != AD_OK) {
         return status;

@@ -3,6 +3,7 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
+#include <stddef.h>
 
 /* Of lengths and places that are sums of decimals. */
 static const double PLACE_ROUNDING = 1e-9;
@@ -264,14 +265,29 @@ static ad_status check_chambers(const scene_checker *check)
     return status;
 }
 
+/* Whether anything of a scene's lists jumps along the rod: all but what pulls from end to end. */
+static bool is_smooth(const scene *given, const scene_list *list)
+{
+    bool smooth = true, tendons = list->offset == offsetof(scene, tendons);
+    if (!tendons && list->offset != offsetof(scene, chambers)) {
+        return scene_list_length(given, list) == 0;
+    }
+    for (int i = 0; i < scene_list_length(given, list); i++) {
+        quantity start = tendons ? given->tendons[i].start : given->chambers[i].start;
+        quantity end = tendons ? given->tendons[i].end : given->chambers[i].end;
+        smooth = smooth && !start.is_given && !end.is_given;
+    }
+    return smooth;
+}
+
 /* The loads that make a solution exact are smooth along the rod. */
 static ad_status check_manufactured(const scene_checker *check)
 {
     for (int i = 0; i < scene_list_count && scene_is_manufactured(check->scene); i++) {
-        if (scene_list_length(check->scene, &scene_lists[i]) > 0) {
+        if (!is_smooth(check->scene, &scene_lists[i])) {
             return scene_refuse(check, scene_lists[i].key,
                                 "make a rod that jumps somewhere, but a manufactured solution is "
-                                "smooth; leave them out");
+                                "smooth; leave them out, or, of tendons and chambers, their ends");
         }
     }
     return AD_OK;

@@ -7,6 +7,7 @@
 #include "physics/solve/motion.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/solve.h"
+#include "physics/solve/stability.h"
 #include "physics/solve/static_system.h"
 
 #include <string.h>
@@ -56,6 +57,17 @@ static void add_tendon(scene *given, double distance, double degrees, double ten
     double angle = degrees * PI / 180;
     given->tendons[given->tendon_count++] = (scene_tendon){
         .offset = {Q(distance * cos(angle)), Q(distance * sin(angle))}, .tension = Q(tension)};
+}
+
+/* Of the motion that is known. */
+static scene soft_arm(void)
+{
+    scene made = robot(0.2, 1e6, 1e6 / 2.9, 0.005);
+    made.rod.density = Q(1100.0);
+    made.duration = Q(0.5);
+    add_tendon(&made, 0.008, 0, 0);
+    made.tendons[0].tension = Q("0.3*where(0.1-t, sin(5*pi*t)^2, 1)");
+    return made;
 }
 
 /* ---- published robots ---------------------------------------------------------------------- */
@@ -406,6 +418,64 @@ static void test_manufactured(void **state)
     solution_free(x.solution);
 }
 
+/* ---- stability ----------------------------------------------------------------------------- */
+
+/* A narrow strip under P at its tip turns sideways from P L^2 = 4.0126 (EI GJ)^(1/2) on (Prandtl;
+ * Timoshenko and Gere, Theory of Elastic Stability, 6.3). Two tendons at +-x wind with it: they add
+ * 2 tau x^2 to GJ. A chamber along the axis and the force that bears it do nothing. */
+static int ways_of(double load, double tension)
+{
+    const double stiff[3] = {INFINITY, INFINITY, INFINITY}, bending[3] = {2000, 1, 0.5};
+    double at[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    int ways = -2;
+    ad_error error;
+    scene given = stiff_scene(1, stiff, bending, 1, bending);
+    given.end.type = SCENE_LOADED;
+    set_numbers(given.loads.tip.force, 3, (const double[]){0, load, 0});
+    add_tendon(&given, 0.1, 0, tension);
+    add_tendon(&given, 0.1, 180, tension);
+    given.chamber_count = 1;
+    given.chambers[0] =
+        (scene_chamber){.offset = {Q(0.0), Q(0.0)}, .pressure = Q(100.0), .area = Q(1.0)};
+    solved x = solve(&given, 0, NULL, 1e-10);
+    stability_points(&given, at);
+    assert_int_equal(solution_evaluate(x.solution, solution_columns(&given), STABILITY_POINTS, at,
+                                       NULL, values, &error),
+                     AD_OK);
+    assert_int_equal(stability_count(&given, values, &ways, &error), AD_OK);
+    solution_free(x.solution);
+    return ways;
+}
+
+static void test_strip(void **state)
+{
+    (void)state;
+    const double tension[2] = {1e-9, 25};
+    for (int i = 0; i < 2; i++) {
+        double critical = 4.0126 * sqrt(0.5 + 2 * tension[i] * 0.01);
+        assert_int_equal(ways_of(0.99 * critical, tension[i]), 0);
+        assert_int_equal(ways_of(1.01 * critical, tension[i]), 1);
+    }
+}
+
+/* ---- refusals ------------------------------------------------------------------------------ */
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    const char *key = NULL;
+    ad_error error;
+    scene given = soft_arm();
+    given.tendons[0].friction = Q(0.1);
+    assert_int_equal(rod_check(&given, &key, &error), AD_BAD_INPUT);
+    assert_string_equal(key, "tendons[0].friction");
+    given = soft_arm();
+    given.tendons[0].tension = Q(NULL);
+    given.tendons[0].displacement = Q(0.01);
+    assert_int_equal(rod_check(&given, &key, &error), AD_BAD_INPUT);
+    assert_string_equal(key, "tendons[0].displacement");
+}
+
 /* ---- in motion ------------------------------------------------------------------------------- */
 
 /* Of spectral elements, to 6e-10 m: t, tip, middle. */
@@ -427,16 +497,6 @@ static const double ramp[][7] = {
     {0.5, 0.1432533071511709, 0, 0.10482601300667403, 0.04773962230516934, 0, 0.08262081081416231}};
 
 enum { TIMES = sizeof ramp / sizeof *ramp };
-
-static scene soft_arm(void)
-{
-    scene made = robot(0.2, 1e6, 1e6 / 2.9, 0.005);
-    made.rod.density = Q(1100.0);
-    made.duration = Q(0.5);
-    add_tendon(&made, 0.008, 0, 0);
-    made.tendons[0].tension = Q("0.3*where(0.1-t, sin(5*pi*t)^2, 1)");
-    return made;
-}
 
 static double ramp_error(double tolerance, solve_report *report)
 {
@@ -542,6 +602,7 @@ int main(void)
         cmocka_unit_test(test_two_segments), cmocka_unit_test(test_constant),
         cmocka_unit_test(test_webster),      cmocka_unit_test(test_derivatives),
         cmocka_unit_test(test_manufactured), cmocka_unit_test(test_ramp),
-        cmocka_unit_test(test_rate)};
+        cmocka_unit_test(test_rate),         cmocka_unit_test(test_strip),
+        cmocka_unit_test(test_refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

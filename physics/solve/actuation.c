@@ -193,6 +193,27 @@ void solve_actuation_strains(const solve_actuation *a, const double *rest, const
     }
 }
 
+void solve_actuation_stiffen(const solve_actuation *a, const double *strains,
+                             double stiffness[3][3], double softness[3][3], double coupling[3][3])
+{
+    double unused[ROWS], by[ROWS][ROWS], factor[9], soft[9] = {0};
+    int pivots[3];
+    solve_actuation_wrench(a, strains, unused, by);
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            stiffness[i][j] += by[3 + i][3 + j];
+            coupling[i][j] = by[i][3 + j];
+            factor[j * 3 + i] = (i == j) + softness[i][i] * by[i][j];
+        }
+        soft[i * 3 + i] = softness[i][i];
+    }
+    ad_dense_lu(3, factor, pivots);
+    ad_dense_lu_solve(3, 3, factor, pivots, soft);
+    for (int i = 0; i < 9; i++) {
+        softness[i % 3][i / 3] = soft[i];
+    }
+}
+
 /* ---- along the rod ------------------------------------------------------------------------- */
 
 ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *s, double t,
@@ -218,5 +239,33 @@ ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *
         size->moment = fmax(size->moment, moment);
     }
     free(all);
+    return status;
+}
+
+ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *s, solve_rod **rod,
+                                solve_actuator **actuators, ad_error *error)
+{
+    double *scaled = malloc(n * sizeof *scaled);
+    *rod = NULL;
+    *actuators = NULL;
+    ad_status status =
+        scaled ? ad_dense_load(error) : ad_fail(error, AD_NO_MEMORY, "out of memory for tendons");
+    status = status == AD_OK ? solve_rod_create(rod_scene, rod, error) : status;
+    size_t count = status == AD_OK ? n * (size_t)(*rod)->actuators : 0;
+    if (status == AD_OK) {
+        *actuators = malloc(count * sizeof **actuators);
+        status = *actuators ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for tendons");
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        scaled[i] = s[i] / (*rod)->scales.length;
+    }
+    status = status == AD_OK ? solve_rod_actuators(*rod, n, scaled, 0, *actuators, error) : status;
+    for (size_t i = 0; status == AD_OK && i < count; i++) {
+        for (int k = 0; k < 2; k++) {
+            (*actuators)[i].offset[k] *= (*rod)->scales.length;
+        }
+        (*actuators)[i].pull *= (*rod)->scales.force;
+    }
+    free(scaled);
     return status;
 }

@@ -43,6 +43,16 @@ void solve_actuation_strains(const solve_actuation *a, const double *rest, const
                              const double *wrench, double *strains,
                              double (*by_wrench)[ACTUATION_ROWS]);
 
+/* With T, the second derivatives of their energy by v and u: stiffness K + T_uu, softness
+ * (1 + C T_vv)^-1 C, coupling T_vu. K and C are given in their diagonals. */
+void solve_actuation_stiffen(const solve_actuation *a, const double *strains,
+                             double stiffness[3][3], double softness[3][3], double coupling[3][3]);
+
+/* Of a scene with tendons or chambers: its rod and, at rest and in SI units, its actuators at n
+ * points s [n], m: [n][(*rod)->actuators]. The caller frees both, also after an error. */
+ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *s, solve_rod **rod,
+                                solve_actuator **actuators, ad_error *error);
+
 /* The largest, over n points s [n] at time t, of the moment and the winding of tendons and chambers
  * along the rod, by EI/L and 1/L; 0 without any. */
 typedef struct solve_actuation_size {

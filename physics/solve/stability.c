@@ -3,8 +3,8 @@
 #include "autodiff/dense.h"
 #include "physics/breaks.h"
 #include "physics/rod_internal.h"
+#include "physics/solve/actuation.h"
 #include "physics/solve/quaternion.h"
-#include "physics/solve/rod_model.h"
 
 #include <stddef.h>
 #include <stdlib.h>
@@ -21,12 +21,27 @@ typedef struct variation {
     bool shifts;
     int springs, spring[SCENE_SPRINGS_MAX]; /* of the scene */
     int size;
-    double *matrix;                   /* [size][size], symmetric */
-    double stiffness[3], softness[3]; /* K, C of the element */
-    double edge[ELEMENTS + 1];        /* m */
-    double step;                      /* length of the element at hand */
-    double place[SCENE_SPRINGS_MAX];  /* of the springs, m */
+    double *matrix;                  /* [size][size], symmetric */
+    double stiffness[3][3];          /* K of the element, with that of tendons */
+    double softness[3][3];           /* C, the same */
+    double coupling[3][3];           /* of strains and curvatures, by tendons */
+    solve_actuator *actuators;       /* [elements][those of the rod], SI; NULL: none */
+    const solve_rod *rod;            /* where there are any */
+    double edge[ELEMENTS + 1];       /* m */
+    double step;                     /* length of the element at hand */
+    double place[SCENE_SPRINGS_MAX]; /* of the springs, m */
 } variation;
+
+/* Whether a tendon has a length in place of a tension, which the shape does not tell. */
+static bool is_pulled_by_length(const scene *rod_scene)
+{
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        if (rod_scene->tendons[i].displacement.is_given) {
+            return true;
+        }
+    }
+    return false;
+}
 
 /* Whether the question makes sense for this scene. */
 static bool is_asked(const scene *rod_scene, bool planar)
@@ -45,7 +60,7 @@ static bool is_asked(const scene *rod_scene, bool planar)
     bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
                  !scene_end_holds_rotation(rod_scene->end.type);
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
-           (planar || (!moments && !turns));
+           (planar || (!moments && !turns)) && !is_pulled_by_length(rod_scene);
 }
 
 /* R(q)^T R(p) e_k */
@@ -150,21 +165,37 @@ typedef struct direction {
     double eta[3], bend[3], pull[3];
 } direction;
 
+/* eta x n - R^T nu, and what tendons add: the force against which strains are at their best. */
+static void strain_by(const variation *x, const direction *d, const double turned_n[3],
+                      double force[3])
+{
+    to_world((double(*)[3])x->coupling, d->bend, force);
+    for (int i = 0; i < 3; i++) {
+        force[i] = turned_n[i] - d->pull[i] + force[i];
+    }
+}
+
 /* The bilinear form of two directions at a state. */
 static double energy_of(const variation *x, const solve_state *state, const direction *p,
                         const direction *q)
 {
     const double *v = state->strain, *n = state->force, *m = state->moment;
-    double pn[3], qn[3], pv[3], qv[3], ab[3], ba[3], sum = 0;
+    double pn[3], qn[3], pv[3], qv[3], ab[3], ba[3], ps[3], qs[3], sum = 0;
     vector_cross(p->eta, n, pn);
     vector_cross(q->eta, n, qn);
+    strain_by(x, p, pn, ps);
+    strain_by(x, q, qn, qs);
     vector_cross(p->eta, v, pv);
     vector_cross(q->eta, v, qv);
     vector_cross(p->bend, q->eta, ab);
     vector_cross(q->bend, p->eta, ba);
     for (int i = 0; i < 3; i++) {
-        sum += x->stiffness[i] * p->bend[i] * q->bend[i];
-        sum -= x->softness[i] * (pn[i] - p->pull[i]) * (qn[i] - q->pull[i]);
+        for (int j = 0; j < 3; j++) {
+            sum += x->stiffness[i][j] * p->bend[i] * q->bend[j];
+        }
+        for (int j = 0; j < 3; j++) {
+            sum -= x->softness[i][j] * ps[i] * qs[j];
+        }
         sum += (pn[i] * qv[i] + qn[i] * pv[i]) / 2; /* -n.(eta x (eta x v)) */
     }
     return sum + (vector_dot(m, ab) + vector_dot(m, ba)) / 2 - vector_dot(p->pull, qv) -
@@ -322,13 +353,25 @@ static void take_section(variation *x, const scene_properties *p, int k)
 {
     double s = middle(x->edge, k), bending[3];
     x->step = x->edge[k + 1] - x->edge[k];
+    memset(x->stiffness, 0, sizeof x->stiffness);
+    memset(x->softness, 0, sizeof x->softness);
     for (int i = 0; i < 3; i++) {
         bending[i] = quantity_value(p->curvature_stiffness[i], s, 0);
     }
     for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
-        x->stiffness[i] = fmin(bending[i], 1e6 * fmin(bending[0], bending[1]));
-        x->softness[i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
+        x->stiffness[i][i] = fmin(bending[i], 1e6 * fmin(bending[0], bending[1]));
+        x->softness[i][i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
     }
+}
+
+/* Tendons resist being turned. */
+static void take_tendons(variation *x, const solve_state *state, int k)
+{
+    double s = middle(x->edge, k) / x->edge[ELEMENTS], strains[ACTUATION_ROWS];
+    const solve_actuation pulling = solve_actuation_at(x->rod, x->actuators, (size_t)k, s, 1);
+    memcpy(strains, state->strain, sizeof state->strain);
+    memcpy(strains + 3, state->curvature, sizeof state->curvature);
+    solve_actuation_stiffen(&pulling, strains, x->stiffness, x->softness, x->coupling);
 }
 
 /* values [columns][ELEMENTS] in the middles of the elements. */
@@ -394,6 +437,9 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
             memcpy(base, state.rotation, sizeof base);
         }
         take_section(x, &properties, k);
+        if (x->actuators) {
+            take_tendons(x, &state, k);
+        }
         joints_before(rod_scene, middle(x->edge, k), joints);
         add_element(x, k, &state, base, joints);
     }
@@ -435,11 +481,20 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     ad_status status = x.matrix && pivots ? AD_OK
                                           : ad_fail(error, AD_NO_MEMORY,
                                                     "out of memory for %d directions", x.size);
+    solve_rod *rod = NULL;
+    if (status == AD_OK && rod_scene->tendon_count > 0) {
+        double s[ELEMENTS];
+        stability_points(rod_scene, s);
+        status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
+        x.rod = rod;
+    }
     status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {
         *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - multipliers(&x);
     }
     free(pivots);
     free(x.matrix);
+    free(x.actuators);
+    solve_rod_free(rod);
     return status;
 }

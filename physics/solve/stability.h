@@ -17,13 +17,15 @@ void stability_points(const scene *rod_scene, double *s);
 /* The number of independent ways in which the shape of a static scene gives way, of which values
  * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/model.h), in SI; 0: it
  * is stable, -1: not asked, as the scene moves or its loads have no energy: followers and, in
- * space, moments. Counted among motions in the plane where the scene is planar.
+ * space, moments; or a tendon has a length in place of a tension. Counted among motions in the
+ * plane where the scene is planar.
  *
  * The second variation of the energy over rotations R exp(eta^), the strains at their best
  * (Antman, Nonlinear Problems of Elasticity, ch. 9; with a = eta_s + u x eta, C = Kse^-1),
  *
  *   2 E = int a.K a + m.(a x eta) - n.(eta x (eta x v)) - (eta x n).C (eta x n) ds,
  *
+ * (where tendons pull, K and C with the second derivatives of their energy by strains, too,)
  * on piecewise linear eta, 0 where an end holds the rotation. Where both ends hold the position, a
  * constant nu changes N, for int R v to stay as it is:
  *
