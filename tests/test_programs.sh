@@ -169,7 +169,8 @@ said stdout.txt 'outer_sum .* flops per point'
 refused 'explain=tape: allowed: --explain, --explain=program' cpinn-train "$dynamic" --explain=tape
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
 check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
-for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml; do
+for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml \
+    "$ROOT"/configs/robots/*.yaml; do
     run 0 cpinn-train "$scene" --print-config
     cp stdout.txt first.yaml
     run 0 cpinn-train first.yaml --print-config

@@ -12,7 +12,7 @@ said stdout.txt '^elastica_deep: static, .*tip force F L\^2/EI 1$'
 said stdout.txt '^solved: [0-9]+ nodes, load in [0-9]+ steps?, [0-9]+ Newton steps, [0-9.]+ ms$'
 said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
 said stdout.txt '^  tip +0\.28307002911498[0-9]* '
-said stdout.txt '^  energy +strain 0\.0002347[0-9]*, potential of dead loads -0\.000493[0-9]* J$'
+said stdout.txt '^  energy +strain 0\.0002347[0-9]*, potential of loads -0\.000493[0-9]* J$'
 said stdout.txt '^difference from elastica \(101 points\)'
 said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
 check nothing on stderr -- test ! -s stderr.txt

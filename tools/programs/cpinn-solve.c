@@ -201,7 +201,7 @@ static ad_status print_energy(const solving *x, ad_error *error)
     }
     printf("  %-24s strain %.9g", "energy", e.strain);
     if (!isnan(e.work)) {
-        printf(", potential of dead loads %.9g", -e.work + 0.0);
+        printf(", potential of loads %.9g", -e.work + 0.0);
     }
     puts(" J");
     return AD_OK;
