@@ -198,27 +198,51 @@ static ad_value beam_hold(const beam_context *beam, ad_value field, const beam_g
     return beam_meet(beam, field, count, conditions);
 }
 
+/* A field that falls by `value` within the beam beyond s. */
+static ad_value beam_drop(const beam_context *beam, ad_value field, double s, ad_value value)
+{
+    ad_value zero = ad_scalar(beam->tape, 0), past = ad_sub(beam->s, ad_scalar(beam->tape, s));
+    return s > 0 && s < 1 ? ad_sub(field, ad_select(past, value, zero)) : field;
+}
+
+/* V and M of a field whose ends have the values beyond what acts there: at s = 0 it begins behind
+ * that, at s = 1 it ends before. */
+static ad_value beam_inside(const beam_context *beam, ad_value field, double s, ad_value value)
+{
+    ad_value rest = ad_sub(ad_scalar(beam->tape, 1), beam->s);
+    return s <= 0   ? ad_sub(field, ad_mul(rest, value))
+           : s >= 1 ? ad_add(field, ad_mul(beam->s, value))
+                    : field;
+}
+
 static beam_state beam_mixed_state(const beam_context *beam, const ad_value *fields,
                                    const beam_given *ends)
 {
-    return (beam_state){.deflection = beam_hold(beam, fields[0], &ends[0]),
-                        .slope = beam_hold(beam, fields[1], &ends[1]),
-                        .shear = beam_hold(beam, fields[2], &ends[2]),
-                        .moment = beam_hold(beam, fields[3], &ends[3])};
-}
-
-/* A function of s at an end. */
-static ad_value beam_at(const beam_context *beam, ad_value y, int end)
-{
-    return ad_substitute(y, beam->s, ad_scalar(beam->tape, end));
+    beam_state x = {.deflection = beam_hold(beam, fields[0], &ends[0]),
+                    .slope = beam_hold(beam, fields[1], &ends[1]),
+                    .shear = fields[2],
+                    .moment = fields[3]};
+    beam_force_at acting[BEAM_PLACES_MAX];
+    int count = beam_forces_at(beam, x.deflection, x.slope, acting);
+    for (int i = 0; i < count; i++) {
+        x.shear = beam_drop(beam, x.shear, acting[i].s, acting[i].force);
+        x.moment = beam_drop(beam, x.moment, acting[i].s, acting[i].moment);
+    }
+    x.shear = beam_hold(beam, x.shear, &ends[2]);
+    x.moment = beam_hold(beam, x.moment, &ends[3]);
+    for (int i = 0; i < count; i++) {
+        x.shear = beam_inside(beam, x.shear, acting[i].s, acting[i].force);
+        x.moment = beam_inside(beam, x.moment, acting[i].s, acting[i].moment);
+    }
+    return x;
 }
 
 /* w_sss where the end gives shear and moment: -(V + mu) = EI_s w_ss + EI w_sss, w_ss = M/EI. */
 static beam_condition beam_sheared(const beam_context *beam, const beam_end *end, int at)
 {
-    ad_value mu = beam_at(beam, beam_line_moment(beam), at);
-    ad_value softness = beam_at(beam, beam->softness, at);
-    ad_value slope = beam_at(beam, beam_space_derivative(beam, beam->bending, 1), at);
+    ad_value mu = beam_there(beam, beam_line_moment(beam), at);
+    ad_value softness = beam_there(beam, beam->softness, at);
+    ad_value slope = beam_there(beam, beam_space_derivative(beam, beam->bending, 1), at);
     ad_value turned = ad_mul(slope, ad_mul(softness, end->moment));
     ad_value bent = ad_neg(ad_add(ad_add(end->shear, mu), turned));
     return (beam_condition){at, 3, ad_mul(softness, bent)};
@@ -232,7 +256,7 @@ static beam_state beam_bending_state(const beam_context *beam, ad_value w)
     bool hard = beam->scene->boundary_enforcement == SCENE_HARD;
     for (int i = 0; i <= 1; i++) {
         beam_end end = beam_end_of(beam, i);
-        ad_value bent = ad_mul(beam_at(beam, beam->softness, i), end.moment);
+        ad_value bent = ad_mul(beam_there(beam, beam->softness, i), end.moment);
         conditions[2 * i] = end.holds_deflection ? (beam_condition){i, 0, end.deflection}
                                                  : beam_sheared(beam, &end, i);
         conditions[2 * i + 1] =
@@ -252,14 +276,14 @@ static beam_state beam_shearing_state(const beam_context *beam, ad_value w, ad_v
     beam_end ends[2] = {beam_end_of(beam, 0), beam_end_of(beam, 1)};
     int count = beam->scene->boundary_enforcement == SCENE_HARD ? 2 : 0;
     for (int i = 0; i <= 1; i++) {
-        ad_value bent = ad_mul(beam_at(beam, beam->softness, i), ends[i].moment);
+        ad_value bent = ad_mul(beam_there(beam, beam->softness, i), ends[i].moment);
         conditions[i] = ends[i].holds_slope ? (beam_condition){i, 0, ends[i].slope}
                                             : (beam_condition){i, 1, bent};
     }
     psi = beam_meet(beam, psi, count, conditions);
     for (int i = 0; i <= 1; i++) {
-        ad_value there = beam_at(beam, psi, i);
-        ad_value sheared = ad_mul(beam_at(beam, beam->shear_compliance, i), ends[i].shear);
+        ad_value there = beam_there(beam, psi, i);
+        ad_value sheared = ad_mul(beam_there(beam, beam->shear_compliance, i), ends[i].shear);
         conditions[i] = ends[i].holds_deflection ? (beam_condition){i, 0, ends[i].deflection}
                                                  : (beam_condition){i, 1, ad_add(there, sheared)};
     }

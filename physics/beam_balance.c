@@ -47,6 +47,14 @@ static ad_value beam_moment_balance(const beam_context *beam, beam_state x)
 static ad_value beam_end_residual(const beam_context *beam, beam_state x, int at)
 {
     beam_end end = beam_end_of(beam, at);
+    beam_force_at acting[BEAM_PLACES_MAX];
+    int count = beam_forces_at(beam, x.deflection, x.slope, acting);
+    for (int i = 0; i < count; i++) { /* the beam begins behind it, and ends before */
+        if (at ? acting[i].s >= 1 : acting[i].s <= 0) {
+            end.shear = ad_add(end.shear, ad_scale(acting[i].force, at ? 1 : -1));
+            end.moment = ad_add(end.moment, ad_scale(acting[i].moment, at ? 1 : -1));
+        }
+    }
     ad_value along =
         end.holds_deflection ? ad_sub(x.deflection, end.deflection) : ad_sub(x.shear, end.shear);
     ad_value around = end.holds_slope ? ad_sub(x.slope, end.slope) : ad_sub(x.moment, end.moment);

@@ -59,6 +59,19 @@ beam_point_data beam_point_of(const beam_context *beam, int i, ad_value t);
 beam_body_data beam_body_of(const beam_context *beam, int i);
 beam_spring_data beam_spring_of(const beam_context *beam, int i);
 
+/* F and T of all of these for fields w, psi of s and t; ends of the beam count as places. */
+typedef struct beam_force_at {
+    double s;
+    ad_value force, moment;
+} beam_force_at;
+
+enum { BEAM_PLACES_MAX = SCENE_POINTS_MAX + SCENE_BODIES_MAX + SCENE_SPRINGS_MAX };
+
+/* acting [BEAM_PLACES_MAX]; returns how many. */
+int beam_forces_at(const beam_context *beam, ad_value w, ad_value psi, beam_force_at *acting);
+/* A function of s at a place, 0 and 1 the ends. */
+ad_value beam_there(const beam_context *beam, ad_value y, double s);
+
 /* beam.c */
 bool beam_turns(const scene *scene); /* whether sections have rotary inertia */
 beam_context beam_context_of(const scene *scene, const domain_place *at);

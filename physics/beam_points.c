@@ -39,3 +39,32 @@ beam_spring_data beam_spring_of(const beam_context *beam, int i)
         .turning = beam_number(given->turning[0]) * unit->slope / unit->moment,
         .anchor = beam_number(given->anchor[1]) / unit->deflection};
 }
+
+ad_value beam_there(const beam_context *beam, ad_value y, double s)
+{
+    return ad_substitute(y, beam->s, ad_scalar(beam->tape, s));
+}
+
+int beam_forces_at(const beam_context *beam, ad_value w, ad_value psi, beam_force_at *acting)
+{
+    const scene *given = beam->scene;
+    int count = 0;
+    for (int i = 0; i < given->beam.point_count; i++) {
+        beam_point_data point = beam_point_of(beam, i, beam->t);
+        acting[count++] = (beam_force_at){point.s, point.force, point.moment};
+    }
+    for (int i = 0; i < given->body_count; i++) {
+        beam_body_data body = beam_body_of(beam, i);
+        ad_value speeding = beam_there(beam, beam_time_derivative(beam, w, 2), body.s);
+        ad_value turning = beam_there(beam, beam_time_derivative(beam, psi, 2), body.s);
+        acting[count++] = (beam_force_at){body.s, ad_scale(speeding, -body.mass),
+                                          ad_scale(turning, -body.inertia)};
+    }
+    for (int i = 0; i < given->spring_count; i++) {
+        beam_spring_data spring = beam_spring_of(beam, i);
+        ad_value off = ad_sub(ad_scalar(beam->tape, spring.anchor), beam_there(beam, w, spring.s));
+        ad_value turn = ad_scale(beam_there(beam, psi, spring.s), -spring.turning);
+        acting[count++] = (beam_force_at){spring.s, ad_scale(off, spring.stiffness), turn};
+    }
+    return count;
+}

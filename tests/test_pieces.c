@@ -43,9 +43,10 @@ static void load_tip(scene *rod, double x, double y, double z)
     set(rod->loads.tip.force, x, y, z);
 }
 
-/* Columns of the trained network at `count` places, values [columns][count]. */
+/* Columns of the trained network at `count` places and times (NULL: at rest), values
+ * [columns][count]. */
 static void trained(const scene *rod, const char *columns, size_t count, const double *s,
-                    double *values)
+                    const double *t, double *values)
 {
     ad_error error = {AD_OK, ""};
     const cpinn_options options = {.threads = 1};
@@ -53,7 +54,7 @@ static void trained(const scene *rod, const char *columns, size_t count, const d
     evaluator *seen = NULL;
     if (cpinn_train_scene(rod, NULL, &options, &model, &error) != AD_OK ||
         cpinn_evaluator(model, columns, &seen, &error) != AD_OK ||
-        evaluator_evaluate(seen, count, s, NULL, values, &error) != AD_OK) {
+        evaluator_evaluate(seen, count, s, t, values, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     if (verdict_worst(cpinn_verdict(model)) != VERDICT_NONE) {
@@ -61,6 +62,28 @@ static void trained(const scene *rod, const char *columns, size_t count, const d
     }
     evaluator_free(seen);
     cpinn_free(model);
+}
+
+/* A beam's deflection, slope, shear and moment, at t where it moves. */
+static void beam_agrees_with_solver(const scene *beam, double t, double tolerance)
+{
+    enum { PLACES = 12, COLUMNS = 4 };
+    double s[PLACES], at[PLACES], network[COLUMNS * PLACES], solved[MODEL_COLUMNS_MAX * PLACES];
+    ad_error error = {AD_OK, ""};
+    cpinn_solution *solution = NULL;
+    for (int i = 0; i < PLACES; i++) {
+        s[i] = (i + 0.877) / (PLACES - 0.123);
+        at[i] = t;
+    }
+    trained(beam, "w slope V M", PLACES, s, t > 0 ? at : NULL, network);
+    if (cpinn_solve_scene(beam, 0, t > 0, &t, &solution, &error) != AD_OK ||
+        cpinn_solution_evaluate(solution, PLACES, s, at, solved, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (int i = 0; i < COLUMNS * PLACES; i++) {
+        assert_near(network[i], solved[i], tolerance);
+    }
+    cpinn_solution_free(solution);
 }
 
 /* Position and rotation at places all along the rod, between breaks. Of q and -q either will do. */
@@ -73,7 +96,7 @@ static void agrees_with_solver(const scene *rod, double tolerance)
     for (int i = 0; i < PLACES; i++) {
         s[i] = (i + 0.877) / (PLACES - 0.123);
     }
-    trained(rod, "x y z qw qx qy qz", PLACES, s, network);
+    trained(rod, "x y z qw qx qy qz", PLACES, s, NULL, network);
     if (cpinn_solve_scene(rod, 1e-11, 0, NULL, &solution, &error) != AD_OK ||
         cpinn_solution_evaluate(solution, PLACES, s, NULL, solved, &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -107,7 +130,7 @@ static void test_two_stiffnesses(void **state)
         rod.rod.bending_stiffness[0] = rod.rod.bending_stiffness[1] = formula(text);
         rod.end.type = SCENE_LOADED;
         set(rod.loads.tip.moment, 0, -moment, 0);
-        trained(&rod, "x z", 1, &s, tip);
+        trained(&rod, "x z", 1, &s, NULL, tip);
         double end = angle + moment * (1 - at), first = 3 / moment, second = 1 / moment;
         double x = first * sin(angle) + second * (sin(end) - sin(angle));
         double z = first * (1 - cos(angle)) + second * (cos(angle) - cos(end));
@@ -133,7 +156,7 @@ static void test_beam_band(void **state)
         beam.rod.bending_stiffness[0] = beam.rod.bending_stiffness[1] = quantity_number(1);
         snprintf(text, sizeof text, "where((s-%.17g)*(%.17g-s), %.17g, 0)", a, a + b, q);
         beam.beam.force = formula(text);
-        trained(&beam, "w M", 2, s, values);
+        trained(&beam, "w M", 2, s, NULL, values);
         /* one element q dx at x moves the tip by x^2 (3 - x)/6 q dx */
         double c = a + b, tip = q / 6 * ((c * c * c - a * a * a) - (pow(c, 4) - pow(a, 4)) / 4);
         assert_near(values[0], 0, 0);
@@ -153,7 +176,7 @@ static void test_elbow(void **state)
     rod.segments[0].length = quantity_number(0.4);
     rod.segments[1].length = quantity_number(0.6);
     set(rod.segments[1].turn, 0, acos(0), 0); /* about d2, from d3 = +x to d1 = +z */
-    trained(&rod, "x y z", 2, s, values);
+    trained(&rod, "x y z", 2, s, NULL, values);
     const double expected[6] = {0.4, 0.4, 0, 0, 0, 0.6};
     for (int i = 0; i < 6; i++) {
         assert_near(values[i], expected[i], 1e-12);
@@ -228,6 +251,87 @@ static void test_springs_and_bodies(void **state)
     agrees_with_solver(&rod, 1e-8);
 }
 
+/* Ends between which some acts on the beam itself, and springs and bodies at the ends too. */
+static void test_beam_places(void **state)
+{
+    (void)state;
+    for (int model = SCENE_EULER_BERNOULLI; model <= SCENE_TIMOSHENKO; model++) {
+        scene beam;
+        scene_defaults(&beam);
+        beam.rod.model = (scene_model)model;
+        beam.rod.length = quantity_number(2);
+        for (int i = 0; i < 2; i++) {
+            beam.rod.bending_stiffness[i] = quantity_number(3);
+            if (model == SCENE_TIMOSHENKO) {
+                beam.rod.shear_stiffness[i] = quantity_number(40);
+            }
+        }
+        beam.start.type = SCENE_PINNED;
+        beam.end.type = SCENE_FREE;
+        beam.beam.force = formula("s");
+        beam.beam.point_count = 2;
+        beam.beam.points[0].at = quantity_number(0.3);
+        beam.beam.points[0].load.moment = quantity_number(0.7);
+        beam.beam.points[1].at = quantity_number(1.1);
+        beam.beam.points[1].load.force = quantity_number(-1.5);
+        beam.spring_count = 3;
+        const double places[3] = {0, 1.4, 2};
+        for (int i = 0; i < 3; i++) {
+            beam.springs[i].at = quantity_number(places[i]);
+            set(beam.springs[i].stiffness, 0, 5 + i, 0);
+            set(beam.springs[i].turning, 2 - i, 0, 0);
+            set(beam.springs[i].anchor, 0, 0.1 * i, 0);
+        }
+        beam_agrees_with_solver(&beam, 0, 1e-9);
+    }
+}
+
+/* A body at the tip and one within. */
+static void test_beam_bodies(void **state)
+{
+    (void)state;
+    scene beam;
+    scene_defaults(&beam);
+    beam.rod.model = SCENE_EULER_BERNOULLI;
+    beam.rod.length = beam.rod.mass_per_length = quantity_number(1);
+    beam.rod.bending_stiffness[0] = beam.rod.bending_stiffness[1] = quantity_number(1);
+    beam.duration = quantity_number(0.5);
+    beam.end.type = SCENE_FREE;
+    beam.beam.force = formula("t^2*s");
+    beam.body_count = 2;
+    beam.bodies[0] = (scene_body){.at = quantity_number(0.6), .mass = quantity_number(0.5)};
+    beam.bodies[1] = (scene_body){.at = quantity_number(1), .mass = quantity_number(1)};
+    set(beam.bodies[1].inertia, 0.1, 0, 0);
+    beam_agrees_with_solver(&beam, 0.5, 1e-4);
+}
+
+/* A load that comes at once at 0.2 s does from then on what it does from 0 s on. */
+static void test_jump_in_time(void **state)
+{
+    (void)state;
+    const double s[2] = {0.5, 1}, late[2] = {0.45, 0.45}, early[2] = {0.25, 0.25};
+    const double before[2] = {0.2, 0.1};
+    double w[2], expected[2];
+    scene beam;
+    scene_defaults(&beam);
+    beam.rod.model = SCENE_EULER_BERNOULLI;
+    beam.rod.length = beam.rod.mass_per_length = quantity_number(1);
+    beam.rod.bending_stiffness[0] = beam.rod.bending_stiffness[1] = quantity_number(1);
+    beam.end.type = SCENE_FREE;
+    beam.duration = quantity_number(0.45);
+    beam.beam.force = formula("step(t-0.2)*s");
+    trained(&beam, "w", 2, s, before, w);
+    assert_near(w[0], 0, 1e-13); /* at rest until then, to rounding */
+    assert_near(w[1], 0, 1e-13);
+    trained(&beam, "w", 2, s, late, w);
+    beam.duration = quantity_number(0.25);
+    beam.beam.force = formula("s");
+    trained(&beam, "w", 2, s, early, expected);
+    for (int i = 0; i < 2; i++) { /* what the same waves leave, 1e-5 of the deflection */
+        assert_near(w[i], expected[i], 1e-5 * fabs(expected[1]));
+    }
+}
+
 static int begin(void **state)
 {
     (void)state;
@@ -247,6 +351,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_two_stiffnesses), cmocka_unit_test(test_beam_band),
         cmocka_unit_test(test_elbow),           cmocka_unit_test(test_elbow_loaded),
-        cmocka_unit_test(test_points),          cmocka_unit_test(test_springs_and_bodies)};
+        cmocka_unit_test(test_points),          cmocka_unit_test(test_springs_and_bodies),
+        cmocka_unit_test(test_beam_places),     cmocka_unit_test(test_beam_bodies),
+        cmocka_unit_test(test_jump_in_time)};
     return cmocka_run_group_tests(tests, begin, end);
 }

@@ -315,6 +315,27 @@ static ad_status check_stages(const train_settings *settings, char *key, ad_erro
     return status;
 }
 
+/* The displacement form has no force and moment that could jump. */
+static ad_status check_jumps(const scene *given, char *key, ad_error *error)
+{
+    const struct {
+        const char *key;
+        int count;
+    } lists[] = {{"loads.points", given->point_count},
+                 {"beam.points", given->beam.point_count},
+                 {"bodies", given->body_count},
+                 {"springs", given->spring_count},
+                 {"segments", given->segment_count}};
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        if (given->formulation == SCENE_DISPLACEMENT && lists[i].count > 0) {
+            return train_refuse(key, lists[i].key, error,
+                                "makes forces or strains jump, which networks of formulation "
+                                "displacement cannot; allowed with mixed");
+        }
+    }
+    return AD_OK;
+}
+
 ad_status train_settings_check(const train_settings *settings, const scene *rod_scene,
                                char key[TRAIN_KEY_MAX], ad_error *error)
 {
@@ -337,7 +358,10 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
     }
-    ad_status status = check_stages(settings, key, error);
+    ad_status status = check_jumps(rod_scene, key, error);
+    if (status == AD_OK) {
+        status = check_stages(settings, key, error);
+    }
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }
 
