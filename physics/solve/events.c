@@ -1,5 +1,7 @@
 #include "physics/solve/events.h"
 
+#include "physics/breaks.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +11,10 @@ enum { SAMPLES = 2049, POINTS = 5, LOAD = 12, REST = 6, END = 13 };
 enum { ALONG = LOAD + REST, NUMBERS = POINTS * ALONG + 2 * END };
 
 _Static_assert(sizeof(solve_load) == LOAD * sizeof(double), "a load is its numbers");
+
+/* Of the duration: how far before and after a break, whose place is exact, loads are those of
+ * either side. */
+static const double EVENTS_HALF_JUMP = 1e-12;
 
 enum { EXTRA = SAMPLES }; /* place of one more */
 
@@ -126,6 +132,57 @@ static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *
     return AD_OK;
 }
 
+/* ---- together ------------------------------------------------------------------------------ */
+
+static int ascending(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Instants [*count] that samples gave, and those before and after each break of the scene's
+ * formulas and between their panels, which see what samples miss; of two that are one jump those of
+ * the break. */
+static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times, ad_error *error)
+{
+    scene_breaks breaks;
+    scene_panels panels = {0};
+    const double scale = 1 / rod->scales.time, near = 2 * EVENTS_JUMP * rod->duration;
+    ad_status status = scene_breaks_of(&rod->scene, "t", &breaks, error);
+    status = status == AD_OK ? scene_panels_of(&rod->scene, "t", &panels, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    size_t edges = panels.unresolved || panels.count < 2 ? 0 : (size_t)panels.count - 1, kept = 0;
+    double *all = malloc((*count + 2 * (size_t)breaks.count + edges + 1) * sizeof *all);
+    if (!all) {
+        scene_panels_free(&panels);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu instants", *count);
+    }
+    for (int i = 0; i < breaks.count; i++) {
+        all[kept++] = fmax(0, breaks.place[i] * scale - EVENTS_HALF_JUMP * rod->duration);
+        all[kept++] =
+            fmin(rod->duration, breaks.place[i] * scale + EVENTS_HALF_JUMP * rod->duration);
+    }
+    const size_t sure = kept;
+    for (size_t i = 0; i < *count + edges; i++) {
+        double at = i < *count ? (*times)[i] : panels.edges[i - *count + 1] * scale;
+        bool is_known = false;
+        for (size_t k = 0; k < sure; k++) {
+            is_known |= fabs(at - all[k]) <= near;
+        }
+        if (!is_known) {
+            all[kept++] = at;
+        }
+    }
+    scene_panels_free(&panels);
+    qsort(all, kept, sizeof *all, ascending);
+    free(*times);
+    *times = all;
+    *count = kept;
+    return AD_OK;
+}
+
 ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times, ad_error *error)
 {
     *count = 0;
@@ -139,6 +196,7 @@ ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times,
     status = status == AD_OK ? take(rod, x, 0, SAMPLES, error) : status;
     status = status == AD_OK ? check_finite(rod, x, error) : status;
     status = status == AD_OK ? choose(rod, x, count, *times, error) : status;
+    status = status == AD_OK ? add_breaks(rod, count, times, error) : status;
     free(x);
     return status;
 }

@@ -22,13 +22,14 @@ static const double LONGEST = 2.5;
 /* After so many steps the fastest vibration is looked at again. */
 enum { LOOK_AGAIN = 512 };
 
-typedef struct splitting {
+typedef struct composition {
     motion *motion;
     fastest *fastest;
     double *state; /* [nodes][MOTION_ROWS] */
     double frequency;
     long looked;          /* the step at which it was last looked at */
     double longest;       /* step; 0: by frequency */
+    double varying;       /* no longer than this either, between these events */
     double initial, work; /* energy */
     double t;
     long steps, steps_max;
@@ -36,7 +37,7 @@ typedef struct splitting {
     double power;   /* then, now */
     size_t events, event;
     double *event_times;
-} splitting;
+} composition;
 
 /* ---- one step ------------------------------------------------------------------------------ */
 
@@ -52,7 +53,7 @@ static double kick_of(int i)
 
 /* From in->t to t, by h. The first kick joins the last one of the step before when `joined`, and
  * the last is left to the next step when `joins`. */
-static ad_status step(splitting *in, double h, double t, bool joined, bool joins, ad_error *error)
+static ad_status step(composition *in, double h, double t, bool joined, bool joins, ad_error *error)
 {
     double at = 0, work = 0;
     ad_status status = AD_OK;
@@ -75,7 +76,7 @@ static ad_status step(splitting *in, double h, double t, bool joined, bool joins
 }
 
 /* What is prescribed does work that is integrated from the ends of steps. */
-static void add_driven_work(splitting *in, double h)
+static void add_driven_work(composition *in, double h)
 {
     double power = motion_power_now(in->motion).load;
     in->work += 0.5 * h * (in->power + power);
@@ -85,7 +86,7 @@ static void add_driven_work(splitting *in, double h)
 /* ---- through time -------------------------------------------------------------------------- */
 
 /* A rest shape that jumps between in->t and t changes the strain energy where the rod is. */
-static ad_status add_jump(splitting *in, double t, ad_error *error)
+static ad_status add_jump(composition *in, double t, ad_error *error)
 {
     double before = motion_energy_now(in->motion).strain;
     ad_status status = motion_at(in->motion, t, error);
@@ -93,7 +94,7 @@ static ad_status add_jump(splitting *in, double t, ad_error *error)
     return status == AD_OK ? motion_at(in->motion, in->t, error) : status;
 }
 
-static ad_status look(splitting *in, ad_error *error)
+static ad_status look(composition *in, ad_error *error)
 {
     motion_finish(in->motion, in->state);
     double now = motion_fastest_at(in->fastest, in->state, in->steps == 0 ? 20 : 3);
@@ -105,12 +106,13 @@ static ad_status look(splitting *in, ad_error *error)
 }
 
 /* At most LOOK_AGAIN equal steps towards `stop`, which is later. */
-static ad_status advance(splitting *in, double stop, ad_error *error)
+static ad_status advance(composition *in, double stop, ad_error *error)
 {
     bool is_due = in->steps == 0 || in->steps - in->looked >= LOOK_AGAIN;
     ad_status status = is_due ? look(in, error) : AD_OK;
     double longest = LONGEST / in->frequency, from = in->t, left = stop - from;
     longest = in->longest > 0 ? fmin(longest, in->longest) : longest;
+    longest = fmin(longest, in->varying);
     double needed = fmax(1, ceil(left / longest - 1e-9)), h = left / needed;
     long count = needed < LOOK_AGAIN ? (long)needed : LOOK_AGAIN;
     in->power = in->is_driven ? motion_power_now(in->motion).load : 0;
@@ -125,14 +127,13 @@ static ad_status advance(splitting *in, double stop, ad_error *error)
     return status;
 }
 
-static ad_status go_to(splitting *in, double stop, ad_error *error)
+static ad_status go_to(composition *in, double stop, ad_error *error)
 {
     const solve_rod *rod = motion_rod(in->motion);
     ad_status status = AD_OK;
     if (rod->rest_moves && stop > in->t && stop - in->t <= EVENTS_JUMP * rod->duration) {
-        double work = in->work;
         status = add_jump(in, stop, error);
-        work = in->work;
+        double work = in->work;
         status = status == AD_OK ? advance(in, stop, error) : status;
         in->work = work;
     }
@@ -144,7 +145,21 @@ static ad_status go_to(splitting *in, double stop, ad_error *error)
     return status;
 }
 
-static void record(splitting *in, double *state, solve_energy *energy)
+/* How long steps may be for what acts, which changes between two events in a way that some steps
+ * have to see: more of them on a finer mesh, so that what they miss shows as a difference. */
+static void find_varying(composition *in)
+{
+    const solve_rod *rod = motion_rod(in->motion);
+    double from = in->event > 0 ? in->event_times[in->event - 1] : 0;
+    double to = in->event < in->events ? in->event_times[in->event] : rod->duration;
+    bool varies = rod->load_moves || rod->rest_moves || rod->jumps.loads_move ||
+                  rod->actuators > 0 || rod->ends[0].moves || rod->ends[1].moves;
+    bool jumps = to - from <= EVENTS_JUMP * rod->duration;
+    double steps = 0.5 * (double)motion_nodes(in->motion);
+    in->varying = varies && !jumps ? (to - from) / steps : INFINITY;
+}
+
+static void record(composition *in, double *state, solve_energy *energy)
 {
     motion_energy now = motion_energy_now(in->motion);
     motion_finish(in->motion, state);
@@ -152,15 +167,17 @@ static void record(splitting *in, double *state, solve_energy *energy)
                              now.kinetic + now.strain - in->initial - in->work};
 }
 
-static ad_status run(splitting *in, size_t count, const double *times, double *states,
+static ad_status run(composition *in, size_t count, const double *times, double *states,
                      solve_energy *energies, ad_error *error)
 {
     size_t rows = motion_nodes(in->motion) * MOTION_ROWS;
     ad_status status = AD_OK;
+    find_varying(in);
     for (size_t i = 0; i < count && status == AD_OK; i++) {
-        for (; status == AD_OK && in->event < in->events && in->event_times[in->event] < times[i];
-             in->event++) {
+        while (status == AD_OK && in->event < in->events && in->event_times[in->event] < times[i]) {
             status = go_to(in, in->event_times[in->event], error);
+            in->event++;
+            find_varying(in);
         }
         status = status == AD_OK ? go_to(in, times[i], error) : status;
         record(in, states + i * rows, &energies[i]);
@@ -173,10 +190,10 @@ static ad_status run(splitting *in, size_t count, const double *times, double *s
 
 /* ---- making and freeing -------------------------------------------------------------------- */
 
-static ad_status open_splitting(splitting *in, ad_error *error)
+static ad_status open_composition(composition *in, ad_error *error)
 {
     const solve_rod *rod = motion_rod(in->motion);
-    in->is_driven = rod->rest_moves;
+    in->is_driven = rod->rest_moves || rod->actuators > 0;
     for (int end = 0; end < 2; end++) {
         const solve_end *given = &rod->ends[end];
         in->is_driven |= given->moves && (given->holds_position || given->holds_rotation);
@@ -207,9 +224,9 @@ ad_status motion_compose(motion *m, const integrate_settings *settings, size_t c
                          const double *times, double *states, solve_energy *energies,
                          integrate_counts *counts, ad_error *error)
 {
-    splitting in = {.motion = m, .longest = settings->step, .steps_max = settings->steps_max};
+    composition in = {.motion = m, .longest = settings->step, .steps_max = settings->steps_max};
     ad_error cause = {.message = ""};
-    ad_status status = open_splitting(&in, &cause);
+    ad_status status = open_composition(&in, &cause);
     status = status == AD_OK ? run(&in, count, times, states, energies, &cause) : status;
     if (status != AD_OK) {
         ad_fail(error, status, "time integration stopped at t = %g of %g: %s", in.t,

@@ -223,8 +223,9 @@ static double node_power(const motion *m, size_t node)
 
 static double outside_power(const motion *m)
 {
+    bool everywhere = m->is_loaded || m->rod->jumps.count > 0;
     double power = node_power(m, 0) + node_power(m, m->nodes - 1);
-    for (size_t i = 1; m->is_loaded && i + 1 < m->nodes; i++) {
+    for (size_t i = 1; everywhere && i + 1 < m->nodes; i++) {
         power += node_power(m, i);
     }
     return power;

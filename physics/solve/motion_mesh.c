@@ -24,35 +24,41 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* Places that are not yet among those known, within the rod. */
+static void add_place(motion_places *places, double place)
+{
+    bool is_known = place < SOLVE_SAME_PLACE || place > 1 - SOLVE_SAME_PLACE;
+    for (int k = 0; k < places->count; k++) {
+        is_known |= fabs(place - places->place[k]) <= SOLVE_SAME_PLACE;
+    }
+    if (!is_known) {
+        places->place[places->count++] = place;
+    }
+}
+
 ad_status motion_places_of(const solve_rod *rod, motion_places *places, ad_error *error)
 {
-    scene_breaks breaks;
+    scene_panels panels;
     int jumps = rod->jumps.count;
     *places = (motion_places){0};
-    ad_status status = scene_breaks_of(&rod->scene, "s", &breaks, error);
+    ad_status status = scene_panels_of(&rod->scene, "s", &panels, error);
     if (status != AD_OK) {
         return status;
     }
-    places->place = malloc((size_t)(breaks.count + jumps + 1) * sizeof *places->place);
+    places->unresolved = panels.unresolved;
+    places->place = malloc((size_t)(panels.count + jumps + 1) * sizeof *places->place);
     if (!places->place) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d places", breaks.count + jumps);
+        scene_panels_free(&panels);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d places", panels.count + jumps);
     }
-    int count = 0;
     for (int i = 0; i < jumps; i++) {
-        places->place[count++] = rod->jumps.at[i].s;
+        add_place(places, rod->jumps.at[i].s);
     }
-    for (int i = 0; i < breaks.count; i++) { /* which are nearly the same as those above */
-        double place = breaks.place[i] / rod->scales.length;
-        bool is_known = place < SOLVE_SAME_PLACE || place > 1 - SOLVE_SAME_PLACE;
-        for (int k = 0; k < count; k++) {
-            is_known |= fabs(place - places->place[k]) <= SOLVE_SAME_PLACE;
-        }
-        if (!is_known) {
-            places->place[count++] = place;
-        }
+    for (int i = 1; i < panels.count; i++) {
+        add_place(places, panels.edges[i] / rod->scales.length);
     }
-    qsort(places->place, (size_t)count, sizeof *places->place, ascending);
-    places->count = count;
+    scene_panels_free(&panels);
+    qsort(places->place, (size_t)places->count, sizeof *places->place, ascending);
     return AD_OK;
 }
 

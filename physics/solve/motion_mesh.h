@@ -8,9 +8,11 @@
 typedef struct motion_places {
     int count;
     double *place;
+    const char *unresolved; /* a formula's key, as that of scene_panels; NULL: none */
 } motion_places;
 
-/* Where what the rod is made of, its rest shape or its loads jump, and where something acts.
+/* Where what the rod is made of, its rest shape or its loads jump, and where something acts; around
+ * what is narrow but smooth they lie close together.
  * AD_NO_MEMORY; the result is freed by the caller with free(places->place). */
 ad_status motion_places_of(const solve_rod *rod, motion_places *places, ad_error *error);
 
