@@ -265,29 +265,42 @@ static ad_status check_chambers(const scene_checker *check)
     return status;
 }
 
-/* Whether anything of a scene's lists jumps along the rod: all but what pulls from end to end. */
-static bool is_smooth(const scene *given, const scene_list *list)
+static bool is_whole(const scene *given, quantity start, quantity end)
 {
-    bool smooth = true, tendons = list->offset == offsetof(scene, tendons);
-    if (!tendons && list->offset != offsetof(scene, chambers)) {
-        return scene_list_length(given, list) == 0;
-    }
-    for (int i = 0; i < scene_list_length(given, list); i++) {
-        quantity start = tendons ? given->tendons[i].start : given->chambers[i].start;
-        quantity end = tendons ? given->tendons[i].end : given->chambers[i].end;
-        smooth = smooth && !start.is_given && !end.is_given;
-    }
-    return smooth;
+    double rounding = PLACE_ROUNDING * scene_length(given);
+    return (!start.is_given || start.number <= rounding) &&
+           (!end.is_given || end.number >= scene_length(given) - rounding);
 }
 
-/* The loads that make a solution exact are smooth along the rod. */
+/* The loads that make a solution exact are smooth along the rod, and so is it. */
 static ad_status check_manufactured(const scene_checker *check)
 {
-    for (int i = 0; i < scene_list_count && scene_is_manufactured(check->scene); i++) {
-        if (!is_smooth(check->scene, &scene_lists[i])) {
-            return scene_refuse(check, scene_lists[i].key,
-                                "make a rod that jumps somewhere, but a manufactured solution is "
-                                "smooth; leave them out, or, of tendons and chambers, their ends");
+    static const char jumps[] = "makes the rod jump somewhere, but a manufactured solution is "
+                                "smooth; leave it out";
+    const scene *given = check->scene;
+    const struct {
+        int count;
+        const quantity *first;
+    } rows[] = {{given->segment_count, &given->segments[0].length},
+                {given->point_count, &given->points[0].at},
+                {given->body_count, &given->bodies[0].at},
+                {given->spring_count, &given->springs[0].at}};
+    if (!scene_is_manufactured(given)) {
+        return AD_OK;
+    }
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        if (rows[i].count > 0) {
+            return scene_refuse_at(check, rows[i].first, jumps);
+        }
+    }
+    for (int i = 0; i < given->tendon_count; i++) {
+        if (!is_whole(given, given->tendons[i].start, given->tendons[i].end)) {
+            return scene_refuse_at(check, given->tendons[i].offset, jumps);
+        }
+    }
+    for (int i = 0; i < given->chamber_count; i++) {
+        if (!is_whole(given, given->chambers[i].start, given->chambers[i].end)) {
+            return scene_refuse_at(check, given->chambers[i].offset, jumps);
         }
     }
     return AD_OK;

@@ -135,8 +135,14 @@ static const refusal list_refusals[] = {
     {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
           "bodies: [{at: 1, mass: 1}]\n",
      NULL,
-     "scene.yaml:5:9: bodies: make a rod that jumps somewhere, but a manufactured solution is "
-     "smooth; leave them out"},
+     "scene.yaml:5:15: bodies[0].at: makes the rod jump somewhere, but a manufactured solution is "
+     "smooth; leave it out"},
+    {BASE "manufactured: {position: [0, 0, s], angles: [s, 0, 0]}\n"
+          "tendons: [{offset: [0, 0.1], tension: 1, end: 0.7}]\n",
+     NULL,
+     "scene.yaml:5:20: tendons[0].offset: makes the rod jump somewhere, but a manufactured "
+     "solution "
+     "is smooth; leave it out"},
     {BASE "motion: planar\n"
           "tendons: [{offset: [0.01, 0.01], tension: 1}]\n",
      NULL,

@@ -303,7 +303,7 @@ static bool is_physics(const char *path)
                                          "losses",      "training",   "checkpoint",  "output"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
-        if (strncmp(path, others[i], length) == 0 && (!path[length] || path[length] == '.')) {
+        if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
             return false;
         }
     }

@@ -164,6 +164,9 @@ static void print_scene(const solving *x)
     print_number("line load f L^3/EI", n.distributed_force);
     print_number("line moment l L^2/EI", n.distributed_moment);
     print_number("weight rhoA g L^3/EI", n.weight);
+    print_number("point force F L^2/EI", n.point_force);
+    print_number("point moment T L/EI", n.point_moment);
+    print_number("actuation T L/EI", n.actuation);
     print_number("duration", n.duration);
     putchar('\n');
 }
