@@ -1,62 +1,12 @@
 /* Motions of rods by the classical solver: exact solutions, published histories, what a rod
  * conserves. Error bounds are some three times what is measured where no other reason is given. */
 #include "allocations.h"
-#include "rod_testing.h"
+#include "motion_testing.h"
 
-#include "physics/solve/dynamic.h"
 #include "physics/solve/quaternion.h"
-#include "tools/config/config.h"
 
 #include <stdio.h>
 #include <string.h>
-
-typedef struct solved {
-    config *settings;
-    solve_rod *rod;
-    dynamic_solution *motion;
-    solve_report report;
-} solved;
-
-static void make_rod(solved *x, const char *path, const char *text)
-{
-    ad_error error = {.message = ""};
-    *x = (solved){0};
-    if (config_read(path, text, 0, NULL, &x->settings, &error) != AD_OK ||
-        solve_rod_create(&x->settings->scene, &x->rod, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-}
-
-static void solve(solved *x, int nodes, double tolerance, size_t count, const double *times)
-{
-    ad_error error = {.message = ""};
-    solve_settings settings = {.nodes = nodes, .tolerance = tolerance};
-    if (dynamic_solve(x->rod, &settings, count, times, &x->motion, &x->report, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-}
-
-static solve_state state_at(const solved *x, size_t which, double s)
-{
-    ad_error error = {.message = ""};
-    solve_state state;
-    if (dynamic_at(x->motion, which, 1, &s, &state, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return state;
-}
-
-static void free_solved(solved *x)
-{
-    dynamic_free(x->motion);
-    solve_rod_free(x->rod);
-    config_free(x->settings);
-}
-
-static double distance(const double *a, const double *b)
-{
-    return hypot(hypot(a[0] - b[0], a[1] - b[1]), a[2] - b[2]);
-}
 
 /* ---- manufactured solution ----------------------------------------------------------------- */
 
