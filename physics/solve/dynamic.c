@@ -322,6 +322,7 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
 {
     double by_time = 0;
     ad_status status = motion_places_of(at->rod, &at->places, error);
+    report->unresolved = at->places.unresolved;
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
     if (status != AD_OK || settings->nodes > 0) {
         return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;

@@ -36,8 +36,8 @@ typedef struct spinning {
     lanes q[4], w[3], inertia[3], by_inertia[3];
 } spinning;
 
-/* Terms of Taylor series of w and q over a time in which nothing turns by more than LARGEST_TURN:
- * the first left out is below rounding. */
+/* Most terms of Taylor series of w and q, over a time in which nothing turns by more than
+ * LARGEST_TURN: the first left out is below rounding. */
 enum { TERMS = 9 };
 static const double LARGEST_TURN = 0.02;
 
@@ -57,12 +57,12 @@ add_gyroscopic(const spinning *x, const lanes b[3], const lanes c[3], lanes a[3]
 
 /* A body that turns freely, J w_t = J w x w and q_t = q (0, w)/2, by h: coefficients of its Taylor
  * series follow from one another. */
-static inline __attribute__((always_inline)) void spin_by_series(spinning *x, double h)
+static inline __attribute__((always_inline)) void spin_by_series(spinning *x, double h, int terms)
 {
     lanes w[TERMS + 1][3], q[TERMS + 1][4];
     memcpy(w[0], x->w, sizeof w[0]);
     memcpy(q[0], x->q, sizeof q[0]);
-    for (int k = 0; k < TERMS; k++) {
+    for (int k = 0; k < terms; k++) {
         lanes w_next[3] = {{0}}, q_next[4] = {{0}};
         for (int j = 0; j <= k; j++) {
             lanes turned[4];
@@ -151,6 +151,17 @@ static inline __attribute__((always_inline)) double sum_of(lanes x)
     return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));
 }
 
+/* That many, where bodies turn by `turn`. */
+static int terms_for(double turn)
+{
+    const double rounding = 1e-17;
+    int terms = 1;
+    for (double left_out = turn * turn; terms < TERMS && left_out > rounding; terms++) {
+        left_out *= turn;
+    }
+    return terms;
+}
+
 /* The general case, in as many parts as series need; numbers that are not finite are carried on, to
  * be seen by whoever steps. */
 FOR_EACH_PROCESSOR static void spin_unsteadily(motion *m, size_t first, double h)
@@ -160,8 +171,9 @@ FOR_EACH_PROCESSOR static void spin_unsteadily(motion *m, size_t first, double h
     double fast = sum_of(x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]);
     double turn = fabs(h) * sqrt(fast), most = 1e3 * LARGEST_TURN;
     int parts = turn < most ? 1 + (int)(turn / LARGEST_TURN) : 1000;
+    int terms = terms_for(turn / parts);
     for (int part = 0; part < parts; part++) {
-        spin_by_series(&x, h / parts);
+        spin_by_series(&x, h / parts, terms);
         renormalize(x.q);
     }
     store_nodes(m, first, &x, false);
