@@ -34,6 +34,8 @@ extern "C" {
       "the rod is pushed from both ends, so that other equilibria may exist")                      \
     X(VERDICT_REFERENCE_TOO_COARSE, "reference_too_coarse", VERDICT_SOLVED,                        \
       "the error measured is below the error of the reference itself")                             \
+    X(VERDICT_SNAPPED, "snapped", VERDICT_WARNING,                                                 \
+      "a slowly growing load does not lead to this equilibrium: on the way stability is lost")     \
     X(VERDICT_UNSTABLE, "unstable", VERDICT_WARNING,                                               \
       "the forces balance, but the energy is no minimum: the rod buckles or snaps")                \
     X(VERDICT_ENERGY_OUT_OF_BALANCE, "energy_out_of_balance", VERDICT_WARNING,                     \

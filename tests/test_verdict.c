@@ -63,6 +63,7 @@ static void test_words(void **state)
     static const char *const words[] = {"none",
                                         "several_equilibria",
                                         "reference_too_coarse",
+                                        "snapped",
                                         "unstable",
                                         "energy_out_of_balance",
                                         "estimate_above_tolerance",

@@ -236,6 +236,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     }
     f->pool = pool;
     *rod = (solve_rod){.scene = *rod_scene,
+                       .motion = rod_scene->motion,
                        .scales = rod_scales_of(rod_scene),
                        .dynamic = scene_is_dynamic(rod_scene),
                        .formula = f};
@@ -268,6 +269,24 @@ void solve_rod_free(solve_rod *rod)
         solve_quadrature_free(rod->quadrature);
         free(f);
         free(rod);
+    }
+}
+
+void solve_rod_units(const rod_scales *scale, double *units)
+{
+    const double of[8] = {scale->length,
+                          1,
+                          1,
+                          1 / scale->length,
+                          scale->force,
+                          scale->moment,
+                          scale->length / scale->time,
+                          1 / scale->time};
+    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
+    for (int i = 0; i < 8; i++) {
+        for (int k = 0; k < rows[i]; k++) {
+            *units++ = of[i];
+        }
     }
 }
 

@@ -44,7 +44,8 @@ typedef struct solve_extent {
 enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX };
 
 typedef struct solve_rod {
-    scene scene; /* its texts belong to whoever filled the scene */
+    scene scene;         /* its texts belong to whoever filled the scene; in space, */
+    scene_motion motion; /* where it was given this */
     rod_scales scales;
     bool dynamic;
     double duration;    /* in scales.time */
@@ -114,6 +115,9 @@ typedef struct solve_initial {
  */
 ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error);
 void solve_rod_free(solve_rod *rod);
+
+/* What one unit of each double of a solve_state is in SI. */
+void solve_rod_units(const rod_scales *scale, double *units);
 
 /* At n points s [n], in any order; out [n]. They allocate only when n grows. One thread at a time
  * for one rod. */

@@ -49,16 +49,76 @@ static void judge_energy(const scene *rod_scene, const solve_settings *settings,
     }
 }
 
-void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
-                      const solve_report *report, verdict *result)
+/* That the full load is not reached. */
+static void judge_load(const solve_settings *settings, const solve_report *report, verdict *result)
 {
-    bool moves = scene_is_dynamic(rod_scene), beam = scene_is_beam(rod_scene);
-    if (!moves && report->load_fraction < 1) {
+    if (settings->branch > 0) {
+        verdict_add(result, VERDICT_LOAD_NOT_REACHED,
+                    "branch %d, which leaves the path of the unstressed rod at %.9g of the load, "
+                    "does not lead to the full load",
+                    settings->branch, report->bifurcation_load);
+    } else if (!isnan(report->limit_load)) {
+        verdict_add(result, VERDICT_LOAD_NOT_REACHED,
+                    "the equilibria that continue the unstressed rod turn back at a limit point at "
+                    "%.9g of the load, and none under the full load was found on their path beyond "
+                    "it; try --path, --perturb 10 or a smaller load",
+                    report->limit_load);
+    } else {
         verdict_add(result, VERDICT_LOAD_NOT_REACHED,
                     "stopped at %.6g of the load: beyond it the equilibria that continue the "
                     "unstressed rod end, turn back or need more nodes; try --perturb 10, a smaller "
                     "load, or a stiffness that is not infinite",
                     report->load_fraction);
+    }
+}
+
+/* Whether a rod that is loaded slowly would have left the path on the way. */
+static bool is_left_behind(const solve_settings *settings, const solve_report *report)
+{
+    return report->snapped || (settings->branch == 0 && !isnan(report->bifurcation_load));
+}
+
+static void judge_path(const solve_report *report, verdict *result)
+{
+    bool turns = !isnan(report->limit_load), crossed = !isnan(report->bifurcation_load);
+    char place[160] = "";
+    if (turns && crossed) {
+        snprintf(place, sizeof place, "; another path crosses it at %.9g",
+                 report->bifurcation_load);
+    }
+    verdict_add(result, VERDICT_SNAPPED,
+                "the load passes a %s at %.9g of it%s, where a rod that is loaded slowly leaves "
+                "this path and snaps; this equilibrium, which is stable as far as is asked, lies "
+                "on the same path beyond",
+                turns ? "limit point" : "bifurcation",
+                turns ? report->limit_load : report->bifurcation_load, place);
+}
+
+/* The remark that other equilibria may exist. */
+static void judge_uniqueness(const scene *rod_scene, const solve_settings *settings,
+                             const solve_report *report, verdict *result)
+{
+    bool perturbed = settings->perturbation != 0 || scene_is_imperfect(rod_scene);
+    if (settings->branch > 0) {
+        verdict_add(result, VERDICT_SEVERAL_EQUILIBRIA,
+                    "of several equilibria this one lies on branch %d, which leaves the path of "
+                    "the unstressed rod at %.9g of the load",
+                    settings->branch, report->bifurcation_load);
+    } else {
+        verdict_add(result, VERDICT_SEVERAL_EQUILIBRIA,
+                    "pushed from both ends: of possibly several equilibria this one continues the "
+                    "%s",
+                    perturbed ? "rod as it was perturbed"
+                              : "unstressed rod; --perturb 10 looks for a buckled one");
+    }
+}
+
+void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
+                      const solve_report *report, verdict *result)
+{
+    bool moves = scene_is_dynamic(rod_scene), beam = scene_is_beam(rod_scene);
+    if (!moves && report->load_fraction < 1) {
+        judge_load(settings, report, result);
         return;
     }
     if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
@@ -81,16 +141,19 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
     }
     int modes = unstable_modes(x, rod_scene);
     if (modes > 0) {
+        char place[160] = "";
+        if (settings->branch == 0 && !isnan(report->bifurcation_load)) {
+            snprintf(place, sizeof place,
+                     "; another path crosses this one at %.9g of the load: --branch 1 follows it",
+                     report->bifurcation_load);
+        }
         verdict_add(result, VERDICT_UNSTABLE,
                     "in this equilibrium, which continues the unstressed rod, the energy falls in "
-                    "%d direction%s; try --perturb 10, which looks for another",
-                    modes, modes == 1 ? "" : "s");
-    } else if (report->may_buckle) {
-        bool perturbed = settings->perturbation != 0 || scene_is_imperfect(rod_scene);
-        verdict_add(result, VERDICT_SEVERAL_EQUILIBRIA,
-                    "pushed from both ends: of possibly several equilibria this one continues the "
-                    "%s",
-                    perturbed ? "rod as it was perturbed"
-                              : "unstressed rod; --perturb 10 looks for a buckled one");
+                    "%d direction%s%s; try --perturb 10, which looks for another",
+                    modes, modes == 1 ? "" : "s", place);
+    } else if (is_left_behind(settings, report)) {
+        judge_path(report, result);
+    } else if (report->may_buckle || settings->branch > 0) {
+        judge_uniqueness(rod_scene, settings, report, result);
     }
 }

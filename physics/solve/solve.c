@@ -166,25 +166,6 @@ int solution_columns(const scene *rod_scene)
     return count;
 }
 
-/* What one unit of each column of a rod is in SI. */
-static void rod_units(const rod_scales *scale, double *units)
-{
-    const double of[8] = {scale->length,
-                          1,
-                          1,
-                          1 / scale->length,
-                          scale->force,
-                          scale->moment,
-                          scale->length / scale->time,
-                          1 / scale->time};
-    const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
-    for (int i = 0; i < 8; i++) {
-        for (int k = 0; k < rows[i]; k++) {
-            *units++ = of[i];
-        }
-    }
-}
-
 static void beam_units(const solve_beam *beam, double *units)
 {
     const rod_scales *scale = &beam->scales;
@@ -259,7 +240,7 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
     if (x->beam) {
         beam_units(x->beam, units);
     } else {
-        rod_units(&x->scales, units);
+        solve_rod_units(&x->scales, units);
     }
     for (size_t i = 0; status == AD_OK && i < points; i++) {
         for (int c = 0; c < columns; c++) { /* no -0 in a table */

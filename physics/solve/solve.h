@@ -42,22 +42,32 @@ typedef struct solve_settings {
     double perturbation; /* rods at rest: a force per length of so many EI/L^3 pushes across the rod
                           * while the load grows and is gone at full load. A straight column so
                           * finds its buckled shape. 0: none. */
+    int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
+                 * the unstressed rod for the one that crosses it; 0: never */
 } solve_settings;
 
+/* What a place on a path of equilibria is. */
+typedef enum solution_mark { SOLUTION_PLAIN, SOLUTION_LIMIT, SOLUTION_BIFURCATION } solution_mark;
+
 typedef struct solve_report {
-    int nodes;              /* along the rod, of the result */
-    long newton_steps;      /* all together */
-    long load_steps;        /* static: from the unstressed rod to the loaded one */
-    long time_steps;        /* dynamic */
-    double estimate;        /* of the error, as the tolerance; NaN: not estimated */
-    double size;            /* m: what both are relative to, the length or a beam's deflection */
-    double load_fraction;   /* static: reached; 1: all of it */
-    double time;            /* dynamic: reached, of the duration */
-    double energy_mismatch; /* dynamic: the largest, over the largest energy */
-    double energy;          /* dynamic: the largest, over EI/L */
-    const char *unresolved; /* a key whose formula jumps in places that are not found, or varies on
-                             * lengths that meshes do not reach; static text, NULL: none */
-    bool may_buckle;        /* static: pushed from both ends, so that other equilibria may exist */
+    int nodes;               /* along the rod, of the result */
+    long newton_steps;       /* all together */
+    long load_steps;         /* static: from the unstressed rod to the loaded one */
+    long time_steps;         /* dynamic */
+    double estimate;         /* of the error, as the tolerance; NaN: not estimated */
+    double size;             /* m: what both are relative to, the length or a beam's deflection */
+    double load_fraction;    /* static: reached; 1: all of it */
+    double time;             /* dynamic: reached, of the duration */
+    double energy_mismatch;  /* dynamic: the largest, over the largest energy */
+    double energy;           /* dynamic: the largest, over EI/L */
+    double limit_load;       /* static, where it was looked for: the first limit point, at which the
+                              * load turns back, as a load factor; NaN: none */
+    double bifurcation_load; /* the same of the first place where another path crosses */
+    double path_estimate;    /* of the error of both; NaN: not estimated */
+    bool snapped;            /* static: the solution lies beyond a limit point */
+    const char *unresolved;  /* a key whose formula jumps in places that are not found, or varies on
+                              * lengths that meshes do not reach; static text, NULL: none */
+    bool may_buckle;         /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
 /* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6, with locked strains 1e-4 */
@@ -124,6 +134,37 @@ ad_status solve_start(const scene *rod_scene, solve_place ends[2], ad_error *err
  * The scene must pass scene_check. AD_BAD_INPUT: there is no such equilibrium, or it is not found
  * as exactly as a motion needs; AD_NO_MEMORY, and the errors of solution_create. */
 ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error);
+
+/* ---- paths --------------------------------------------------------------------------------- */
+
+/* An equilibrium on the way from the unstressed rod to the loaded one. */
+typedef struct solution_path_point {
+    double load;        /* factor of all loads, and of the way of held ends */
+    double arclength;   /* of the path: of positions over the length, rotations and load */
+    double position[3]; /* m, of the place of the path */
+    double deflection;  /* m, of that place along the direction of the path */
+    int unstable_modes; /* as physics/solve/stability.h counts them, of a mark those before it; -1:
+                         * not asked */
+    solution_mark mark; /* bifurcations are found where the modes are asked for */
+} solution_path_point;
+
+typedef struct solution_path {
+    size_t count;
+    solution_path_point *points; /* [count] in the order in which the path meets them */
+    double place;                /* s, m: what moves the furthest, of 101 equally spaced places */
+    double direction[3];         /* where to, then; unit, in the world */
+    double estimate;             /* of the error of the loads of marks; NaN: not estimated */
+    bool arrived;                /* at an equilibrium under the full load */
+} solution_path;
+
+/* Follow the equilibria of a rod at rest by the arc length of their path, through limit points and
+ * past bifurcations, to the first stable one under the full load; settings as for solution_create.
+ * Of a scene that passes scene_check and the check of its model. AD_BAD_ARGUMENT: a motion, a beam,
+ * a perturbation, a rod that nothing holds without its loads, fewer bifurcations than the branch;
+ * AD_NO_MEMORY, or what the tape says of a formula. */
+ad_status solution_path_create(const scene *rod_scene, const solve_settings *settings,
+                               solution_path **result, ad_error *error);
+void solution_path_free(solution_path *x); /* NULL is allowed */
 
 /* Columns that its model has in this scene: those of motion only in motion. */
 int solution_columns(const scene *rod_scene);

@@ -4,26 +4,26 @@
 #include "physics/solve/quaternion.h"
 #include "physics/solve/static_defect.h"
 #include "physics/solve/static_energy.h"
-#include "physics/solve/static_path.h"
+#include "physics/solve/static_internal.h"
+#include "physics/solve/static_trace.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum {
-    STAGES = 10,       /* of an element, when the tolerance decides about nodes */
-    ELEMENTS_MAX = 600 /* some 300 MB */
+    STAGES = 10,        /* of an element, when the tolerance decides about nodes */
+    ELEMENTS_MAX = 600, /* some 300 MB */
+    FEW = 16,           /* elements of a first mesh on which a path is quickly followed */
+    SAMPLES = 33        /* of a shape, to tell two equilibria apart */
 };
+
+/* Positions, in lengths, that are so far apart belong to different equilibria: coarse meshes are
+ * better than that. */
+static const double ELSEWHERE = 1e-3;
 
 /* Below this a difference that finer meshes do not halve is rounding. */
 static const double ROUNDING = 1e-10;
-
-struct static_solution {
-    const solve_rod *rod;
-    static_system *system;
-    static_newton *newton;
-    double *y; /* [unknowns] */
-};
 
 /* ---- meshes -------------------------------------------------------------------------------- */
 
@@ -37,7 +37,7 @@ void static_free(static_solution *x)
     }
 }
 
-static ad_status create(const solve_rod *rod, int stages, int elements, const double *edges,
+ad_status static_create(const solve_rod *rod, int stages, int elements, const double *edges,
                         static_solution **result, ad_error *error)
 {
     static_solution *x = calloc(1, sizeof *x);
@@ -152,7 +152,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     int stages = static_system_rule(coarse->system)->stages;
     *fine = NULL;
     *points = NULL;
-    ad_status status = edges ? create(coarse->rod, stages, elements, edges, fine, error)
+    ad_status status = edges ? static_create(coarse->rod, stages, elements, edges, fine, error)
                              : ad_fail(error, AD_NO_MEMORY, "out of memory");
     free(edges);
     if (status != AD_OK) {
@@ -201,8 +201,10 @@ static ad_status improve(static_solution **x, const path_shape *path, double tol
         static_system_set(fine->system, &end);
         bool solved = static_newton_solve(fine->newton, fine->y, &report->newton_steps);
         double off = solved ? difference(*x, fine, points) : INFINITY;
-        if (off > PATH_OFF_MAX) { /* the coarse mesh was no guide */
-            status = static_path_follow(fine->system, fine->newton, path, fine->y, report, error);
+        if (off > PATH_OFF_MAX && !path->traced) { /* the coarse mesh was no guide */
+            bool leaps;
+            status = static_path_follow(fine->system, fine->newton, path, fine->y, &leaps, report,
+                                        error);
             off = INFINITY;
         }
         report->estimate = off;
@@ -234,9 +236,7 @@ static int nodes_of(const static_solution *x)
     return static_system_elements(x->system) * static_system_rule(x->system)->stages;
 }
 
-/* The first mesh, with edges where something jumps: as many nodes as asked for, or enough for the
- * waves that the loads make and for all that is given along the rod. */
-static ad_status begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
+ad_status static_begin(const solve_rod *rod, const solve_settings *settings, const path_shape *path,
                        static_solution **result, solve_report *report, ad_error *error)
 {
     int nodes = settings->nodes, stages = STAGES,
@@ -260,7 +260,63 @@ static ad_status begin(const solve_rod *rod, const solve_settings *settings, con
                                          &elements, edges, &fine, error);
     }
     report->unresolved = along->unresolved ? along->unresolved : fine ? NULL : "rod";
-    return status == AD_OK ? create(rod, stages, elements, edges, result, error) : status;
+    return status == AD_OK ? static_create(rod, stages, elements, edges, result, error) : status;
+}
+
+/* Whether an equilibrium under the full load is another one than that of the true path. */
+static bool leads_elsewhere(const static_solution *x, const static_solution *end)
+{
+    double y[STATIC_ROWS], other[STATIC_ROWS], off = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        double s = (double)i / (SAMPLES - 1);
+        interpolate(x, s, y);
+        interpolate(end, s, other);
+        for (int k = 0; k < 3; k++) {
+            off = fmax(off, fabs(y[k] - other[k]));
+        }
+    }
+    return off > ELSEWHERE;
+}
+
+/* By arc length, where the load alone does not lead on, or not to what is asked for: the solution
+ * there takes the place of *x. */
+static ad_status trace(static_solution **x, const solve_settings *settings, path_shape *path,
+                       trace_goal goal, solve_report *report, ad_error *error)
+{
+    static_trace *way;
+    static_solution *end;
+    ad_status status =
+        static_trace_create((*x)->rod, settings, path, goal, &way, &end, report, error);
+    if (status == AD_OK && way) {
+        static_trace_report(way, report);
+    } else if (status == AD_OK && settings->branch > 0) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "branch %d: this scene has no path from its unstressed shape to leave",
+                         settings->branch);
+    }
+    if (end && goal != TRACE_FIRST_MARK &&
+        (settings->branch > 0 || report->load_fraction < 1 || leads_elsewhere(*x, end))) {
+        static_free(*x);
+        *x = end;
+        end = NULL;
+        path->traced = true;
+        report->load_fraction = 1;
+    }
+    static_trace_free(way);
+    static_free(end);
+    return status;
+}
+
+/* Where a path that is not stable at its end has lost its stability; of a rod that winds a lot
+ * nobody waits for that. */
+static ad_status find_loss(static_solution **x, const solve_settings *settings, path_shape *path,
+                           solve_report *report, ad_error *error)
+{
+    int unstable, elements = 1 + (int)(path->wavenumber / 4);
+    ad_status status = static_unstable(*x, &unstable, error);
+    return status == AD_OK && unstable > 0 && elements <= FEW
+               ? trace(x, settings, path, TRACE_FIRST_MARK, report, error)
+               : status;
 }
 
 ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
@@ -268,14 +324,27 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
 {
     path_shape path;
     static_solution *x = NULL;
-    *report = (solve_report){.estimate = NAN, .energy_mismatch = NAN};
+    bool leaps = false;
+    *report = (solve_report){.estimate = NAN,
+                             .energy_mismatch = NAN,
+                             .limit_load = NAN,
+                             .bifurcation_load = NAN,
+                             .path_estimate = NAN};
     *result = NULL;
     ad_status status = static_path_shape(rod, settings, &path, error);
     if (status == AD_OK) {
-        status = begin(rod, settings, &path, &x, report, error);
+        status = static_begin(rod, settings, &path, &x, report, error);
     }
-    if (status == AD_OK) {
-        status = static_path_follow(x->system, x->newton, &path, x->y, report, error);
+    if (status == AD_OK && settings->branch > 0) {
+        static_system_set(x->system, &(static_path){.load = 0});
+        status = static_system_guess(x->system, x->y, error);
+    } else if (status == AD_OK) {
+        status = static_path_follow(x->system, x->newton, &path, x->y, &leaps, report, error);
+    }
+    if (status == AD_OK &&
+        (report->load_fraction < 1 || (leaps && path.turn == 0) || path.may_snap)) {
+        trace_goal goal = settings->branch > 0 ? TRACE_WHOLE : TRACE_FULL_LOAD;
+        status = trace(&x, settings, &path, goal, report, error);
     }
     bool done = settings->nodes > 0;
     double before = NAN; /* of two meshes */
@@ -287,6 +356,10 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
         bool rounding = report->estimate < ROUNDING && report->estimate > before / 2;
         done = report->estimate <= settings->tolerance || rounding;
         before = report->estimate;
+    }
+    if (status == AD_OK && report->load_fraction == 1 && isnan(report->bifurcation_load) &&
+        !path.traced) {
+        status = find_loss(&x, settings, &path, report, error);
     }
     if (status != AD_OK) {
         static_free(x);
@@ -315,6 +388,9 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
+        for (int k = 0; k < 3; k++) {
+            rest[i].curvature[k] += static_system_imperfection(x->system) * rest[i].imperfection[k];
+        }
         const static_point at = {.rest = rest[i],
                                  .strain_compliance = sections[i].strain_compliance,
                                  .curvature_compliance = sections[i].curvature_compliance,

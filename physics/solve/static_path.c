@@ -15,6 +15,9 @@ static const double SHORTEST = 1e-5;
 /* How far a step's extrapolation is meant to be off, in position and quaternion. */
 static const double OFF_AIM = 0.05;
 
+/* A step is a leap where it is off by this share of how far it goes, and goes as far as this. */
+static const double LEAP_SHARE = 0.3, LEAP_LEAST = 1e-4;
+
 /* Longest step in the size of the load of a rod that may buckle: on a longer one past the buckling
  * load it would miss the bend of the path and go on with the straight rod. */
 static const double PERTURBED = 0.03;
@@ -141,6 +144,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     path->twists = along.round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
                                 3 * single.pulled);
+    bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;
+    path->may_snap = path->squeezed && !path->known && path->perturbation == 0 &&
+                     (!straight || loaded || path->first < 0);
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;
     compression *= along.softness[1];
     path->may_buckle = held > 1 || compression > 1;
@@ -166,6 +172,8 @@ ad_status static_path_shape(const solve_rod *rod, const solve_settings *settings
                          .perturbation = settings->perturbation,
                          .spins = !ends[0].holds_rotation && !ends[1].holds_rotation,
                          .stretch = squeezed ? SOFT : 0,
+                         .planar = plane.is_planar,
+                         .squeezed = squeezed,
                          .director = plane.is_planar && plane.director == 0};
     return measure(rod, path, error);
 }
@@ -180,6 +188,21 @@ static_path static_path_at(const path_shape *path, double parameter)
                          .spring = path->spins && !path->twists ? rest : 0,
                          .twist_spring = path->spins && path->twists ? 1 : 0,
                          .stretch = path->stretch * rest};
+}
+
+static_path static_path_of_load(const path_shape *path, double load)
+{
+    return (static_path){.load = load,
+                         .imperfection = path->first < 0 ? 1 - load : 0,
+                         .director = path->director,
+                         .plane_spring = path->spins && !path->twists ? 1 : 0,
+                         .twist_spring = path->spins && path->twists ? 1 : 0};
+}
+
+bool static_path_is_true(const path_shape *path)
+{
+    bool turns_freely = path->spins && !(path->squeezed && (path->planar || path->twists));
+    return !path->known && path->perturbation == 0 && !turns_freely;
 }
 
 /* ---- following it -------------------------------------------------------------------------- */
@@ -234,8 +257,16 @@ static double distance(const double *a, const double *b, size_t unknowns)
     return result;
 }
 
+/* Whether a step went elsewhere than the past does, and not by rounding alone. */
+static bool is_leap(const path_history *past, const double *y, double off, size_t unknowns)
+{
+    enum { SMOOTH = 3 }; /* so many points show where the path goes */
+    double moved = distance(y, past->y[past->count - 1], unknowns);
+    return past->count >= SMOOTH && moved > LEAP_LEAST && off > LEAP_SHARE * moved;
+}
+
 ad_status static_path_follow(static_system *system, static_newton *newton, const path_shape *path,
-                             double *y, solve_report *report, ad_error *error)
+                             double *y, bool *leaps, solve_report *report, ad_error *error)
 {
     size_t unknowns = static_system_unknowns(system);
     path_history past = {.memory = malloc((HISTORY + 1) * unknowns * sizeof(double))};
@@ -249,6 +280,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
     }
     ad_status status = static_system_guess(system, y, error);
     report->load_fraction = 0;
+    *leaps = false;
     at = path->known ? path->last : path->first;
     static_path here = static_path_at(path, at);
     static_system_set(system, &here);
@@ -265,6 +297,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
             bool solved = static_newton_solve(newton, y, &report->newton_steps);
             double off = solved ? distance(y, guess, unknowns) : 1;
             accepted = solved && off <= PATH_OFF_MAX;
+            *leaps = *leaps || (accepted && is_leap(&past, y, off, unknowns));
             double factor = accepted ? pow(OFF_AIM / fmax(off, 1e-9), 1.0 / past.count) : 0.4;
             at = accepted ? next : at;
             double longest = at < 1 ? path->longest : path->last;

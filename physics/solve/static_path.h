@@ -14,10 +14,13 @@ static const double PATH_OFF_MAX = 0.4;
  * goes away again; beyond that the perturbation does. */
 typedef struct path_shape {
     double first, last, perturbation, stretch;
+    bool traced;    /* past limit points or along a branch: not where the load leads by itself */
     double longest; /* step */
     bool may_buckle;
-    bool known;         /* from a manufactured shape, at full load */
-    bool spins, twists; /* no end holds the rotation; and a round, straight rod may also twist */
+    bool may_snap;         /* held at both ends and bent by its loads or its rest shape */
+    bool known;            /* from a manufactured shape, at full load */
+    bool spins, twists;    /* no end holds the rotation; and a round, straight rod may also twist */
+    bool planar, squeezed; /* stays in a plane; both ends hold the position */
     int director;
     double size;       /* of the loads: what turns the rod by so many radians */
     double turn;       /* of a held end, rad; counted apart, as the rod turns with it */
@@ -30,10 +33,16 @@ ad_status static_path_shape(const solve_rod *rod, const solve_settings *settings
 
 static_path static_path_at(const path_shape *path, double parameter);
 
+/* The same rod under a share of its loads, with nothing added that would change its equilibria: no
+ * stretch, and springs only against what a load does not resist. Whether there is such a path. */
+static_path static_path_of_load(const path_shape *path, double load);
+bool static_path_is_true(const path_shape *path);
+
 /* y [unknowns]: receives the solution at the end of the path, or where it stops: report->
- * load_fraction is then below 1. Adds to the steps of the report. AD_NO_MEMORY, or what the tape
+ * load_fraction is then below 1. *leaps: whether a step went elsewhere than those before it, as
+ * one across a limit point would. Adds to the steps of the report. AD_NO_MEMORY, or what the tape
  * says of a formula. */
 ad_status static_path_follow(static_system *system, static_newton *newton, const path_shape *path,
-                             double *y, solve_report *report, ad_error *error);
+                             double *y, bool *leaps, solve_report *report, ad_error *error);
 
 #endif

@@ -423,7 +423,8 @@ void static_system_set(static_system *x, const static_path *path)
         static_end *at = &x->ends[end];
         *at = *full;
         at->spring[0] = at->spring[1] = path->spring;
-        at->spring[2] = path->spring + path->twist_spring;
+        at->spring[path->director] += path->plane_spring;
+        at->spring[2] = path->spring + path->twist_spring + path->plane_spring;
         part_way(bare->rotation, full->rotation, load, at->rotation);
         for (int i = 0; i < 3; i++) {
             at->position[i] = (1 - load) * bare->position[i] + load * full->position[i];
@@ -443,6 +444,11 @@ void static_system_set(static_system *x, const static_path *path)
 double static_system_load(const static_system *x)
 {
     return x->path.load;
+}
+
+double static_system_imperfection(const static_system *x)
+{
+    return x->path.imperfection;
 }
 
 /* What is given at one s where the path is; the section is that with its stretch. */

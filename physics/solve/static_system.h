@@ -14,6 +14,7 @@ typedef struct static_path {
     int director;        /* along d1 (0) or d2 (1) */
     double spring;       /* at the ends of a rod whose rotation none of them holds; EI/L */
     double twist_spring; /* the same about the tangent alone */
+    double plane_spring; /* the same about the axes in the plane of the tangent and the director */
     double stretch;      /* axial compliance added; L^2/EI */
 } static_path;
 
@@ -46,7 +47,8 @@ int static_system_jump(const static_system *x, int edge);
 void static_system_start(const static_system *x, const double *y, int element, double *start);
 
 void static_system_set(static_system *x, const static_path *path);
-double static_system_load(const static_system *x); /* of that path */
+double static_system_load(const static_system *x);         /* of that path */
+double static_system_imperfection(const static_system *x); /* the same */
 
 /* Left minus right sides [unknowns]: conditions at s = 0, equations of each element, conditions at
  * s = 1. */

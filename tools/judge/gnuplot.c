@@ -37,12 +37,15 @@ static ad_status print_script(FILE *file, const gnuplot_picture *what, ad_error 
             "'white'\n",
             what->about, what->name, what->width, what->height);
     print_output(file, what->name, "svg");
-    fprintf(file,
-            "set encoding utf8\nset logscale xy\nset format x '%%h'\nset format y '10^{%%T}'\n"
-            "set xlabel 'run time (s)'\nset ylabel '%s'\n"
-            "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
-            "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n",
-            what->error);
+    fprintf(file, "set encoding utf8\n");
+    if (what->error) {
+        fprintf(file,
+                "set logscale xy\nset format x '%%h'\nset format y '10^{%%T}'\n"
+                "set xlabel 'run time (s)'\nset ylabel '%s'\n",
+                what->error);
+    }
+    fprintf(file, "set border 3 lw 1 lc rgb '#444444'\nset tics nomirror out scale 0.7\n"
+                  "set grid xtics ytics lt 1 lw 0.6 lc rgb '#DDDDDD'\n\n");
     ad_status status = what->print(file, what->context, error);
     fprintf(file, "\nset terminal pngcairo size %d,%d fontscale 1.9 linewidth 1.9 pointscale 1.8\n",
             2 * what->width, 2 * what->height);

@@ -9,11 +9,11 @@
 /* In gnuplot's single quotes, where a quote is doubled. */
 void gnuplot_quoted(FILE *file, const char *text);
 
-/* Errors over run time, on two logarithmic axes. */
+/* Errors over run time, on two logarithmic axes, or what `print` makes of the axes. */
 typedef struct gnuplot_picture {
     const char *name;  /* of the files: less than GNUPLOT_NAME - 8 bytes */
     const char *about; /* a comment in the script, lines */
-    const char *error; /* text of the axis upwards */
+    const char *error; /* text of the axis upwards; NULL: not errors over run time */
     int width, height; /* points */
     ad_status (*print)(FILE *file, const void *context, ad_error *error); /* data and plot */
     const void *context;

@@ -6,6 +6,7 @@
 #include "tools/files/table_file.h"
 #include "tools/judge/sweep.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
@@ -57,9 +58,9 @@ typedef struct options {
     const char *config, *grid, *out, *work_precision;
     cli_list overrides;
     double tolerance, perturbation;
-    int nodes;
+    int nodes, branch;
     bool quiet;
-    const char *json;
+    const char *json, *path;
 } options;
 
 typedef struct solving {
@@ -75,6 +76,7 @@ typedef struct solving {
     solution *solved;
     solve_report report;
     reference_errors errors; /* of it, against `known` */
+    solution_path *path;
     verdict verdict;
     double seconds;
 } solving;
@@ -82,6 +84,7 @@ typedef struct solving {
 static void solving_free(solving *x)
 {
     solution_free(x->solved);
+    solution_path_free(x->path);
     free(x->times);
     samples_free(&x->grid);
     reference_free(x->known);
@@ -131,7 +134,7 @@ static void judge(solving *x)
 {
     const options *o = &x->asked;
     const solve_settings settings = {o->tolerance, o->work_precision ? x->report.nodes : o->nodes,
-                                     o->perturbation};
+                                     o->perturbation, o->branch};
     solution_verdict(x->solved, x->scene, &settings, &x->report, &x->verdict);
 }
 
@@ -265,6 +268,11 @@ static ad_status write_json(const solving *x, ad_error *error)
         json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
         json_number(&to, "energy_out_of_balance", r->energy_mismatch);
         report_reference(&to, x->known, &x->errors);
+        if (!moves && !scene_is_beam(x->scene)) {
+            json_number(&to, "limit_load", r->limit_load);
+            json_number(&to, "bifurcation_load", r->bifurcation_load);
+            path_files_json(x->path, x->asked.path, &to);
+        }
         json_text(&to, "out", reached(x) ? x->asked.out : NULL);
     }
     return json_end(&to, x->asked.json, error);
@@ -387,7 +395,7 @@ static void choose_tolerance(solving *x)
 static ad_status solve(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation};
+    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation, o->branch};
     double start = train_seconds();
     ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
                                        &x->report, error);
@@ -405,6 +413,9 @@ static ad_status prepare(solving *x, ad_error *error)
     }
     if (status == AD_OK && o->work_precision) {
         status = table_check_path(o->work_precision, error);
+    }
+    if (status == AD_OK && o->path) {
+        status = table_check_path(o->path, error);
     }
     if (status != AD_OK) {
         return status;
@@ -425,6 +436,25 @@ static ad_status prepare(solving *x, ad_error *error)
     return status == AD_OK ? gather_times(x, error) : status;
 }
 
+/* Also of a rod whose full load has no equilibrium that is found. */
+static ad_status follow_path(solving *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation, o->branch};
+    ad_error why;
+    ad_status status = solution_path_create(x->scene, &settings, &x->path, error);
+    if (status == AD_OK) {
+        status = path_files_write(x->path, o->path, error);
+    }
+    if (status == AD_OK && !o->quiet) {
+        path_files_print(x->path, stdout);
+    }
+    if (status == AD_OK && path_files_draw(o->path, &why) != AD_OK) {
+        cli_warn(program, "%s", why.message);
+    }
+    return status;
+}
+
 static ad_status run(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
@@ -436,8 +466,9 @@ static ad_status run(solving *x, ad_error *error)
         return status;
     }
     judge(x);
-    if (!reached(x)) {
-        return AD_OK;
+    status = o->path ? follow_path(x, error) : AD_OK;
+    if (status != AD_OK || !reached(x)) {
+        return status;
     }
     if (x->known) {
         status = reference_compare_solution(x->known, x->solved, &x->errors, error);
@@ -484,6 +515,12 @@ int main(int argc, char **argv)
         {"--perturb", "X", CLI_NUMBER, &o->perturbation, -1e6, 1e6,
          "push the rod sideways while the load grows, by X EI/L^3 per\nlength: finds buckled "
          "shapes"},
+        {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000,
+         "of a rod at rest: leave its path at the N-th bifurcation for the\none that crosses it "
+         "there"},
+        {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
+         "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
+         "write them and draw load against deflection"},
         {"--out", "FILE", CLI_TEXT, &o->out, 0, 0,
          "write the solution, as .csv, .h5, .hdf5 or .npz"},
         {"--grid", "NSxNT", CLI_TEXT, &o->grid, 0, 0, SAMPLES_GRID_HELP},

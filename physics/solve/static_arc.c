@@ -1,0 +1,304 @@
+#include "physics/solve/static_arc.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NEWTON_MAX = 12, INVERSE_STEPS = 12 };
+
+/* Relative to the largest unknown: steps converge quadratically, so that the one after it is
+ * rounding. */
+static const double CONVERGED = 1e-7;
+
+/* Of the load, for derivatives by it, which are exact where the load enters linearly. Newton's
+ * method and limit points do not depend on them. */
+static const double APART = 1e-5;
+
+struct static_arc {
+    static_system *system;
+    const path_shape *path;
+    size_t unknowns;
+    double *s;                         /* [unknowns/STATIC_ROWS] */
+    double *by_load, *right, *push;    /* [unknowns] */
+    double *first, *second, *trial[2]; /* [unknowns + 1] */
+    double *memory;
+};
+
+void static_arc_free(static_arc *x)
+{
+    if (x) {
+        free(x->memory);
+        free(x);
+    }
+}
+
+/* Where the search for the weakest direction sets out: a push across the rod that has no symmetry
+ * along it, and stays in a plane with the rod. */
+static ad_status make_push(static_arc *x, ad_error *error)
+{
+    static_path path = static_path_of_load(x->path, 0);
+    size_t n = x->unknowns;
+    ad_status status = static_system_guess(x->system, x->first, error);
+    for (int i = 0; i < 2 && status == AD_OK; i++) {
+        path.perturbation = i;
+        static_system_set(x->system, &path);
+        static_system_residual(x->system, x->first, i ? x->push : x->right);
+    }
+    for (size_t k = 0; k < n; k++) {
+        double s = x->s[k / STATIC_ROWS];
+        x->push[k] = (x->push[k] - x->right[k]) * (1 + s - 0.7 * cos(5 * s));
+    }
+    return status;
+}
+
+ad_status static_arc_create(static_system *system, const path_shape *path, static_arc **result,
+                            ad_error *error)
+{
+    size_t n = static_system_unknowns(system), points = n / STATIC_ROWS;
+    static_arc *x = calloc(1, sizeof *x);
+    double *memory = malloc((points + 3 * n + 4 * (n + 1)) * sizeof *memory);
+    *result = NULL;
+    if (!x || !memory) {
+        free(x);
+        free(memory);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a path");
+    }
+    *x = (static_arc){.system = system, .path = path, .unknowns = n, .memory = memory};
+    double **parts[] = {&x->by_load, &x->right,    &x->push,    &x->first,
+                        &x->second,  &x->trial[0], &x->trial[1]};
+    x->s = memory;
+    memory += points;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        *parts[i] = memory;
+        memory += i < 3 ? n : n + 1;
+    }
+    static_system_points(system, x->s);
+    ad_status status = make_push(x, error);
+    if (status != AD_OK) {
+        static_arc_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+size_t static_arc_size(const static_arc *x)
+{
+    return x->unknowns + 1;
+}
+
+/* ---- vectors ------------------------------------------------------------------------------- */
+
+double static_arc_product(const static_arc *x, const double *a, const double *b)
+{
+    size_t n = x->unknowns;
+    double sum = 0;
+    for (size_t k = 0; k < n; k += STATIC_ROWS) {
+        for (int i = 0; i < STATIC_N; i++) {
+            sum += a[k + (size_t)i] * b[k + (size_t)i];
+        }
+    }
+    return sum * STATIC_ROWS / (double)n + a[n] * b[n];
+}
+
+double static_arc_distance(const static_arc *x, const double *a, const double *b)
+{
+    double result = 0;
+    for (size_t k = 0; k < x->unknowns; k++) {
+        if (k % STATIC_ROWS < STATIC_N) {
+            result = fmax(result, fabs(a[k] - b[k]));
+        }
+    }
+    return result;
+}
+
+static double largest(size_t count, const double *x)
+{
+    double result = 0;
+    for (size_t i = 0; i < count; i++) {
+        double size = fabs(x[i]);
+        result = size <= result ? result : size;
+    }
+    return result;
+}
+
+/* to = a + factor b */
+static void add(size_t count, const double *a, double factor, const double *b, double *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        to[i] = a[i] + factor * b[i];
+    }
+}
+
+static void scale(size_t count, double factor, double *x)
+{
+    for (size_t i = 0; i < count; i++) {
+        x[i] *= factor;
+    }
+}
+
+/* ---- linear algebra ------------------------------------------------------------------------ */
+
+static void set_load(static_arc *x, double load)
+{
+    static_path path = static_path_of_load(x->path, load);
+    static_system_set(x->system, &path);
+}
+
+/* Factors F_y at a place and solves F_y first = -F_load; first[unknowns] = 1. Leaves the system at
+ * the load. */
+static bool factor(static_arc *x, const double *at)
+{
+    size_t n = x->unknowns;
+    double load = at[n];
+    set_load(x, load - APART);
+    static_system_residual(x->system, at, x->by_load);
+    set_load(x, load + APART);
+    static_system_residual(x->system, at, x->right);
+    for (size_t k = 0; k < n; k++) {
+        x->by_load[k] = (x->by_load[k] - x->right[k]) / (2 * APART);
+    }
+    set_load(x, load);
+    static_system_linearise(x->system, at);
+    if (static_system_factor(x->system) != 0) {
+        return false;
+    }
+    static_system_solve(x->system, x->by_load, x->first);
+    x->first[n] = 1;
+    return isfinite(largest(n, x->first));
+}
+
+/* (F_y F_load; border) step = (right; last), after factor(). */
+static bool solve_bordered(static_arc *x, const double *border, const double *right, double last,
+                           double *step)
+{
+    size_t n = x->unknowns;
+    static_system_solve(x->system, right, step);
+    step[n] = 0;
+    double along = static_arc_product(x, border, x->first);
+    double share = (last - static_arc_product(x, border, step)) / along;
+    add(n + 1, step, share, x->first, step);
+    return isfinite(largest(n + 1, step));
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+bool static_arc_correct(static_arc *x, const double *border, double *at, long *steps)
+{
+    size_t n = x->unknowns;
+    double before = INFINITY;
+    for (int i = 0; i < NEWTON_MAX; i++) {
+        if (!factor(x, at)) {
+            return false;
+        }
+        static_system_residual(x->system, at, x->right);
+        if (!solve_bordered(x, border, x->right, 0, x->second)) {
+            return false;
+        }
+        add(n + 1, at, -1, x->second, at);
+        ++*steps;
+        double size = largest(n + 1, x->second) / fmax(1, largest(n, at));
+        if (size <= CONVERGED) {
+            return true;
+        }
+        if (!(size <= 2 * before)) {
+            return false;
+        }
+        before = size;
+    }
+    return false;
+}
+
+bool static_arc_tangent(static_arc *x, const double *forward, arc_place *place)
+{
+    if (!factor(x, place->at)) {
+        return false;
+    }
+    double size = sqrt(static_arc_product(x, x->first, x->first));
+    double side = static_arc_product(x, x->first, forward) < 0 ? -1 : 1;
+    memcpy(place->tangent, x->first, (x->unknowns + 1) * sizeof *x->first);
+    scale(x->unknowns + 1, side / size, place->tangent);
+    return isfinite(size);
+}
+
+bool static_arc_step(static_arc *x, const arc_place *before, double distance, const arc_place *from,
+                     double length, arc_place *to, double *off, long *steps)
+{
+    size_t count = x->unknowns + 1;
+    double *guess = x->trial[0];
+    add(count, from->at, length, from->tangent, guess);
+    if (before) {
+        double bend = length * length / (2 * distance);
+        add(count, guess, bend, from->tangent, guess);
+        add(count, guess, -bend, before->tangent, guess);
+        /* the part of it along the tangent would change the length */
+        add(count, guess, -1, from->at, x->trial[1]);
+        double along = static_arc_product(x, from->tangent, x->trial[1]);
+        add(count, guess, length - along, from->tangent, guess);
+    }
+    memcpy(to->at, guess, count * sizeof *guess);
+    if (!static_arc_correct(x, from->tangent, to->at, steps)) {
+        return false;
+    }
+    *off = static_arc_distance(x, to->at, guess);
+    return static_arc_tangent(x, from->tangent, to);
+}
+
+/* ---- where paths cross --------------------------------------------------------------------- */
+
+/* Right sides of a rod that is loaded by the displacements of a direction: what static_system_
+ * residual would have more under such a load. */
+static void load_by(const static_arc *x, const double *direction, double *right)
+{
+    const gauss_rule *rule = static_system_rule(x->system);
+    const double *edges = static_system_edges(x->system);
+    memset(right, 0, x->unknowns * sizeof *right);
+    double *to = right + STATIC_START_ROWS;
+    const double *inner = direction + STATIC_ROWS;
+    for (int e = 0; e < static_system_elements(x->system); e++) {
+        double h = edges[e + 1] - edges[e];
+        for (int i = 0; i <= rule->stages; i++, to += STATIC_ROWS) {
+            const double *a = i < rule->stages ? rule->matrix[i] : rule->weights;
+            for (int j = 0; j < rule->stages; j++) {
+                for (int k = 0; k < 3; k++) {
+                    to[STATIC_N + k] += h * a[j] * inner[j * STATIC_ROWS + STATIC_R + k];
+                }
+            }
+        }
+        inner += (rule->stages + 1) * STATIC_ROWS;
+    }
+}
+
+bool static_arc_weakest(static_arc *x, const arc_place *place, double *direction)
+{
+    size_t n = x->unknowns;
+    if (!factor(x, place->at)) {
+        return false;
+    }
+    bool solved = solve_bordered(x, place->tangent, x->push, 0, direction);
+    for (int i = 0; i < INVERSE_STEPS && solved; i++) {
+        scale(n + 1, 1 / largest(n, direction), direction);
+        load_by(x, direction, x->right);
+        solved = solve_bordered(x, place->tangent, x->right, 0, direction);
+    }
+    double size = sqrt(static_arc_product(x, direction, direction)), big = 0;
+    for (size_t k = 0; k < n; k++) {
+        bool moves = k % STATIC_ROWS < STATIC_Q && fabs(direction[k]) > 1.01 * fabs(big);
+        big = moves ? direction[k] : big;
+    }
+    scale(n + 1, (big < 0 ? -1 : 1) / size, direction);
+    return solved && size > 0;
+}
+
+double static_arc_resistance(static_arc *x, const arc_place *place, const double *direction)
+{
+    double *answer = x->trial[0];
+    if (!factor(x, place->at)) {
+        return NAN;
+    }
+    load_by(x, direction, x->right);
+    if (!solve_bordered(x, place->tangent, x->right, 0, answer)) {
+        return NAN;
+    }
+    return 1 / static_arc_product(x, direction, answer);
+}

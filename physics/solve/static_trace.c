@@ -1,0 +1,177 @@
+#include "physics/solve/static_trace.h"
+
+#include "physics/solve/stability.h"
+#include "physics/solve/static_internal.h"
+#include "physics/solve/static_walk.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum {
+    MESHES = 4, /* each twice as fine as the one before */
+    FEW = 16    /* elements; with more, marks that nobody asked for are worth one mesh */
+};
+
+/* Loads of marks on two meshes that agree as well are taken for exact. */
+static const double AGREED = 1e-10;
+
+void static_trace_free(static_trace *x)
+{
+    if (x) {
+        free(x->points);
+        free(x);
+    }
+}
+
+ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
+{
+    enum { N = STABILITY_POINTS, COLUMNS = offsetof(solve_state, velocity) / sizeof(double) };
+    double s[N], values[COLUMNS * N], units[sizeof(solve_state) / sizeof(double)];
+    solve_state states[N];
+    scene given = x->rod->scene;
+    given.motion = x->rod->motion;
+    stability_points(&given, s);
+    for (int i = 0; i < N; i++) {
+        s[i] /= x->rod->scales.length;
+    }
+    *count = -1;
+    ad_status status = static_at(x, N, s, states, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    solve_rod_units(&x->rod->scales, units);
+    for (int c = 0; c < COLUMNS; c++) {
+        for (int i = 0; i < N; i++) {
+            values[c * N + i] = ((const double *)&states[i])[c] * units[c];
+        }
+    }
+    return stability_count(&given, values, count, error);
+}
+
+/* ---- meshes -------------------------------------------------------------------------------- */
+
+/* Largest difference of the loads of marks; 1 where these are not the same, NaN without any. */
+static double marks_apart(const static_trace *a, const static_trace *b)
+{
+    size_t i = 0, j = 0;
+    double apart = NAN;
+    while (true) {
+        while (i < a->count && a->points[i].mark == SOLUTION_PLAIN) {
+            i++;
+        }
+        while (j < b->count && b->points[j].mark == SOLUTION_PLAIN) {
+            j++;
+        }
+        if (i == a->count || j == b->count) {
+            return i == a->count && j == b->count && a->arrived == b->arrived ? apart : 1;
+        }
+        if (a->points[i].mark != b->points[j].mark) {
+            return 1;
+        }
+        apart = fmax(apart, fabs(a->points[i++].load - b->points[j++].load));
+    }
+}
+
+static bool has_marks(const static_trace *x)
+{
+    for (size_t i = 0; i < x->count; i++) {
+        if (x->points[i].mark != SOLUTION_PLAIN) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Every element in two. */
+static ad_status halve(const static_solution *coarse, static_solution **fine, ad_error *error)
+{
+    int elements = static_system_elements(coarse->system);
+    const double *from = static_system_edges(coarse->system);
+    double *edges = malloc((2 * (size_t)elements + 1) * sizeof *edges);
+    if (!edges) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    }
+    for (int e = 0; e < elements; e++) {
+        edges[2 * e] = from[e];
+        edges[2 * e + 1] = (from[e] + from[e + 1]) / 2;
+    }
+    edges[2 * elements] = from[elements];
+    ad_status status = static_create(coarse->rod, static_system_rule(coarse->system)->stages,
+                                     2 * elements, edges, fine, error);
+    free(edges);
+    return status;
+}
+
+/* Anew on a mesh twice as fine, in place of *mesh and *trace. */
+static ad_status walk_finer(static_solution **mesh, const solve_settings *settings,
+                            const path_shape *path, trace_goal goal, static_trace **trace,
+                            long *steps, ad_error *error)
+{
+    static_solution *fine = NULL;
+    static_trace *better = NULL;
+    ad_status status = halve(*mesh, &fine, error);
+    if (status == AD_OK) {
+        status = static_walk(fine, settings, path, goal, &better, steps, error);
+    }
+    if (status == AD_OK && better) {
+        better->estimate = marks_apart(*trace, better);
+        static_trace_free(*trace);
+        static_free(*mesh);
+        *trace = better;
+        *mesh = fine;
+    } else {
+        static_free(fine);
+    }
+    return status;
+}
+
+ad_status static_trace_create(const solve_rod *rod, const solve_settings *settings,
+                              const path_shape *path, trace_goal goal, static_trace **result,
+                              static_solution **end, solve_report *report, ad_error *error)
+{
+    static_solution *mesh = NULL;
+    static_trace *trace = NULL;
+    *result = NULL;
+    *end = NULL;
+    if (!static_path_is_true(path)) {
+        return AD_OK;
+    }
+    ad_status status = static_begin(rod, settings, path, &mesh, report, error);
+    if (status == AD_OK) {
+        status = static_walk(mesh, settings, path, goal, &trace, &report->newton_steps, error);
+    }
+    if (trace) {
+        trace->estimate = has_marks(trace) ? 1 : NAN;
+    }
+    for (int i = 1;
+         status == AD_OK && trace && i < MESHES && settings->nodes == 0 && trace->estimate > AGREED;
+         i++) {
+        status = walk_finer(&mesh, settings, path, goal, &trace, &report->newton_steps, error);
+    }
+    if (status != AD_OK || !trace || !trace->arrived) {
+        static_free(mesh);
+        mesh = NULL;
+    }
+    if (status != AD_OK) {
+        static_trace_free(trace);
+        trace = NULL;
+    }
+    *result = trace;
+    *end = mesh;
+    return status;
+}
+
+void static_trace_report(const static_trace *x, solve_report *report)
+{
+    report->limit_load = report->bifurcation_load = NAN;
+    report->path_estimate = x->estimate;
+    for (size_t i = x->count; i-- > 0;) {
+        const trace_point *point = &x->points[i];
+        if (point->mark == SOLUTION_LIMIT) {
+            report->limit_load = point->load;
+        } else if (point->mark == SOLUTION_BIFURCATION) {
+            report->bifurcation_load = point->load;
+        }
+    }
+    report->snapped = x->arrived && !isnan(report->limit_load);
+}

@@ -1,0 +1,197 @@
+#include "tools/programs/path_files.h"
+
+#include "tools/files/table_file.h"
+#include "tools/judge/gnuplot.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const mark_words[] = {
+    [SOLUTION_PLAIN] = "path", [SOLUTION_LIMIT] = "limit", [SOLUTION_BIFURCATION] = "bifurcation"};
+
+enum { NUMBERS = 7, COLUMNS = NUMBERS + 1 };
+
+static ad_status write_table(const solution_path *x, const char *path, ad_error *error)
+{
+    static const char *const names[COLUMNS] = {"load_factor", "arclength", "deflection", "x",
+                                               "y",           "z",         "unstable",   "mark"};
+    static const char *const units[COLUMNS] = {"", "", "m", "m", "m", "m", "", ""};
+    double *values = malloc(NUMBERS * x->count * sizeof *values);
+    const char **marks = malloc(x->count * sizeof *marks);
+    const double *columns[COLUMNS] = {NULL};
+    const char *const *words[COLUMNS] = {[NUMBERS] = marks};
+    ad_status status =
+        values && marks ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %s", path);
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        const solution_path_point *p = &x->points[i];
+        double modes = p->unstable_modes < 0 ? NAN : p->unstable_modes;
+        const double row[NUMBERS] = {p->load,        p->arclength,   p->deflection, p->position[0],
+                                     p->position[1], p->position[2], modes};
+        for (int c = 0; c < NUMBERS; c++) {
+            values[(size_t)c * x->count + i] = row[c] + 0.0;
+        }
+        marks[i] = mark_words[p->mark];
+    }
+    for (int c = 0; c < NUMBERS; c++) {
+        columns[c] = values + (size_t)c * x->count;
+    }
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .words = words,
+                                .ncols = COLUMNS,
+                                .nrows = x->count,
+                                .units = units};
+    status = status == AD_OK ? table_write(path, &table, error) : status;
+    free(values);
+    free(marks);
+    return status;
+}
+
+/* ---- the picture --------------------------------------------------------------------------- */
+
+typedef struct path_name {
+    char folder[4096], name[GNUPLOT_NAME];
+} path_name;
+
+/* "folder/name.csv" in its parts. */
+static ad_status split(const char *path, path_name *parts, ad_error *error)
+{
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t length = dot ? (size_t)(dot - name) : strlen(name);
+    size_t folder = slash ? (size_t)(slash - path) : 0;
+    if (length > GNUPLOT_NAME - 9 || folder >= sizeof parts->folder) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s: the name is too long for a picture; allowed: %d bytes without ending",
+                       path, GNUPLOT_NAME - 9);
+    }
+    snprintf(parts->name, sizeof parts->name, "%.*s", (int)length, name);
+    snprintf(parts->folder, sizeof parts->folder, "%.*s", (int)folder, path);
+    if (!slash || folder == 0) {
+        snprintf(parts->folder, sizeof parts->folder, "%s", slash ? "/" : ".");
+    }
+    return AD_OK;
+}
+
+/* The parts of the path that are stable, are not, or were not asked; each stretch by itself. */
+static void print_stretches(FILE *file, const solution_path *x, const char *name, int low, int high)
+{
+    fprintf(file, "$%s << END\n", name);
+    for (size_t i = 1; i < x->count; i++) {
+        const solution_path_point *a = &x->points[i - 1], *b = &x->points[i];
+        if (b->unstable_modes >= low && b->unstable_modes <= high) {
+            fprintf(file, "%.9g %.9g\n%.9g %.9g\n\n", a->deflection, a->load, b->deflection,
+                    b->load);
+        }
+    }
+    fprintf(file, "NaN NaN\nEND\n"); /* gnuplot warns of what is empty */
+}
+
+static void print_marks(FILE *file, const solution_path *x, solution_mark mark)
+{
+    fprintf(file, "$%s << END\n", mark_words[mark]);
+    for (size_t i = 0; i < x->count; i++) {
+        if (x->points[i].mark == mark) {
+            fprintf(file, "%.9g %.9g\n", x->points[i].deflection, x->points[i].load);
+        }
+    }
+    fprintf(file, "NaN NaN\nEND\n");
+}
+
+static ad_status print_picture(FILE *file, const void *context, ad_error *error)
+{
+    const solution_path *x = context;
+    (void)error;
+    fprintf(file,
+            "set xlabel 'deflection (m) at s = %.6g m, along (%.3g, %.3g, %.3g)'\n"
+            "set ylabel 'load factor'\nset key outside top horizontal Left reverse\n\n",
+            x->place, x->direction[0], x->direction[1], x->direction[2]);
+    print_stretches(file, x, "stable", 0, 0);
+    print_stretches(file, x, "unstable", 1, 1 << 20);
+    print_stretches(file, x, "unknown", -1, -1);
+    print_marks(file, x, SOLUTION_LIMIT);
+    print_marks(file, x, SOLUTION_BIFURCATION);
+    fprintf(file, "\nplot $stable with lines lw 2 lc rgb '#0072B2' title 'stable', \\\n"
+                  "     $unstable with lines lw 1.5 dt 2 lc rgb '#D55E00' title 'unstable', \\\n"
+                  "     $unknown with lines lw 1.5 lc rgb '#666666' title 'not asked', \\\n"
+                  "     $limit with points pt 7 ps 0.9 lc rgb '#000000' title 'limit point', \\\n"
+                  "     $bifurcation with points pt 6 ps 1 lc rgb '#000000' title 'bifurcation'\n");
+    return AD_OK;
+}
+
+ad_status path_files_write(const solution_path *x, const char *path, ad_error *error)
+{
+    path_name parts;
+    ad_status status = split(path, &parts, error);
+    status = status == AD_OK ? write_table(x, path, error) : status;
+    return status == AD_OK
+               ? gnuplot_write(&(const gnuplot_picture){.name = parts.name,
+                                                        .about = "# Load against deflection, by "
+                                                                 "cpinn-solve --path.\n",
+                                                        .width = 720,
+                                                        .height = 480,
+                                                        .print = print_picture,
+                                                        .context = x},
+                               parts.folder, error)
+               : status;
+}
+
+ad_status path_files_draw(const char *path, ad_error *error)
+{
+    path_name parts;
+    ad_status status = split(path, &parts, error);
+    return status == AD_OK ? gnuplot_draw(parts.name, parts.folder, error) : status;
+}
+
+/* ---- as text ------------------------------------------------------------------------------- */
+
+void path_files_print(const solution_path *x, FILE *file)
+{
+    static const char *const texts[] = {
+        [SOLUTION_LIMIT] = "limit point", [SOLUTION_BIFURCATION] = "bifurcation"};
+    fprintf(file, "path: %zu points, deflection at s = %.6g m along (%.4g, %.4g, %.4g)\n", x->count,
+            x->place, x->direction[0], x->direction[1], x->direction[2]);
+    for (size_t i = 0; i < x->count; i++) {
+        const solution_path_point *p = &x->points[i];
+        if (p->mark != SOLUTION_PLAIN) {
+            fprintf(file, "  %-24s at %.12g of the load, deflection %.9g m\n", texts[p->mark],
+                    p->load, p->deflection);
+        }
+    }
+    if (!isnan(x->estimate)) {
+        fprintf(file, "  %-24s %.3e of the load\n", "estimated error of these", x->estimate);
+    }
+}
+
+static void print_loads(const solution_path *x, solution_mark mark, const char *name, json *to)
+{
+    json_open(to, name, '[');
+    for (size_t i = 0; i < x->count; i++) {
+        if (x->points[i].mark == mark) {
+            json_number(to, NULL, x->points[i].load);
+        }
+    }
+    json_close(to, ']');
+}
+
+void path_files_json(const solution_path *x, const char *path, json *to)
+{
+    if (!x) {
+        json_null(to, "path");
+        return;
+    }
+    json_open(to, "path", '{');
+    json_text(to, "file", path);
+    json_integer(to, "points", (int64_t)x->count);
+    json_number(to, "place", x->place);
+    json_open(to, "direction", '[');
+    for (int k = 0; k < 3; k++) {
+        json_number(to, NULL, x->direction[k]);
+    }
+    json_close(to, ']');
+    print_loads(x, SOLUTION_LIMIT, "limit_points", to);
+    print_loads(x, SOLUTION_BIFURCATION, "bifurcations", to);
+    json_number(to, "estimated_error", x->estimate);
+    json_close(to, '}');
+}
