@@ -19,7 +19,7 @@ enum {
 static const double FIRST = 0.02, LONGEST = 0.1, SHORTEST = 1e-8, OFF_MAX = 0.05, OFF_AIM = 0.01;
 
 /* A longer step may not change the number of unstable modes by more than one. */
-static const double SEVERAL = 1e-3;
+static const double SEVERAL = 5e-3;
 
 /* Of the tangents at both ends of a step: less of a turn cannot hide two limit points. */
 static const double COSINE = 0.9;
@@ -245,12 +245,13 @@ static bool leave(tracer *x)
 static ad_status mark_bifurcation(tracer *x, double length, bool *left, ad_error *error)
 {
     /* what tells how many modes are unstable is less exact than what locates it */
-    const double reach[2][2] = {{0, length}, {-0.5 * length, 1.5 * length}};
+    const double reach[3][2] = {
+        {0, length}, {-0.5 * length, 1.5 * length}, {-FIRST, length + FIRST}};
     const arc_place *from[2] = {&x->next, &x->here};
     trace_root root = {.count = 0};
     bool found = false;
     *left = false;
-    for (int i = 0; i < 4 && !found; i++) {
+    for (int i = 0; i < 6 && !found; i++) {
         root.count = 0;
         found = static_arc_weakest(x->arc, from[i % 2], x->side) &&
                 locate(x, test_bifurcation, reach[i / 2][0], reach[i / 2][1], 1e-4, &root);
