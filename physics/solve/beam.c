@@ -300,7 +300,8 @@ ad_status beam_solve(const solve_beam *beam, const solve_settings *settings, siz
                      ad_error *error)
 {
     *result = NULL;
-    *report = (solve_report){.estimate = NAN, .load_fraction = 1, .time = 1};
+    *report = solve_report_blank();
+    report->time = 1;
     if (beam->dynamic && settings->nodes > BEAM_MOTION_NODES_MAX) {
         return ad_fail(error, AD_BAD_ARGUMENT, "%d nodes; allowed for a beam in motion: at most %d",
                        settings->nodes, BEAM_MOTION_NODES_MAX);

@@ -336,7 +336,7 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                         ad_error *error)
 {
     *result = NULL;
-    *report = (solve_report){.estimate = NAN, .load_fraction = 1, .energy_mismatch = NAN};
+    *report = solve_report_blank();
     for (size_t i = 0; i < count; i++) {
         if (!(times[i] >= (i > 0 ? times[i - 1] : 0) && times[i] <= rod->duration)) {
             return ad_fail(error, AD_BAD_ARGUMENT,

@@ -28,6 +28,16 @@ solve_settings solve_settings_default(const scene *rod_scene)
     return (solve_settings){.tolerance = stiff ? 1e-4 : hard ? 1e-6 : 1e-10};
 }
 
+solve_report solve_report_blank(void)
+{
+    return (solve_report){.estimate = NAN,
+                          .load_fraction = 1,
+                          .energy_mismatch = NAN,
+                          .limit_load = NAN,
+                          .bifurcation_load = NAN,
+                          .path_estimate = NAN};
+}
+
 static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
                                  const solve_settings *settings, solve_report *report,
                                  ad_error *error)

@@ -325,11 +325,7 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
     path_shape path;
     static_solution *x = NULL;
     bool leaps = false;
-    *report = (solve_report){.estimate = NAN,
-                             .energy_mismatch = NAN,
-                             .limit_load = NAN,
-                             .bifurcation_load = NAN,
-                             .path_estimate = NAN};
+    *report = solve_report_blank();
     *result = NULL;
     ad_status status = static_path_shape(rod, settings, &path, error);
     if (status == AD_OK) {
