@@ -58,8 +58,8 @@ static void assert_text(quantity q, const char *expected)
     "bodies: [{at: 1, mass: 0.2}, {at: 0.5, mass: 0.1, inertia: [1e-4, 1e-4, 2e-4]}]\n"            \
     "springs: [{at: 0.7, stiffness: [0, 1, 0], anchor: [0, 0.1, 0.7]}]\n"                          \
     "tendons:\n"                                                                                   \
-    "  - {offset: [0, \"0.02 - 0.01*s\"], end: 0.8, tension: \"3*t\", friction: 0.1}\n"            \
-    "  - {offset: [0, -0.02], displacement: 0.001}\n"                                              \
+    "  - {offset: [0, \"0.02 - 0.01*s\"], end: 0.8, tension: \"3*t\"}\n"                           \
+    "  - {offset: [0, -0.02], tension: 1, start: 0.1}\n"                                           \
     "chambers: [{offset: [0, 0.005], area: 1e-5, pressure: \"1e4*t\"}]\n"                          \
     "time: {duration: 1}\n"
 
@@ -89,7 +89,8 @@ static void test_reading(void **state)
     assert_near(s->springs[0].anchor[1].number, 0.1, 0);
     assert_near(s->tendons[0].end.number, 0.8, 0);
     assert_false(s->tendons[1].end.is_given);
-    assert_false(s->tendons[1].tension.is_given);
+    assert_near(s->tendons[1].start.number, 0.1, 0);
+    assert_false(s->tendons[1].displacement.is_given);
     assert_near(s->tendons[1].friction.number, 0, 0);
     assert_near(s->chambers[0].area.number, 1e-5, 0);
     config_free(given);
@@ -145,7 +146,7 @@ static void test_overrides(void **state)
     static const char *const overrides[] = {
         "loads.points[0].force=[0, 0, -1]",
         "loads.points[0].force[1]=5",
-        "tendons[0].friction=null",
+        "tendons[1].start=null",
         "tendons[0].end=null",
         "segments[1].rest=null",
         "segments[0].section.radius=0.02",
@@ -159,7 +160,7 @@ static void test_overrides(void **state)
     const scene *s = &given->scene;
     assert_near(s->points[0].load.force[2].number, -1, 0);
     assert_near(s->points[0].load.force[1].number, 5, 0);
-    assert_near(s->tendons[0].friction.number, 0, 0);
+    assert_false(s->tendons[1].start.is_given);
     assert_false(s->tendons[0].end.is_given);
     assert_false(s->segments[1].rod.rest_curvature[0].is_given);
     assert_near(s->segments[0].rod.radius.number, 0.02, 0);
