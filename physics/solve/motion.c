@@ -42,25 +42,29 @@ static bool allocate(motion *m)
     m->torque = calloc(nodes, sizeof *m->torque);
     m->push = calloc(nodes, sizeof *m->push);
     m->turn = calloc(nodes, sizeof *m->turn);
+    m->pull_force = calloc(nodes, sizeof *m->pull_force);
+    m->pull_torque = calloc(nodes, sizeof *m->pull_torque);
     m->velocity = calloc(points, sizeof *m->velocity);
     m->resistance = calloc(points, sizeof *m->resistance);
     return m->edge && m->abscissas && m->weights && m->derivative && m->transposed && m->s &&
            m->point_s && m->point_weight && m->node_weight && m->made && m->rest && m->load &&
            m->actuators && m->node_load && m->mass && m->inertia && m->by_mass && m->by_inertia &&
            m->block && m->pose && m->flow && m->spin && m->wrench && m->force && m->torque &&
-           m->push && m->turn && m->velocity && m->resistance;
+           m->push && m->turn && m->pull_force && m->pull_torque && m->velocity && m->resistance;
 }
 
 void motion_free(motion *m)
 {
     if (m) {
-        void *all[] = {
-            m->edge,     m->abscissas, m->weights,   m->derivative, m->transposed,   m->s,
-            m->point_s,  m->made,      m->rest,      m->load,       m->point_weight, m->node_weight,
-            m->mass,     m->inertia,   m->node_load, m->by_mass,    m->by_inertia,   m->block,
-            m->pose,     m->flow,      m->spin,      m->wrench,     m->force,        m->torque,
-            m->push,     m->turn,      m->velocity,  m->resistance, m->places,       m->frame,
-            m->actuators};
+        void *all[] = {m->edge,       m->abscissas, m->weights,      m->derivative,
+                       m->transposed, m->s,         m->point_s,      m->made,
+                       m->rest,       m->load,      m->point_weight, m->node_weight,
+                       m->mass,       m->inertia,   m->node_load,    m->by_mass,
+                       m->by_inertia, m->block,     m->pose,         m->flow,
+                       m->spin,       m->wrench,    m->force,        m->torque,
+                       m->push,       m->turn,      m->velocity,     m->resistance,
+                       m->places,     m->frame,     m->actuators,    m->pull_force,
+                       m->pull_torque};
         for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
             free(all[i]);
         }

@@ -104,11 +104,10 @@ motion_power motion_power_now(motion *m)
     motion_power power = {0};
     bool moves = end_moves(m, 0) || end_moves(m, 1);
     motion_outside_forces(m);
-    power.load = m->is_pulled ? motion_pull_power(m) : 0;
-    if (m->is_damped || moves || m->rod->rest_moves) {
+    if (m->is_damped || m->is_pulled || moves || m->rod->rest_moves) {
         motion_internal_forces(m);
         section_sums sum = sum_sections(m);
-        power.load += sum.reshaping;
+        power.load = sum.reshaping + motion_pull_power(m);
         power.dissipation = sum.dissipation;
     }
     for (size_t i = 0; i < m->nodes; i++) {

@@ -233,10 +233,11 @@ static double node_power(const motion *m, size_t node)
     return vector_dot(m->push[node], m->flow[node]) + vector_dot(m->turn[node], m->spin[node]);
 }
 
-static double outside_power(const motion *m)
+/* Of loads, tendons and chambers. */
+static double power_put_in(const motion *m)
 {
     bool everywhere = m->is_loaded || m->rod->jumps.count > 0;
-    double power = node_power(m, 0) + node_power(m, m->nodes - 1);
+    double power = node_power(m, 0) + node_power(m, m->nodes - 1) + motion_pull_power(m);
     for (size_t i = 1; everywhere && i + 1 < m->nodes; i++) {
         power += node_power(m, i);
     }
@@ -247,7 +248,7 @@ double motion_kick(motion *m, double h, double before, double after)
 {
     motion_internal_forces(m);
     motion_outside_forces(m);
-    double work = 0.5 * before * outside_power(m);
+    double work = 0.5 * before * power_put_in(m);
     for (size_t i = 0; i < m->nodes; i++) {
         double by = h * m->by_mass[i];
         for (int k = 0; k < 3; k++) {
@@ -256,5 +257,5 @@ double motion_kick(motion *m, double h, double before, double after)
         }
     }
     motion_hold_ends(m);
-    return work + 0.5 * after * outside_power(m);
+    return work + 0.5 * after * power_put_in(m);
 }

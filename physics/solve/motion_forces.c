@@ -136,7 +136,7 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
     }
 }
 
-/* Tendons and chambers, added to n and m of an element. */
+/* n and m of tendons and chambers of an element. */
 static void pull_element(motion *m, int element)
 {
     for (int k = 0; k <= m->degree; k++) {
@@ -154,8 +154,6 @@ static void pull_element(motion *m, int element)
         for (int i = 0; i < 3; i++) {
             at->pull_n[i][lane] = wrench[i];
             at->pull_m[i][lane] = wrench[3 + i];
-            at->n[i][lane] += wrench[i];
-            at->m[i][lane] += wrench[3 + i];
         }
     }
 }
@@ -231,28 +229,16 @@ FOR_EACH_PROCESSOR static void push_element(motion *m, int element)
     }
 }
 
-void motion_internal_forces(motion *m)
+static void clear_forces(motion *m)
 {
     memset(m->force, 0, m->nodes * sizeof *m->force);
     memset(m->torque, 0, m->nodes * sizeof *m->torque);
-    for (int e = 0; e < m->elements; e++) {
-        strain_element(m, e);
-        if (m->is_damped) {
-            damp_element(m, e);
-        }
-        if (m->is_pulled) {
-            pull_element(m, e);
-        }
-        push_element(m, e);
-    }
-    motion_spring_forces(m);
 }
 
-double motion_pull_power(motion *m)
+/* What tendons and chambers exert on nodes, for their power. */
+static void pull_nodes(motion *m)
 {
-    double power = 0;
-    memset(m->force, 0, m->nodes * sizeof *m->force);
-    memset(m->torque, 0, m->nodes * sizeof *m->torque);
+    clear_forces(m);
     for (int e = 0; e < m->elements; e++) {
         strain_element(m, e);
         pull_element(m, e);
@@ -262,10 +248,47 @@ double motion_pull_power(motion *m)
         }
         push_element(m, e);
     }
-    for (size_t i = 0; i < m->nodes; i++) {
-        power += vector_dot(m->force[i], m->flow[i]) + vector_dot(m->torque[i], m->spin[i]);
+    memcpy(m->pull_force, m->force, m->nodes * sizeof *m->force);
+    memcpy(m->pull_torque, m->torque, m->nodes * sizeof *m->torque);
+}
+
+static void add_pull(motion *m, int element)
+{
+    for (int b = element * m->blocks; b < (element + 1) * m->blocks; b++) {
+        for (int i = 0; i < 3; i++) {
+            m->block[b].n[i] += m->block[b].pull_n[i];
+            m->block[b].m[i] += m->block[b].pull_m[i];
+        }
+    }
+}
+
+double motion_pull_power(const motion *m)
+{
+    double power = 0;
+    for (size_t i = 0; i < m->nodes && m->is_pulled; i++) {
+        power +=
+            vector_dot(m->pull_force[i], m->flow[i]) + vector_dot(m->pull_torque[i], m->spin[i]);
     }
     return power;
+}
+
+void motion_internal_forces(motion *m)
+{
+    if (m->is_pulled) {
+        pull_nodes(m);
+    }
+    clear_forces(m);
+    for (int e = 0; e < m->elements; e++) {
+        strain_element(m, e);
+        if (m->is_damped) {
+            damp_element(m, e);
+        }
+        if (m->is_pulled) {
+            add_pull(m, e);
+        }
+        push_element(m, e);
+    }
+    motion_spring_forces(m);
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */

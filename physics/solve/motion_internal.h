@@ -66,17 +66,19 @@ struct motion {
     motion_place *places;              /* [rod->jumps.count] */
     const double *(*frame)[2]; /* [elements] of the first and last point; NULL: the node's */
 
-    motion_block *block;     /* [elements][blocks] */
-    double (*pose)[LANES];   /* [nodes] r, q; unit */
-    double (*flow)[LANES];   /* [nodes] V, q_t */
-    double (*spin)[3];       /* [nodes] w */
-    double *wrench;          /* [MOTION_LANES][blocks LANES] of one element */
-    double (*force)[3];      /* [nodes] internal, world */
-    double (*torque)[3];     /* [nodes] internal, body */
-    double (*push)[3];       /* [nodes] outside force, world */
-    double (*turn)[3];       /* [nodes] outside moment, body */
-    double (*velocity)[3];   /* [points] V */
-    double (*resistance)[3]; /* [points] per length, part of the push; 0 without any */
+    motion_block *block;      /* [elements][blocks] */
+    double (*pose)[LANES];    /* [nodes] r, q; unit */
+    double (*flow)[LANES];    /* [nodes] V, q_t */
+    double (*spin)[3];        /* [nodes] w */
+    double *wrench;           /* [MOTION_LANES][blocks LANES] of one element */
+    double (*force)[3];       /* [nodes] internal, world */
+    double (*torque)[3];      /* [nodes] internal, body */
+    double (*push)[3];        /* [nodes] outside force, world */
+    double (*turn)[3];        /* [nodes] outside moment, body */
+    double (*pull_force)[3];  /* [nodes] the share of tendons and chambers in force */
+    double (*pull_torque)[3]; /* [nodes] and in torque */
+    double (*velocity)[3];    /* [points] V */
+    double (*resistance)[3];  /* [points] per length, part of the push; 0 without any */
 };
 
 /* The node at an end, 0 or 1. */
@@ -132,8 +134,7 @@ const double *motion_frame_of(const motion *m, int element, int k);
 void motion_jump_loads(motion *m);
 void motion_spring_forces(motion *m);
 double motion_spring_energy(const motion *m);
-/* Of nodes that are set: what tendons and chambers put in. Internal forces are then theirs alone.
- */
-double motion_pull_power(motion *m);
+/* What tendons and chambers put in, of nodes whose internal forces are known. */
+double motion_pull_power(const motion *m);
 
 #endif
