@@ -173,6 +173,7 @@ static ad_status rod_check_resistance(const scene *rod_scene, const char **key, 
 /* What the equations do not have of tendons. */
 static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_error *error)
 {
+    bool chosen = scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene);
     for (int i = 0; i < rod_scene->tendon_count; i++) {
         const scene_tendon *tendon = &rod_scene->tendons[i];
         if (quantity_is_something(tendon->friction)) {
@@ -180,10 +181,11 @@ static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_
             return ad_fail(error, AD_BAD_INPUT,
                            "the tension of a tendon is the same all along here; allowed: 0");
         }
-        if (tendon->displacement.is_given) {
+        if (tendon->displacement.is_given && chosen) {
             *key = scene_key_of(rod_scene, &tendon->displacement);
             return ad_fail(error, AD_BAD_INPUT,
-                           "tensions are not found from displacements; give tension");
+                           "tensions are found from displacements of rods at rest alone; give "
+                           "tension");
         }
     }
     return AD_OK;

@@ -172,6 +172,91 @@ static void test_constant(void **state)
     }
 }
 
+/* ---- lengths ------------------------------------------------------------------------------- */
+
+/* Two tendons at +-x: v3 = 1 - (T1 + T2)/EA and u2 = x (T1 - T2)/EI, and their lengths are those of
+ * the rod less d: (v3 -+ u2 x) L = L - d. Where only the first is pulled the other is slack. */
+static void test_lengths(void **state)
+{
+    (void)state;
+    const double x = 0.01, length = 0.3, axial = 100, bending = 0.03;
+    const double kse[3] = {50, 50, axial}, kbt[3] = {bending, bending, 0.02};
+    const double cases[3][2] = {{0.01, -0.01}, {0.01, 0.007}, {-0.01, -0.002}};
+    for (int i = 0; i < 3; i++) {
+        const double *d = cases[i], own = 1 / axial + x * x / bending;
+        double other = 1 / axial - x * x / bending, tension[2] = {0, 0};
+        if (i == 0) {
+            tension[0] = d[0] / length / own;
+        } else if (i == 1) {
+            double determinant = (own * own - other * other) * length;
+            tension[0] = (own * d[0] - other * d[1]) / determinant;
+            tension[1] = (own * d[1] - other * d[0]) / determinant;
+        }
+        scene given = stiff_scene(length, kse, kbt, 1, kbt);
+        for (int k = 0; k < 2; k++) {
+            add_tendon(&given, x, 180 * k, 0);
+            given.tendons[k].tension = Q(NULL);
+            given.tendons[k].displacement = Q(d[k]);
+        }
+        solved found = solve(&given, 0, NULL, 1e-12);
+        double bend = x * (tension[0] - tension[1]) / bending, pose[7];
+        double stretch = 1 - (tension[0] + tension[1]) / axial;
+        pose_at(&found, length, 0, pose);
+        assert_near(pose[2], bend == 0 ? length : stretch * sin(bend * length) / bend, 1e-12);
+        for (int k = 0; k < 2; k++) {
+            assert_near(solution_tension(found.solution, k), tension[k], 1e-10);
+        }
+        solution_free(found.solution);
+    }
+}
+
+/* Three tendons pulled and let out by lengths, beside a load, against the same with the tensions
+ * that were found. */
+static void test_lengths_and_load(void **state)
+{
+    (void)state;
+    const double angles[3] = {90, -30, 210}, lengths[3] = {0.012, -0.004, -0.0079};
+    scene given = robot(0.2, 60e9, 60e9 / 2.6, 0.5e-3);
+    given.end.type = SCENE_LOADED;
+    set_numbers(given.loads.tip.force, 3, (const double[]){0.02, 0.03, -0.05});
+    for (int k = 0; k < 3; k++) {
+        add_tendon(&given, 8e-3, angles[k], 0);
+        given.tendons[k].tension = Q(NULL);
+        given.tendons[k].displacement = Q(lengths[k]);
+    }
+    scene same = given;
+    double tip[2][7];
+    solved x = solve(&given, 0, NULL, 1e-10);
+    for (int k = 0; k < 3; k++) {
+        same.tendons[k].tension = Q(solution_tension(x.solution, k));
+        same.tendons[k].displacement = Q(NULL);
+        print_message("tension %.6f N\n", solution_tension(x.solution, k));
+    }
+    solved y = solve(&same, 0, NULL, 1e-10);
+    pose_at(&x, 0.2, 0, tip[0]);
+    pose_at(&y, 0.2, 0, tip[1]);
+    for (int k = 0; k < 3; k++) {
+        assert_near(tip[0][k], tip[1][k], 2e-11);
+        enum { POINTS = 400 };
+        double excess = lengths[k]; /* the length along the solution, by the midpoint rule */
+        for (int i = 0; i < POINTS; i++) {
+            double s = 0.2 * (i + 0.5) / POINTS, values[13], p[3];
+            double angle = angles[k] * PI / 180, r[3] = {8e-3 * cos(angle), 8e-3 * sin(angle), 0};
+            ad_error error;
+            assert_int_equal(solution_evaluate(x.solution, 13, 1, &s, NULL, values, &error), AD_OK);
+            vector_cross(values + 10, r, p);
+            for (int j = 0; j < 3; j++) {
+                p[j] += values[7 + j];
+            }
+            excess += (sqrt(vector_dot(p, p)) - 1) * 0.2 / POINTS;
+        }
+        bool taut = solution_tension(x.solution, k) > 0;
+        assert_true(taut ? fabs(excess) < 1e-8 : excess < 0); /* 1e-8: of the midpoint rule */
+    }
+    solution_free(x.solution);
+    solution_free(y.solution);
+}
+
 /* ---- Rucker and Webster -------------------------------------------------------------------- */
 
 /* Their equations, which have second derivatives of the rod: of v and u, in the notation of
@@ -360,7 +445,7 @@ static void test_derivatives(void **state)
 {
     (void)state;
     const double strain[2][3] = {{0.01, 0.02, 0.03}, {0, 0, 0}}, curvature[3] = {1, 0.8, 1.3};
-    const solve_extent extents[3] = {{0, 1, false}, {0, 1, false}, {0, 1, true}};
+    const solve_extent extents[3] = {{.end = 1}, {.end = 1}, {.end = 1, .is_chamber = true}};
     const solve_actuator actuators[3] = {
         {{0.1, 0.2}, {0, 0}, 3}, {{-0.2, 0.1}, {0.4, -0.3}, 5}, {{0.1, -0.1}, {0, 0}, -2}};
     const double y[STATIC_ROWS] = {0.1,  0.2, 0.3, 0.7, -0.2, 0.5, 0.4,
@@ -597,12 +682,18 @@ static void test_rate(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_bensch),       cmocka_unit_test(test_weight),
-        cmocka_unit_test(test_two_segments), cmocka_unit_test(test_constant),
-        cmocka_unit_test(test_webster),      cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_manufactured), cmocka_unit_test(test_ramp),
-        cmocka_unit_test(test_rate),         cmocka_unit_test(test_strip),
-        cmocka_unit_test(test_refusals)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_bensch),
+                                       cmocka_unit_test(test_weight),
+                                       cmocka_unit_test(test_two_segments),
+                                       cmocka_unit_test(test_constant),
+                                       cmocka_unit_test(test_webster),
+                                       cmocka_unit_test(test_lengths),
+                                       cmocka_unit_test(test_lengths_and_load),
+                                       cmocka_unit_test(test_derivatives),
+                                       cmocka_unit_test(test_manufactured),
+                                       cmocka_unit_test(test_ramp),
+                                       cmocka_unit_test(test_rate),
+                                       cmocka_unit_test(test_strip),
+                                       cmocka_unit_test(test_refusals)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

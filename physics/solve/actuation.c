@@ -17,7 +17,8 @@ static double pull_of(const solve_actuation *a, int i, double offset[3])
     offset[0] = at->offset[0];
     offset[1] = at->offset[1];
     offset[2] = 0;
-    return extent->start <= a->s && a->s <= extent->end ? a->factor * at->pull : 0;
+    double pull = a->factor * at->pull + (a->tensions ? a->tensions[i] : 0);
+    return extent->start <= a->s && a->s <= extent->end ? pull : 0;
 }
 
 /* p' = v + u x r + r' */
@@ -93,6 +94,15 @@ double solve_actuation_energy(const solve_actuation *a, const double *strains)
         sum += pull * (a->extents[i].is_chamber ? along[2] : sqrt(vector_dot(along, along)));
     }
     return sum;
+}
+
+double solve_actuation_length(const solve_actuation *a, int i, const double *strains)
+{
+    const solve_extent *extent = &a->extents[i];
+    const double offset[3] = {a->actuators[i].offset[0], a->actuators[i].offset[1], 0};
+    double along[3];
+    direction_of(&a->actuators[i], offset, strains, along);
+    return extent->start <= a->s && a->s <= extent->end ? sqrt(vector_dot(along, along)) : 0;
 }
 
 /* ---- strains under a wrench ---------------------------------------------------------------- */
@@ -233,6 +243,9 @@ ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *
             const solve_actuator *at = &all[i * count + j];
             double distance = hypot(at->offset[0], at->offset[1]);
             moment += fabs(at->pull) * distance;
+            if (rod->extents[j].has_length && distance > 0) {
+                moment += fabs(rod->extents[j].displacement) / distance;
+            }
             size->winding = fmax(size->winding,
                                  distance > 0 ? hypot(at->slope[0], at->slope[1]) / distance : 0);
         }

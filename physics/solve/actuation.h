@@ -13,7 +13,8 @@ typedef struct solve_actuation {
     const solve_extent *extents;     /* [count] */
     const solve_actuator *actuators; /* [count] in this section */
     double s;
-    double factor; /* of the load */
+    double factor;          /* of the load */
+    const double *tensions; /* [count] of tendons whose length is given, 0 of others; NULL: none */
 } solve_actuation;
 
 /* Those of a point at s, the `point`th of `all` [..][rod->actuators]. */
@@ -36,6 +37,9 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
  * of a tendon, minus pressure times the volume of a chamber. */
 double solve_actuation_energy(const solve_actuation *a, const double *strains);
 
+/* |p'| of tendon i, 0 beyond its ends. */
+double solve_actuation_length(const solve_actuation *a, int i, const double *strains);
+
 /* The strains x with x = rest + compliance (wrench - actuation(x)), which are those of a minimum of
  * a convex energy, and their derivatives by the wrench. Not a number where Newton's method finds
  * none: tendons that shorten the section to nothing. */
@@ -56,7 +60,8 @@ ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *
 /* The largest, over n points s [n] at time t, of the moment and the winding of tendons and chambers
  * along the rod, by EI/L and 1/L; 0 without any. */
 typedef struct solve_actuation_size {
-    double moment;  /* sum of |pull| |r| */
+    double moment;  /* sum of |pull| |r|; of tendons whose length is given by how much they turn
+                     * the rod */
     double winding; /* |r_s| by |r| */
 } solve_actuation_size;
 

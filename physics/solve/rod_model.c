@@ -154,7 +154,14 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     for (int i = 0; i < rod->actuators; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
         all[i] = STACK(one.offset, one.slope, one.pull);
-        rod->extents[i] = (solve_extent){one.start, one.end, one.is_chamber};
+        rod->extents[i] =
+            (solve_extent){.start = one.start, .end = one.end, .is_chamber = one.is_chamber};
+        if (i < rod->scene.tendon_count && rod->scene.tendons[i].displacement.is_given) {
+            quantity pulled_out = rod->scene.tendons[i].displacement;
+            rod->extents[i].has_length = true;
+            rod->lengths++;
+            rod->extents[i].displacement = quantity_value(pulled_out, 0, 0) / rod->scales.length;
+        }
     }
     ad_status status = solve_formula_create(ad_stack(rod->actuators, all), 0, rod->formula->pool,
                                             &rod->formula->actuators, error);

@@ -39,6 +39,8 @@ typedef struct solve_state {
 typedef struct solve_extent {
     double start, end; /* within [0, 1] */
     bool is_chamber;
+    bool has_length;     /* a tendon whose tension is sought: */
+    double displacement; /* its length is that in the unstressed rod less this */
 } solve_extent;
 
 enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX };
@@ -55,6 +57,7 @@ typedef struct solve_rod {
     bool resists;       /* false: solve_rod_resistance is 0 everywhere */
     solve_end ends[2];  /* at s = 0 and 1 */
     int actuators;      /* tendons, then chambers */
+    int lengths;        /* of them, whose length is given */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
     solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */

@@ -264,6 +264,11 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
 
 /* ---- energy -------------------------------------------------------------------------------- */
 
+double solution_tension(const solution *x, int tendon)
+{
+    return x->at_rest ? static_tension(x->at_rest, tendon) * x->scales.force : 0;
+}
+
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error)
 {
     const rod_scales *scale = &x->rod->scales;

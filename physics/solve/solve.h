@@ -110,6 +110,10 @@ void solution_free(solution *x); /* NULL is allowed */
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
 
+/* Of a rod at rest, in N: what was found of a tendon whose displacement is given, counted from 0;
+ * of other tendons, and in motion, 0. */
+double solution_tension(const solution *x, int tendon);
+
 /* Of a rod, not of a beam, at t (s; the nearest of the times that were solved; a scene at rest does
  * not look at it). AD_NO_MEMORY. */
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);

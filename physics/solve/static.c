@@ -164,6 +164,8 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
     static_system_points((*fine)->system, *points);
+    memcpy(static_system_tensions((*fine)->system), static_system_tensions(coarse->system),
+           SOLVE_ACTUATORS_MAX * sizeof(double));
     for (size_t i = 0; i < count; i++) {
         interpolate(coarse, (*points)[i], (*fine)->y + i * STATIC_ROWS);
     }
@@ -390,8 +392,8 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         const static_point at = {.rest = rest[i],
                                  .strain_compliance = sections[i].strain_compliance,
                                  .curvature_compliance = sections[i].curvature_compliance,
-                                 .actuation = solve_actuation_at(x->rod, actuators, i, s[i],
-                                                                 static_system_load(x->system))};
+                                 .actuation =
+                                     static_system_actuation(x->system, actuators, i, s[i])};
         double y[STATIC_ROWS], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {
@@ -416,4 +418,9 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
 ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error)
 {
     return static_energy_of(x->system, x->rod, x->y, energy, error);
+}
+
+double static_tension(const static_solution *x, int tendon)
+{
+    return static_system_tensions(x->system)[tendon];
 }

@@ -21,6 +21,9 @@ void static_free(static_solution *x);
 ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
                     ad_error *error);
 
+/* Of a tendon whose length is given, by EI/L^2; 0 of others. */
+double static_tension(const static_solution *x, int tendon);
+
 ad_status static_energy(const static_solution *x, solve_energy *energy, ad_error *error);
 
 #endif

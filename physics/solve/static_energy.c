@@ -67,14 +67,15 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
 
 /* What tendons and chambers do from the unstressed rod to state y at point i, per length; takes
  * their wrench from that of the section, [ACTUATION_ROWS]. */
-static double take_actuation(const at_points *p, size_t i, const solve_rod *rod, double factor,
+static double take_actuation(const at_points *p, size_t i, const static_system *system,
                              const double *y, double *wrench)
 {
     const static_point at = {.rest = p->rest[i],
                              .strain_compliance = p->sections[i].strain_compliance,
                              .curvature_compliance = p->sections[i].curvature_compliance,
                              .actuation =
-                                 solve_actuation_at(rod, p->actuators, i, p->s[i], factor)};
+                                 static_system_actuation(system, p->actuators, i, p->s[i])};
+    solve_actuation given = at.actuation; /* a length does no work */
     double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS], pull[ACTUATION_ROWS];
     static_strains(&at, y, strains, strains + 3);
     solve_actuation_wrench(&at.actuation, strains, pull, NULL);
@@ -85,20 +86,20 @@ static double take_actuation(const at_points *p, size_t i, const solve_rod *rod,
     for (int k = 0; k < ACTUATION_ROWS; k++) {
         wrench[k] -= pull[k];
     }
-    return solve_actuation_energy(&at.actuation, rest) -
-           solve_actuation_energy(&at.actuation, strains);
+    given.tensions = NULL;
+    return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
 /* Half of the elastic force times strain, at a point; adds what actuators do to the work. */
-static double density(const at_points *p, size_t i, const solve_rod *rod, double factor,
-                      const double *y, double *work)
+static double density(const at_points *p, size_t i, const static_system *system, const double *y,
+                      double *work)
 {
     const solve_section *section = &p->sections[i];
     double wrench[ACTUATION_ROWS], sum = 0;
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
-    if (rod->actuators > 0) {
-        *work += take_actuation(p, i, rod, factor, y, wrench);
+    if (static_system_rod(system)->actuators > 0) {
+        *work += take_actuation(p, i, system, y, wrench);
     }
     for (int k = 0; k < 3; k++) {
         double force = wrench[k], moment = wrench[3 + k];
@@ -194,7 +195,7 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     for (size_t i = 0; status == AD_OK && i < p.count; i++) {
         const double *at = y + i * STATIC_ROWS;
         double done = 0;
-        energy->strain += p.weight[i] * density(&p, i, rod, static_system_load(system), at, &done);
+        energy->strain += p.weight[i] * density(&p, i, system, at, &done);
         energy->work += p.weight[i] * done;
         energy->work += is_dead_force(&p.load[i])
                             ? p.weight[i] * work_of(p.load[i].force, at, &p.unstressed[i])

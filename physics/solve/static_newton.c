@@ -1,5 +1,7 @@
 #include "physics/solve/static_newton.h"
 
+#include "physics/solve/static_tension.h"
+
 #include <kinsol/kinsol.h>
 #include <math.h>
 #include <nvector/nvector_serial.h>
@@ -17,7 +19,7 @@ struct static_newton {
     SUNLinearSolver solver;
     void *kinsol;
     N_Vector y, ones;
-    double *right, *step;
+    double *right, *step, *moved;
 };
 
 /* ---- what KINSOL calls --------------------------------------------------------------------- */
@@ -89,7 +91,8 @@ static bool allocate(static_newton *x)
     sunindextype count = (sunindextype)x->unknowns;
     x->right = malloc(x->unknowns * sizeof *x->right);
     x->step = malloc(x->unknowns * sizeof *x->step);
-    if (!x->right || !x->step || SUNContext_Create(NULL, &x->context) != 0) {
+    x->moved = malloc(x->unknowns * sizeof *x->moved);
+    if (!x->right || !x->step || !x->moved || SUNContext_Create(NULL, &x->context) != 0) {
         return false;
     }
     x->y = N_VNewEmpty_Serial(count, x->context);
@@ -148,6 +151,7 @@ void static_newton_free(static_newton *x)
         SUNContext_Free(&x->context);
         free(x->right);
         free(x->step);
+        free(x->moved);
         free(x);
     }
 }
@@ -180,8 +184,10 @@ static bool polish(static_newton *x, double *y)
     return small;
 }
 
-bool static_newton_solve(static_newton *x, double *y, long *steps)
+/* Under given tensions. */
+static bool solve_pulled(void *context, double *y, long *steps)
 {
+    static_newton *x = context;
     double size = fmax(1, largest(x->unknowns, y));
     long taken = 0;
     KINSetFuncNormTol(x->kinsol, RESIDUAL * size);
@@ -191,4 +197,20 @@ bool static_newton_solve(static_newton *x, double *y, long *steps)
     KINGetNumNonlinSolvIters(x->kinsol, &taken);
     *steps += taken + 1;
     return (status == KIN_SUCCESS || status == KIN_INITIAL_GUESS_OK) && polish(x, y);
+}
+
+static void step_pulled(void *context, const double *y, double *moved)
+{
+    static_newton *x = context;
+    static_system_residual(x->system, y, x->right);
+    static_system_solve(x->system, x->right, x->step);
+    for (size_t i = 0; i < x->unknowns; i++) {
+        moved[i] = y[i] - x->step[i];
+    }
+}
+
+bool static_newton_solve(static_newton *x, double *y, long *steps)
+{
+    const static_tension_newton given = {solve_pulled, step_pulled, x};
+    return static_tension_solve(x->system, &given, y, x->moved, steps);
 }

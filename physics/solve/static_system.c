@@ -36,10 +36,11 @@ struct static_system {
     solve_load *jump_load;     /* [jumps of the rod] at full load */
     static_jump *jumps;        /* the same, where the path is */
     static_path path;
-    double *rate;     /* [elements][stages][ROWS] */
-    jacobian *by_y;   /* [elements][stages] */
-    double *factor;   /* [elements][inner][inner], column-major */
-    int *pivots;      /* [elements][inner] */
+    double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given */
+    double *rate;                         /* [elements][stages][ROWS] */
+    jacobian *by_y;                       /* [elements][stages] */
+    double *factor;                       /* [elements][inner][inner], column-major */
+    int *pivots;                          /* [elements][inner] */
     double *by_start; /* [elements][ROWS][inner]: how the inner y follow the start */
     double *inner;    /* [elements][inner] */
     jacobian *across; /* [elements] of y beyond the edge where an element begins */
@@ -441,9 +442,22 @@ void static_system_set(static_system *x, const static_path *path)
     }
 }
 
-double static_system_load(const static_system *x)
+const solve_rod *static_system_rod(const static_system *x)
 {
-    return x->path.load;
+    return x->rod;
+}
+
+double *static_system_tensions(static_system *x)
+{
+    return x->tensions;
+}
+
+solve_actuation static_system_actuation(const static_system *x, const solve_actuator *actuators,
+                                        size_t point, double s)
+{
+    solve_actuation pulling = solve_actuation_at(x->rod, actuators, point, s, x->path.load);
+    pulling.tensions = x->tensions;
+    return pulling;
 }
 
 double static_system_imperfection(const static_system *x)
@@ -460,7 +474,7 @@ static static_point point_from(const static_system *x, double s, const solve_sec
                        .load = part_of(load, x->path.load),
                        .strain_compliance = section->strain_compliance,
                        .curvature_compliance = section->curvature_compliance,
-                       .actuation = solve_actuation_at(x->rod, actuators, 0, s, x->path.load)};
+                       .actuation = static_system_actuation(x, actuators, 0, s)};
     for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
@@ -501,6 +515,35 @@ ad_status static_system_rates(const static_system *x, size_t n, const double *s,
     free(load);
     free(actuators);
     return status;
+}
+
+static void add_length(const static_system *x, size_t point, double weight, const double *y,
+                       double *excess)
+{
+    static_point at = point_of(x, point);
+    double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS];
+    static_strains(&at, y, strains, strains + 3);
+    memcpy(rest, x->rest[point].strain, 3 * sizeof *rest);
+    memcpy(rest + 3, x->rest[point].curvature, 3 * sizeof *rest);
+    for (int i = 0; i < x->rod->actuators; i++) {
+        if (x->rod->extents[i].has_length) {
+            excess[i] += weight * (solve_actuation_length(&at.actuation, i, strains) -
+                                   solve_actuation_length(&at.actuation, i, rest));
+        }
+    }
+}
+
+void static_system_excess(const static_system *x, const double *y, double *excess)
+{
+    for (int i = 0; i < x->rod->actuators; i++) {
+        excess[i] = x->path.load * x->rod->extents[i].displacement;
+    }
+    for (int e = 0; e < x->elements; e++) {
+        for (int i = 0; i < x->stages; i++) {
+            add_length(x, (size_t)(e * x->stages + i), width(x, e) * x->rule.weights[i],
+                       y + edge(x, e) + (i + 1) * ROWS, excess);
+        }
+    }
 }
 
 /* ---- single places ------------------------------------------------------------------------- */

@@ -47,8 +47,20 @@ int static_system_jump(const static_system *x, int edge);
 void static_system_start(const static_system *x, const double *y, int element, double *start);
 
 void static_system_set(static_system *x, const static_path *path);
-double static_system_load(const static_system *x);         /* of that path */
-double static_system_imperfection(const static_system *x); /* the same */
+double static_system_imperfection(const static_system *x); /* of that path */
+
+const solve_rod *static_system_rod(const static_system *x);
+
+/* Tensions [SOLVE_ACTUATORS_MAX] of tendons whose length is given, by EI/L^2; 0 at first. */
+double *static_system_tensions(static_system *x);
+
+/* Of the `point`th of actuators [..][those of the rod], at s, where the path is. */
+solve_actuation static_system_actuation(const static_system *x, const solve_actuator *actuators,
+                                        size_t point, double s);
+
+/* excess [actuators of the rod]: by how much a tendon whose length is given is longer at y, 0 of
+ * the others. */
+void static_system_excess(const static_system *x, const double *y, double *excess);
 
 /* Left minus right sides [unknowns]: conditions at s = 0, equations of each element, conditions at
  * s = 1. */

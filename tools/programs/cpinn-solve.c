@@ -191,6 +191,19 @@ static void print_reference(const solving *x)
     cli_print_error("rotation, largest", errors->rotation_max, " rad");
 }
 
+/* What was found of tendons whose displacement is given. */
+static void print_tensions(const solving *x)
+{
+    for (int i = 0; i < x->scene->tendon_count; i++) {
+        if (x->scene->tendons[i].displacement.is_given) {
+            char name[32];
+            snprintf(name, sizeof name, "tendons[%d].tension", i);
+            double tension = solution_tension(x->solved, i);
+            printf("  %-24s %.9g N%s\n", name, tension, tension > 0 ? "" : ", slack");
+        }
+    }
+}
+
 /* Prints the energy at the end of the motion, or at rest. */
 static ad_status print_energy(const solving *x, ad_error *error)
 {
@@ -240,6 +253,7 @@ static ad_status print_report(solving *x, ad_error *error)
         printf(" %.15g", tip[i]);
     }
     puts(" m");
+    print_tensions(x);
     status = scene_is_beam(x->scene) ? AD_OK : print_energy(x, error);
     verdict_print(stdout, "", &x->verdict);
     if (status == AD_OK && x->known) {

@@ -1,0 +1,179 @@
+#include "physics/solve/static_tension.h"
+
+#include "autodiff/dense.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MOST = SCENE_TENDONS_MAX, STEPS_MAX = 40 };
+
+/* Tensions, by EI/L^2, whose change lengths are differentiated with. */
+static const double CHANGE = 1e-5;
+
+/* The tendons of a system whose tensions are sought. */
+typedef struct tensions {
+    static_system *system;
+    int count, which[MOST]; /* of the rod's actuators */
+    double *all;            /* of the system */
+} tensions;
+
+static tensions tensions_of(static_system *system)
+{
+    const solve_rod *rod = static_system_rod(system);
+    tensions t = {.system = system, .all = static_system_tensions(system)};
+    for (int i = 0; i < rod->actuators; i++) {
+        if (rod->extents[i].has_length) {
+            t.which[t.count++] = i;
+        }
+    }
+    return t;
+}
+
+/* excess [count]: by how much each is longer than it may be. */
+static void measure(const tensions *t, const double *y, double *excess)
+{
+    double all[SOLVE_ACTUATORS_MAX];
+    static_system_excess(t->system, y, all);
+    for (int i = 0; i < t->count; i++) {
+        excess[i] = all[t->which[i]];
+    }
+}
+
+/* shorter [count][count]: by how much tendon i becomes shorter with tension j. */
+static void differentiate(const tensions *t, const static_tension_newton *newton, const double *y,
+                          const double *excess, double *moved, double (*shorter)[MOST])
+{
+    double changed[MOST];
+    for (int j = 0; j < t->count; j++) {
+        double *tension = &t->all[t->which[j]], before = *tension;
+        *tension += CHANGE;
+        newton->step(newton->context, y, moved);
+        measure(t, moved, changed);
+        *tension = before;
+        for (int i = 0; i < t->count; i++) {
+            shorter[i][j] = (excess[i] - changed[i]) / CHANGE;
+        }
+    }
+}
+
+/* x [count] of those that are taut: shorter x = excess there, 0 elsewhere; false: singular. */
+static bool pull_taut(int count, const bool *taut, double (*shorter)[MOST], const double *excess,
+                      double *x)
+{
+    double matrix[MOST * MOST], right[MOST];
+    int pivots[MOST], rows[MOST], n = 0;
+    for (int i = 0; i < count; i++) {
+        x[i] = 0;
+        if (taut[i]) {
+            rows[n++] = i;
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            matrix[j * n + i] = shorter[rows[i]][rows[j]];
+        }
+        right[i] = excess[rows[i]];
+    }
+    if (n > 0 && ad_dense_lu((size_t)n, matrix, pivots) != 0) {
+        return false;
+    }
+    if (n > 0) {
+        ad_dense_lu_solve((size_t)n, 1, matrix, pivots, right);
+    }
+    for (int i = 0; i < n; i++) {
+        x[rows[i]] = right[i];
+    }
+    return true;
+}
+
+/* Tensions x >= 0 [count] of the linear model excess - shorter x, of which no tendon with tension
+ * is slack and none without is too long: by active sets (Lawson and Hanson 1974, ch. 23). `excess`
+ * is that of no tension. */
+static bool complement(int count, double (*shorter)[MOST], const double *excess, double *x)
+{
+    bool taut[MOST] = {false};
+    memset(x, 0, (size_t)count * sizeof *x);
+    for (int round = 0; round < 4 * MOST; round++) {
+        int longest = -1;
+        double most = 1e-13; /* of a length */
+        for (int i = 0; i < count; i++) {
+            double left = excess[i];
+            for (int j = 0; j < count; j++) {
+                left -= shorter[i][j] * x[j];
+            }
+            if (!taut[i] && left > most) {
+                longest = i;
+                most = left;
+            }
+        }
+        if (longest < 0) {
+            return true;
+        }
+        taut[longest] = true;
+        for (bool pushes = true; pushes;) {
+            double wanted[MOST], share = 1;
+            if (!pull_taut(count, taut, shorter, excess, wanted)) {
+                return false;
+            }
+            pushes = false;
+            for (int i = 0; i < count; i++) {
+                if (taut[i] && !(wanted[i] > 0)) {
+                    pushes = true;
+                    share = fmin(share, x[i] / (x[i] - wanted[i]));
+                }
+            }
+            for (int i = 0; i < count; i++) {
+                x[i] += share * (wanted[i] - x[i]);
+                taut[i] = taut[i] && (!pushes || x[i] > 1e-14 * fabs(wanted[i]));
+            }
+        }
+    }
+    return false;
+}
+
+/* One step of the tensions; its size over theirs, NaN: none. */
+static double improve(const tensions *t, const static_tension_newton *newton, const double *y,
+                      double *moved)
+{
+    double excess[MOST], shorter[MOST][MOST], x[MOST], change = 0, size = 1;
+    measure(t, y, excess);
+    differentiate(t, newton, y, excess, moved, shorter);
+    for (int i = 0; i < t->count; i++) {
+        for (int j = 0; j < t->count; j++) {
+            excess[i] += shorter[i][j] * t->all[t->which[j]];
+        }
+    }
+    if (!complement(t->count, shorter, excess, x)) {
+        return NAN;
+    }
+    for (int i = 0; i < t->count; i++) {
+        double *tension = &t->all[t->which[i]];
+        change = fmax(change, fabs(x[i] - *tension));
+        size = fmax(size, fabs(x[i]));
+        *tension = x[i];
+    }
+    return change / size;
+}
+
+bool static_tension_solve(static_system *system, const static_tension_newton *newton, double *y,
+                          double *moved, long *steps)
+{
+    static const double small = 1e-12;
+    tensions t = tensions_of(system);
+    double before[SOLVE_ACTUATORS_MAX], last = INFINITY;
+    memcpy(before, t.all, sizeof before);
+    bool solved = newton->solve(newton->context, y, steps);
+    for (int i = 0; i < STEPS_MAX && solved && t.count > 0; i++) {
+        double change = improve(&t, newton, y, moved);
+        solved = isfinite(change) && newton->solve(newton->context, y, steps);
+        if (solved && (change <= small || (change < 1e-9 && change >= last))) {
+            return true; /* or rounding does not let it fall any more */
+        }
+        last = change;
+    }
+    if (t.count > 0) {
+        memcpy(t.all, before, sizeof before);
+        return false;
+    }
+    return solved;
+}
