@@ -74,8 +74,13 @@ static solution_path *path_of(const static_trace *trace, double length)
 /* NULL: a scene that has a path. */
 static const char *refusal(const scene *rod_scene, const solve_settings *settings)
 {
+    bool lengths = false;
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        lengths = lengths || rod_scene->tendons[i].displacement.is_given;
+    }
     return scene_is_beam(rod_scene)      ? "a beam of small deflection is linear"
            : scene_is_dynamic(rod_scene) ? "the scene is a motion"
+           : lengths                     ? "a tendon has a displacement; give its tension"
            : settings->perturbation != 0
                ? "a perturbation is given; allowed: a branch, which leaves at a bifurcation"
                : NULL;
@@ -99,8 +104,8 @@ ad_status solution_path_create(const scene *rod_scene, const solve_settings *set
         status = static_path_shape(rod, settings, &shape, error);
     }
     if (status == AD_OK) {
-        status = static_trace_create(rod, settings, &shape, TRACE_WHOLE, &trace, &end, &report,
-                                     error);
+        status =
+            static_trace_create(rod, settings, &shape, TRACE_WHOLE, &trace, &end, &report, error);
     }
     if (status == AD_OK && !trace) {
         status = ad_fail(error, AD_BAD_ARGUMENT,

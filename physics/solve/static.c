@@ -285,10 +285,12 @@ static bool leads_elsewhere(const static_solution *x, const static_solution *end
 static ad_status trace(static_solution **x, const solve_settings *settings, path_shape *path,
                        trace_goal goal, solve_report *report, ad_error *error)
 {
-    static_trace *way;
-    static_solution *end;
-    ad_status status =
-        static_trace_create((*x)->rod, settings, path, goal, &way, &end, report, error);
+    static_trace *way = NULL;
+    static_solution *end = NULL;
+    ad_status status = AD_OK;
+    if ((*x)->rod->lengths == 0) { /* tensions that are sought have no arc length */
+        status = static_trace_create((*x)->rod, settings, path, goal, &way, &end, report, error);
+    }
     if (status == AD_OK && way) {
         static_trace_report(way, report);
     } else if (status == AD_OK && settings->branch > 0) {
