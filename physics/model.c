@@ -1,7 +1,6 @@
 #include "physics/model.h"
 
 #include "physics/beam.h"
-#include "physics/breaks.h"
 #include "physics/relay.h"
 
 #include <stdio.h>
@@ -210,51 +209,6 @@ static void add_scene_terms(physics_model *m, const rod_weights *weights)
                            &m->scene_terms[kind]);
         }
     }
-}
-
-/* Pieces along s, which the displacement form has not. */
-static ad_status divide_length(const scene *scene, domain *d, ad_error *error)
-{
-    scene_breaks breaks;
-    if (scene->formulation != SCENE_MIXED) {
-        return AD_OK;
-    }
-    ad_status status = scene_breaks_of(scene, "s", &breaks, error);
-    if (status == AD_OK && breaks.count > 0 && breaks.count < DOMAIN_PIECES_MAX) {
-        d->pieces = breaks.count + 1;
-        d->edge[0] = d->coordinates[0].low;
-        for (int i = 0; i < breaks.count; i++) {
-            d->edge[i + 1] = breaks.place[i] / d->coordinates[0].scale;
-        }
-        d->edge[d->pieces] = d->coordinates[0].high;
-    }
-    return status;
-}
-
-static ad_status divide_time(const scene *scene, domain *d, ad_error *error)
-{
-    scene_breaks breaks;
-    if (d->windows <= 1) {
-        return AD_OK;
-    }
-    ad_status status = scene_breaks_of(scene, "t", &breaks, error);
-    for (int i = 0; status == AD_OK && i < breaks.count; i++) {
-        breaks.place[i] /= d->coordinates[d->time].scale;
-    }
-    if (status == AD_OK) {
-        domain_divide_time(d, breaks.count, breaks.place);
-    }
-    return status;
-}
-
-ad_status model_domain_of(const scene *scene, domain *d, ad_error *error)
-{
-    *d = rod_domain_of(scene);
-    if (scene_is_manufactured(scene)) {
-        return AD_OK;
-    }
-    ad_status status = divide_length(scene, d, error);
-    return status == AD_OK ? divide_time(scene, d, error) : status;
 }
 
 ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics_model **result,

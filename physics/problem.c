@@ -72,6 +72,17 @@ static void clear_sets(problem *p)
     p->derivatives[0] = '\0';
 }
 
+static ad_status make_panels(problem *p, ad_error *error)
+{
+    const scene *of = &p->model->scene;
+    if (!p->model->has_scene || scene_is_manufactured(of)) {
+        return AD_OK;
+    }
+    ad_status status = scene_panels_of(of, "s", &p->panels[0], error);
+    return status == AD_OK && scene_is_dynamic(of) ? scene_panels_of(of, "t", &p->panels[1], error)
+                                                   : status;
+}
+
 ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
                          const problem_settings *settings, uint64_t seed, ad_pool *pool,
                          problem **result, ad_error *error)
@@ -96,8 +107,9 @@ ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
     p->parameters = nn_mlp_parameters(mlp);
     p->scratch = malloc((p->parameters + 1) * sizeof *p->scratch);
     ad_status status = p->scratch && problem_weights_create(p)
-                           ? problem_enter(p, 0, NULL, error)
+                           ? make_panels(p, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a problem");
+    status = status == AD_OK ? problem_enter(p, 0, NULL, error) : status;
     if (status != AD_OK) {
         problem_free(p);
         return status;
@@ -163,6 +175,8 @@ void problem_free(problem *p)
         return;
     }
     clear_sets(p);
+    scene_panels_free(&p->panels[0]);
+    scene_panels_free(&p->panels[1]);
     free(p->scratch);
     free(p->pair);
     problem_weights_free(p);
@@ -189,6 +203,11 @@ const char *problem_term_name(const problem *p, int term)
 double problem_term_weight(const problem *p, int term)
 {
     return p->terms[term]->weight;
+}
+
+const char *problem_unresolved(const problem *p)
+{
+    return p->panels[0].unresolved ? p->panels[0].unresolved : p->panels[1].unresolved;
 }
 
 const double *problem_losses(const problem *p)

@@ -53,7 +53,7 @@ typedef struct problem_settings {
     problem_points interior; /* sets of all of the domain */
     problem_points boundary; /* sets on faces, where the ansatz leaves conditions open */
     problem_points initial;  /* the face where time begins, soft enforcement */
-    int held_out_points;     /* per set, never trained on */
+    int held_out_points;     /* per set, never trained on; others lie in short panels */
 
     int causal_slices; /* of time; 0: no causal weighting */
     int causal_epsilon_count;
@@ -147,8 +147,13 @@ const double *problem_losses(const problem *p);
 ad_status problem_evaluate_term(problem *p, int term, const double *x, double *loss,
                                 double *gradient, ad_error *error);
 
+/* The key of a formula of the scene that jumps in places that are not found, or varies on lengths
+ * that no panel follows (physics/breaks.h); NULL: there is none. */
+const char *problem_unresolved(const problem *p);
+
 /* The loss on the points never trained on, by the weights of the settings alone; terms
- * [problem_terms] may be NULL. */
+ * [problem_terms] may be NULL. Some of these points lie wherever formulas of the scene vary on
+ * short lengths, so that nothing is overlooked that falls between points. */
 ad_status problem_held_out(problem *p, const double *x, double *loss, double *terms,
                            ad_error *error);
 

@@ -2,6 +2,7 @@
 #ifndef PHYSICS_PROBLEM_INTERNAL_H
 #define PHYSICS_PROBLEM_INTERNAL_H
 
+#include "physics/breaks.h"
 #include "physics/problem.h"
 
 enum {
@@ -79,6 +80,7 @@ struct problem {
     double balance_updates;        /* so far */
     problem_compilations compiled;
     char derivatives[160];
+    scene_panels panels[2]; /* of a scene, along s and t; none: no edges */
 };
 
 bool problem_all_finite(const double *x, size_t count);

@@ -118,6 +118,71 @@ const problem_points *problem_points_of(const problem *p, const problem_set *set
                                                  : &p->settings.boundary;
 }
 
+/* ---- points in short panels ---- */
+
+enum { PANEL_POINTS = 3, PANEL_OTHERS = 4 }; /* in each, and for each of these of the other */
+
+/* A panel along s or t that is a small part of the range, within the window at work. */
+static bool short_panel(const problem *p, int coordinate, int panel, double *low, double *high)
+{
+    static const double SHORT = 1.0 / 32;
+    const domain *d = &p->model->domain;
+    const scene_panels *panels = &p->panels[coordinate];
+    double scale = d->coordinates[coordinate].scale, all = d->coordinates[coordinate].high;
+    *low = panels->edges[panel] / scale;
+    *high = panels->edges[panel + 1] / scale;
+    if (coordinate == d->time) {
+        *low = fmax(*low, domain_window_time(d, p->window));
+        *high = fmin(*high, domain_window_time(d, p->window + 1));
+        all = domain_window_time(d, p->window + 1) - domain_window_time(d, p->window);
+    }
+    return *high > *low && *high - *low < SHORT * all;
+}
+
+/* Points of the two coordinates of a scene, or of one; appended to [coordinates][room] if x is not
+ * NULL; returns how many. Of the other coordinate they take the places of the cloud in turn. */
+static size_t panel_points(const problem *p, const problem_cloud *from, size_t room, double *x)
+{
+    size_t count = 0;
+    int coordinates = p->model->domain.count;
+    for (int i = 0; i < coordinates && p->panels[i].edges; i++) {
+        for (int panel = 0; panel < p->panels[i].count; panel++) {
+            double low, high;
+            int points = PANEL_POINTS * (coordinates > 1 ? PANEL_OTHERS : 1);
+            for (int k = 0; k < points && short_panel(p, i, panel, &low, &high); k++, count++) {
+                for (int j = 0; x && j < coordinates; j++) {
+                    size_t other = count % from->count;
+                    x[(size_t)j * room + count] =
+                        j == i ? low + (high - low) * (k % PANEL_POINTS + 0.5) / PANEL_POINTS
+                               : from->x[(size_t)j * from->count + other];
+                }
+            }
+        }
+    }
+    return count;
+}
+
+/* Held-out points also where formulas vary on short lengths. */
+static ad_status cloud_extend(const problem *p, problem_cloud *cloud, ad_error *error)
+{
+    size_t more = panel_points(p, cloud, 0, NULL), room = cloud->count + more;
+    size_t coordinates = (size_t)p->model->domain.count;
+    if (more == 0) {
+        return AD_OK;
+    }
+    double *x = malloc(coordinates * room * sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", room);
+    }
+    for (size_t i = 0; i < coordinates; i++) {
+        memcpy(x + i * room, cloud->x + i * cloud->count, cloud->count * sizeof *x);
+    }
+    panel_points(p, cloud, room, x + cloud->count);
+    free(cloud->x);
+    *cloud = (problem_cloud){x, room};
+    return AD_OK;
+}
+
 /* Every set has a generator of its own, and its held-out points another. */
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 {
@@ -132,6 +197,9 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
         cloud_make(p, set, &set->trained, problem_points_of(p, set), &set->rng, error);
     if (status == AD_OK) {
         status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+    }
+    if (status == AD_OK && set->about->points == MODEL_INTERIOR) {
+        status = cloud_extend(p, &set->held_out, error);
     }
     problem_set_refresh(set);
     return status == AD_OK ? problem_set_weigh_points(p, set, error) : status;
