@@ -1,5 +1,6 @@
 #include "physics/plausible.h"
 
+#include "physics/constants.h"
 #include "physics/rod.h"
 #include "physics/scene_field.h"
 
@@ -170,6 +171,19 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
     }
 }
 
+/* A quaternion is the same for a turn and for what is left to a whole one. */
+static void check_turn(scene_warnings *all, const scene *rod_scene)
+{
+    double turn[3];
+    if (rod_turn_is_doubtful(rod_scene, turn)) {
+        double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+        warn(all,
+             "boundary.end.rotation: is taken as a turn of %.4g degrees about (%.3g, %.3g, %.3g); "
+             "rotation_vector says others",
+             size * 180 / PI, turn[0] / size, turn[1] / size, turn[2] / size);
+    }
+}
+
 scene_warnings scene_implausible(const scene *rod_scene)
 {
     scene_warnings all = {.count = 0};
@@ -185,6 +199,7 @@ scene_warnings scene_implausible(const scene *rod_scene)
     if (!scene_is_beam(rod_scene)) {
         check_loads(&all, rod_scene);
         check_actuators(&all, rod_scene);
+        check_turn(&all, rod_scene);
     }
     return all;
 }

@@ -124,6 +124,12 @@ typedef struct rod_plane {
 
 rod_plane rod_plane_of(const scene *scene);
 
+/* Whether the quaternion of the end s = length may as well mean another turn than the shorter one
+ * that it is taken for: half a turn or so, or a quaternion written for the longer way. turn: that
+ * shorter one from where the unstressed rod ends, a rotation vector in the world's axes. Of rods at
+ * rest with both rotations held; of others false. */
+bool rod_turn_is_doubtful(const scene *scene, double turn[3]);
+
 /* Whether the numbers of the scene are within reach, and the motion that it asks for is possible;
  * and whether held ends agree with the initial state in value and velocity where both are hard: if
  * not, the ansatz would shift the whole initial state. AD_BAD_INPUT: `key` (may be NULL) receives

@@ -396,6 +396,58 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     }
 }
 
+/* A turn by more than this, by the shorter way, may as well be meant the other way round. */
+static const double SHAPE_DOUBT = 2.967; /* rad, 170 degrees */
+
+static void product(const double p[4], const double q[4], double result[4])
+{
+    double side[3];
+    cross(side, p + 1, q + 1);
+    result[0] = p[0] * q[0] - p[1] * q[1] - p[2] * q[2] - p[3] * q[3];
+    for (int i = 1; i < 4; i++) {
+        result[i] = p[0] * q[i] + q[0] * p[i] + side[i - 1];
+    }
+}
+
+bool rod_turn_is_doubtful(const scene *rod_scene, double turn[3])
+{
+    double held[2][4], rest[4], back[4], q[4];
+    const scene_end *ends[2] = {&rod_scene->start, &rod_scene->end};
+    shape made;
+    if (scene_is_beam(rod_scene) || scene_is_dynamic(rod_scene) ||
+        scene_is_manufactured(rod_scene)) {
+        return false;
+    }
+    for (int i = 0; i < 2; i++) {
+        double square = 0;
+        for (int k = 0; k < 4; k++) {
+            quantity given = quantity_or(ends[i]->rotation[k], quantity_number(k == 0));
+            held[i][k] = quantity_value(given, 0, 0);
+            square += held[i][k] * held[i][k];
+        }
+        for (int k = 0; k < 4; k++) {
+            held[i][k] /= sqrt(square);
+        }
+        if (!scene_end_holds_rotation(ends[i]->type)) {
+            return false;
+        }
+    }
+    shape_make(rod_scene, &made);
+    product(held[0], made.end.q, rest);
+    for (int k = 1; k < 4; k++) {
+        rest[k] = -rest[k];
+    }
+    memcpy(back, rest, sizeof back);
+    product(held[1], back, q);
+    double size = sqrt(q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    double angle = 2 * atan2(size, fabs(q[0])), sign = q[0] < 0 ? -1 : 1;
+    for (int i = 0; i < 3; i++) {
+        turn[i] = size > 0 ? sign * angle * q[i + 1] / size + 0.0 : 0;
+    }
+    bool round = size < 1e-9; /* -1: a whole turn, or none */
+    return ends[1]->rotation[0].is_given && !round && (q[0] < 0 || angle > SHAPE_DOUBT);
+}
+
 /* Relative to the anchor's pose (r_e, q_e) at t = 0, with p = q_e q(e)^-1:
  * q(s) = p q(s), r(s) = r_e + R(p) (r(s) - r(e)). */
 rod_pose rod_undeformed(const rod_context *rod, ad_value s)

@@ -341,6 +341,13 @@ static bool resists_spin(const scene *rod_scene)
     for (int i = 0; i < 3; i++) {
         moment[i] = g[(i + 1) % 3] * chord[(i + 2) % 3] - g[(i + 2) % 3] * chord[(i + 1) % 3];
     }
+    for (int i = 0; i < rod_scene->point_count; i++) {
+        const scene_load *load = &rod_scene->points[i].load;
+        if (load->frame == SCENE_DEAD &&
+            (quantity_any_something(3, load->force) || quantity_any_something(3, load->moment))) {
+            return true;
+        }
+    }
     return norm(moment) > 1e-9 * norm(g) * norm(chord) ||
            (dead &&
             (quantity_any_something(3, loads->force) || quantity_any_something(3, loads->moment)));

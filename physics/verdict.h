@@ -32,6 +32,8 @@ extern "C" {
     X(VERDICT_NONE, "none", VERDICT_SOLVED, "nothing to remark")                                   \
     X(VERDICT_SEVERAL_EQUILIBRIA, "several_equilibria", VERDICT_SOLVED,                            \
       "the rod is pushed from both ends, so that other equilibria may exist")                      \
+    X(VERDICT_END_TURN, "end_turn", VERDICT_SOLVED,                                                \
+      "a held end is turned so far that another way round may be meant")                           \
     X(VERDICT_REFERENCE_TOO_COARSE, "reference_too_coarse", VERDICT_SOLVED,                        \
       "the error measured is below the error of the reference itself")                             \
     X(VERDICT_SNAPPED, "snapped", VERDICT_WARNING,                                                 \

@@ -1,3 +1,4 @@
+#include "physics/constants.h"
 #include "physics/rod.h"
 #include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
@@ -36,9 +37,8 @@ static void judge_energy(const scene *rod_scene, const solve_settings *settings,
 {
     rod_numbers n = rod_numbers_of(rod_scene);
     double share = fmin(ALLOWED_MISMATCH * settings->tolerance, ALLOWED_AT_MOST);
-    double loads =
-        n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment + n.weight +
-        n.point_force + n.point_moment + n.actuation;
+    double loads = n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment +
+                   n.weight + n.point_force + n.point_moment + n.actuation;
     double limit = fmin(share * (report->energy + loads) + share * share,
                         ALLOWED_AT_MOST * report->energy + ROUNDING_ENERGY);
     if (!(report->energy_mismatch * report->energy <= limit)) {
@@ -138,6 +138,15 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
     }
     if (moves && !beam) {
         judge_energy(rod_scene, settings, report, result);
+    }
+    double turn[3];
+    if (rod_turn_is_doubtful(rod_scene, turn)) {
+        double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);
+        verdict_add(result, VERDICT_END_TURN,
+                    "boundary.end.rotation is taken as a turn of %.4g degrees about (%.3g, %.3g, "
+                    "%.3g) from where the unstressed rod ends; for another way round give "
+                    "boundary.end.rotation_vector",
+                    size * 180 / PI, turn[0] / size, turn[1] / size, turn[2] / size);
     }
     int modes = unstable_modes(x, rod_scene);
     if (modes > 0) {

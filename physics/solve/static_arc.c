@@ -209,16 +209,19 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
     return false;
 }
 
-bool static_arc_tangent(static_arc *x, const double *forward, arc_place *place)
+/* From the last factors. */
+static bool set_tangent(static_arc *x, const double *forward, arc_place *place)
 {
-    if (!factor(x, place->at)) {
-        return false;
-    }
     double size = sqrt(static_arc_product(x, x->first, x->first));
     double side = static_arc_product(x, x->first, forward) < 0 ? -1 : 1;
     memcpy(place->tangent, x->first, (x->unknowns + 1) * sizeof *x->first);
     scale(x->unknowns + 1, side / size, place->tangent);
     return isfinite(size);
+}
+
+bool static_arc_tangent(static_arc *x, const double *forward, arc_place *place)
+{
+    return factor(x, place->at) && set_tangent(x, forward, place);
 }
 
 bool static_arc_step(static_arc *x, const arc_place *before, double distance, const arc_place *from,
@@ -241,7 +244,7 @@ bool static_arc_step(static_arc *x, const arc_place *before, double distance, co
         return false;
     }
     *off = static_arc_distance(x, to->at, guess);
-    return static_arc_tangent(x, from->tangent, to);
+    return set_tangent(x, from->tangent, to); /* the last step was too short to matter */
 }
 
 /* ---- where paths cross --------------------------------------------------------------------- */

@@ -183,11 +183,12 @@ static bool locate(tracer *x, trace_test test, double a, double b, double small,
         return false;
     }
     while (root->count < ROOT_STEPS && fabs(value) > small * size && fabs(b - a) > 1e-15) {
-        double c = (a * at_b - b * at_a) / (at_b - at_a);
-        value = test_at(x, test, c, root);
-        if (!isfinite(value)) {
+        double c = (a * at_b - b * at_a) / (at_b - at_a), found = test_at(x, test, c, root);
+        if (!isfinite(found)) { /* too near to where other paths cross: back to the last */
+            test_at(x, test, root->length, &(trace_root){.count = 0});
             break;
         }
+        value = found;
         root->length = c;
         if (value * at_b < 0) {
             a = b;
@@ -205,7 +206,7 @@ static bool locate(tracer *x, trace_test test, double a, double b, double small,
 static ad_status mark_limit(tracer *x, double length, ad_error *error)
 {
     trace_root root = {.count = 0};
-    if (!locate(x, test_limit, 0, length, 1e-7, &root)) {
+    if (!locate(x, test_limit, 0, length, 1e-5, &root)) {
         return AD_OK;
     }
     x->turned = true;
