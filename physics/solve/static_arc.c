@@ -6,8 +6,8 @@
 
 enum { NEWTON_MAX = 12, INVERSE_STEPS = 12 };
 
-/* Relative to the largest unknown: steps converge quadratically, so that the one after it is
- * rounding. */
+/* Of positions and quaternions, and of all relative to the largest: steps converge quadratically,
+ * so that the one after it is rounding. */
 static const double CONVERGED = 1e-7;
 
 /* Of the load, for derivatives by it, which are exact where the load enters linearly. Newton's
@@ -112,6 +112,18 @@ double static_arc_distance(const static_arc *x, const double *a, const double *b
     return result;
 }
 
+/* Largest entry of position and quaternion. */
+static double largest_move(const static_arc *x, const double *step)
+{
+    double result = 0;
+    for (size_t k = 0; k < x->unknowns; k++) {
+        bool moves = k % STATIC_ROWS < STATIC_N;
+        double size = moves ? fabs(step[k]) : 0;
+        result = size <= result ? result : size;
+    }
+    return result;
+}
+
 static double largest(size_t count, const double *x)
 {
     double result = 0;
@@ -197,14 +209,14 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
         }
         add(n + 1, at, -1, x->second, at);
         ++*steps;
-        double size = largest(n + 1, x->second) / fmax(1, largest(n, at));
-        if (size <= CONVERGED) {
+        double moved = fmax(largest_move(x, x->second), fabs(x->second[n]));
+        if (moved <= CONVERGED && largest(n, x->second) <= CONVERGED * fmax(1, largest(n, at))) {
             return true;
         }
-        if (!(size <= 2 * before)) {
+        if (!(moved <= 2 * before)) { /* forces of stiff rods may go far astray, and come back */
             return false;
         }
-        before = size;
+        before = moved;
     }
     return false;
 }
