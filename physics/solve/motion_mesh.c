@@ -111,7 +111,9 @@ static ad_status find_frequency(motion *m, double *frequency, ad_error *error)
     status = status == AD_OK ? motion_fastest_at_start(f, frequency, error) : status;
     motion_fastest_free(f);
     return status == AD_OK && !isfinite(*frequency)
-               ? ad_fail(error, AD_NOT_FINITE, "accelerations at t = 0 are not finite numbers")
+               ? ad_fail(error, AD_NOT_FINITE,
+                         "accelerations are not finite at t = 0 s; a load, an end or the rest "
+                         "shape is not finite there")
                : status;
 }
 
