@@ -131,6 +131,11 @@ static void finish(training *t)
     trainer_info info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    double estimate = trainer_estimate(t->s.trainer);
+    if (isfinite(estimate)) {
+        progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
+                     scene_is_beam(t->s.e->scene) ? "deflection" : "length");
+    }
     problem_compilations compiled = problem_compiled(t->s.problem);
     progress_say(&t->progress,
                  "of which the equations took %.3f s to be recorded and compiled (%d)",
@@ -255,6 +260,7 @@ static ad_status write_json(const training *t, ad_error *error)
         json_integer(&to, "threads", ad_pool_threads(t->s.e->pool));
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
+        json_number(&to, "estimate", trainer_estimate(t->s.trainer));
         report_reference(&to, t->s.known, &info.errors);
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

@@ -81,10 +81,16 @@ const history *trainer_history(const trainer *t);
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
 
+/* The error to expect of the position over the length, or of a beam's deflection over its scale,
+ * from residuals at points never trained on; NaN of networks for which that was not measured: with
+ * hidden layers, of the displacement form, of physics of one's own. */
+double trainer_estimate(const trainer *t);
+
 /* The verdict on training as it stands, worst reason first: unfinished; or, of training that is
  * over, that the network interpolates its points, that residuals are still large, in whichever
- * window they are largest, and that a shape at rest is not stable. And the remark that errors are
- * below that of the reference. */
+ * window they are largest, that the estimated error is, that the scene has jumps that are not
+ * known, and that a shape at rest is not stable. And the remark that errors are below that of the
+ * reference. */
 void trainer_verdict(const trainer *t, verdict *result);
 
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or

@@ -82,6 +82,41 @@ int trainer_unstable_modes(const trainer *t)
     return modes;
 }
 
+/* The error of the position over the length, or of a deflection over its scale, per root of the
+ * held-out loss with which the worst window ended, for networks without hidden layers in mixed
+ * form. The largest that was measured, of some 120 scenes with and without jumps at rest, smooth
+ * ones being twenty times as good, and of steps, blows and ramps of a cantilever in motion, by 12
+ * to 96 windows; not of equilibria that are nearly unstable. */
+static const double AT_REST = 0.02, IN_MOTION = 0.05;
+
+/* What networks that are solved do not exceed at rest; a motion has waves without end. */
+static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3;
+
+double trainer_estimate(const trainer *t)
+{
+    int window = 0;
+    const scene *rod_scene = t->e->scene;
+    bool measured = t->e->model->has_scene && t->e->settings->network.hidden_count == 0 &&
+                    rod_scene->formulation == SCENE_MIXED;
+    double per_root = scene_is_dynamic(rod_scene) ? IN_MOTION : AT_REST;
+    return measured && t->history.count > 0 ? per_root * sqrt(worst_held_out(t, &window)) : NAN;
+}
+
+static void judge_estimate(const trainer *t, verdict *result)
+{
+    bool moves = scene_is_dynamic(t->e->scene);
+    double bound = moves ? BOUND_IN_MOTION : BOUND_AT_REST, estimate = trainer_estimate(t);
+    if (estimate > bound) {
+        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "estimated error %.2g of the %s, above %.2g, by residuals at points never "
+                    "trained on; try %s",
+                    estimate, scene_is_beam(t->e->scene) ? "deflection" : "length", bound,
+                    moves ? "more time.windows, or a larger network.fourier.wavenumber with more "
+                            "features"
+                          : "more network.fourier.features");
+    }
+}
+
 static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
@@ -116,6 +151,14 @@ void trainer_verdict(const trainer *t, verdict *result)
                     info->held_out_ratio);
     }
     judge_held_out(t, result);
+    judge_estimate(t, result);
+    if (problem_unresolved(t->problem)) {
+        verdict_add(result, VERDICT_UNRESOLVED,
+                    "%s jumps in more places than are found, or along a curve of s and t, or "
+                    "varies on lengths that no pieces follow: residuals may be large where none "
+                    "was computed; try fewer jumps, or a smoother formula",
+                    problem_unresolved(t->problem));
+    }
     int modes = trainer_unstable_modes(t);
     if (modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,
