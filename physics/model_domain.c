@@ -30,7 +30,8 @@ typedef struct dividing {
     quantity_interval counts[FORMULAS_MAX]; /* where along the rod */
     double size[FORMULAS_MAX];
     const scene_panels *panels;
-    int pieces, most;
+    int pieces, most; /* so far, and with those that are `to_come` */
+    int to_come;
     double edges[DOMAIN_PIECES_MAX + 1]; /* m */
 } dividing;
 
@@ -145,10 +146,12 @@ static bool has_short(const dividing *in, int first, int last)
 /* Halved as long as it does not fit, between panels: where panels are short, so are the pieces. */
 static void divide(dividing *in, int first, int last)
 {
-    bool may = in->pieces + 1 < in->most && last - first > 1;
+    bool may = in->pieces + in->to_come + 2 <= in->most && last - first > 1;
     if (may && (in->duration == 0 || has_short(in, first, last)) && !fits(in, first, last)) {
         int middle = first + (last - first) / 2;
+        in->to_come++;
         divide(in, first, middle);
+        in->to_come--;
         divide(in, middle, last);
         return;
     }
