@@ -19,6 +19,20 @@ struct dynamic_solution {
     solve_energy *energies; /* [given] */
 };
 
+/* What refining has reached. */
+typedef struct refined {
+    const solve_rod *rod;
+    solve_quadrature *places;
+    double lock, of_loads; /* what meshes may miss of them */
+    size_t count;
+    const double *times; /* [count] */
+    int intervals;
+    motion_steps by;
+    dynamic_solution *best;
+    double distance; /* between the last two */
+    double total;    /* work of all */
+} refined;
+
 /* ---- a solution on one mesh ---------------------------------------------------------------- */
 
 void dynamic_free(dynamic_solution *x)
@@ -82,17 +96,16 @@ static void place_times(dynamic_solution *x, const double *times)
 }
 
 /* Memory for a solution on a mesh of at least so many intervals. */
-static ad_status create(const solve_rod *rod, const motion_places *places, double lock,
-                        int intervals, size_t count, const double *times, dynamic_solution **result,
-                        ad_error *error)
+static ad_status create(const refined *at, dynamic_solution **result, ad_error *error)
 {
     dynamic_solution *x = calloc(1, sizeof *x);
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
     }
-    ad_status status = motion_mesh(rod, places, lock, intervals, &x->motion, error);
+    ad_status status =
+        motion_mesh(at->rod, at->places, at->lock, at->of_loads, at->intervals, &x->motion, error);
     if (status == AD_OK) {
-        size_t most = count + MORE_TIMES;
+        size_t count = at->count, most = count + MORE_TIMES;
         x->given = count;
         x->which = malloc((count + 1) * sizeof *x->which);
         x->energies = malloc((count + 1) * sizeof *x->energies);
@@ -107,7 +120,7 @@ static ad_status create(const solve_rod *rod, const motion_places *places, doubl
         dynamic_free(x);
         return status;
     }
-    place_times(x, times);
+    place_times(x, at->times);
     *result = x;
     return AD_OK;
 }
@@ -129,20 +142,6 @@ static void take_energies(dynamic_solution *x, solve_report *report)
 }
 
 /* ---- refining ------------------------------------------------------------------------------ */
-
-/* What refining has reached. */
-typedef struct refined {
-    const solve_rod *rod;
-    motion_places places;
-    double lock;
-    size_t count;
-    const double *times; /* [count] */
-    int intervals;
-    motion_steps by;
-    dynamic_solution *best;
-    double distance; /* between the last two */
-    double total;    /* work of all */
-} refined;
 
 /* What all solutions together may cost, in forces on one node: some 40 s. */
 static const double WORK_MOST = 1e9;
@@ -190,8 +189,7 @@ static ad_status solve_once(refined *at, dynamic_solution **result, solve_report
     dynamic_solution *x = NULL;
     solve_report of_this = *report;
     *result = NULL;
-    ad_status status =
-        create(at->rod, &at->places, at->lock, at->intervals, at->count, at->times, &x, error);
+    ad_status status = create(at, &x, error);
     if (status != AD_OK) {
         return status;
     }
@@ -322,7 +320,7 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
 {
     double by_time = 0;
     ad_status status = motion_places_of(at->rod, &at->places, error);
-    report->unresolved = at->places.unresolved;
+    report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
     if (status != AD_OK || settings->nodes > 0) {
         return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;
@@ -348,12 +346,13 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
     int intervals = settings->nodes > 2 ? settings->nodes - 1 : 2;
     refined at = {.rod = rod,
                   .lock = lock_for(settings->tolerance),
+                  .of_loads = 0.1 * settings->tolerance,
                   .count = count,
                   .times = times,
                   .intervals = is_given ? intervals : COARSEST,
                   .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
     ad_status status = solve_refined(&at, settings, report, error);
-    free(at.places.place);
+    solve_quadrature_free(at.places);
     if (status != AD_OK) {
         dynamic_free(at.best);
         return status;

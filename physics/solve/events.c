@@ -16,6 +16,10 @@ _Static_assert(sizeof(solve_load) == LOAD * sizeof(double), "a load is its numbe
  * either side. */
 static const double EVENTS_HALF_JUMP = 1e-12;
 
+/* So many panels at most belong to what is narrow; more of them only to bounds that are wide, as
+ * those of formulas of s and t are. */
+enum { NARROW = 256 };
+
 enum { EXTRA = SAMPLES }; /* place of one more */
 
 typedef struct samples {
@@ -153,7 +157,8 @@ static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times,
     if (status != AD_OK) {
         return status;
     }
-    size_t edges = panels.unresolved || panels.count < 2 ? 0 : (size_t)panels.count - 1, kept = 0;
+    bool narrow = !panels.unresolved && panels.count > 1 && panels.count <= NARROW;
+    size_t edges = narrow ? (size_t)panels.count - 1 : 0, kept = 0;
     double *all = malloc((*count + 2 * (size_t)breaks.count + edges + 1) * sizeof *all);
     if (!all) {
         scene_panels_free(&panels);

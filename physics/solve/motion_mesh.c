@@ -1,6 +1,5 @@
 #include "physics/solve/motion_mesh.h"
 
-#include "physics/breaks.h"
 #include "physics/solve/mesh.h"
 #include "physics/solve/motion_compose.h"
 #include "physics/solve/motion_fastest.h"
@@ -16,67 +15,43 @@ enum { DEGREE_MAX = 16, MANY = 48, DEGREE_OF_MANY = 7 };
 /* Of elements that are short because something jumps nearby. */
 enum { DEGREE_MIN = 4 };
 
+/* So many more elements where what is given is narrow. */
+enum { DIVISIONS = 256 };
+
 /* ---- meshes -------------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
+ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    double jumps[SOLVE_JUMPS_MAX];
+    const solve_given given = motion_given(rod);
+    for (int i = 0; i < rod->jumps.count; i++) {
+        jumps[i] = rod->jumps.at[i].s;
+    }
+    return solve_quadrature_create(&rod->scene, &given, rod->jumps.count, jumps, places, error);
 }
 
-/* Places that are not yet among those known, within the rod. */
-static void add_place(motion_places *places, double place)
-{
-    bool is_known = place < SOLVE_SAME_PLACE || place > 1 - SOLVE_SAME_PLACE;
-    for (int k = 0; k < places->count; k++) {
-        is_known |= fabs(place - places->place[k]) <= SOLVE_SAME_PLACE;
-    }
-    if (!is_known) {
-        places->place[places->count++] = place;
-    }
-}
-
-ad_status motion_places_of(const solve_rod *rod, motion_places *places, ad_error *error)
-{
-    scene_panels panels;
-    int jumps = rod->jumps.count;
-    *places = (motion_places){0};
-    ad_status status = scene_panels_of(&rod->scene, "s", &panels, error);
-    if (status != AD_OK) {
-        return status;
-    }
-    places->unresolved = panels.unresolved;
-    places->place = malloc((size_t)(panels.count + jumps + 1) * sizeof *places->place);
-    if (!places->place) {
-        scene_panels_free(&panels);
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d places", panels.count + jumps);
-    }
-    for (int i = 0; i < jumps; i++) {
-        add_place(places, rod->jumps.at[i].s);
-    }
-    for (int i = 1; i < panels.count; i++) {
-        add_place(places, panels.edges[i] / rod->scales.length);
-    }
-    scene_panels_free(&panels);
-    qsort(places->place, (size_t)places->count, sizeof *places->place, ascending);
-    return AD_OK;
-}
-
-ad_status motion_mesh(const solve_rod *rod, const motion_places *places, double lock, int intervals,
-                      motion **result, ad_error *error)
+ad_status motion_mesh(const solve_rod *rod, const solve_quadrature *places, double lock,
+                      double tolerance, int intervals, motion **result, ad_error *error)
 {
     int most = intervals < MANY ? DEGREE_MAX : DEGREE_OF_MANY;
-    int least = places->count > 0 ? DEGREE_MIN : 2;
     int elements = (intervals + most - 1) / most;
-    double *edges = malloc((size_t)(elements + places->count + 1) * sizeof *edges);
+    const int room = elements + places->place_count + DIVISIONS;
+    const solve_given given = motion_given(rod);
+    double *edges = malloc((size_t)(room + 1) * sizeof *edges);
     *result = NULL;
     if (!edges) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", elements);
     }
-    elements = solve_mesh_edges(elements, places->count, places->place, edges);
-    int degree = (intervals + elements - 1) / elements;
-    ad_status status =
-        motion_create(rod, lock, elements, edges, degree < least ? least : degree, result, error);
+    elements = solve_mesh_edges(elements, places->place_count, places->places, edges);
+    int degree = (intervals + elements - 1) / elements, least = elements > 1 ? DEGREE_MIN : 2;
+    degree = degree < least ? least : degree;
+    int stages = degree < GAUSS_STAGES_MAX ? degree : GAUSS_STAGES_MAX;
+    bool done;
+    ad_status status = solve_quadrature_divide(places, &given, stages, tolerance, room, &elements,
+                                               edges, &done, error);
+    if (status == AD_OK) {
+        status = motion_create(rod, lock, elements, edges, degree, result, error);
+    }
     free(edges);
     return status;
 }

@@ -3,23 +3,21 @@
 #define PHYSICS_SOLVE_MOTION_MESH_H
 
 #include "physics/solve/integrate.h"
+#include "physics/solve/quadrature.h"
 
-/* Where elements have to end: s [count], ascending, within (0, 1). */
-typedef struct motion_places {
-    int count;
-    double *place;
-    const char *unresolved; /* a formula's key, as that of scene_panels; NULL: none */
-} motion_places;
+/* What is given along the rod at some times, at most QUADRATURE_ROWS_MAX numbers; the rod must
+ * outlive it. */
+solve_given motion_given(const solve_rod *rod);
 
-/* Where what the rod is made of, its rest shape or its loads jump, and where something acts; around
- * what is narrow but smooth they lie close together.
- * AD_NO_MEMORY; the result is freed by the caller with free(places->place). */
-ad_status motion_places_of(const solve_rod *rod, motion_places *places, ad_error *error);
+/* Where elements have to end, and what their quadrature is measured by. AD_NO_MEMORY, errors of
+ * formulas; the result is freed by solve_quadrature_free. */
+ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_error *error);
 
-/* Elements that have together at least so many intervals between nodes, none across a place. lock:
- * as motion_create. */
-ad_status motion_mesh(const solve_rod *rod, const motion_places *places, double lock, int intervals,
-                      motion **result, ad_error *error);
+/* Elements that have together at least so many intervals between nodes, none across a place, and
+ * halved where what is given along the rod is so narrow that they would miss more of it than the
+ * tolerance. lock: as motion_create. */
+ad_status motion_mesh(const solve_rod *rod, const solve_quadrature *places, double lock,
+                      double tolerance, int intervals, motion **result, ad_error *error);
 
 /* Through which times, and what is found there. */
 typedef struct motion_record {
