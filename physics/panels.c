@@ -1,5 +1,6 @@
 /* Panels of a coordinate: between breaks, and short where formulas vary on short lengths. */
 #include "physics/breaks.h"
+#include "physics/constants.h"
 #include "physics/scene_walk.h"
 
 #include <math.h>
@@ -11,12 +12,21 @@ enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, SEEN_MAX = 64 };
 /* A formula is seen where the slopes that it may have differ by no more than so many times those at
  * samples, or change it by no more than a share of all that it varies: the first, or where that
  * takes too many panels, because the formula cancels much of itself, the last. */
-static const double MORE = 4, FIRST_SHARE = 1e-5, LAST_SHARE = 1e-3;
+static const double MORE = 8, FIRST_SHARE = 1e-4, LAST_SHARE = 1e-2;
+
+/* Of the range: what is looked at one by one, lest much slope elsewhere hide some. */
+static const double STRETCH = 1.0 / 128;
+
+/* Or values no more than this. */
+static const double ROUNDING = 1e-15;
 
 /* Next to a place where the slope is infinite, as that of a square root of 0, panels of so much of
  * the range are short enough where values do not spread more than so many times those at samples.
  */
 static const double SHORT = 1e-3, SPREAD = 2, INFINITE = 1e100;
+
+/* Panels become one where a polynomial is as close to what is on both, of all that it varies. */
+static const double SMOOTH = 1e-6;
 
 /* Of the range: no panel is shorter; and enclosures keep off the ends of panels by this, where
  * breaks are. */
@@ -28,7 +38,11 @@ typedef struct dividing {
     quantity_interval s, t; /* of the coordinate: its whole range */
     scene_panels *result;
     int seen_count;
-    const struct quantity_node *seen[SEEN_MAX];
+    struct {
+        quantity q;
+        quantity_interval s; /* where it counts */
+        double variation;
+    } seen[SEEN_MAX];
     /* the formula at hand */
     quantity q;
     double variation;
@@ -53,6 +67,13 @@ static quantity_enclosure at(const dividing *in, double place, double share)
     double value = other->low + share * width(*other);
     quantity_interval x = {place, place}, y = {value, value};
     return in->along_s ? quantity_enclose(in->q, "s", x, y) : quantity_enclose(in->q, "t", y, x);
+}
+
+static double value_at(const dividing *in, double place, double share)
+{
+    const quantity_interval *other = in->along_s ? &in->t : &in->s;
+    double value = other->low + share * width(*other);
+    return in->along_s ? quantity_value(in->q, place, value) : quantity_value(in->q, value, place);
 }
 
 /* How far slopes, and values, at samples are apart. */
@@ -84,8 +105,12 @@ static bool is_seen(const dividing *in, double low, double high)
     }
     quantity_enclosure all = over(in, panel);
     double slopes = width(all.slope), sampled_slopes, sampled_values;
-    if (slopes == 0 || length * slopes <= in->share * in->variation) {
+    if (slopes == 0 || width(all.value) <= ROUNDING * in->variation ||
+        length * slopes <= in->share * in->variation) {
         return true;
+    }
+    if (length > STRETCH * in->end) {
+        return false;
     }
     sample(in, panel, &sampled_slopes, &sampled_values);
     bool infinite = length <= SHORT * in->end &&
@@ -125,7 +150,7 @@ static double variation_of(const dividing *in)
 {
     enum { MANY = 64 };
     quantity_interval whole = in->along_s ? in->s : in->t, all = {INFINITY, -INFINITY};
-    double of_all = width(over(in, whole).value);
+    double of_all = width(quantity_range(in->q, in->s, in->t));
     for (int i = 0; i < MANY && !(of_all < INFINITE); i++) {
         double place = whole.low + width(whole) * (i + 0.5) / MANY;
         quantity_interval value = at(in, place, 0.5).value;
@@ -142,16 +167,18 @@ static void look_into(void *context, const char *key, quantity q, quantity_inter
     scene_panels *panels = in->result;
     int before = panels->count;
     for (int i = 0; i < in->seen_count; i++) {
-        if (in->seen[i] == q.node) {
+        if (in->seen[i].q.node == q.node && in->seen[i].s.low == s.low) {
             return;
         }
-    }
-    if (in->seen_count < SEEN_MAX) {
-        in->seen[in->seen_count++] = q.node;
     }
     in->q = q;
     in->key = key;
     in->variation = variation_of(in);
+    if (in->seen_count < SEEN_MAX) {
+        in->seen[in->seen_count].q = q;
+        in->seen[in->seen_count].s = s;
+        in->seen[in->seen_count++].variation = in->variation;
+    }
     for (int i = 0; i < before; i++) {
         double low = panels->edges[i], high = panels->edges[i + 1];
         if (!in->along_s || (low < s.high && high > s.low)) {
@@ -159,6 +186,71 @@ static void look_into(void *context, const char *key, quantity q, quantity_inter
         }
     }
     qsort(panels->edges, (size_t)panels->count + 1, sizeof *panels->edges, ascending);
+}
+
+/* ---- joining --------------------------------------------------------------------------------- */
+
+/* Whether the polynomial through Chebyshev points of low .. high goes through as many in either
+ * part of it, of the formula at hand. */
+static bool is_smooth(const dividing *in, double low, double middle, double high, double share)
+{
+    enum { POINTS = 12 };
+    double place[POINTS], value[POINTS], weight[POINTS];
+    for (int i = 0; i < POINTS; i++) { /* Berrut, Trefethen, SIAM Review 46 (2004) */
+        double angle = PI * (i + 0.5) / POINTS;
+        place[i] = (low + high - (high - low) * cos(angle)) / 2;
+        value[i] = value_at(in, place[i], share);
+        weight[i] = (i % 2 ? -1 : 1) * sin(angle);
+    }
+    for (int i = 0; i < 2 * POINTS; i++) {
+        double first = i < POINTS ? low : middle, last = i < POINTS ? middle : high;
+        double x = first + (last - first) * (i % POINTS + 0.5) / POINTS, above = 0, below = 0;
+        for (int k = 0; k < POINTS; k++) {
+            double factor = weight[k] / (x - place[k]);
+            above += factor * value[k];
+            below += factor;
+        }
+        double off = fabs(above / below - value_at(in, x, share));
+        if (isfinite(below) && !(off <= SMOOTH * in->variation)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool may_join(dividing *in, double low, double middle, double high)
+{
+    bool at_one = in->along_s ? width(in->t) == 0 : width(in->s) == 0;
+    for (int i = 0; i < in->seen_count; i++) {
+        quantity_interval s = in->seen[i].s;
+        in->q = in->seen[i].q;
+        in->variation = in->seen[i].variation;
+        bool counts = !in->along_s || (low < s.high && high > s.low);
+        for (int k = 0; counts && k < (at_one ? 1 : OTHERS); k++) {
+            if (!is_smooth(in, low, middle, high, (k + 0.5) / OTHERS)) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+/* Panels without which all is smooth become one with their neighbours, but for breaks. */
+static void join(dividing *in, const scene_breaks *breaks)
+{
+    double *edges = in->result->edges;
+    int kept = 0, next = 0; /* edges[kept] is the last of those that stay */
+    for (int i = 1; i <= in->result->count; i++) {
+        while (next < breaks->count && breaks->place[next] < edges[kept]) {
+            next++;
+        }
+        bool is_break = next < breaks->count && breaks->place[next] == edges[kept];
+        bool joins = kept > 0 && !is_break && in->seen_count < SEEN_MAX &&
+                     may_join(in, edges[kept - 1], edges[kept], edges[i]);
+        kept += !joins;
+        edges[kept] = edges[i];
+    }
+    in->result->count = kept;
 }
 
 void scene_panels_free(scene_panels *x)
@@ -206,6 +298,9 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
     fill(&in, rod_scene, &breaks, FIRST_SHARE);
     if (result->unresolved && !breaks.unresolved) {
         fill(&in, rod_scene, &breaks, LAST_SHARE);
+    }
+    if (!result->unresolved) {
+        join(&in, &breaks);
     }
     return AD_OK;
 }

@@ -21,8 +21,11 @@ static interval between(double low, double high)
     return low <= high ? (interval){low, high} : LINE;
 }
 
+/* What has overflowed is beyond all numbers. */
 static interval outward(double low, double high)
 {
+    low = low == INFINITY ? DBL_MAX : low;
+    high = high == -INFINITY ? -DBL_MAX : high;
     return between(low - WIDENING * fabs(low), high + WIDENING * fabs(high));
 }
 

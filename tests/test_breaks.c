@@ -190,13 +190,115 @@ static void test_bands(void **unused)
     }
 }
 
+/* ---- panels ---------------------------------------------------------------------------------- */
+
+static scene_panels panels_of(const char *load)
+{
+    scene rod = rod_of_length(1);
+    scene_panels found;
+    ad_error error = {AD_OK, ""};
+    rod.loads.force[0] = Q(load);
+    if (scene_panels_of(&rod, "s", &found, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_null(found.unresolved);
+    assert_true(found.edges[0] == 0 && found.edges[found.count] == 1);
+    for (int i = 0; i < found.count; i++) {
+        assert_true(found.edges[i] < found.edges[i + 1]);
+    }
+    return found;
+}
+
+/* What does not vary much takes one panel between breaks. */
+static void test_few_panels(void **state)
+{
+    static const struct {
+        const char *load;
+        int most;
+    } rows[] = {{"3", 1},
+                {"sin(5*s)*exp(s)-s^3", 2},
+                {"where((s-0.3)*(0.305-s), -2, 0)", 3},
+                {"where(s*(0.7-s)-0.12, 1, 2)", 3}, /* 0.3, 0.4, by a condition that cancels */
+                {"max(0, 1-abs(s-0.4)/0.01)", 4},
+                {"sqrt(s)", 12},
+                {"exp(-((s-0.3)/1e-6)^2)", 60},
+                {"1/cosh((s-0.3)/1e-5)^2", 60}};
+    (void)state;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        scene_panels found = panels_of(rows[i].load);
+        if (found.count > rows[i].most) {
+            fail_msg("%s: %d panels", rows[i].load, found.count);
+        }
+        scene_panels_free(&found);
+    }
+}
+
+/* A bump that is narrow lies on panels that are, whatever else there is. */
+static void test_narrow(void **unused)
+{
+    static const char *const beside[] = {"", "1000*s + ", "20*sin(9*s) + ",
+                                         "where(s-0.1, 5, 0) + "};
+    uint64_t state = 11;
+    (void)unused;
+    for (int i = 0; i < 200; i++) {
+        double width = pow(10, random_in(&state, -7, -2)), at = random_in(&state, 0.05, 0.95);
+        char text[160];
+        snprintf(text, sizeof text, "%s0.1*exp(-((s-%.17g)/%.17g)^2)", beside[i % 4], at, width);
+        scene_panels found = panels_of(text);
+        for (int k = 0; k < found.count; k++) {
+            bool around = found.edges[k] <= at && at <= found.edges[k + 1];
+            /* twelve points on a panel see half of it */
+            if (around && found.edges[k + 1] - found.edges[k] > 12 * width) {
+                fail_msg("%s: a panel from %.17g to %.17g", text, found.edges[k],
+                         found.edges[k + 1]);
+            }
+        }
+        scene_panels_free(&found);
+    }
+}
+
+/* Every change of sign that samples show of random conditions is among the places. */
+static void test_none_missed(void **unused)
+{
+    enum { CONDITIONS = 300, SAMPLES = 2000 };
+    uint64_t state = 5;
+    (void)unused;
+    for (int i = 0; i < CONDITIONS; i++) {
+        char text[256], load[300];
+        snprintf(text, sizeof text, "sin(%.3g*s+%.3g)*%.3g + cos(%.3g*s^2) - %.3g*exp(-%.3g*s)",
+                 random_in(&state, 0, 40), random_in(&state, 0, 6), random_in(&state, 0, 2),
+                 random_in(&state, 0, 20), random_in(&state, 0, 2), random_in(&state, 0, 9));
+        snprintf(load, sizeof load, "where(%s, 1, 0)", text);
+        scene_breaks found = along(load);
+        quantity condition = Q(text);
+        int next = 0, changes = 0;
+        assert_null(found.unresolved);
+        for (int k = 0; k < SAMPLES; k++) {
+            double low = (double)k / SAMPLES, high = (k + 1.0) / SAMPLES;
+            bool before = quantity_value(condition, low, 0) > 0;
+            bool changed = (quantity_value(condition, high, 0) > 0) != before;
+            int here = 0;
+            for (; next < found.count && found.place[next] < high; next++) {
+                here++;
+            }
+            changes += changed;
+            if (changed != (here % 2 == 1)) {
+                fail_msg("%s: %d places between %g and %g", text, here, low, high);
+            }
+        }
+        assert_true(changes <= found.count);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places),   cmocka_unit_test(test_none),
-        cmocka_unit_test(test_touching), cmocka_unit_test(test_unresolved),
-        cmocka_unit_test(test_product),  cmocka_unit_test(test_lists),
-        cmocka_unit_test(test_in_time),  cmocka_unit_test(test_bands),
+        cmocka_unit_test(test_places),      cmocka_unit_test(test_none),
+        cmocka_unit_test(test_touching),    cmocka_unit_test(test_unresolved),
+        cmocka_unit_test(test_product),     cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_in_time),     cmocka_unit_test(test_bands),
+        cmocka_unit_test(test_few_panels),  cmocka_unit_test(test_narrow),
+        cmocka_unit_test(test_none_missed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
