@@ -163,6 +163,29 @@ run 1 cpinn-solve column.yaml --out no.csv --set \
 said stderr.txt '^cpinn-solve: .*stopped at 0\.9[0-9]* of the load.*--perturb'
 check one line, no file, no result -- test "$(wc -l <stderr.txt)" -eq 1 -a ! -e no.csv -a ! -s stdout.txt
 
+# ---- paths ------------------------------------------------------------------------------------
+
+run 3 cpinn-solve "$ROOT/configs/arch.yaml" --path arch.csv --json arch.json
+said stdout.txt '^path: [0-9]+ points, deflection at s = 0\.5 m along '
+said stdout.txt '^  limit point +at 0\.7730884138[0-9]* of the load, deflection 0\.01878'
+said stdout.txt '^  bifurcation +at 0\.391004073[0-9]* of the load'
+said stdout.txt '^warning \(snapped\): a rod that is loaded slowly leaves this path at 0\.391004073'
+said arch.csv '^load_factor,arclength,deflection,x,y,z,unstable,mark$'
+said arch.csv '^0\.7730884138[0-9]*,.*,limit$'
+said arch.json '"limit_load": *0\.7730884138'
+said arch.json '"limit_points": *\[0\.7730884138[0-9]*, *-0\.354102437'
+said arch.gp '^plot \$stable with lines'
+check a picture -- test -s arch.svg -o -z "$(command -v gnuplot)"
+run 0 cpinn-solve column.yaml --branch 1
+said stdout.txt '^  tip +0\.79'
+said stdout.txt '^note \(several_equilibria\): of several equilibria this one lies on branch 1'
+run 0 cpinn-solve "$ROOT/configs/ring.yaml"
+run 0 cpinn-train "$ROOT/configs/ring.yaml" --out ring
+refused 'branch 2: the path to the full load has 1 bifurcation$' cpinn-solve column.yaml --branch 2
+refused 'path: the scene is a motion' cpinn-solve "$dynamic" --nodes 9 --tol 1e-2 --path no.csv
+refused 'branch 1: the scene is a motion' cpinn-solve "$dynamic" --branch 1
+refused 'path: a perturbation is given' cpinn-solve column.yaml --perturb 10 --path no.csv
+
 # ---- what is refused --------------------------------------------------------------------------
 
 run 0 cpinn-solve --help

@@ -55,6 +55,9 @@ static solution_path *path_of(const static_trace *trace, double length)
                          .arrived = trace->arrived,
                          .estimate = trace->estimate};
     find_place(trace, &place, x->direction);
+    for (int k = 0; k < 3; k++) { /* no rounding in what is printed */
+        x->direction[k] = fabs(x->direction[k]) > 1e-12 ? x->direction[k] : 0;
+    }
     x->place = length * place / (TRACE_PLACES - 1);
     for (size_t i = 0; i < trace->count; i++) {
         const trace_point *from = &trace->points[i];

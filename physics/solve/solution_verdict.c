@@ -80,18 +80,16 @@ static bool is_left_behind(const solve_settings *settings, const solve_report *r
 
 static void judge_path(const solve_report *report, verdict *result)
 {
-    bool turns = !isnan(report->limit_load), crossed = !isnan(report->bifurcation_load);
-    char place[160] = "";
-    if (turns && crossed) {
-        snprintf(place, sizeof place, "; another path crosses it at %.9g",
-                 report->bifurcation_load);
+    double limit = report->limit_load, crossing = report->bifurcation_load;
+    bool turns_first = !isnan(limit) && !(crossing < limit);
+    char turn[80] = "";
+    if (!isnan(limit) && !turns_first) {
+        snprintf(turn, sizeof turn, ", before its limit point at %.9g", limit);
     }
     verdict_add(result, VERDICT_SNAPPED,
-                "the load passes a %s at %.9g of it%s, where a rod that is loaded slowly leaves "
-                "this path and snaps; this equilibrium, which is stable as far as is asked, lies "
-                "on the same path beyond",
-                turns ? "limit point" : "bifurcation",
-                turns ? report->limit_load : report->bifurcation_load, place);
+                "a rod that is loaded slowly leaves this path at %.9g of the load, at a %s%s, and "
+                "snaps; this equilibrium lies on the same path beyond",
+                turns_first ? limit : crossing, turns_first ? "limit point" : "bifurcation", turn);
 }
 
 /* The remark that other equilibria may exist. */

@@ -99,6 +99,12 @@ static ad_status gather_times(solution *x, size_t count, const double *times, ad
 static ad_status solve(solution *x, const scene *rod_scene, const solve_settings *settings,
                        size_t count, const double *times, solve_report *report, ad_error *error)
 {
+    bool moves = scene_is_dynamic(rod_scene);
+    if (settings->branch > 0 && (moves || scene_is_beam(rod_scene))) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "branch %d: %s; allowed: a rod at rest",
+                       settings->branch,
+                       moves ? "the scene is a motion" : "a beam of small deflection is linear");
+    }
     ad_status status = AD_OK;
     x->scales = rod_scales_of(rod_scene);
     if (scene_is_dynamic(rod_scene)) {

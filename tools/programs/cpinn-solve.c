@@ -34,12 +34,21 @@ static const char epilogue[] =
     "own\n"
     "rod.rest.imperfection.\n"
     "\n"
+    "Where the load turns back on the way, at a limit point, the path is followed by its arc "
+    "length\n"
+    "to the next stable equilibrium under the full load, with the warning `snapped`. --path "
+    "writes\n"
+    "all of it: load_factor, arclength, deflection of the place that moves the furthest, x, y, z\n"
+    "there, unstable (modes; nan: not asked), mark (path, limit, bifurcation); FILE.gp draws it.\n"
+    "--branch 1 leaves it at the first bifurcation.\n"
+    "\n"
     "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced. A\n"
     "scene may name it as reference.file to be compared with; reference: solve in a scene has it\n"
     "solved without asking.\n"
     "\n"
     "  cpinn-solve configs/elastica.yaml\n"
     "  cpinn-solve configs/heavy_cantilever.yaml --out reference.csv\n"
+    "  cpinn-solve configs/arch.yaml --path arch.csv\n"
     "  cpinn-solve configs/elastica.yaml --work-precision classical.csv\n"
     "  cpinn-bench configs/elastica.yaml --curve classical.csv\n"
     "\n"
@@ -49,7 +58,10 @@ static const char epilogue[] =
     "newton_steps, seconds, tolerance, estimated_error, load_factor, energy_out_of_balance, "
     "reference\n"
     "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
-    "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out.\n"
+    "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out;\n"
+    "of a rod at rest limit_load, bifurcation_load (the first on the way, as load factors) and "
+    "path\n"
+    "{file, points, place, direction, limit_points, bifurcations, estimated_error} or null.\n"
     "Numbers that are not known are null; what was not reached is not there.\n"
     "\n"
     "Where the whole load is not reached, nothing is written but one line (load_not_reached).";
@@ -473,6 +485,9 @@ static ad_status run(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
     ad_status status = prepare(x, error);
+    if (status == AD_OK && o->path) {
+        status = follow_path(x, error);
+    }
     if (status == AD_OK) {
         status = solve(x, error);
     }
@@ -480,9 +495,8 @@ static ad_status run(solving *x, ad_error *error)
         return status;
     }
     judge(x);
-    status = o->path ? follow_path(x, error) : AD_OK;
-    if (status != AD_OK || !reached(x)) {
-        return status;
+    if (!reached(x)) {
+        return AD_OK;
     }
     if (x->known) {
         status = reference_compare_solution(x->known, x->solved, &x->errors, error);

@@ -112,11 +112,17 @@ static ad_status print_picture(FILE *file, const void *context, ad_error *error)
     print_stretches(file, x, "unknown", -1, -1);
     print_marks(file, x, SOLUTION_LIMIT);
     print_marks(file, x, SOLUTION_BIFURCATION);
-    fprintf(file, "\nplot $stable with lines lw 2 lc rgb '#0072B2' title 'stable', \\\n"
-                  "     $unstable with lines lw 1.5 dt 2 lc rgb '#D55E00' title 'unstable', \\\n"
-                  "     $unknown with lines lw 1.5 lc rgb '#666666' title 'not asked', \\\n"
-                  "     $limit with points pt 7 ps 0.9 lc rgb '#000000' title 'limit point', \\\n"
-                  "     $bifurcation with points pt 6 ps 1 lc rgb '#000000' title 'bifurcation'\n");
+    bool asked = true;
+    for (size_t i = 0; i < x->count; i++) {
+        asked = asked && x->points[i].unstable_modes >= 0;
+    }
+    fprintf(file,
+            "\nplot $stable with lines lw 2 lc rgb '#0072B2' title 'stable', \\\n"
+            "     $unstable with lines lw 1.5 dt 2 lc rgb '#D55E00' title 'unstable', \\\n"
+            "     $unknown with lines lw 1.5 lc rgb '#666666' %s, \\\n"
+            "     $limit with points pt 7 ps 0.9 lc rgb '#000000' title 'limit point', \\\n"
+            "     $bifurcation with points pt 6 ps 1 lc rgb '#000000' title 'bifurcation'\n",
+            asked ? "notitle" : "title 'not asked'");
     return AD_OK;
 }
 
