@@ -336,6 +336,7 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
         status = static_begin(rod, settings, &path, &x, report, error);
     }
     if (status == AD_OK && settings->branch > 0) {
+        report->load_fraction = 0;
         static_system_set(x->system, &(static_path){.load = 0});
         status = static_system_guess(x->system, x->y, error);
     } else if (status == AD_OK) {
@@ -348,7 +349,9 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
     }
     bool done = settings->nodes > 0;
     double before = NAN; /* of two meshes */
-    status = status == AD_OK && !done ? look_between(x, report, error) : status;
+    if (status == AD_OK && !done && report->load_fraction == 1) {
+        status = look_between(x, report, error);
+    }
     while (status == AD_OK && !done && report->load_fraction == 1 &&
            2 * static_system_elements(x->system) <= ELEMENTS_MAX) {
         status = improve(&x, &path, settings->tolerance, report, error);
