@@ -1,5 +1,6 @@
 #include "physics/breaks.h"
 
+#include "physics/scene_field.h"
 #include "physics/scene_walk.h"
 
 #include <math.h>
@@ -111,4 +112,36 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
         scene_walk(rod_scene, coordinate, &walker);
     }
     return in.status;
+}
+
+/* By more than a thousandth of its largest size. */
+static bool jumps_by(const scene *rod_scene, quantity q, double change)
+{
+    scene_range range = scene_range_of(rod_scene, q);
+    return fabs(change) > 1e-3 * fmax(fabs(range.low), fabs(range.high));
+}
+
+bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time)
+{
+    const double near = 1e-9 * scene_duration(rod_scene);
+    const scene_initial *initial = &rod_scene->initial;
+    bool unstressed = initial->state == SCENE_GIVEN && !initial->position[0].is_given &&
+                      !rod_scene->beam.deflection.is_given;
+    bool sudden = false;
+    for (int i = 0; i < scene_field_count && !sudden; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(rod_scene, field);
+        bool acts = field->rule == SCENE_AT_END || field->rule == SCENE_AT_PLACE;
+        for (int k = 0; acts && k < field->count; k++) {
+            if (!quantity_is_something(q[k])) {
+                continue;
+            }
+            sudden |= unstressed && jumps_by(rod_scene, q[k], quantity_value(q[k], 0, near));
+            for (int b = 0; b < in_time->count && quantity_depends_on(q[k], "t"); b++) {
+                double at = in_time->place[b], before = quantity_value(q[k], 0, at - near);
+                sudden |= jumps_by(rod_scene, q[k], quantity_value(q[k], 0, at + near) - before);
+            }
+        }
+    }
+    return sudden;
 }

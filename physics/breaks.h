@@ -27,6 +27,11 @@ typedef struct scene_breaks {
 ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_breaks *result,
                           ad_error *error);
 
+/* Whether a force, a moment, a tension or a pressure that acts at one place is sudden: it jumps at
+ * a break of t, or acts at once on a rod that starts unstressed. Waves then have kinks. Needs
+ * breaks of "t". */
+bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time);
+
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where
  * its slopes, enclosed by interval arithmetic, differ by much more than those at samples, the panel
  * is halved. So what is narrow but smooth lies on narrow panels. */
