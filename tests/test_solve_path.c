@@ -80,7 +80,7 @@ static void assert_marks(const solution_path *path, const expected_mark *marks, 
         }
     }
     assert_int_equal(found, count);
-    assert_true(path->estimate <= 1e-9);
+    assert_true(count == 0 || path->estimate <= 1e-9);
 }
 
 /* ---- arches -------------------------------------------------------------------------------- */
@@ -248,6 +248,27 @@ static void test_column(void **state)
     release(&x);
 }
 
+/* A column that leans a little bends off just below Euler's load, where the straight, unstable
+ * equilibria of the perfect one are near. */
+static void test_leaning_column(void **state)
+{
+    (void)state;
+    static const char column[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8}}\n"
+        "boundary: {start: {type: clamped}}\n"
+        "loads: {tip: {force: [1.0e-3, 0, -1.01*pi^2/4]}}\n";
+    double tip[3];
+    followed x = solve(column, NULL, 0);
+    assert_int_equal(verdict_outcome_of(&x.verdict), VERDICT_SOLVED);
+    assert_true(isnan(x.report.bifurcation_load) && isnan(x.report.limit_load));
+    place(&x, 1, tip);
+    assert_true(tip[0] > 0.177948360856423); /* that of the column that does not lean, buckled */
+    release(&x);
+    x = follow(column, NULL, 0);
+    assert_marks(x.path, NULL, 0);
+    release(&x);
+}
+
 /* A straight rod between clamps, twisted by an end: it buckles at the moment 2 x with tan x = x,
  * 8.986818915818128 EI/L (Greenhill 1883, clamped ends), here at 4 pi GJ/L times the load. Shear
  * and stretch, 1e-8 of their usual softness, do not enter. Two modes at once, in space. */
@@ -382,9 +403,10 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_arch_paths),    cmocka_unit_test(test_snap),
         cmocka_unit_test(test_closed_branch), cmocka_unit_test(test_deep_arch),
-        cmocka_unit_test(test_column),        cmocka_unit_test(test_twist),
-        cmocka_unit_test(test_turned_ends),   cmocka_unit_test(test_quaternion),
-        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_column),        cmocka_unit_test(test_leaning_column),
+        cmocka_unit_test(test_twist),         cmocka_unit_test(test_turned_ends),
+        cmocka_unit_test(test_quaternion),    cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_no_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

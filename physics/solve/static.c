@@ -298,8 +298,15 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
                          "branch %d: this scene has no path from its unstressed shape to leave",
                          settings->branch);
     }
-    if (end && goal != TRACE_FIRST_MARK &&
-        (settings->branch > 0 || report->load_fraction < 1 || leads_elsewhere(*x, end))) {
+    bool better = end && goal != TRACE_FIRST_MARK;
+    if (better && settings->branch == 0 && report->load_fraction == 1) {
+        int here = -1, there = -1;
+        better = leads_elsewhere(*x, end);
+        status = status == AD_OK ? static_unstable(*x, &here, error) : status;
+        status = status == AD_OK ? static_unstable(end, &there, error) : status;
+        better = better && !(here == 0 && there > 0); /* never for one that is worse */
+    }
+    if (better && status == AD_OK) {
         static_free(*x);
         *x = end;
         end = NULL;

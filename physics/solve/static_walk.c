@@ -18,6 +18,9 @@ enum {
 /* Steps of arc length; and how far their guesses may be off and are meant to be. */
 static const double FIRST = 0.02, LONGEST = 0.1, SHORTEST = 1e-8, OFF_MAX = 0.05, OFF_AIM = 0.01;
 
+/* Bifurcations that are nearer to one another are one. */
+static const double APART = 1e-6;
+
 /* A longer step may not change the number of unstable modes by more than one. */
 static const double SEVERAL = 5e-3;
 
@@ -47,6 +50,7 @@ typedef struct tracer {
     double length;       /* of the next step */
     double distance;     /* from `before` to `here` */
     double arclength;    /* of `here` */
+    double crossing;     /* of the last bifurcation */
     double since_home;   /* of that */
     int unstable;        /* modes of `here` */
     int bifurcations;    /* passed */
@@ -242,25 +246,28 @@ static bool leave(tracer *x)
     return load > -INFINITY;
 }
 
-/* Looks for a bifurcation in or near a step from `here` to `next`. *left: the path has changed. */
-static ad_status mark_bifurcation(tracer *x, double length, bool *left, ad_error *error)
+/* Looks for a bifurcation in or near a step from `here` to `next`. *found: there is one. *left: the
+ * path has changed. */
+static ad_status mark_bifurcation(tracer *x, double length, bool *found, bool *left,
+                                  ad_error *error)
 {
     /* what tells how many modes are unstable is less exact than what locates it */
     const double reach[3][2] = {
         {0, length}, {-0.5 * length, 1.5 * length}, {-FIRST, length + FIRST}};
     const arc_place *from[2] = {&x->next, &x->here};
     trace_root root = {.count = 0};
-    bool found = false;
-    *left = false;
-    for (int i = 0; i < 6 && !found; i++) {
+    *found = false;
+    for (int i = 0; i < 6 && !*found; i++) {
         root.count = 0;
-        found = static_arc_weakest(x->arc, from[i % 2], x->side) &&
-                locate(x, test_bifurcation, reach[i / 2][0], reach[i / 2][1], 1e-4, &root);
+        *found = static_arc_weakest(x->arc, from[i % 2], x->side) &&
+                 locate(x, test_bifurcation, reach[i / 2][0], reach[i / 2][1], 1e-4, &root) &&
+                 x->arclength + root.length > x->crossing + APART;
     }
-    if (!found) {
+    if (!*found) {
         return AD_OK;
     }
     x->bifurcations++;
+    x->crossing = x->arclength + root.length;
     ad_status status = record(x, x->trial.at, root.load, x->arclength + root.length, x->unstable,
                               SOLUTION_BIFURCATION, error);
     if (status == AD_OK && !x->branch && x->bifurcations == x->settings->branch &&
@@ -345,15 +352,18 @@ static void put_in_order(static_trace *trace, size_t first)
 }
 
 /* The marks between `here` and `next`, where `unstable` modes are. */
-static ad_status mark(tracer *x, int unstable, bool *left, bool *done, ad_error *error)
+static ad_status mark(tracer *x, int unstable, bool *explained, bool *left, bool *done,
+                      ad_error *error)
 {
     bool limit = rise_of(x, &x->here) * rise_of(x, &x->next) < 0;
     bool crosses = (load_of(x, &x->here) - 1) * (load_of(x, &x->next) - 1) <= 0;
     int changed = x->unstable < 0 ? 0 : abs(unstable - x->unstable);
     ad_status status = limit ? mark_limit(x, x->length, error) : AD_OK;
     bool wanted = x->goal == TRACE_WHOLE || x->bifurcations == 0;
+    *explained = true;
+    *left = *done = false;
     if (status == AD_OK && wanted && changed > limit) {
-        status = mark_bifurcation(x, x->length, left, error);
+        status = mark_bifurcation(x, x->length, explained, left, error);
     }
     return status == AD_OK && !*left && crosses ? cross(x, x->length, done, error) : status;
 }
@@ -374,15 +384,25 @@ static bool comes_home(const tracer *x)
 
 static ad_status advance(tracer *x, bool *going, ad_error *error)
 {
-    size_t first = x->trace->count;
-    bool found, left = false, done = false;
+    const size_t first = x->trace->count;
+    const bool turned = x->turned, has_fallback = x->has_fallback;
+    bool found, explained = true, left = false, done = false;
     double off = 0;
     int unstable = -1;
     ad_status status = step(x, &found, &off, &unstable, error);
-    if (status == AD_OK && found) {
-        status = mark(x, unstable, &left, &done, error);
-        put_in_order(x->trace, first);
+    while (status == AD_OK && found) {
+        status = mark(x, unstable, &explained, &left, &done, error);
+        if (status != AD_OK || explained || x->length < SEVERAL) {
+            break;
+        }
+        x->trace->count = first; /* modes change without a reason: on to another path by mistake */
+        x->trace->arrived = done = false;
+        x->turned = turned;
+        x->has_fallback = has_fallback;
+        x->length *= 0.3;
+        status = step(x, &found, &off, &unstable, error);
     }
+    put_in_order(x->trace, first);
     *going = status == AD_OK && found && !done && x->trace->count < POINTS_MAX &&
              fabs(load_of(x, &x->here)) <= WINDOW && (left || !comes_home(x));
     if (*going && x->goal == TRACE_FIRST_MARK) {
@@ -427,6 +447,7 @@ static ad_status set_out(tracer *x, bool *found, ad_error *error)
     x->here.at[x->size - 1] = 0;
     x->length = FIRST;
     set_home(x);
+    x->crossing = -1;
     *found = static_arc_tangent(x->arc, x->next.tangent, &x->here);
     status = static_unstable(x->mesh, &x->unstable, error);
     return status == AD_OK && *found
