@@ -41,6 +41,8 @@
     {                                                                                              \
         VERDICT_WARNING, .reason = (because_of), .why = (because)                                  \
     }
+/* A network at rest that reaches some digits and says so. */
+#define DIGITS(because) WARNED(VERDICT_ESTIMATE_ABOVE_TOLERANCE, because)
 #define GROUP(what, list)                                                                          \
     {                                                                                              \
         what, list, (int)(sizeof(list) / sizeof *(list))                                           \
