@@ -346,7 +346,7 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
     int intervals = settings->nodes > 2 ? settings->nodes - 1 : 2;
     refined at = {.rod = rod,
                   .lock = lock_for(settings->tolerance),
-                  .of_loads = 0.1 * settings->tolerance,
+                  .of_loads = is_given ? INFINITY : 0.1 * settings->tolerance,
                   .count = count,
                   .times = times,
                   .intervals = is_given ? intervals : COARSEST,
