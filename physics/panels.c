@@ -194,7 +194,7 @@ static void look_into(void *context, const char *key, quantity q, quantity_inter
  * part of it, of the formula at hand. */
 static bool is_smooth(const dividing *in, double low, double middle, double high, double share)
 {
-    enum { POINTS = 12 };
+    enum { POINTS = 24 };
     double place[POINTS], value[POINTS], weight[POINTS];
     for (int i = 0; i < POINTS; i++) { /* Berrut, Trefethen, SIAM Review 46 (2004) */
         double angle = PI * (i + 0.5) / POINTS;

@@ -247,8 +247,8 @@ static void test_narrow(void **unused)
         scene_panels found = panels_of(text);
         for (int k = 0; k < found.count; k++) {
             bool around = found.edges[k] <= at && at <= found.edges[k + 1];
-            /* twelve points on a panel see half of it */
-            if (around && found.edges[k + 1] - found.edges[k] > 12 * width) {
+            /* as many points as panels are joined by */
+            if (around && found.edges[k + 1] - found.edges[k] > 24 * width) {
                 fail_msg("%s: a panel from %.17g to %.17g", text, found.edges[k],
                          found.edges[k + 1]);
             }

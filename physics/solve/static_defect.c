@@ -60,7 +60,8 @@ ad_status static_defect(static_system *x, const solve_quadrature *quadrature, co
         status =
             look_between(x, quadrature, y, e, rows + STATIC_START_ROWS + (size_t)e * stride, error);
     }
-    if (status == AD_OK) {
+    static_system_linearise(x, y);
+    if (status == AD_OK && static_system_factor(x) == 0) {
         static_system_solve(x, rows, step);
         *error_of_y = largest(unknowns, y, step);
     }
