@@ -48,6 +48,11 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
                           ad_error *error);
 void scene_panels_free(scene_panels *x); /* not x itself */
 
+/* Where a mesh of so many pieces may be divided: the edges between panels, or where there are more
+ * panels or these are not found the breaks alone. */
+ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,
+                             scene_breaks *result, ad_error *error);
+
 #ifdef __cplusplus
 }
 #endif

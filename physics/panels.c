@@ -304,3 +304,24 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
     }
     return AD_OK;
 }
+
+ad_status scene_divisions_of(const scene *rod_scene, const char *coordinate, int most,
+                             scene_breaks *result, ad_error *error)
+{
+    scene_panels panels;
+    ad_status status = scene_breaks_of(rod_scene, coordinate, result, error);
+    bool moves = strcmp(coordinate, "s") == 0 || scene_is_dynamic(rod_scene);
+    if (status != AD_OK || result->unresolved || !moves) {
+        return status;
+    }
+    status = scene_panels_of(rod_scene, coordinate, &panels, error);
+    if (status == AD_OK && !panels.unresolved && panels.count <= most &&
+        panels.count <= BREAKS_MAX) {
+        result->count = panels.count - 1;
+        memcpy(result->place, panels.edges + 1, (size_t)result->count * sizeof *result->place);
+    }
+    if (status == AD_OK) {
+        scene_panels_free(&panels);
+    }
+    return status;
+}

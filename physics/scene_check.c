@@ -86,9 +86,10 @@ static rule_row rule_of(const scene *given, const scene_field *field)
 /* Where it holds. */
 static scene_range range_of(const scene *given, const scene_field *field, quantity q)
 {
-    double from = 0, to = 0;
-    return scene_field_span(given, field, &from, &to) ? scene_range_within(given, q, from, to)
-                                                      : scene_range_of(given, q);
+    quantity_interval s = {0, scene_length(given)}, t = {0, scene_duration(given)};
+    bool part = scene_field_span(given, field, &s.low, &s.high);
+    return scene_range_between(
+        q, s, t, part ? scene_range_within(given, q, s.low, s.high) : scene_range_of(given, q));
 }
 
 /* NULL, or what its values must be. */

@@ -40,4 +40,9 @@ ad_status scene_check_extent(const scene_checker *check);
 ad_status scene_check_segments(const scene_checker *check);
 ad_status scene_check_lists(const scene_checker *check);
 
+/* A range of samples with what lies between them and is narrower, as far as interval arithmetic on
+ * some thousand boxes finds it; a little more than the samples have is left out. */
+scene_range scene_range_between(quantity q, quantity_interval s, quantity_interval t,
+                                scene_range sampled);
+
 #endif

@@ -275,6 +275,8 @@ static void test_tapered(void **state)
         const char *wrong;
     } rows[] = {{"rod.section.width", &tapered.rod.width, "0.5 - s"},
                 {"rod.section.width", &tapered.rod.width, "1/(s - 0.5)"},
+                {"rod.section.width", &tapered.rod.width, "0.1 - exp(-((s-0.3)/1e-6)^2)"},
+                {"rod.section.width", &tapered.rod.width, "where((s-0.3)*(0.3001-s), -1, 1)"},
                 {"rod.section.width", &tapered.rod.width, "0.1 + 0*t"},
                 {"rod.length", &tapered.rod.length, "1 + s"},
                 {"time.duration", &tapered.duration, "s"},

@@ -154,8 +154,8 @@ static ad_status solve_on(beam_solution *x, const beam_mesh *mesh, const double 
     if (x->beam->dynamic) {
         double nodes = mesh->nodes;
         long steps = (long)ceil(x->beam->duration * nodes * nodes * speed(x->system) / STEP);
+        status = beam_motion_solve(x->beam, x->system, &steps, x->count, times, x->fields, error);
         report->time_steps += steps;
-        status = beam_motion_solve(x->beam, x->system, steps, x->count, times, x->fields, error);
     } else {
         status = solve_static(x, error);
     }

@@ -191,6 +191,15 @@ static ad_status add_quadrature(solve_beam *beam, const scene *beam_scene, ad_er
                                    error);
 }
 
+static ad_status add_instants(solve_beam *beam, const scene *beam_scene, ad_error *error)
+{
+    ad_status status = scene_divisions_of(beam_scene, "t", BREAKS_MAX, &beam->instants, error);
+    for (int i = 0; i < beam->instants.count && status == AD_OK; i++) {
+        beam->instants.place[i] /= beam->scales.time;
+    }
+    return status;
+}
+
 /* ---- making and freeing ---------------------------------------------------------------------- */
 
 ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_error *error)
@@ -211,6 +220,7 @@ ad_status solve_beam_create(const scene *beam_scene, solve_beam **result, ad_err
     beam->duration = beam->dynamic ? scene_duration(beam_scene) / beam->scales.time : 0;
     ad_status status = record(beam, beam_scene, error);
     status = status == AD_OK ? add_quadrature(beam, beam_scene, error) : status;
+    status = status == AD_OK ? add_instants(beam, beam_scene, error) : status;
     if (status != AD_OK) {
         solve_beam_free(beam);
         return status;

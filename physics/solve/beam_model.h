@@ -35,6 +35,7 @@ typedef struct solve_beam {
     } ends[2];
     int jump_count;
     beam_jump jumps[BEAM_JUMPS_MAX]; /* s ascending, each once */
+    scene_breaks instants;           /* in motion, between which steps of time are equal */
     solve_quadrature *quadrature;    /* of solve_beam_given; in motion of nothing, for its places */
     struct beam_functions *formula;  /* opaque */
 } solve_beam;

@@ -12,6 +12,9 @@
  * moment at the jumps in turn, what the ends prescribe. */
 enum { STAGES = RADAU_STAGES, LAST = STAGES - 1 };
 
+/* Of the duration: how far from a jump loads are those of its own side. */
+static const double INSIDE = 1e-12;
+
 /* A row of x: where it stands in a field y, the load that acts on it, and what stiffening, drag and
  * inertia make of x, v and z, as such loads. */
 typedef struct beam_row {
@@ -24,6 +27,7 @@ typedef struct beam_motion {
     beam_system *system;
     radau_rule rule;
     double step;                 /* of time */
+    double first, last;          /* of a stretch of time, in which nothing jumps */
     size_t nodes, rows, columns; /* columns: of the response */
     beam_row *row;               /* [rows] */
     double *response;            /* [columns][rows] */
@@ -147,12 +151,16 @@ static void add_response(const beam_motion *m, size_t column, double load, doubl
     }
 }
 
+/* Loads are those within the stretch, at its ends as well. */
 static ad_status load_stages(beam_motion *m, double start, ad_error *error)
 {
     const double *points = beam_system_points(m->system);
+    double first = m->first > 0 ? m->first + INSIDE * m->beam->duration : 0;
+    double end = m->beam->duration, last = m->last < end ? m->last - INSIDE * end : end;
     ad_status status = AD_OK;
     for (int i = 0; i < STAGES && status == AD_OK; i++) {
-        double t = start + m->step * m->rule.nodes[i], *loads = m->loads + (size_t)i * m->columns;
+        double *loads = m->loads + (size_t)i * m->columns;
+        double t = fmax(first, fmin(last, start + m->step * m->rule.nodes[i]));
         status = solve_beam_load(m->beam, m->nodes, points, t, m->line, error);
         for (size_t k = 0; k < m->nodes; k++) {
             loads[k] = m->line[k].force;
@@ -307,37 +315,74 @@ static ad_status prepare(beam_motion *m, ad_error *error)
     }
     if (status == AD_OK) {
         fill_response(m);
-        if (factor(m) != 0) {
-            status = ad_fail(error, AD_NOT_FINITE, "the steps of time are singular");
+    }
+    return status;
+}
+
+/* Where the results are wanted, and how many of them there are already. */
+typedef struct wanted {
+    size_t count, done, stride;
+    const double *times;
+    double *fields;
+} wanted;
+
+/* `steps` equal ones from m->first to m->last. */
+static ad_status pass_stretch(beam_motion *m, long steps, bool is_last, wanted *to, ad_error *error)
+{
+    m->step = (m->last - m->first) / (double)steps;
+    if (factor(m) != 0) {
+        return ad_fail(error, AD_NOT_FINITE, "the steps of time are singular");
+    }
+    ad_status status = AD_OK;
+    for (long i = 0; i < steps && status == AD_OK; i++) {
+        double at = m->first + (double)i * m->step;
+        double last = is_last && i + 1 == steps ? INFINITY : at + m->step;
+        status = load_stages(m, at, error);
+        if (status == AD_OK) {
+            solve_stages(m);
+            advance(m);
+        }
+        for (; status == AD_OK && to->done < to->count && to->times[to->done] <= last; to->done++) {
+            observe(m, (to->times[to->done] - at) / m->step, to->fields + to->done * to->stride);
         }
     }
     return status;
 }
 
-ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long steps, size_t count,
+/* More on a finer mesh, even in a stretch that is shorter than a step. */
+static long steps_of(const beam_motion *m, long steps)
+{
+    double share = (m->last - m->first) / m->beam->duration;
+    long least = (long)m->nodes / 3 + 2;
+    return share < 1 ? (long)fmax((double)least, ceil(share * (double)steps)) : steps;
+}
+
+ad_status beam_motion_solve(const solve_beam *beam, beam_system *system, long *steps, size_t count,
                             const double *times, double *fields, ad_error *error)
 {
-    size_t nodes = beam_system_nodes(system), done = 0;
-    size_t stride = 2 * beam_system_places(system) * BEAM_ROWS;
+    size_t nodes = beam_system_nodes(system);
+    const scene_breaks *instants = &beam->instants;
+    wanted to = {.count = count,
+                 .stride = 2 * beam_system_places(system) * BEAM_ROWS,
+                 .times = times,
+                 .fields = fields};
     beam_motion m = {.beam = beam,
                      .system = system,
                      .rule = solve_radau_rule_of(),
-                     .step = beam->duration / (double)steps,
                      .nodes = nodes,
                      .rows = count_rows(beam, nodes),
                      .columns = 2 * (nodes + (size_t)beam->jump_count) + 4};
+    long taken = 0;
     ad_status status = prepare(&m, error);
-    for (long i = 0; i < steps && status == AD_OK; i++) {
-        double at = (double)i * m.step, last = i + 1 == steps ? INFINITY : at + m.step;
-        status = load_stages(&m, at, error);
-        if (status == AD_OK) {
-            solve_stages(&m);
-            advance(&m);
-        }
-        for (; status == AD_OK && done < count && times[done] <= last; done++) {
-            observe(&m, (times[done] - at) / m.step, fields + done * stride);
-        }
+    for (int i = 0; i <= instants->count && status == AD_OK; i++) {
+        bool is_last = i == instants->count;
+        m.first = m.last;
+        m.last = is_last ? beam->duration : instants->place[i];
+        long here = steps_of(&m, *steps);
+        status = pass_stretch(&m, here, is_last, &to, error);
+        taken += here;
     }
+    *steps = taken;
     release(&m);
     return status;
 }

@@ -5,7 +5,7 @@
 #include <string.h>
 
 /* Panels; shortest panel and element; how exactly a panel is integrated, of the size of a row. */
-enum { PANELS_MAX = 8192 };
+enum { PANELS_MAX = 8192, NARROW_MAX = 64 };
 static const double SHORTEST = 1e-11, ROUNDING = 1e-13;
 
 /* Places that are no further apart differ by rounding. */
@@ -160,11 +160,12 @@ static ad_status fill_panels(solve_quadrature *x, const scene *of, ad_error *err
     return AD_OK;
 }
 
-static ad_status fill_places(solve_quadrature *x, const scene *of, int count, const double *places,
-                             ad_error *error)
+static ad_status fill_places(solve_quadrature *x, const scene *of, bool narrow, int count,
+                             const double *places, ad_error *error)
 {
     scene_breaks breaks;
-    ad_status status = scene_breaks_of(of, "s", &breaks, error);
+    ad_status status = narrow ? scene_divisions_of(of, "s", NARROW_MAX, &breaks, error)
+                              : scene_breaks_of(of, "s", &breaks, error);
     if (status != AD_OK) {
         return status;
     }
@@ -186,7 +187,7 @@ ad_status solve_quadrature_create(const scene *of, const solve_given *given, int
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a quadrature");
     }
     x->rule = solve_gauss_rule_of(QUADRATURE_POINTS);
-    ad_status status = fill_places(x, of, count, places, error);
+    ad_status status = fill_places(x, of, given->rows == 0, count, places, error);
     if (status == AD_OK && given->rows > 0) {
         status = fill_panels(x, of, error);
         status = status == AD_OK ? refine(x, given, error) : status;

@@ -16,7 +16,8 @@ enum {
 
 /* What is given: `rows` numbers out [n][rows] at s [n] in [0, 1], n <= QUADRATURE_BATCH. */
 typedef struct solve_given {
-    int rows; /* at most QUADRATURE_ROWS_MAX; 0: only its places matter */
+    int rows; /* at most QUADRATURE_ROWS_MAX; 0: of what is not integrated
+               * the places, edges of panels among them */
     ad_status (*at)(const void *context, size_t n, const double *s, double *out, ad_error *error);
     const void *context;
 } solve_given;
