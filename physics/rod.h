@@ -74,13 +74,13 @@ typedef struct rod_numbers {
     double distributed_force;  /* |f| L^3/EI, largest over s and t */
     double distributed_moment; /* |l| L^2/EI, largest over s and t */
     double weight;             /* rhoA |g| L^3/EI */
-    double point_force;  /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
+    double point_force; /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
     double point_moment; /* of point loads, |T| L/EI, all of them and largest over time */
     double actuation;    /* of tendons and chambers, tension times offset: as of a moment, T L/EI */
-    double strain_damping;     /* largest Bse L^2/(EI time) */
-    double curvature_damping;  /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
-    double duration;           /* in scales.time; 0: static */
-    double periods;            /* duration over 2 pi/3.516 time units: first bending periods */
+    double strain_damping;    /* largest Bse L^2/(EI time) */
+    double curvature_damping; /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
+    double duration;          /* in scales.time; 0: static */
+    double periods;           /* duration over 2 pi/3.516 time units: first bending periods */
 } rod_numbers;
 
 rod_numbers rod_numbers_of(const scene *scene);

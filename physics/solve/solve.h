@@ -70,7 +70,8 @@ typedef struct solve_report {
     bool may_buckle;         /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
-/* A report of which nothing is known yet, and the whole load: numbers that may be missing are NaN. */
+/* A report of which nothing is known yet, and the whole load: numbers that may be missing are NaN.
+ */
 solve_report solve_report_blank(void);
 
 /* tolerance 1e-10; of rods in motion, which are the hardest, 1e-6, with locked strains 1e-4 */

@@ -1,0 +1,298 @@
+/* The equations of the static system where the path is, their derivatives, and a Newton step. */
+#include "physics/solve/static_system_internal.h"
+
+#include "autodiff/dense.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* What is given at one s where the path is; the section is that with its stretch. */
+static static_point point_from(const static_system *x, double s, const solve_section *section,
+                               const solve_rest *rest, const solve_load *load,
+                               const solve_actuator *actuators)
+{
+    static_point at = {.rest = *rest,
+                       .load = part_of(load, x->path.load),
+                       .strain_compliance = section->strain_compliance,
+                       .curvature_compliance = section->curvature_compliance,
+                       .actuation = static_system_actuation(x, actuators, 0, s)};
+    for (int k = 0; k < 3; k++) {
+        at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
+    }
+    at.load.body_force[x->path.director] += x->path.perturbation;
+    return at;
+}
+
+static static_point point_of(const static_system *x, size_t i)
+{
+    return point_from(x, x->points[i], &x->sections[i], &x->rest[i], &x->load[i],
+                      x->actuators + i * (size_t)x->rod->actuators);
+}
+
+ad_status static_system_rates(const static_system *x, size_t n, const double *s, const double *y,
+                              double *rate, ad_error *error)
+{
+    size_t pulling = (size_t)x->rod->actuators;
+    solve_section *sections = malloc(n * sizeof *sections);
+    solve_rest *rest = malloc(n * sizeof *rest);
+    solve_load *load = malloc(n * sizeof *load);
+    solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
+    ad_status status = sections && rest && load && actuators
+                           ? solve_rod_sections(x->rod, n, s, sections, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
+    status = status == AD_OK ? solve_rod_rest(x->rod, n, s, 0, rest, error) : status;
+    status = status == AD_OK ? solve_rod_load(x->rod, n, s, 0, load, error) : status;
+    if (status == AD_OK && pulling > 0) {
+        status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
+    }
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        sections[i].strain_compliance[2] += x->path.stretch;
+        static_point at =
+            point_from(x, s[i], &sections[i], &rest[i], &load[i], actuators + i * pulling);
+        static_rate(&at, y + i * ROWS, rate + i * ROWS, NULL);
+    }
+    free(sections);
+    free(rest);
+    free(load);
+    free(actuators);
+    return status;
+}
+
+static void add_length(const static_system *x, size_t point, double weight, const double *y,
+                       double *excess)
+{
+    static_point at = point_of(x, point);
+    double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS];
+    static_strains(&at, y, strains, strains + 3);
+    memcpy(rest, x->rest[point].strain, 3 * sizeof *rest);
+    memcpy(rest + 3, x->rest[point].curvature, 3 * sizeof *rest);
+    for (int i = 0; i < x->rod->actuators; i++) {
+        if (x->rod->extents[i].has_length) {
+            excess[i] += weight * (solve_actuation_length(&at.actuation, i, strains) -
+                                   solve_actuation_length(&at.actuation, i, rest));
+        }
+    }
+}
+
+void static_system_excess(const static_system *x, const double *y, double *excess)
+{
+    for (int i = 0; i < x->rod->actuators; i++) {
+        excess[i] = x->path.load * x->rod->extents[i].displacement;
+    }
+    for (int e = 0; e < x->elements; e++) {
+        for (int i = 0; i < x->stages; i++) {
+            add_length(x, (size_t)(e * x->stages + i), width(x, e) * x->rule.weights[i],
+                       y + edge(x, e) + (i + 1) * ROWS, excess);
+        }
+    }
+}
+
+/* ---- single places ------------------------------------------------------------------------- */
+
+/* y beyond what acts at edge e, and its derivative by y there where by_y is not NULL. */
+static void jump_over(const static_system *x, int e, const double *y, double *after, jacobian by_y)
+{
+    if (x->jump[e] >= 0) {
+        static_jump_over(&x->jumps[x->jump[e]], y, after, by_y);
+        return;
+    }
+    memcpy(after, y, ROWS * sizeof *after);
+    for (int r = 0; r < ROWS && by_y; r++) {
+        for (int c = 0; c < ROWS; c++) {
+            by_y[r][c] = r == c;
+        }
+    }
+}
+
+int static_system_jump(const static_system *x, int edge)
+{
+    return x->jump[edge];
+}
+
+void static_system_start(const static_system *x, const double *y, int element, double *start)
+{
+    jump_over(x, element, y + edge(x, element), start, NULL);
+}
+
+/* Rows of the conditions at s = 1, which are about y beyond what acts there. */
+static void end_residual(const static_system *x, const double *y, double *rows,
+                         double (*by_y)[ROWS])
+{
+    double after[ROWS];
+    jacobian across, by_after;
+    jump_over(x, x->elements, y + edge(x, x->elements), after, by_y ? across : NULL);
+    static_end_residual(&x->ends[1], 1, after, rows, by_after);
+    for (int r = 0; r < STATIC_END_ROWS && by_y; r++) {
+        for (int c = 0; c < ROWS; c++) {
+            by_y[r][c] = 0;
+            for (int k = 0; k < ROWS; k++) {
+                by_y[r][c] += by_after[r][k] * across[k][c];
+            }
+        }
+    }
+}
+
+/* ---- residual and derivatives -------------------------------------------------------------- */
+
+void static_system_residual(static_system *x, const double *y, double *residual)
+{
+    double unused[STATIC_START_ROWS][ROWS], *to = residual + STATIC_START_ROWS;
+    static_end_residual(&x->ends[0], 0, y, residual, unused);
+    for (int e = 0; e < x->elements; e++) {
+        const double *inner = y + edge(x, e) + ROWS;
+        double start[ROWS], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
+        jump_over(x, e, y + edge(x, e), start, NULL);
+        for (int i = 0; i < x->stages; i++) {
+            static_point at = point_of(x, (size_t)(e * x->stages + i));
+            static_rate(&at, inner + i * ROWS, rate + i * ROWS, NULL);
+        }
+        for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
+            const double *a = i < x->stages ? x->rule.matrix[i] : x->rule.weights;
+            for (int k = 0; k < ROWS; k++) {
+                double sum = 0;
+                for (int j = 0; j < x->stages; j++) {
+                    sum += a[j] * rate[j * ROWS + k];
+                }
+                *to++ = inner[i * ROWS + k] - start[k] - h * sum;
+            }
+        }
+    }
+    end_residual(x, y, to, NULL);
+}
+
+void static_system_linearise(static_system *x, const double *y)
+{
+    double rows[STATIC_START_ROWS], rate[ROWS];
+    static_end_residual(&x->ends[0], 0, y, rows, x->start);
+    end_residual(x, y, rows, x->end);
+    for (int e = 0; e < x->elements; e++) {
+        jump_over(x, e, y + edge(x, e), rate, x->across[e]);
+        const double *inner = y + edge(x, e) + ROWS;
+        for (int i = 0; i < x->stages; i++) {
+            size_t p = (size_t)(e * x->stages + i);
+            static_point at = point_of(x, p);
+            static_rate(&at, inner + i * ROWS, rate, x->by_y[p]);
+        }
+    }
+}
+
+/* I - h a_ij J_j, column-major. */
+static void fill_inner(const static_system *x, int e, double *matrix)
+{
+    size_t n = inner_rows(x);
+    double h = width(x, e);
+    jacobian *by_y = x->by_y + e * x->stages;
+    for (int j = 0; j < x->stages; j++) {
+        for (int c = 0; c < ROWS; c++) {
+            double *to = matrix + (size_t)(j * ROWS + c) * n;
+            for (int i = 0; i < x->stages; i++) {
+                double factor = -h * x->rule.matrix[i][j];
+                for (int r = 0; r < ROWS; r++) {
+                    *to++ = factor * by_y[j][r][c] + (i == j && r == c);
+                }
+            }
+        }
+    }
+}
+
+/* to[ROWS] += h sum_j b_j J_j inner_j */
+static void add_end(const static_system *x, int e, const double *inner, double *to)
+{
+    double h = width(x, e);
+    for (int j = 0; j < x->stages; j++) {
+        const double *from = inner + j * ROWS, factor = h * x->rule.weights[j];
+        for (int r = 0; r < ROWS; r++) {
+            const double *row = x->by_y[e * x->stages + j][r];
+            double sum = 0;
+            for (int c = 0; c < ROWS; c++) {
+                sum += row[c] * from[c];
+            }
+            to[r] += factor * sum;
+        }
+    }
+}
+
+static void put(static_system *x, int row, int column, double value)
+{
+    x->band[column][row - column + ABOVE] = value;
+}
+
+static int factor_element(static_system *x, int e)
+{
+    size_t n = inner_rows(x);
+    double *matrix = x->factor + (size_t)e * n * n, *by_start = x->by_start + (size_t)e * n * ROWS;
+    int *pivots = x->pivots + (size_t)e * n, row = STATIC_START_ROWS + e * ROWS, column = e * ROWS;
+    fill_inner(x, e, matrix);
+    if (ad_dense_lu(n, matrix, pivots) != 0) {
+        return 1;
+    }
+    for (int c = 0; c < ROWS; c++) {
+        for (size_t i = 0; i < n; i++) {
+            by_start[(size_t)c * n + i] = x->across[e][i % ROWS][c];
+        }
+    }
+    ad_dense_lu_solve(n, ROWS, matrix, pivots, by_start);
+    for (int c = 0; c < ROWS; c++) {
+        double end[ROWS];
+        for (int r = 0; r < ROWS; r++) {
+            end[r] = x->across[e][r][c];
+        }
+        add_end(x, e, by_start + (size_t)c * n, end);
+        for (int r = 0; r < ROWS; r++) {
+            put(x, row + r, column + c, -end[r]);
+            put(x, row + r, column + ROWS + c, r == c);
+        }
+    }
+    return 0;
+}
+
+int static_system_factor(static_system *x)
+{
+    int size = (x->elements + 1) * ROWS, last = size - ROWS;
+    for (int c = 0; c < size; c++) {
+        memset(x->band[c], 0, (ABOVE + LOWER + 1) * sizeof **x->band);
+    }
+    for (int c = 0; c < ROWS; c++) {
+        for (int r = 0; r < STATIC_START_ROWS; r++) {
+            put(x, r, c, x->start[r][c]);
+        }
+        for (int r = 0; r < STATIC_END_ROWS; r++) {
+            put(x, last + STATIC_START_ROWS + r, last + c, x->end[r][c]);
+        }
+    }
+    for (int e = 0; e < x->elements; e++) {
+        if (factor_element(x, e) != 0) {
+            return 1;
+        }
+    }
+    return SUNDlsMat_bandGBTRF(x->band, size, UPPER, LOWER, ABOVE, x->band_pivots) != 0;
+}
+
+void static_system_solve(static_system *x, const double *right, double *step)
+{
+    size_t n = inner_rows(x);
+    int size = (x->elements + 1) * ROWS;
+    const double *from = right + STATIC_START_ROWS;
+    double *to = x->right + STATIC_START_ROWS;
+    memcpy(x->right, right, STATIC_START_ROWS * sizeof *right);
+    for (int e = 0; e < x->elements; e++, from += n + ROWS, to += ROWS) {
+        double *inner = x->inner + (size_t)e * n;
+        memcpy(inner, from, n * sizeof *from);
+        ad_dense_lu_solve(n, 1, x->factor + (size_t)e * n * n, x->pivots + (size_t)e * n, inner);
+        memcpy(to, from + n, ROWS * sizeof *from);
+        add_end(x, e, inner, to);
+    }
+    memcpy(to, from, STATIC_END_ROWS * sizeof *from);
+    SUNDlsMat_bandGBTRS(x->band, size, ABOVE, LOWER, x->band_pivots, x->right);
+    for (int e = 0; e <= x->elements; e++) {
+        const double *start = x->right + (size_t)e * ROWS;
+        memcpy(step + edge(x, e), start, ROWS * sizeof *start);
+        for (size_t i = 0; e < x->elements && i < n; i++) {
+            double sum = x->inner[(size_t)e * n + i];
+            for (int c = 0; c < ROWS; c++) {
+                sum += x->by_start[((size_t)e * ROWS + (size_t)c) * n + i] * start[c];
+            }
+            step[edge(x, e) + ROWS + i] = sum;
+        }
+    }
+}

@@ -1,0 +1,77 @@
+/* What the files of the static system share: making it and its path (static_system.c), its
+ * equations and their derivatives (static_equations.c). Not for others. */
+#ifndef PHYSICS_SOLVE_STATIC_SYSTEM_INTERNAL_H
+#define PHYSICS_SOLVE_STATIC_SYSTEM_INTERNAL_H
+
+#include "physics/solve/static_system.h"
+
+#include <sundials/sundials_band.h>
+
+enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
+
+typedef double jacobian[ROWS][ROWS];
+
+struct static_system {
+    const solve_rod *rod;
+    gauss_rule rule;
+    int elements, stages;
+    double *edges;             /* [elements + 1] */
+    double *points;            /* [elements][stages], s */
+    solve_section *sections;   /* the same points; with the stretch of the path */
+    double *axial;             /* [elements][stages] axial compliance without it */
+    solve_rest *rest;          /* the same points */
+    solve_load *load;          /* the same, at full load */
+    solve_actuator *actuators; /* [elements][stages][those of the rod], at full load */
+    static_end full[2];        /* at full load */
+    static_end bare[2];        /* unstressed */
+    static_end ends[2];        /* where the path is */
+    double turn[3];            /* rotation vector of the end s = 1 at full load, world; 0: none */
+    double (*chords)[3];       /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
+    double arc[3];             /* their sum, turned in proportion to s */
+    int *jump;                 /* [elements + 1] at each edge, index of the rod's; -1: none */
+    solve_load *jump_load;     /* [jumps of the rod] at full load */
+    static_jump *jumps;        /* the same, where the path is */
+    static_path path;
+    double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given */
+    double *rate;                         /* [elements][stages][ROWS] */
+    jacobian *by_y;                       /* [elements][stages] */
+    double *factor;                       /* [elements][inner][inner], column-major */
+    int *pivots;                          /* [elements][inner] */
+    double *by_start; /* [elements][ROWS][inner]: how the inner y follow the start */
+    double *inner;    /* [elements][inner] */
+    jacobian *across; /* [elements] of y beyond the edge where an element begins */
+    double start[STATIC_START_ROWS][ROWS], end[STATIC_END_ROWS][ROWS];
+    realtype **band; /* of y at the edges */
+    sunindextype *band_pivots;
+    double *right; /* [elements + 1][ROWS] */
+};
+
+static inline size_t inner_rows(const static_system *x)
+{
+    return (size_t)x->stages * ROWS;
+}
+
+static inline double width(const static_system *x, int element)
+{
+    return x->edges[element + 1] - x->edges[element];
+}
+
+/* Index of the y at edge `element`; the inner ones of the element follow. */
+static inline size_t edge(const static_system *x, int element)
+{
+    return (size_t)element * (inner_rows(x) + ROWS);
+}
+
+static inline solve_load part_of(const solve_load *full, double share)
+{
+    solve_load load;
+    for (int k = 0; k < 3; k++) {
+        load.force[k] = share * full->force[k];
+        load.moment[k] = share * full->moment[k];
+        load.body_force[k] = share * full->body_force[k];
+        load.body_moment[k] = share * full->body_moment[k];
+    }
+    return load;
+}
+
+#endif
