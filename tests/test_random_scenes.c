@@ -27,7 +27,7 @@ typedef struct outcome {
     bool solved, warned, shot;
     double error, estimate, floor;
     int nodes;
-    char text[VERDICT_TEXT];
+    char text[VERDICT_TEXT + 128];
 } outcome;
 
 /* N in the world from n in the body. */

@@ -146,8 +146,9 @@ static inline __attribute__((always_inline)) void renormalize(lanes q[4])
     }
 }
 
-static inline __attribute__((always_inline)) double sum_of(lanes x)
+static inline __attribute__((always_inline)) double sum_of(const lanes *lane)
 {
+    const lanes x = *lane;
     return ((x[0] + x[4]) + (x[1] + x[5])) + ((x[2] + x[6]) + (x[3] + x[7]));
 }
 
@@ -168,8 +169,8 @@ FOR_EACH_PROCESSOR static void spin_unsteadily(motion *m, size_t first, double h
 {
     spinning x = {.q = {{0}}};
     load_nodes(m, first, &x);
-    double fast = sum_of(x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]);
-    double turn = fabs(h) * sqrt(fast), most = 1e3 * LARGEST_TURN;
+    lanes fast = x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2];
+    double turn = fabs(h) * sqrt(sum_of(&fast)), most = 1e3 * LARGEST_TURN;
     int parts = turn < most ? 1 + (int)(turn / LARGEST_TURN) : 1000;
     int terms = terms_for(turn / parts);
     for (int part = 0; part < parts; part++) {
@@ -191,7 +192,7 @@ FOR_EACH_PROCESSOR static size_t spin_steady_nodes(motion *m, size_t first, doub
         lanes unsteady =
             turning[0] * turning[0] + turning[1] * turning[1] + turning[2] * turning[2];
         lanes fast = (x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]) * (h * h);
-        if (!(sum_of(unsteady) == 0 && sum_of(fast) < LARGEST_TURN * LARGEST_TURN)) {
+        if (!(sum_of(&unsteady) == 0 && sum_of(&fast) < LARGEST_TURN * LARGEST_TURN)) {
             return first;
         }
         spin_steadily(&x, h);
