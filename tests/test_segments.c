@@ -610,8 +610,8 @@ static void test_words(void **state)
     (void)state;
     static const char *const lines[] = {
         "segments[0]: length 0.4; 0 to 0.4 m, circle",
-        "segments[1]: length 0.6; section.width 0.01; section.height 0.02; rest.curvature 2*s, 0, "
-        "0; turn 0.5, 0, 0; 0.4 to 1 m, rectangle",
+        ("segments[1]: length 0.6; section.width 0.01; section.height 0.02; rest.curvature 2*s, 0, "
+         "0; turn 0.5, 0, 0; 0.4 to 1 m, rectangle"),
         "loads.points[0]: at 0.3; force 0, load*t, 0; dead",
         "loads.points[1]: at 0.5; moment 0.01, 0, 0; follower",
         "bodies[0]: at 1; mass 0.2",
