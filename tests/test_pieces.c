@@ -219,7 +219,6 @@ static void test_points(void **state)
     rod.points[2].at = quantity_number(0.61);
     set(rod.points[2].load.moment, 0, 1, 0);
     agrees_with_solver(&rod, 1e-8); /* in a plane */
-    rod.motion = SCENE_SPATIAL;
     set(rod.points[1].load.moment, 0.3, 0.2, 0.5);
     set(rod.points[2].load.moment, 0.4, 1, -0.2);
     agrees_with_solver(&rod, 1e-8);
@@ -245,10 +244,55 @@ static void test_springs_and_bodies(void **state)
     rod.springs[1].at = quantity_number(1);
     set(rod.springs[1].turning, 3, 2, 1);
     agrees_with_solver(&rod, 1e-8);
-    rod.motion = SCENE_SPATIAL;
     set(rod.springs[0].anchor, 0.8, 0.3, 0);
     set(rod.springs[0].stiffness, 5, 10, 20); /* out of the plane */
     agrees_with_solver(&rod, 1e-8);
+}
+
+/* A load of 1 on 1e-1 to 1e-4 of the length, smooth: no formula switches, nothing is overlooked. */
+static void test_narrow_peak(void **state)
+{
+    (void)state;
+    for (double width = 0.1; width > 5e-5; width /= 10) {
+        char text[96];
+        scene rod = along_x();
+        set(rod.loads.force, 0, 0, 0);
+        snprintf(text, sizeof text, "-exp(-((s-0.377)/%.3g)^2)/%.3g", width, width);
+        rod.loads.force[2] = formula(text);
+        agrees_with_solver(&rod, 5e-8); /* what a network that is solved stays below */
+    }
+}
+
+/* Bands of loads, jumps of stiffness and of the unstressed curvature at random, dead or follower.
+ */
+static void test_random(void **state)
+{
+    (void)state;
+    nn_rng rng = nn_rng_split(7, "pieces");
+    for (int i = 0; i < 12; i++) {
+        char text[200];
+        double at[6], width = pow(10, nn_rng_between(&rng, -3, -0.5));
+        for (int k = 0; k < 6; k++) {
+            at[k] = nn_rng_between(&rng, 0.02, 0.98 - width);
+        }
+        scene rod = along_x();
+        snprintf(text, sizeof text, "where((s-%.17g)*(%.17g-s), %.3g, 0)", at[0], at[0] + width,
+                 nn_rng_between(&rng, -2, 2) / sqrt(width));
+        set(rod.loads.force, 0, nn_rng_between(&rng, -1, 1), 0);
+        rod.loads.force[0] = formula(text);
+        rod.loads.force[2] = quantity_number(nn_rng_between(&rng, -1, 1));
+        rod.loads.frame = i % 2 ? SCENE_FOLLOWER : SCENE_DEAD;
+        snprintf(text, sizeof text, "where(s-%.17g, 1, where(s-%.17g, 2, 0.6))", fmax(at[1], at[2]),
+                 fmin(at[1], at[2]));
+        rod.rod.bending_stiffness[0] = rod.rod.bending_stiffness[1] = formula(text);
+        snprintf(text, sizeof text, "where(s-%.17g, 0.7, -0.4)", at[3]);
+        set(rod.rod.rest_curvature, 0.2, 0, 0);
+        rod.rod.rest_curvature[1] = formula(text);
+        rod.point_count = 1;
+        rod.points[0].at = quantity_number(at[4]);
+        set(rod.points[0].load.force, nn_rng_between(&rng, -1, 1), 0, nn_rng_between(&rng, -1, 1));
+        agrees_with_solver(&rod, 1e-8);
+    }
 }
 
 /* Ends between which some acts on the beam itself, and springs and bodies at the ends too. */
@@ -353,6 +397,7 @@ int main(void)
         cmocka_unit_test(test_elbow),           cmocka_unit_test(test_elbow_loaded),
         cmocka_unit_test(test_points),          cmocka_unit_test(test_springs_and_bodies),
         cmocka_unit_test(test_beam_places),     cmocka_unit_test(test_beam_bodies),
-        cmocka_unit_test(test_jump_in_time)};
+        cmocka_unit_test(test_jump_in_time),    cmocka_unit_test(test_narrow_peak),
+        cmocka_unit_test(test_random)};
     return cmocka_run_group_tests(tests, begin, end);
 }

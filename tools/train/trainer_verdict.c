@@ -85,9 +85,10 @@ int trainer_unstable_modes(const trainer *t)
 /* The error of the position over the length, or of a deflection over its size, per root of the
  * held-out loss with which the worst window ended, for networks without hidden layers in mixed
  * form: the largest that was measured, of some 120 scenes at rest, with jumps and narrow peaks
- * (smooth ones are five times as good), and of steps, blows and ramps of a cantilever in 12 to 96
- * windows of time. Nearly unstable equilibria may be worse. */
-static const double AT_REST = 0.005, IN_MOTION = 0.05;
+ * (smooth ones are five times as good); in motion per root of the longest window as well, in units
+ * of L^2 (rhoA/EI)^(1/2), of steps, blows and ramps of a cantilever in 12 to 160 windows. Nearly
+ * unstable equilibria may be worse. */
+static const double AT_REST = 0.005, IN_MOTION = 0.12;
 
 /* What a network that has solved a scene stays below at rest; motions have waves without end. */
 static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3;
@@ -101,7 +102,9 @@ double trainer_estimate(const trainer *t)
     if (!measured || t->history.count == 0) {
         return NAN;
     }
-    double per_root = scene_is_dynamic(rod_scene) ? IN_MOTION : AT_REST;
+    double per_root = scene_is_dynamic(rod_scene)
+                          ? IN_MOTION * sqrt(domain_longest_window(&t->e->model->domain))
+                          : AT_REST;
     double size = scene_is_beam(rod_scene) ? t->size : 1;
     return per_root * sqrt(worst_held_out(t, &window) / size);
 }
