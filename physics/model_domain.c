@@ -7,7 +7,7 @@
 #include "physics/scene_walk.h"
 
 #include <math.h>
-#include <string.h>
+#include <stdlib.h>
 
 /* What is given in a piece should be polynomials of this degree to a share of its size: the least
  * of what networks span in a piece. */
@@ -16,8 +16,10 @@ static const double MISFIT = 1e-7;
 
 enum {
     FORMULAS_MAX = 64,
-    TIMES = 5, /* at which formulas of t are looked at, too */
-    PLACES = 3 /* of a panel */
+    TIMES = 5,        /* at which formulas of t are looked at, too */
+    PLACES = 3,       /* of a part of a panel */
+    PARTS = 4,        /* of a panel, between which it may be divided */
+    PARTED_MOST = 512 /* of more panels there is one part each */
 };
 
 /* Of the range: in motion only where there are shorter panels a piece is divided. */
@@ -29,7 +31,8 @@ typedef struct dividing {
     quantity formula[FORMULAS_MAX];
     quantity_interval counts[FORMULAS_MAX]; /* where along the rod */
     double size[FORMULAS_MAX];
-    const scene_panels *panels;
+    const scene_panels *panels; /* divided into parts */
+    int parts;
     int pieces, most; /* so far, and with those that are `to_come` */
     int to_come;
     double edges[DOMAIN_PIECES_MAX + 1]; /* m */
@@ -136,7 +139,7 @@ static bool has_short(const dividing *in, int first, int last)
 {
     const double *edges = in->panels->edges;
     for (int i = first; i < last; i++) {
-        if (edges[i + 1] - edges[i] < SHORT * edges[in->panels->count]) {
+        if (in->parts * (edges[i + 1] - edges[i]) < SHORT * edges[in->panels->count]) {
             return true;
         }
     }
@@ -173,6 +176,24 @@ static void divide_stretches(dividing *in, const scene_breaks *breaks)
     }
 }
 
+/* Every panel in so many equal parts. */
+static ad_status part_panels(scene_panels *panels, int parts, ad_error *error)
+{
+    double *edges = malloc(((size_t)panels->count * (size_t)parts + 1) * sizeof *edges);
+    if (!edges) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the pieces of a scene");
+    }
+    for (int i = 0; i < panels->count * parts; i++) {
+        double low = panels->edges[i / parts], high = panels->edges[i / parts + 1];
+        edges[i] = low + (high - low) * (i % parts) / parts;
+    }
+    edges[panels->count * parts] = panels->edges[panels->count];
+    free(panels->edges);
+    panels->edges = edges;
+    panels->count *= parts;
+    return AD_OK;
+}
+
 /* Pieces along s, which the displacement form has not. */
 static ad_status divide_length(const scene *scene, domain *d, ad_error *error)
 {
@@ -188,6 +209,8 @@ static ad_status divide_length(const scene *scene, domain *d, ad_error *error)
         return status;
     }
     status = scene_panels_of(scene, "s", &panels, error);
+    in.parts = panels.count <= PARTED_MOST ? PARTS : 1;
+    status = status == AD_OK ? part_panels(&panels, in.parts, error) : status;
     if (status == AD_OK) {
         scene_walk(scene, "s", &walker);
         divide_stretches(&in, &breaks);
