@@ -16,8 +16,8 @@
     .tolerance = (limit), .solver_override = "rod.inertia.rotary=[1e-4, 1e-4, 2e-4]"
 
 static const stress_row rows[] = {
-    {"step/at-once", TIP("1e-3"), .write = stress_write_step_at_once, SOLVED_STEPPING(1e-5),
-     BOTH(SOLVED(1e-5, DEFLECTION))},
+    {"step/at-once", TIP("1e-3"), .write = stress_write_step_at_once, .seconds = 30,
+     SOLVED_STEPPING(1e-5), BOTH(SOLVED(1e-5, DEFLECTION))},
     {"step/between-windows", TIP("1e-3*step(t-0.1)"), .overrides = {"time.windows=10"},
      .write = stress_write_step, .seconds = 30, SOLVED_STEPPING(1e-5),
      BOTH(SOLVED(1e-5, DEFLECTION))},
@@ -26,7 +26,7 @@ static const stress_row rows[] = {
     {"step/push", TIP("1e-2*(step(t-0.1)-step(t-0.2))"), .overrides = {"time.windows=10"},
      .write = stress_write_push, .seconds = 30, SOLVED_STEPPING(1e-5),
      BOTH(SOLVED(1e-5, DEFLECTION))},
-    {"step/blow", TIP("0.1*(step(t-0.1)-step(t-0.11))"), .write = stress_write_blow,
+    {"step/blow", TIP("0.1*(step(t-0.1)-step(t-0.11))"), .write = stress_write_blow, .seconds = 30,
      SOLVED_STEPPING(1e-4), BOTH(SOLVED(1e-4, DEFLECTION))},
     {"damping/heavy", TIP("1e-2*t/10"),
      .overrides = {"rod.damping.curvature=[10, 10, 10]", "time.duration=10"},
