@@ -264,16 +264,20 @@ extern "C" {
       "the unstressed rod there",                                                                  \
       "Where the spring does not pull.")
 
-#define SCENE_TENDON_ROWS(X, of, in)                                                               \
-    X(of "offset", 2, in offset, LISTS, ALONG, FINITE, SECTION_POINT, BODY, "m", NOTHING,         \
-      "required",                                                                                  \
-      "A tendon is guided by the rod at this place of its sections, along d1 and d2; formulas of " \
-      "s.")                                                                                        \
-    X(of "start", 1, in start, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
+/* What runs along a part of the rod: what the places of its sections are, and what its end is. */
+#define SCENE_ALONG_ROWS(X, of, in, guided, ends)                                                  \
+    X(of "offset", 2, in offset, LISTS, ALONG, FINITE, SECTION_POINT, BODY, "m", NOTHING,          \
+      "required", guided)                                                                          \
+    X(of "start", 1, in start, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "0",             \
       "From here on.")                                                                             \
-    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,              \
-      "the end of the rod",                                                                        \
-      "It is fixed to the rod here.")                                                              \
+    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,                      \
+      "the end of the rod", ends)
+
+#define SCENE_TENDON_ROWS(X, of, in)                                                               \
+    SCENE_ALONG_ROWS(X, of, in,                                                                    \
+                     "A tendon is guided by the rod at this place of its sections, along d1 and "  \
+                     "d2; formulas of s.",                                                         \
+                     "It is fixed to the rod here.")                                               \
     X(of "tension", 1, in tension, LISTS, AT_PLACE, NOT_NEGATIVE, SCALAR, WORLD, "N", NOTHING,    \
       NULL,                                                                                        \
       "Its tension, where it begins; formula of t.")                                               \
@@ -287,15 +291,10 @@ extern "C" {
       "the angle that the tendon has turned.")
 
 #define SCENE_CHAMBER_ROWS(X, of, in)                                                              \
-    X(of "offset", 2, in offset, LISTS, ALONG, FINITE, SECTION_POINT, BODY, "m", NOTHING,         \
-      "required",                                                                                  \
-      "A fluid chamber along the rod has its axis at this place of the sections, along d1 and "    \
-      "d2; formulas of s.")                                                                        \
-    X(of "start", 1, in start, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "0", \
-      "From here on.")                                                                             \
-    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,              \
-      "the end of the rod",                                                                        \
-      "Up to here.")                                                                               \
+    SCENE_ALONG_ROWS(X, of, in,                                                                    \
+                     "A fluid chamber along the rod has its axis at this place of the sections, "  \
+                     "along d1 and d2; formulas of s.",                                            \
+                     "Up to here.")                                                                \
     X(of "pressure", 1, in pressure, LISTS, AT_PLACE, FINITE, SCALAR, WORLD, "Pa", NOTHING,       \
       "required",                                                                                  \
       "Its pressure over that outside; formula of t.")                                             \

@@ -226,3 +226,10 @@ double solve_spring_energy(const solve_spring *x, const double anchor[3], const 
     }
     return energy;
 }
+
+void solve_jump_places(const solve_jumps *jumps, double *s)
+{
+    for (int i = 0; i < jumps->count; i++) {
+        s[i] = jumps->at[i].s;
+    }
+}

@@ -40,6 +40,9 @@ typedef struct solve_jumps {
     solve_spring springs[SCENE_SPRINGS_MAX];
 } solve_jumps;
 
+/* s [count] of them. */
+void solve_jump_places(const solve_jumps *jumps, double *s);
+
 /* Fills all but the poses of the springs. Returns, of t, the loads at each place as rows of a
  * solve_load (rod_model.h), weights of bodies among them, and then anchor, unloaded, upright of
  * each spring; `any`: whether there are rows. */

@@ -24,9 +24,7 @@ ad_status motion_places_of(const solve_rod *rod, solve_quadrature **places, ad_e
 {
     double jumps[SOLVE_JUMPS_MAX];
     const solve_given given = motion_given(rod);
-    for (int i = 0; i < rod->jumps.count; i++) {
-        jumps[i] = rod->jumps.at[i].s;
-    }
+    solve_jump_places(&rod->jumps, jumps);
     return solve_quadrature_create(&rod->scene, &given, rod->jumps.count, jumps, places, error);
 }
 

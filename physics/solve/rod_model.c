@@ -221,9 +221,7 @@ static ad_status add_quadrature(solve_rod *rod, ad_error *error)
 {
     const solve_given given = solve_rod_given(rod);
     double places[SOLVE_JUMPS_MAX];
-    for (int i = 0; i < rod->jumps.count; i++) {
-        places[i] = rod->jumps.at[i].s;
-    }
+    solve_jump_places(&rod->jumps, places);
     return rod->dynamic ? AD_OK
                         : solve_quadrature_create(&rod->scene, &given, rod->jumps.count, places,
                                                   &rod->quadrature, error);
@@ -337,6 +335,19 @@ ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, 
         memcpy(out, all, (size_t)rod->jumps.count * sizeof *out);
     }
     return status;
+}
+
+ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *load,
+                                  solve_initial *unstressed, ad_error *error)
+{
+    const solve_jumps *jumps = &rod->jumps;
+    if (jumps->count == 0) {
+        return AD_OK;
+    }
+    solve_jump_places(jumps, s);
+    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
+    return status == AD_OK ? solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error)
+                           : status;
 }
 
 ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,

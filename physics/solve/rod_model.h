@@ -148,6 +148,11 @@ solve_given solve_rod_given(const solve_rod *rod);
  * body_force, T = moment + R(q) body_moment. */
 ad_status solve_rod_jump_loads(const solve_rod *rod, double t, solve_load *out, ad_error *error);
 
+/* Where these places are, s, their loads at t = 0, and the unstressed rod there; [jumps.count]
+ * each. */
+ad_status solve_rod_jumps_at_rest(const solve_rod *rod, double *s, solve_load *load,
+                                  solve_initial *unstressed, ad_error *error);
+
 /* Force per length with which what surrounds a rod resists its velocity r_t [n][3]: out [n][3],
  * world, not part of solve_load. Of rods in motion that have any (rod->resists). */
 ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, double t,

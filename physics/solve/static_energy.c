@@ -160,16 +160,7 @@ static ad_status add_jumps(const static_system *system, const solve_rod *rod, co
     solve_load load[SOLVE_JUMPS_MAX];
     solve_initial unstressed[SOLVE_JUMPS_MAX];
     size_t points = (size_t)static_system_rule(system)->stages + 1;
-    if (jumps->count == 0) {
-        return AD_OK;
-    }
-    for (int i = 0; i < jumps->count; i++) {
-        s[i] = jumps->at[i].s;
-    }
-    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
-    if (status == AD_OK) {
-        status = solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error);
-    }
+    ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
     for (int e = 0; e <= static_system_elements(system) && status == AD_OK; e++) {
         const double *at = y + (size_t)e * points * STATIC_ROWS;
         int i = static_system_jump(system, e);

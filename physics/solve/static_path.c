@@ -70,16 +70,7 @@ static ad_status measure_jumps(const solve_rod *rod, single_loads *sum, ad_error
     solve_load load[SOLVE_JUMPS_MAX];
     solve_initial unstressed[SOLVE_JUMPS_MAX];
     *sum = (single_loads){0};
-    if (jumps->count == 0) {
-        return AD_OK;
-    }
-    for (int i = 0; i < jumps->count; i++) {
-        s[i] = jumps->at[i].s;
-    }
-    ad_status status = solve_rod_jump_loads(rod, 0, load, error);
-    if (status == AD_OK) {
-        status = solve_rod_initial(rod, (size_t)jumps->count, s, unstressed, error);
-    }
+    ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
     for (int i = 0; i < jumps->count && status == AD_OK; i++) {
         double R[3][3], along[3], push[3];
         memcpy(push, load[i].force, sizeof push);

@@ -44,28 +44,25 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 #define FINITE  ANY
 #define POISSON BETWEEN(-1, 0.5), .flags = CONFIG_LOW_OPEN
 
-#define SCENE_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit, otherwise, \
-                       in_words, text)                                                             \
+/* ...: its bounds */
+#define QUANTITY_KEY(path, size, member, of_unit, in_words, text, ...)                             \
     {path,                                                                                         \
      CONFIG_QUANTITY,                                                                              \
      ENTRIES((size) > 1 ? (size) : 0, (size) > 1 ? (size) : 0),                                    \
      AT(scene.member),                                                                             \
-     bounds,                                                                                       \
+     __VA_ARGS__,                                                                                  \
      .unit = (of_unit),                                                                            \
      .fallback = (in_words),                                                                       \
      .help = (text)},
+#define SCENE_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit, otherwise, \
+                       in_words, text)                                                             \
+    QUANTITY_KEY(path, size, member, of_unit, in_words, text, bounds)
 
 /* What a segment has of the rod. */
 #define SEGMENT_QUANTITY(path, size, member, part, rule, bounds, geometry, axes, of_unit,          \
                          otherwise, in_words, text)                                                \
-    {path,                                                                                         \
-     CONFIG_QUANTITY,                                                                              \
-     ENTRIES((size) > 1 ? (size) : 0, (size) > 1 ? (size) : 0),                                    \
-     AT(scene.member),                                                                             \
-     bounds,                                                                                       \
-     .unit = (of_unit),                                                                            \
-     .fallback = "as under rod, or from section and material",                                     \
-     .help = "Of this piece, as under rod."},
+    QUANTITY_KEY(path, size, member, of_unit, "as under rod, or from section and material",        \
+                 "Of this piece, as under rod.", bounds)
 
 /* clang-format off */
 const config_key config_keys[] = {
