@@ -118,25 +118,27 @@ static bool is_seen(const dividing *in, double low, double high)
     return infinite ? width(all.value) <= SPREAD * sampled_values : slopes <= MORE * sampled_slopes;
 }
 
-static void add_edge(dividing *in, double place)
+static bool has_room(dividing *in)
 {
     scene_panels *to = in->result;
-    if (to->count == PANELS_MAX) {
-        to->unresolved = to->unresolved ? to->unresolved : in->key;
-    } else {
-        to->edges[++to->count] = place;
+    if (to->count == PANELS_MAX && !to->unresolved) {
+        to->unresolved = in->key;
     }
+    return to->count < PANELS_MAX;
 }
 
 /* Edges within it, in turn. */
 static void divide(dividing *in, double low, double high)
 {
     double middle = low + (high - low) / 2;
-    if (in->result->count < PANELS_MAX && !is_seen(in, low, high)) {
-        divide(in, low, middle);
-        add_edge(in, middle);
-        divide(in, middle, high);
+    if (is_seen(in, low, high) || !has_room(in)) {
+        return;
     }
+    divide(in, low, middle);
+    if (has_room(in)) {
+        in->result->edges[++in->result->count] = middle;
+    }
+    divide(in, middle, high);
 }
 
 static int ascending(const void *a, const void *b)
