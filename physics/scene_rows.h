@@ -258,8 +258,7 @@ extern "C" {
       "Force per displacement from the anchor, along the world's axes.")                           \
     X(of "turning", 3, in turning, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "N m/rad",     \
       ZERO, NULL,                                                                                  \
-      "Moment about d1, d2, d3 per rotation from the unstressed rod there: 2 vec of its "          \
-      "quaternion.")                                                                               \
+      "Moment about d1, d2, d3 per rotation, axis times angle, from the unstressed rod there.")    \
     X(of "anchor", 3, in anchor, ROD, ONE_NUMBER, FINITE, POSITION_VECTOR, WORLD, "m", NOTHING, \
       "the unstressed rod there",                                                                  \
       "Where the spring does not pull.")
