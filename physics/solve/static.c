@@ -14,7 +14,7 @@
 enum {
     STAGES = 10,        /* of an element, when the tolerance decides about nodes */
     ELEMENTS_MAX = 600, /* some 300 MB */
-    FEW = 16,           /* elements of a first mesh on which a path is quickly followed */
+    FEW = 64,           /* wavenumber of a rod whose path is quickly followed */
     SAMPLES = 33        /* of a shape, to tell two equilibria apart */
 };
 
@@ -302,8 +302,8 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
     if (better && settings->branch == 0 && report->load_fraction == 1) {
         int here = -1, there = -1;
         better = leads_elsewhere(*x, end);
-        status = status == AD_OK ? static_unstable(*x, &here, error) : status;
-        status = status == AD_OK ? static_unstable(end, &there, error) : status;
+        status = better ? static_unstable(*x, &here, error) : status;
+        status = better && status == AD_OK ? static_unstable(end, &there, error) : status;
         better = better && !(here == 0 && there > 0); /* never for one that is worse */
     }
     if (better && status == AD_OK) {
@@ -323,9 +323,9 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
 static ad_status find_loss(static_solution **x, const solve_settings *settings, path_shape *path,
                            solve_report *report, ad_error *error)
 {
-    int unstable, elements = 1 + (int)(path->wavenumber / 4);
+    int unstable;
     ad_status status = static_unstable(*x, &unstable, error);
-    return status == AD_OK && unstable > 0 && elements <= FEW
+    return status == AD_OK && unstable > 0 && path->wavenumber < FEW
                ? trace(x, settings, path, TRACE_FIRST_MARK, report, error)
                : status;
 }

@@ -7,10 +7,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum {
-    MESHES = 4, /* each twice as fine as the one before */
-    FEW = 16    /* elements; with more, marks that nobody asked for are worth one mesh */
-};
+enum { MESHES = 4 }; /* each twice as fine as the one before */
 
 /* Loads of marks on two meshes that agree as well are taken for exact. */
 static const double AGREED = 1e-10;

@@ -9,10 +9,9 @@
 
 enum {
     POINTS_MAX = 1000,
-    PLACES = 4,      /* before, here, next, trial */
-    HOPELESS = 3,    /* more unstable modes under the full load are not lost further on */
-    ROOT_STEPS = 24, /* at most, to locate a mark */
-    MESHES = 4       /* each twice as fine as the one before */
+    PLACES = 4,     /* before, here, next, trial */
+    HOPELESS = 3,   /* more unstable modes under the full load are not lost further on */
+    ROOT_STEPS = 24 /* at most, to locate a mark */
 };
 
 /* Steps of arc length; and how far their guesses may be off and are meant to be. */
