@@ -26,6 +26,10 @@ typedef ad_status scene_check_part(const scene_checker *check);
 /* One part for every piece of the rod in turn. */
 ad_status scene_check_pieces(const scene_checker *check, scene_check_part *part);
 
+/* Quantities of the extent, over which the others are sampled, or the others: of a beam what
+ * belongs to beams, of a rod what does not (scene_check_quantity.c). */
+ad_status scene_check_quantities(const scene_checker *check, bool of_extent);
+
 /* A beam; and that a rod in space has nothing of one (scene_check_beam.c). */
 ad_status scene_check_beam(const scene_checker *check);
 ad_status scene_check_no_beam(const scene_checker *check);
