@@ -1,12 +1,6 @@
 /* What acts at single places of a beam: concentrated loads, rigid bodies, springs. */
 #include "physics/beam_internal.h"
 
-/* Of what may be left out. */
-static double beam_number(quantity q)
-{
-    return q.is_given ? q.number : 0;
-}
-
 beam_point_data beam_point_of(const beam_context *beam, int i, ad_value t)
 {
     const scene_beam_point *given = &beam->scene->beam.points[i];
@@ -23,10 +17,11 @@ beam_body_data beam_body_of(const beam_context *beam, int i)
     const scene_body *given = &beam->scene->bodies[i];
     const beam_units *unit = &beam->unit;
     double rate = beam->dynamic ? 1 / unit->time : 0;
-    return (beam_body_data){
-        .s = given->at.number / unit->length,
-        .mass = given->mass.number * rate * rate * unit->deflection / unit->force,
-        .inertia = beam_number(given->inertia[0]) * rate * rate * unit->slope / unit->moment};
+    return (beam_body_data){.s = given->at.number / unit->length,
+                            .mass =
+                                given->mass.number * rate * rate * unit->deflection / unit->force,
+                            .inertia = quantity_number_or(given->inertia[0], 0) * rate * rate *
+                                       unit->slope / unit->moment};
 }
 
 beam_spring_data beam_spring_of(const beam_context *beam, int i)
@@ -35,9 +30,9 @@ beam_spring_data beam_spring_of(const beam_context *beam, int i)
     const beam_units *unit = &beam->unit;
     return (beam_spring_data){
         .s = given->at.number / unit->length,
-        .stiffness = beam_number(given->stiffness[1]) * unit->deflection / unit->force,
-        .turning = beam_number(given->turning[0]) * unit->slope / unit->moment,
-        .anchor = beam_number(given->anchor[1]) / unit->deflection};
+        .stiffness = quantity_number_or(given->stiffness[1], 0) * unit->deflection / unit->force,
+        .turning = quantity_number_or(given->turning[0], 0) * unit->slope / unit->moment,
+        .anchor = quantity_number_or(given->anchor[1], 0) / unit->deflection};
 }
 
 ad_value beam_there(const beam_context *beam, ad_value y, double s)

@@ -105,6 +105,12 @@ static inline quantity quantity_or(quantity a, quantity otherwise)
     return a.is_given ? a : otherwise;
 }
 
+/* Of what is one number. */
+static inline double quantity_number_or(quantity a, double otherwise)
+{
+    return a.is_given ? a.number : otherwise;
+}
+
 /* ---- asking ---------------------------------------------------------------------------------- */
 
 /* AD_OK, also of what is not given; else what is wrong with the formula: AD_BAD_INPUT with the

@@ -49,7 +49,7 @@ rod_joint rod_joint_of(const scene *rod_scene, int i)
     rod_joint joint = {.s = scene_joint(rod_scene, i) / scene_length(rod_scene), .turn = {1}};
     double turn[3], square = 0;
     for (int k = 0; k < 3; k++) {
-        turn[k] = after->turn[k].is_given ? after->turn[k].number : 0;
+        turn[k] = quantity_number_or(after->turn[k], 0);
         square += turn[k] * turn[k];
     }
     joint.turns = square > 0;
@@ -73,7 +73,7 @@ rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t)
     rod_body_data body = {.s = given->at.number / scale->length,
                           .mass = mass * rate * rate * scale->length / scale->force};
     for (int k = 0; k < 3; k++) {
-        double inertia = given->inertia[k].is_given ? given->inertia[k].number : 0;
+        double inertia = quantity_number_or(given->inertia[k], 0);
         body.inertia[k] = inertia * rate * rate / scale->moment;
     }
     ad_value s = ad_scalar(rod->tape, body.s);
@@ -91,8 +91,8 @@ rod_spring_data rod_spring_of(const rod_context *rod, int i)
     const rod_scales *scale = &rod->scales;
     rod_spring_data spring = {.s = given->at.number / scale->length};
     for (int k = 0; k < 3; k++) {
-        double stiffness = given->stiffness[k].is_given ? given->stiffness[k].number : 0;
-        double turning = given->turning[k].is_given ? given->turning[k].number : 0;
+        double stiffness = quantity_number_or(given->stiffness[k], 0);
+        double turning = quantity_number_or(given->turning[k], 0);
         spring.stiffness[k] = stiffness * scale->length / scale->force;
         spring.turning[k] = turning / scale->moment;
     }

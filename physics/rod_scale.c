@@ -167,8 +167,9 @@ static void rod_point_numbers(const scene *rod_scene, const rod_scales *scale, r
 static double rod_offset(const scene *rod_scene, const quantity offset[2], quantity start,
                          quantity end)
 {
-    const quantity zero = quantity_number(0), length = quantity_number(scene_length(rod_scene));
-    double from = quantity_or(start, zero).number, to = quantity_or(end, length).number, size[2];
+    double from = quantity_number_or(start, 0),
+           to = quantity_number_or(end, scene_length(rod_scene));
+    double size[2];
     for (int i = 0; i < 2; i++) {
         scene_range range = scene_range_within(rod_scene, offset[i], from, to);
         size[i] = fmax(fabs(range.low), fabs(range.high));

@@ -187,35 +187,29 @@ static ad_status check_springs(const scene_checker *check)
 
 /* ---- along the rod --------------------------------------------------------------------------- */
 
-static ad_status check_span(const scene_checker *check, const quantity *start, const quantity *end)
+/* Guides may stand far off a thin backbone, but not farther than the rod is long. */
+static ad_status check_guided(const scene_checker *check, const quantity offset[2],
+                              const quantity *start, const quantity *end)
 {
     const scene *given = check->scene;
-    double from = quantity_or(*start, quantity_number(0)).number;
-    double to = quantity_or(*end, quantity_number(scene_length(given))).number;
+    double length = scene_length(given);
+    double from = quantity_number_or(*start, 0), to = quantity_number_or(*end, length);
     if (start->is_given && !is_on_rod(given, *start)) {
         return scene_refuse_at(check, start, "begins beyond the rod; allowed: 0 to its length");
     }
     if (end->is_given && !is_on_rod(given, *end)) {
         return scene_refuse_at(check, end, "ends beyond the rod; allowed: 0 to its length");
     }
-    return from < to ? AD_OK
-                     : scene_refuse_at(check, end->is_given ? end : start,
-                                       "it ends before it begins; allowed: start < end");
-}
-
-/* Guides may stand far off a thin backbone, but not farther than the rod is long. */
-static ad_status check_offset(const scene_checker *check, const quantity offset[2],
-                              const quantity *start, const quantity *end)
-{
-    double length = scene_length(check->scene);
-    double from = quantity_or(*start, quantity_number(0)).number;
-    double to = quantity_or(*end, quantity_number(length)).number;
+    if (!(from < to)) {
+        return scene_refuse_at(check, end->is_given ? end : start,
+                               "it ends before it begins; allowed: start < end");
+    }
     if (!offset[0].is_given) {
         return scene_refuse_at(check, offset,
                                "missing; two numbers or formulas of s along d1 and d2, in m");
     }
     for (int i = 0; i < 2; i++) {
-        scene_range range = scene_range_within(check->scene, offset[i], from, to);
+        scene_range range = scene_range_within(given, offset[i], from, to);
         if (!(range.low >= -length && range.high <= length)) {
             return scene_refuse_at(check, offset,
                                    "is farther from the axis than the rod is long; it is in m");
@@ -230,10 +224,7 @@ static ad_status check_tendons(const scene_checker *check)
     ad_status status = AD_OK;
     for (int i = 0; i < given->tendon_count && status == AD_OK; i++) {
         const scene_tendon *tendon = &given->tendons[i];
-        status = check_span(check, &tendon->start, &tendon->end);
-        if (status == AD_OK) {
-            status = check_offset(check, tendon->offset, &tendon->start, &tendon->end);
-        }
+        status = check_guided(check, tendon->offset, &tendon->start, &tendon->end);
         if (status == AD_OK && tendon->tension.is_given == tendon->displacement.is_given) {
             bool both = tendon->tension.is_given;
             status = scene_refuse_at(check, both ? &tendon->displacement : &tendon->tension,
@@ -250,10 +241,7 @@ static ad_status check_chambers(const scene_checker *check)
     ad_status status = AD_OK;
     for (int i = 0; i < given->chamber_count && status == AD_OK; i++) {
         const scene_chamber *chamber = &given->chambers[i];
-        status = check_span(check, &chamber->start, &chamber->end);
-        if (status == AD_OK) {
-            status = check_offset(check, chamber->offset, &chamber->start, &chamber->end);
-        }
+        status = check_guided(check, chamber->offset, &chamber->start, &chamber->end);
         if (status == AD_OK && !chamber->pressure.is_given) {
             status = scene_refuse_at(check, &chamber->pressure, "missing; its pressure in Pa");
         }

@@ -121,17 +121,17 @@ bool scene_field_span(const scene *rod_scene, const scene_field *field, double *
 {
     int index = 0;
     const scene_list *list = scene_field_list(field, &index);
-    const quantity begin = quantity_number(0), length = quantity_number(scene_length(rod_scene));
+    double length = scene_length(rod_scene);
     bool in_list = list && index < scene_list_length(rod_scene, list);
     if (in_list && list->offset == offsetof(scene, segments)) {
         *from = scene_joint(rod_scene, index - 1);
-        *to = fmin(scene_joint(rod_scene, index), length.number);
+        *to = fmin(scene_joint(rod_scene, index), length);
     } else if (in_list && list->offset == offsetof(scene, tendons)) {
-        *from = quantity_or(rod_scene->tendons[index].start, begin).number;
-        *to = quantity_or(rod_scene->tendons[index].end, length).number;
+        *from = quantity_number_or(rod_scene->tendons[index].start, 0);
+        *to = quantity_number_or(rod_scene->tendons[index].end, length);
     } else if (in_list && list->offset == offsetof(scene, chambers)) {
-        *from = quantity_or(rod_scene->chambers[index].start, begin).number;
-        *to = quantity_or(rod_scene->chambers[index].end, length).number;
+        *from = quantity_number_or(rod_scene->chambers[index].start, 0);
+        *to = quantity_number_or(rod_scene->chambers[index].end, length);
     } else {
         return false;
     }

@@ -300,7 +300,7 @@ static void add_spring(variation *x, int k, const scene_spring *spring, const do
     int own = row_of_spring(x, k), force = own + x->dims;
     rotation_matrix(base, R);
     for (int i = 0; i < 3; i++) {
-        stiffness[i] = spring->stiffness[i].is_given ? spring->stiffness[i].number : 0;
+        stiffness[i] = quantity_number_or(spring->stiffness[i], 0);
     }
     for (int i = 0; i < x->dims; i++) {
         for (int j = 0; j <= i; j++) {
@@ -326,7 +326,7 @@ static void add_turning(variation *x, solve_spring spring, const scene_spring *g
     double within = (given->at.number - x->edge[k]) / step, turn[4] = {1}, q[4];
     double moment[3], by_turn[3][3], about[6][3], weight[2] = {1 - within, within};
     for (int i = 0; i < 3; i++) { /* on from the middle, by the curvature there */
-        spring.turning[i] = given->turning[i].is_given ? given->turning[i].number : 0;
+        spring.turning[i] = quantity_number_or(given->turning[i], 0);
         turn[1 + i] = 0.5 * state->curvature[i] * (within - 0.5) * step;
     }
     quaternion_normalize(turn);
