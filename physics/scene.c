@@ -130,6 +130,16 @@ bool scene_locks_strains(const scene *rod_scene)
            (scene_locks(stiffness[0]) || scene_locks(stiffness[1]) || scene_locks(stiffness[2]));
 }
 
+bool scene_has_displaced_tendons(const scene *rod_scene)
+{
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        if (rod_scene->tendons[i].displacement.is_given) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool scene_is_imperfect(const scene *rod_scene)
 {
     scene_rest rest = scene_rest_of(rod_scene);

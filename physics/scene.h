@@ -345,6 +345,9 @@ scene_piece scene_piece_of(const scene *rod_scene, int index);
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
 
+/* Whether a tendon is given by its displacement, so that its tension is not known. */
+bool scene_has_displaced_tendons(const scene *rod_scene);
+
 /* Whether any stiffness is infinite: that strain has no constitutive law. */
 bool scene_is_locked(const scene_properties *properties);
 

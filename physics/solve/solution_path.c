@@ -77,13 +77,10 @@ static solution_path *path_of(const static_trace *trace, double length)
 /* NULL: a scene that has a path. */
 static const char *refusal(const scene *rod_scene, const solve_settings *settings)
 {
-    bool lengths = false;
-    for (int i = 0; i < rod_scene->tendon_count; i++) {
-        lengths = lengths || rod_scene->tendons[i].displacement.is_given;
-    }
     return scene_is_beam(rod_scene)      ? "a beam of small deflection is linear"
            : scene_is_dynamic(rod_scene) ? "the scene is a motion"
-           : lengths                     ? "a tendon has a displacement; give its tension"
+           : scene_has_displaced_tendons(rod_scene)
+               ? "a tendon has a displacement; give its tension"
            : settings->perturbation != 0
                ? "a perturbation is given; allowed: a branch, which leaves at a bifurcation"
                : NULL;

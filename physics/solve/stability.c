@@ -32,18 +32,8 @@ typedef struct variation {
     double place[SCENE_SPRINGS_MAX]; /* of the springs, m */
 } variation;
 
-/* Whether a tendon has a length in place of a tension, which the shape does not tell. */
-static bool is_pulled_by_length(const scene *rod_scene)
-{
-    for (int i = 0; i < rod_scene->tendon_count; i++) {
-        if (rod_scene->tendons[i].displacement.is_given) {
-            return true;
-        }
-    }
-    return false;
-}
-
-/* Whether the question makes sense for this scene. */
+/* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
+ * whose displacement is given. */
 static bool is_asked(const scene *rod_scene, bool planar)
 {
     const scene_loads *loads = &rod_scene->loads;
@@ -60,7 +50,7 @@ static bool is_asked(const scene *rod_scene, bool planar)
     bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
                  !scene_end_holds_rotation(rod_scene->end.type);
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
-           (planar || (!moments && !turns)) && !is_pulled_by_length(rod_scene);
+           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene);
 }
 
 /* R(q)^T R(p) e_k */
