@@ -2,6 +2,7 @@
 #include "physics/breaks.h"
 #include "physics/constants.h"
 #include "physics/scene_walk.h"
+#include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -141,12 +142,6 @@ static void divide(dividing *in, double low, double high)
     divide(in, middle, high);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double p = *(const double *)a, q = *(const double *)b;
-    return (p > q) - (p < q);
-}
-
 /* Of its enclosure, or where that says nothing of samples. */
 static double variation_of(const dividing *in)
 {
@@ -187,7 +182,7 @@ static void look_into(void *context, const char *key, quantity q, quantity_inter
             divide(in, low, high);
         }
     }
-    qsort(panels->edges, (size_t)panels->count + 1, sizeof *panels->edges, ascending);
+    sort_ascending((size_t)panels->count + 1, panels->edges);
 }
 
 /* ---- joining --------------------------------------------------------------------------------- */

@@ -58,12 +58,6 @@ static ad_value record_initial(const beam_context *beam)
         4, (ad_value[]){initial.deflection, initial.slope, initial.velocity, initial.slope_rate});
 }
 
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void place_jumps(const beam_context *beam, solve_beam *to)
 {
     const scene *given = beam->scene;
@@ -78,11 +72,9 @@ static void place_jumps(const beam_context *beam, solve_beam *to)
     for (int i = 0; i < given->spring_count; i++) {
         s[count++] = beam_spring_of(beam, i).s;
     }
-    qsort(s, (size_t)count, sizeof *s, compare);
-    for (int i = 0; i < count; i++) {
-        if (to->jump_count == 0 || s[i] > to->jumps[to->jump_count - 1].s + SOLVE_SAME_PLACE) {
-            to->jumps[to->jump_count++].s = s[i] > 1 - SOLVE_SAME_PLACE ? 1 : s[i];
-        }
+    to->jump_count = solve_mesh_places(count, s);
+    for (int i = 0; i < to->jump_count; i++) {
+        to->jumps[i].s = s[i];
     }
 }
 

@@ -1,6 +1,7 @@
 #include "physics/solve/events.h"
 
 #include "physics/breaks.h"
+#include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -138,12 +139,6 @@ static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *
 
 /* ---- together ------------------------------------------------------------------------------ */
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Instants [*count] that samples gave, and those before and after each break of the scene's
  * formulas and between their panels, which see what samples miss; of two that are one jump those of
  * the break. */
@@ -181,7 +176,7 @@ static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times,
         }
     }
     scene_panels_free(&panels);
-    qsort(all, kept, sizeof *all, ascending);
+    sort_ascending(kept, all);
     free(*times);
     *times = all;
     *count = kept;

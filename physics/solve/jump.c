@@ -4,16 +4,9 @@
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- places ---------------------------------------------------------------------------------- */
-
-static int compare(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static int jump_at(const solve_jumps *jumps, double s)
 {
@@ -43,12 +36,9 @@ static void add_places(const rod_context *rod, solve_jumps *jumps)
     for (int i = 0; i < given->spring_count; i++) {
         s[count++] = given->springs[i].at.number / length;
     }
-    qsort(s, (size_t)count, sizeof *s, compare);
-    for (int i = 0; i < count; i++) {
-        if (jumps->count == 0 || s[i] > jumps->at[jumps->count - 1].s + SOLVE_SAME_PLACE) {
-            double place = s[i] < SOLVE_SAME_PLACE ? 0 : s[i] > 1 - SOLVE_SAME_PLACE ? 1 : s[i];
-            jumps->at[jumps->count++] = (solve_jump){.s = place, .turn = {1}};
-        }
+    jumps->count = solve_mesh_places(count, s);
+    for (int i = 0; i < jumps->count; i++) {
+        jumps->at[i] = (solve_jump){.s = s[i], .turn = {1}};
     }
 }
 

@@ -1,6 +1,20 @@
 #include "physics/solve/mesh.h"
 
+#include "physics/sort.h"
+
 #include <math.h>
+
+int solve_mesh_places(int count, double *s)
+{
+    int kept = 0;
+    sort_ascending((size_t)count, s);
+    for (int i = 0; i < count; i++) {
+        if (kept == 0 || s[i] > s[kept - 1] + SOLVE_SAME_PLACE) {
+            s[kept++] = s[i] < SOLVE_SAME_PLACE ? 0 : s[i] > 1 - SOLVE_SAME_PLACE ? 1 : s[i];
+        }
+    }
+    return kept;
+}
 
 int solve_mesh_edges(int elements, int places, const double *place, double *edges)
 {

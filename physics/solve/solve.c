@@ -4,6 +4,7 @@
 #include "physics/solve/beam.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/static.h"
+#include "physics/sort.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -74,12 +75,6 @@ static ad_status solve_beam_scene(solution *x, const scene *beam_scene,
                : status;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* All times, each once, and the end. */
 static ad_status gather_times(solution *x, size_t count, const double *times, ad_error *error)
 {
@@ -92,7 +87,7 @@ static ad_status gather_times(solution *x, size_t count, const double *times, ad
         x->times[i] = fmin(end, fmax(0, times[i] / x->scales.time));
     }
     x->times[count] = end;
-    qsort(x->times, count + 1, sizeof *x->times, ascending);
+    sort_ascending(count + 1, x->times);
     for (size_t i = 0; i <= count; i++) {
         if (i == 0 || x->times[i] > x->times[x->count - 1]) {
             x->times[x->count++] = x->times[i];

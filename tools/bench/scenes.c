@@ -5,6 +5,7 @@
  * out of each. Without scenes: every model, at rest and in motion, in mixed and in strong form,
  * under a load along the rod. The scenes take turns, so that a busy moment slows all of them;
  * medians. Ratios are to the last scene. */
+#include "physics/sort.h"
 #include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
@@ -26,12 +27,6 @@ typedef struct entrant {
     problem_set_info info;
 } entrant;
 
-static int compare_numbers(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Of a / b round by round, b = NULL: of a. */
 static double median(const double *a, const double *b)
 {
@@ -39,7 +34,7 @@ static double median(const double *a, const double *b)
     for (int r = 0; r < REPETITIONS; r++) {
         numbers[r] = b ? a[r] / b[r] : a[r];
     }
-    qsort(numbers, REPETITIONS, sizeof *numbers, compare_numbers);
+    sort_ascending(REPETITIONS, numbers);
     return numbers[REPETITIONS / 2];
 }
 

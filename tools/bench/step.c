@@ -6,6 +6,7 @@
 #include "autodiff/dense.h"
 #include "fused.h"
 #include "peers.h"
+#include "physics/sort.h"
 #include "tools/programs/cli.h"
 #include "tools/train/clock.h"
 
@@ -169,15 +170,9 @@ static bool normal_create(tape_side *t, int points, int threads)
 
 /* ---- the machine ---------------------------------------------------------------------------- */
 
-static int compare_numbers(const void *a, const void *b)
-{
-    const double *x = a, *y = b;
-    return (*x > *y) - (*x < *y);
-}
-
 static double median(double *values, int count)
 {
-    qsort(values, (size_t)count, sizeof *values, compare_numbers);
+    sort_ascending((size_t)count, values);
     return values[count / 2];
 }
 
