@@ -116,9 +116,7 @@ static double last_term(const static_solution *x, int element, double size)
     return ldexp(result, 1 - stages);
 }
 
-/* Halves elements whose last term is above the threshold, or all when there are none. Returns how
- * many elements there are then; edges [that + 1], allocated. */
-static int halve(const static_solution *x, double threshold, double **edges)
+int static_halve(const static_solution *x, double threshold, double **edges)
 {
     int elements = static_system_elements(x->system), count = 0, halved = 0;
     const double *from = static_system_edges(x->system);
@@ -148,7 +146,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
                         double **points, ad_error *error)
 {
     double *edges;
-    int elements = halve(coarse, threshold, &edges);
+    int elements = static_halve(coarse, threshold, &edges);
     int stages = static_system_rule(coarse->system)->stages;
     *fine = NULL;
     *points = NULL;

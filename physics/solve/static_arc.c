@@ -101,29 +101,6 @@ double static_arc_product(const static_arc *x, const double *a, const double *b)
     return sum * STATIC_ROWS / (double)n + a[n] * b[n];
 }
 
-double static_arc_distance(const static_arc *x, const double *a, const double *b)
-{
-    double result = 0;
-    for (size_t k = 0; k < x->unknowns; k++) {
-        if (k % STATIC_ROWS < STATIC_N) {
-            result = fmax(result, fabs(a[k] - b[k]));
-        }
-    }
-    return result;
-}
-
-/* Largest entry of position and quaternion. */
-static double largest_move(const static_arc *x, const double *step)
-{
-    double result = 0;
-    for (size_t k = 0; k < x->unknowns; k++) {
-        bool moves = k % STATIC_ROWS < STATIC_N;
-        double size = moves ? fabs(step[k]) : 0;
-        result = size <= result ? result : size;
-    }
-    return result;
-}
-
 static double largest(size_t count, const double *x)
 {
     double result = 0;
@@ -209,7 +186,7 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
         }
         add(n + 1, at, -1, x->second, at);
         ++*steps;
-        double moved = fmax(largest_move(x, x->second), fabs(x->second[n]));
+        double moved = fmax(static_path_distance(n, x->second, NULL), fabs(x->second[n]));
         if (moved <= CONVERGED && largest(n, x->second) <= CONVERGED * fmax(1, largest(n, at))) {
             return true;
         }
@@ -255,7 +232,7 @@ bool static_arc_step(static_arc *x, const arc_place *before, double distance, co
     if (!static_arc_correct(x, from->tangent, to->at, steps)) {
         return false;
     }
-    *off = static_arc_distance(x, to->at, guess);
+    *off = static_path_distance(x->unknowns, to->at, guess);
     return set_tangent(x, from->tangent, to); /* the last step was too short to matter */
 }
 

@@ -30,9 +30,6 @@ size_t static_arc_size(const static_arc *x);
 
 double static_arc_product(const static_arc *x, const double *a, const double *b);
 
-/* Largest difference of position and quaternion. */
-double static_arc_distance(const static_arc *x, const double *a, const double *b);
-
 /* The equilibrium at a place, to rounding: `at` is the guess, and moves across `border` only, so
  * that <border, at> stays. false: not converged. Adds to *steps. */
 bool static_arc_correct(static_arc *x, const double *border, double *at, long *steps);

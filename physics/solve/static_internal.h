@@ -18,6 +18,10 @@ struct static_solution {
 ad_status static_create(const solve_rod *rod, int stages, int elements, const double *edges,
                         static_solution **result, ad_error *error);
 
+/* Halves elements whose last term is above the threshold, or all when there are none. Returns how
+ * many elements there are then; edges [that + 1], allocated; NULL: no memory. */
+int static_halve(const static_solution *x, double threshold, double **edges);
+
 /* The first mesh, with edges where something jumps: as many nodes as asked for, or enough for the
  * waves that the loads make and for all that is given along the rod. Fills in report->unresolved.
  */

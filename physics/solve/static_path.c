@@ -235,15 +235,12 @@ static void extrapolate(const path_history *past, double parameter, double *y, s
     }
 }
 
-/* Largest difference of position and quaternion. */
-static double distance(const double *a, const double *b, size_t unknowns)
+double static_path_distance(size_t unknowns, const double *a, const double *b)
 {
     double result = 0;
-    for (size_t k = 0; k < unknowns; k++) {
-        if (k % STATIC_ROWS < STATIC_N) {
-            double off = fabs(a[k] - b[k]);
-            result = off <= result ? result : off;
-        }
+    for (size_t k = 0; k < unknowns && !isnan(result); k++) {
+        double off = k % STATIC_ROWS < STATIC_N ? fabs(a[k] - (b ? b[k] : 0)) : 0;
+        result = off <= result ? result : off;
     }
     return result;
 }
@@ -252,7 +249,7 @@ static double distance(const double *a, const double *b, size_t unknowns)
 static bool is_leap(const path_history *past, const double *y, double off, size_t unknowns)
 {
     enum { SMOOTH = 3 }; /* so many points show where the path goes */
-    double moved = distance(y, past->y[past->count - 1], unknowns);
+    double moved = static_path_distance(unknowns, y, past->y[past->count - 1]);
     return past->count >= SMOOTH && moved > LEAP_LEAST && off > LEAP_SHARE * moved;
 }
 
@@ -286,7 +283,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
             here = static_path_at(path, next);
             static_system_set(system, &here);
             bool solved = static_newton_solve(newton, y, &report->newton_steps);
-            double off = solved ? distance(y, guess, unknowns) : 1;
+            double off = solved ? static_path_distance(unknowns, y, guess) : 1;
             accepted = solved && off <= PATH_OFF_MAX;
             *leaps = *leaps || (accepted && is_leap(&past, y, off, unknowns));
             double factor = accepted ? pow(OFF_AIM / fmax(off, 1e-9), 1.0 / past.count) : 0.4;

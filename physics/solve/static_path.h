@@ -38,6 +38,10 @@ static_path static_path_at(const path_shape *path, double parameter);
 static_path static_path_of_load(const path_shape *path, double load);
 bool static_path_is_true(const path_shape *path);
 
+/* Largest difference of position and quaternion of a, b [unknowns]; of a itself where b is NULL;
+ * not a number where one is none. */
+double static_path_distance(size_t unknowns, const double *a, const double *b);
+
 /* y [unknowns]: receives the solution at the end of the path, or where it stops: report->
  * load_fraction is then below 1. *leaps: whether a step went elsewhere than those before it, as
  * one across a limit point would. Adds to the steps of the report. AD_NO_MEMORY, or what the tape

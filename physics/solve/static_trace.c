@@ -82,19 +82,11 @@ static bool has_marks(const static_trace *x)
 /* Every element in two. */
 static ad_status halve(const static_solution *coarse, static_solution **fine, ad_error *error)
 {
-    int elements = static_system_elements(coarse->system);
-    const double *from = static_system_edges(coarse->system);
-    double *edges = malloc((2 * (size_t)elements + 1) * sizeof *edges);
-    if (!edges) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
-    }
-    for (int e = 0; e < elements; e++) {
-        edges[2 * e] = from[e];
-        edges[2 * e + 1] = (from[e] + from[e + 1]) / 2;
-    }
-    edges[2 * elements] = from[elements];
-    ad_status status = static_create(coarse->rod, static_system_rule(coarse->system)->stages,
-                                     2 * elements, edges, fine, error);
+    double *edges;
+    int elements = static_halve(coarse, INFINITY, &edges);
+    int stages = static_system_rule(coarse->system)->stages;
+    ad_status status = edges ? static_create(coarse->rod, stages, elements, edges, fine, error)
+                             : ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
     free(edges);
     return status;
 }
