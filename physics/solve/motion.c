@@ -11,62 +11,63 @@ static const double SIDE = 1e-9;
 
 /* ---- creating ------------------------------------------------------------------------------ */
 
+/* Zeros, freed with m. NULL: there is no memory for them, or was none for others before. */
+static void *take(motion *m, size_t count, size_t size)
+{
+    bool has_room = !m->lacks_memory && m->owned_count < MOTION_OWNED_MAX;
+    void *made = has_room ? calloc(count, size) : NULL;
+    m->lacks_memory = !made;
+    if (made) {
+        m->owned[m->owned_count++] = made;
+    }
+    return made;
+}
+
 static bool allocate(motion *m)
 {
     size_t n = (size_t)m->degree + 1, nodes = m->nodes, points = m->points;
     size_t padded = (size_t)m->blocks * LANES, elements = (size_t)m->elements;
-    m->edge = calloc(elements + 1, sizeof *m->edge);
-    m->abscissas = calloc(n, sizeof *m->abscissas);
-    m->weights = calloc(n, sizeof *m->weights);
-    m->derivative = calloc(n * padded, sizeof *m->derivative);
-    m->transposed = calloc(n * padded, sizeof *m->transposed);
-    m->s = calloc(nodes, sizeof *m->s);
-    m->point_s = calloc(points, sizeof *m->point_s);
-    m->point_weight = calloc(points, sizeof *m->point_weight);
-    m->node_weight = calloc(nodes, sizeof *m->node_weight);
-    m->made = calloc(points, sizeof *m->made);
-    m->rest = calloc(points, sizeof *m->rest);
-    m->load = calloc(points, sizeof *m->load);
-    m->actuators = calloc(points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
-    m->node_load = calloc(nodes, sizeof *m->node_load);
-    m->mass = calloc(nodes, sizeof *m->mass);
-    m->inertia = calloc(nodes, sizeof *m->inertia);
-    m->by_mass = calloc(nodes, sizeof *m->by_mass);
-    m->by_inertia = calloc(nodes, sizeof *m->by_inertia);
-    m->block = calloc(elements * (size_t)m->blocks, sizeof *m->block);
-    m->pose = calloc(nodes, sizeof *m->pose);
-    m->flow = calloc(nodes, sizeof *m->flow);
-    m->spin = calloc(nodes, sizeof *m->spin);
-    m->wrench = calloc(MOTION_LANES * padded, sizeof *m->wrench);
-    m->force = calloc(nodes, sizeof *m->force);
-    m->torque = calloc(nodes, sizeof *m->torque);
-    m->push = calloc(nodes, sizeof *m->push);
-    m->turn = calloc(nodes, sizeof *m->turn);
-    m->pull_force = calloc(nodes, sizeof *m->pull_force);
-    m->pull_torque = calloc(nodes, sizeof *m->pull_torque);
-    m->velocity = calloc(points, sizeof *m->velocity);
-    m->resistance = calloc(points, sizeof *m->resistance);
-    return m->edge && m->abscissas && m->weights && m->derivative && m->transposed && m->s &&
-           m->point_s && m->point_weight && m->node_weight && m->made && m->rest && m->load &&
-           m->actuators && m->node_load && m->mass && m->inertia && m->by_mass && m->by_inertia &&
-           m->block && m->pose && m->flow && m->spin && m->wrench && m->force && m->torque &&
-           m->push && m->turn && m->pull_force && m->pull_torque && m->velocity && m->resistance;
+    m->edge = take(m, elements + 1, sizeof *m->edge);
+    m->abscissas = take(m, n, sizeof *m->abscissas);
+    m->weights = take(m, n, sizeof *m->weights);
+    m->derivative = take(m, n * padded, sizeof *m->derivative);
+    m->transposed = take(m, n * padded, sizeof *m->transposed);
+    m->s = take(m, nodes, sizeof *m->s);
+    m->point_s = take(m, points, sizeof *m->point_s);
+    m->point_weight = take(m, points, sizeof *m->point_weight);
+    m->node_weight = take(m, nodes, sizeof *m->node_weight);
+    m->made = take(m, points, sizeof *m->made);
+    m->rest = take(m, points, sizeof *m->rest);
+    m->load = take(m, points, sizeof *m->load);
+    m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
+    m->node_load = take(m, nodes, sizeof *m->node_load);
+    m->mass = take(m, nodes, sizeof *m->mass);
+    m->inertia = take(m, nodes, sizeof *m->inertia);
+    m->by_mass = take(m, nodes, sizeof *m->by_mass);
+    m->by_inertia = take(m, nodes, sizeof *m->by_inertia);
+    m->block = take(m, elements * (size_t)m->blocks, sizeof *m->block);
+    m->pose = take(m, nodes, sizeof *m->pose);
+    m->flow = take(m, nodes, sizeof *m->flow);
+    m->spin = take(m, nodes, sizeof *m->spin);
+    m->wrench = take(m, MOTION_LANES * padded, sizeof *m->wrench);
+    m->force = take(m, nodes, sizeof *m->force);
+    m->torque = take(m, nodes, sizeof *m->torque);
+    m->push = take(m, nodes, sizeof *m->push);
+    m->turn = take(m, nodes, sizeof *m->turn);
+    m->pull_force = take(m, nodes, sizeof *m->pull_force);
+    m->pull_torque = take(m, nodes, sizeof *m->pull_torque);
+    m->velocity = take(m, points, sizeof *m->velocity);
+    m->resistance = take(m, points, sizeof *m->resistance);
+    m->places = take(m, (size_t)m->rod->jumps.count + 1, sizeof *m->places);
+    m->frame = take(m, elements, sizeof *m->frame);
+    return !m->lacks_memory;
 }
 
 void motion_free(motion *m)
 {
     if (m) {
-        void *all[] = {m->edge,       m->abscissas, m->weights,      m->derivative,
-                       m->transposed, m->s,         m->point_s,      m->made,
-                       m->rest,       m->load,      m->point_weight, m->node_weight,
-                       m->mass,       m->inertia,   m->node_load,    m->by_mass,
-                       m->by_inertia, m->block,     m->pose,         m->flow,
-                       m->spin,       m->wrench,    m->force,        m->torque,
-                       m->push,       m->turn,      m->velocity,     m->resistance,
-                       m->places,     m->frame,     m->actuators,    m->pull_force,
-                       m->pull_torque};
-        for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-            free(all[i]);
+        for (int i = 0; i < m->owned_count; i++) {
+            free(m->owned[i]);
         }
         free(m);
     }

@@ -31,6 +31,8 @@ typedef struct motion_place {
     double before[4], after[4]; /* from the node's frame to those of the elements; unit */
 } motion_place;
 
+enum { MOTION_OWNED_MAX = 40 };
+
 /* A point of quadrature is one of an element's nodes, seen from this element: number
  * element (degree + 1) + k, of `points` in all. Two elements share a node, and what the rod is made
  * of, its rest shape and its loads may jump there. */
@@ -45,9 +47,12 @@ struct motion {
     bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
-    double *edge;              /* [elements + 1] s */
-    double *abscissas;         /* [degree + 1] on [-1, 1] */
-    double *weights;           /* [degree + 1] of the quadrature over [-1, 1] */
+    bool lacks_memory;
+    int owned_count;
+    void *owned[MOTION_OWNED_MAX]; /* what is pointed to below */
+    double *edge;                  /* [elements + 1] s */
+    double *abscissas;             /* [degree + 1] on [-1, 1] */
+    double *weights;               /* [degree + 1] of the quadrature over [-1, 1] */
     double *derivative;        /* [degree + 1][blocks LANES]: (j, k) of the j-th polynomial at k */
     double *transposed;        /* [degree + 1][blocks LANES]: (j, k) of the k-th at j */
     double *s;                 /* [nodes] */

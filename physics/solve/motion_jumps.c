@@ -4,7 +4,6 @@
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- places -------------------------------------------------------------------------------- */
@@ -13,11 +12,6 @@ ad_status motion_place_jumps(motion *m, ad_error *error)
 {
     const solve_jumps *jumps = &m->rod->jumps;
     int edge = 0;
-    m->places = calloc((size_t)jumps->count + 1, sizeof *m->places);
-    m->frame = calloc((size_t)m->elements, sizeof *m->frame);
-    if (!m->places || !m->frame) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
-    }
     for (int k = 0; k < jumps->count; k++) {
         while (edge < m->elements && m->edge[edge] < jumps->at[k].s - SOLVE_SAME_PLACE) {
             edge++;
