@@ -181,7 +181,7 @@ static ad_status run(composition *in, size_t count, const double *times, double 
         }
         status = status == AD_OK ? go_to(in, times[i], error) : status;
         record(in, states + i * rows, &energies[i]);
-        if (status == AD_OK && !isfinite(energies[i].kinetic + energies[i].strain)) {
+        if (status == AD_OK && !isfinite(energies[i].mismatch)) { /* nor its work */
             status = ad_fail(error, AD_NOT_FINITE, "the energy is not a finite number");
         }
     }
