@@ -3,62 +3,16 @@
  * CONFIGS_FOLDER set to where the shipped scenes are. */
 #include "config_refusals.h"
 #include "config_refusals_lists.h"
+#include "config_testing.h"
 #include "tools/config/config_parts.h"
 
 #include <locale.h>
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
-
-/* cmocka's own comparison rounds to float. */
-#define assert_close(a, b, tolerance) assert_true(fabs((a) - (b)) <= (tolerance))
 
 #ifndef CONFIGS_FOLDER
 #define CONFIGS_FOLDER "configs"
 #endif
-
-static config *read_text(const char *text, int count, const char *const *overrides)
-{
-    ad_error error = {AD_OK, ""};
-    config *experiment = NULL;
-    ad_status status = config_read("scene.yaml", text, count, overrides, &experiment, &error);
-    if (status != AD_OK) {
-        print_error("%s\n", error.message);
-    }
-    assert_int_equal(status, AD_OK);
-    assert_non_null(experiment);
-    return experiment;
-}
-
-static config *read_with(const char *text, const char *override)
-{
-    return read_text(text, override ? 1 : 0, &override);
-}
-
-/* The experiment as YAML, owned by the caller. */
-static char *written(const config *experiment, bool help)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = open_memstream(&text, &size);
-    assert_non_null(file);
-    assert_int_equal(config_write(experiment, file, help), AD_OK);
-    fclose(file);
-    return text;
-}
-
-static void assert_text(quantity q, const char *expected)
-{
-    char *text = quantity_text(q, true);
-    assert_string_equal(text, expected);
-    free(text);
-}
 
 /* ---- refusals ------------------------------------------------------------------------------ */
 
@@ -157,14 +111,14 @@ static void test_aliases(void **state)
                                    "    - &second {<<: *first, steps: 8, stop: {seconds: 5}}\n"
                                    "    - {<<: [{optimizer: lbfgs}, *second]}\n",
                                    NULL);
-    assert_close(experiment->scene.rod.bending_stiffness[1].number, 5, 0);
-    assert_close(experiment->scene.rod.torsional_stiffness.number, 1, 0);
+    assert_near(experiment->scene.rod.bending_stiffness[1].number, 5, 0);
+    assert_near(experiment->scene.rod.torsional_stiffness.number, 1, 0);
     assert_int_equal(experiment->settings.stage_count, 3);
     assert_int_equal(experiment->settings.stages[1].optimizer, OPTIM_ADAM);
     assert_int_equal(experiment->settings.stages[1].steps, 8);
-    assert_close(experiment->settings.stages[0].stop_loss, 0.5, 0);
-    assert_close(experiment->settings.stages[1].stop_loss, 0, 0); /* a section is replaced whole */
-    assert_close(experiment->settings.stages[1].stop_seconds, 5, 0);
+    assert_near(experiment->settings.stages[0].stop_loss, 0.5, 0);
+    assert_near(experiment->settings.stages[1].stop_loss, 0, 0); /* a section is replaced whole */
+    assert_near(experiment->settings.stages[1].stop_seconds, 5, 0);
     assert_int_equal(experiment->settings.stages[2].optimizer,
                      OPTIM_LBFGS); /* the earlier one wins */
     assert_int_equal(experiment->settings.stages[2].steps, 8);
@@ -253,23 +207,23 @@ static void test_defaults(void **state)
     assert_int_equal(experiment->settings.stage_count, 1);
     assert_int_equal(experiment->settings.stages[0].optimizer, OPTIM_GAUSS_NEWTON);
     assert_int_equal(experiment->settings.stages[0].steps, 200);
-    assert_close(experiment->settings.stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
-    assert_close(experiment->settings.stages[0].gauss_newton.initial_damping, 1e-10, 0);
+    assert_near(experiment->settings.stages[0].lbfgs.descent.function_tolerance, 0.2, 0);
+    assert_near(experiment->settings.stages[0].gauss_newton.initial_damping, 1e-10, 0);
     assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_IDENTITY);
     assert_int_equal(experiment->settings.network.hidden_count, 0);
-    assert_close(experiment->settings.fourier_wavenumber * scene_length(&experiment->scene), 16,
-                 1e-14);
-    assert_close(experiment->settings.network.fourier_bandwidth[0], 8, 1e-14);
+    assert_near(experiment->settings.fourier_wavenumber * scene_length(&experiment->scene), 16,
+                1e-14);
+    assert_near(experiment->settings.network.fourier_bandwidth[0], 8, 1e-14);
     assert_int_equal(experiment->settings.network.fourier_features, 16);
     assert_int_equal(experiment->settings.losses.interior.points, 4 * 33);
     assert_int_equal(experiment->scene.rotation, SCENE_QUATERNION);
     assert_int_equal(experiment->settings.output_every, 1);
     config_free(experiment);
     experiment = read_with(BASE, "loads.tip.moment=[0, 0, 30]"); /* bends by more than waves do */
-    assert_close(experiment->settings.network.fourier_bandwidth[0],
-                 4 + 15 * scene_length(&experiment->scene) /
-                         experiment->scene.rod.bending_stiffness[0].number,
-                 1e-12);
+    assert_near(experiment->settings.network.fourier_bandwidth[0],
+                4 + 15 * scene_length(&experiment->scene) /
+                        experiment->scene.rod.bending_stiffness[0].number,
+                1e-12);
     config_free(experiment);
     experiment = read_with(DYNAMIC, NULL);
     assert_int_equal(experiment->settings.stages[0].gauss_newton.scaling, OPTIM_SCALING_DIAGONAL);
@@ -288,7 +242,7 @@ static void test_defaults(void **state)
     assert_int_equal(experiment->settings.losses.interior.points, 256);
     assert_int_equal(experiment->settings.output_every, 10);
     assert_int_equal(experiment->settings.stages[0].steps, 1000);
-    assert_close(experiment->settings.stages[0].adam.schedule.learning_rate, 5e-3, 0);
+    assert_near(experiment->settings.stages[0].adam.schedule.learning_rate, 5e-3, 0);
     assert_int_equal(experiment->settings.stages[0].adam.schedule.kind, OPTIM_SCHEDULE_COSINE);
     assert_int_equal(experiment->settings.stages[0].adam.schedule.decay_steps, 1000);
     config_free(experiment);
@@ -323,7 +277,7 @@ static void test_overrides(void **state)
     assert_int_equal(experiment->settings.stages[0].adam.schedule.decay_steps, 90);
     assert_text(experiment->scene.loads.tip.force[2], "-7");
     assert_int_equal(experiment->scene.end.type, SCENE_LOADED);
-    assert_close(experiment->scene.rod.length.number, 2, 0);
+    assert_near(experiment->scene.rod.length.number, 2, 0);
     assert_text(experiment->scene.rod.rest_curvature[1], "0.5");
     assert_string_equal(experiment->settings.name, "scene");
     assert_text(experiment->scene.start.rotation[1], "0.6");
@@ -422,19 +376,19 @@ static void test_shipped_numbers(void **state)
     scene_properties follows = scene_properties_of(&experiment->scene);
     double weight = follows.mass_per_length.number * 9.81 * pow(rod->length.number, 3) /
                     follows.curvature_stiffness[0].number;
-    assert_close(weight, 5, 1e-12); /* rounding of a few operations */
+    assert_near(weight, 5, 1e-12); /* rounding of a few operations */
     config_free(experiment);
     path = CONFIGS_FOLDER "/helix.yaml";
     assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
     rod = &experiment->scene.rod;
     follows = scene_properties_of(&experiment->scene);
-    assert_close(follows.curvature_stiffness[2].number / follows.curvature_stiffness[0].number,
-                 1 / 1.3, 1e-14);
+    assert_near(follows.curvature_stiffness[2].number / follows.curvature_stiffness[0].number,
+                1 / 1.3, 1e-14);
     config_free(experiment);
     path = CONFIGS_FOLDER "/cantilever_dynamic.yaml";
     assert_int_equal(config_read(path, NULL, 0, NULL, &experiment, NULL), AD_OK);
-    assert_close(experiment->scene.start.rotation[1].number, sqrt(0.5), 1e-15);
-    assert_close(experiment->scene.start.rotation[3].number, sqrt(0.5), 1e-15);
+    assert_near(experiment->scene.start.rotation[1].number, sqrt(0.5), 1e-15);
+    assert_near(experiment->scene.start.rotation[3].number, sqrt(0.5), 1e-15);
     config_free(experiment);
 }
 
@@ -456,9 +410,9 @@ static void test_edited_section(void **state)
     scene_properties after = scene_properties_of(&thicker->scene);
     for (int i = 0; i < 3; i++) { /* rounding of a fourth power */
         double ratio = after.curvature_stiffness[i].number / before.curvature_stiffness[i].number;
-        assert_close(ratio, 16, 1e-13);
+        assert_near(ratio, 16, 1e-13);
     }
-    assert_close(after.mass_per_length.number / before.mass_per_length.number, 4, 1e-14);
+    assert_near(after.mass_per_length.number / before.mass_per_length.number, 4, 1e-14);
     config_free(thicker);
     config_free(experiment);
     free(text);

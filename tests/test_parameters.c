@@ -1,17 +1,8 @@
 /* Named parameters of a scene file: in formulas, by --set, written and read again, refused. */
-#include "tools/config/config.h"
-
+#include "config_testing.h"
 #include "quantity_testing.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #define ROD                                                                                        \
     "rod:\n"                                                                                       \
@@ -21,25 +12,14 @@
     "parameters: {load: 0.3, twice: 2*load, ramp: \"twice*s\"}\n" ROD                              \
     "loads: {force: [0, -ramp, load], tip: {force: [0, 0, \"-load*(1 + twice)\"]}}\n"
 
-static config *read_with(const char *text, int count, const char *const *overrides)
-{
-    ad_error error = {AD_OK, ""};
-    config *experiment = NULL;
-    if (config_read("scene.yaml", text, count, overrides, &experiment, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return experiment;
-}
-
-static char *printed(const config *experiment, bool physics_alone)
+/* The physics alone. */
+static char *printed(const config *experiment)
 {
     char *text = NULL;
     size_t size = 0;
     FILE *file = open_memstream(&text, &size);
     assert_non_null(file);
-    ad_status status = physics_alone ? config_write_physics(experiment, file)
-                                     : config_write(experiment, file, false);
-    assert_int_equal(status, AD_OK);
+    assert_int_equal(config_write_physics(experiment, file), AD_OK);
     fclose(file);
     return text;
 }
@@ -47,7 +27,7 @@ static char *printed(const config *experiment, bool physics_alone)
 static void test_values(void **state)
 {
     (void)state;
-    config *experiment = read_with(LOADED, 0, NULL);
+    config *experiment = read_text(LOADED, 0, NULL);
     const scene_loads *loads = &experiment->scene.loads;
     assert_true(quantity_value(loads->force[1], 0.5, 0) == -(2 * 0.3 * 0.5));
     assert_true(quantity_is(loads->force[2], 0.3));
@@ -55,7 +35,7 @@ static void test_values(void **state)
     config_free(experiment);
     static const char *const overrides[] = {"parameters.load=0.5", "parameters.more=3*load",
                                             "loads.tip.force[0]=more"};
-    experiment = read_with(LOADED, 3, overrides);
+    experiment = read_text(LOADED, 3, overrides);
     loads = &experiment->scene.loads;
     assert_true(quantity_is(loads->force[2], 0.5)); /* in its place, before those that use it */
     assert_true(quantity_is(loads->tip.force[2], -0.5 * (1 + 2 * 0.5)));
@@ -67,23 +47,23 @@ static void test_values(void **state)
 static void test_round_trip(void **state)
 {
     (void)state;
-    config *experiment = read_with(LOADED, 0, NULL);
-    char *first = printed(experiment, false);
+    config *experiment = read_text(LOADED, 0, NULL);
+    char *first = written(experiment, false);
     assert_non_null(strstr(first, "parameters:\n  load: 0.3\n  twice: \"2*load\"\n"
                                   "  ramp: \"twice*s\"\n"));
     assert_non_null(strstr(first, "force: [0, \"-ramp\", \"load\"]"));
-    config *again = read_with(first, 0, NULL);
-    char *second = printed(again, false);
+    config *again = read_text(first, 0, NULL);
+    char *second = written(again, false);
     assert_string_equal(first, second);
     assert_int_equal(config_continues(experiment, again, 0, NULL), AD_OK);
     static const char *const change[] = {"parameters.load=0.5"};
-    config *other = read_with(first, 1, change);
+    config *other = read_text(first, 1, change);
     ad_error error = {AD_OK, ""};
     assert_int_equal(config_continues(experiment, other, 0, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "loads.force: [0, \"(-1)*(0.6*s)\", 0.3] in the "
                                           "checkpoint, [0, \"(-1)*(1*s)\""));
     static const char *const unused[] = {"parameters.unused=0.5"};
-    config *same = read_with(first, 1, unused);
+    config *same = read_text(first, 1, unused);
     assert_int_equal(config_continues(experiment, same, 0, NULL), AD_OK);
     config_free(experiment);
     config_free(again);
@@ -99,8 +79,8 @@ static void test_physics(void **state)
     (void)state;
     static const char plain[] =
         ROD "loads: {force: [0, \"-(0.6*s)\", 0.3], tip: {force: [0, 0, -0.48]}}\n";
-    config *one = read_with(LOADED, 0, NULL), *other = read_with(plain, 0, NULL);
-    char *texts[2] = {printed(one, true), printed(other, true)};
+    config *one = read_text(LOADED, 0, NULL), *other = read_text(plain, 0, NULL);
+    char *texts[2] = {printed(one), printed(other)};
     assert_string_equal(texts[0], texts[1]);
     free(texts[0]);
     free(texts[1]);
@@ -113,10 +93,10 @@ static void test_units(void **state)
 {
     (void)state;
     static const char *const changes[] = {"loads.units=EI", "rod.stiffness.bending=[4, 4]"};
-    config *experiment = read_with(LOADED, 2, changes);
-    char *text = printed(experiment, false);
+    config *experiment = read_text(LOADED, 2, changes);
+    char *text = written(experiment, false);
     assert_non_null(strstr(text, "force: [0, \"(-ramp)*4\", 1.2]"));
-    config *again = read_with(text, 0, NULL);
+    config *again = read_text(text, 0, NULL);
     assert_true(quantity_value(again->scene.loads.force[1], 0.5, 0) == -(2 * 0.3 * 0.5) * 4);
     free(text);
     config_free(experiment);

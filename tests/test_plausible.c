@@ -1,16 +1,10 @@
 /* Sizes that are hardly meant are told, and those of the shipped scenes are not. */
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "config_testing.h"
 #include "physics/plausible.h"
-#include "tools/config/config.h"
 
 #define ARM                                                                                        \
     "rod:\n"                                                                                       \
@@ -21,11 +15,7 @@
 
 static scene_warnings warnings_of(const char *path, const char *text, const char *override)
 {
-    config *experiment;
-    ad_error error = {AD_OK, ""};
-    if (config_read(path, text, override ? 1 : 0, &override, &experiment, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
+    config *experiment = read_config(path, text, override != NULL, &override);
     scene_warnings all = scene_implausible(&experiment->scene);
     config_free(experiment);
     return all;

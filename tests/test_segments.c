@@ -1,5 +1,6 @@
 /* Lists of a scene: read from a file, written and read again; segments against the same rod written
  * with formulas that switch, and the unstressed shape of rods in pieces against closed forms. */
+#include "config_testing.h"
 #include "rod_testing.h"
 #include "temporary_folder.h"
 
@@ -10,33 +11,6 @@
 
 #include <string.h>
 #include <unistd.h>
-
-static config *read_text(const char *text, int count, const char *const *overrides)
-{
-    ad_error error = {.message = ""};
-    config *made = NULL;
-    if (config_read("scene.yaml", text, count, overrides, &made, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return made;
-}
-
-static char *written(const config *given, bool help)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = open_memstream(&text, &size);
-    assert_int_equal(config_write(given, file, help), AD_OK);
-    fclose(file);
-    return text;
-}
-
-static void assert_text(quantity q, const char *expected)
-{
-    char *text = quantity_text(q, true);
-    assert_string_equal(text, expected);
-    free(text);
-}
 
 /* ---- reading --------------------------------------------------------------------------------- */
 

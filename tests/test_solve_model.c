@@ -1,20 +1,10 @@
 /* The scene in numbers for classical solvers: scales, loads, ends, initial state. */
+#include "config_testing.h"
 #include "rod_testing.h"
 
 #include "physics/solve/rod_model.h"
-#include "tools/config/config.h"
 
 static const double rounding = 1e-13; /* some ten operations on numbers up to 100 */
-
-static config *settings_of(const char *path, const char *text)
-{
-    ad_error error = {.message = ""};
-    config *settings = NULL;
-    if (config_read(path, text, 0, NULL, &settings, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return settings;
-}
 
 static solve_rod *rod_of(const config *settings)
 {
@@ -48,7 +38,7 @@ static const char numbers[] =
 static void test_numbers(void **state)
 {
     (void)state;
-    config *settings = settings_of("numbers.yaml", numbers);
+    config *settings = read_config("numbers.yaml", numbers, 0, NULL);
     solve_rod *rod = rod_of(settings);
     double time = 4 * sqrt(3 / 0.8);
     const double s[2] = {0, 0.75};
@@ -91,7 +81,7 @@ static void test_numbers(void **state)
 static void test_ends(void **state)
 {
     (void)state;
-    config *settings = settings_of("numbers.yaml", numbers);
+    config *settings = read_config("numbers.yaml", numbers, 0, NULL);
     solve_rod *rod = rod_of(settings);
     double time = rod->scales.time;
     solve_end_state start, end;
@@ -116,7 +106,7 @@ static void test_ends(void **state)
 static void test_initial(void **state)
 {
     (void)state;
-    config *settings = settings_of("numbers.yaml", numbers);
+    config *settings = read_config("numbers.yaml", numbers, 0, NULL);
     solve_rod *rod = rod_of(settings);
     const double h = 1e-5, s[3] = {0.5 - h, 0.5, 0.5 + h};
     solve_initial at[3];
@@ -139,7 +129,7 @@ static void test_initial(void **state)
 static void test_manufactured(void **state)
 {
     (void)state;
-    config *settings = settings_of("configs/manufactured_dynamic.yaml", NULL);
+    config *settings = read_config("configs/manufactured_dynamic.yaml", NULL, 0, NULL);
     solve_rod *rod = rod_of(settings);
     const double h = 1e-4, s = 0.6, t = 0.4;
     recorded r = begin(&rod->scene);

@@ -1,10 +1,10 @@
 /* Paths of equilibria: limit points, bifurcations and branches against independent solutions, ends
  * turned by more than half a turn against closed forms. */
 #include "allocations.h"
+#include "config_testing.h"
 #include "rod_testing.h"
 
 #include "physics/solve/solve.h"
-#include "tools/config/config.h"
 
 typedef struct followed {
     config *settings;
@@ -14,21 +14,11 @@ typedef struct followed {
     verdict verdict;
 } followed;
 
-static config *read(const char *text, const char *override)
-{
-    ad_error error = {.message = ""};
-    config *settings = NULL;
-    if (config_read("scene.yaml", text, override != NULL, &override, &settings, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return settings;
-}
-
 static followed solve(const char *text, const char *override, int branch)
 {
     ad_error error = {.message = ""};
     const solve_settings asked = {.tolerance = 1e-10, .branch = branch};
-    followed x = {.settings = read(text, override)};
+    followed x = {.settings = read_with(text, override)};
     const scene *given = &x.settings->scene;
     if (solution_create(given, &asked, 0, NULL, &x.solved, &x.report, &error) != AD_OK) {
         fail_msg("%s", error.message);
@@ -41,7 +31,7 @@ static followed follow(const char *text, const char *override, int branch)
 {
     ad_error error = {.message = ""};
     const solve_settings asked = {.tolerance = 1e-10, .branch = branch};
-    followed x = {.settings = read(text, override)};
+    followed x = {.settings = read_with(text, override)};
     if (solution_path_create(&x.settings->scene, &asked, &x.path, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
@@ -343,7 +333,7 @@ static void refuse(const char *text, solve_settings asked, const char *word)
 {
     ad_error error = {.message = ""};
     solution_path *path = NULL;
-    config *settings = read(text, NULL);
+    config *settings = read_with(text, NULL);
     assert_int_equal(solution_path_create(&settings->scene, &asked, &path, &error),
                      AD_BAD_ARGUMENT);
     assert_null(path);
@@ -380,7 +370,7 @@ static void test_no_memory(void **state)
         "boundary: {start: {type: clamped}}\n"
         "loads: {tip: {force: [0, 0, -3]}}\n";
     const solve_settings asked = {.tolerance = 1e-8, .branch = 1};
-    config *settings = read(column, NULL);
+    config *settings = read_with(column, NULL);
     long needed = 0;
     int told = 0;
     for (long n = 0; n <= needed; n += n < 20 ? 1 : 37) {

@@ -2,7 +2,7 @@
  * classically, against closed forms. */
 #include "trainer_testing.h"
 
-#include "near.h"
+#include "config_testing.h"
 #include "physics/solve/solve.h"
 
 enum { POINTS = 41, POSE = 7 };
@@ -28,16 +28,6 @@ static void write_poses(const char *path, const pose *poses, int count)
     fclose(file);
 }
 
-static config *read_scene(const char *text, int count, const char *const *changes)
-{
-    config *settings = NULL;
-    ad_error error = {AD_OK, ""};
-    if (config_read("tapered.yaml", text, count, changes, &settings, &error) != AD_OK) {
-        fail_msg("%s", error.message);
-    }
-    return settings;
-}
-
 /* By the default recipe, against the poses, or (NULL) against the classical solver. */
 static double trained_error(const char *text, int count, const char *const *changes,
                             const char *file)
@@ -53,7 +43,7 @@ static double trained_error(const char *text, int count, const char *const *chan
         all[i] = changes[i];
     }
     all[count] = reference;
-    config *settings = read_scene(text, count + 1, all);
+    config *settings = read_text(text, count + 1, all);
     if (config_experiment_create(settings, 1, &r.made.e, &error) != AD_OK ||
         experiment_problem(r.made.e, &r.made.p, &error) != AD_OK ||
         reference_create(r.made.e, &r.known, &error) != AD_OK ||
@@ -75,7 +65,7 @@ static double solved_error(const char *text, double tolerance, const pose *poses
     solve_settings settings = {.tolerance = tolerance};
     solve_report report;
     solution *solved = NULL;
-    config *read = read_scene(text, 0, NULL);
+    config *read = read_text(text, 0, NULL);
     bool moves = scene_is_dynamic(&read->scene);
     double s[POINTS], t[POINTS], values[3 * POINTS], worst = 0;
     for (int i = 0; i < count; i++) {
