@@ -1,6 +1,6 @@
 /* Rods at rest with what acts at single places: loads, joints, bodies, springs. */
-#include "allocations.h"
 #include "jump_testing.h"
+#include "solve_memory.h"
 
 #include "physics/rod_internal.h"
 #include "physics/solve/jump.h"
@@ -473,27 +473,13 @@ static void test_no_memory(void **state)
     for (int i = 0; i < 4; i++) {
         scene given = random_scene(&random);
         solve_settings settings = {.tolerance = 1, .nodes = 9};
-        long needed = 0;
-        int told = 0;
         if (i % 2) {
             given.duration = Q(t);
         }
         if (i > 1) {
             given.rod.model = SCENE_TIMOSHENKO;
         }
-        for (long n = 0; n <= needed; n += n < 60 ? 1 : 17) {
-            solution *x = NULL;
-            solve_report report;
-            allocations = 0;
-            failing_allocation = n;
-            ad_status status = solution_create(&given, &settings, 1, &t, &x, &report, NULL);
-            failing_allocation = 0;
-            needed = n == 0 ? allocations : needed;
-            assert_true(status == AD_OK || (status == AD_NO_MEMORY && x == NULL));
-            told += status == AD_NO_MEMORY;
-            solution_free(x);
-        }
-        assert_true(needed > 50 && told > 30);
+        check_no_memory(&given, &settings, 1, &t, 60, 17);
     }
 }
 

@@ -1,7 +1,7 @@
 /* Static rods solved classically, against closed forms and published values, and put into the
  * residuals that networks are trained on. */
-#include "allocations.h"
 #include "rod_testing.h"
+#include "solve_memory.h"
 
 #include "physics/solve/static.h"
 #include "physics/solve/static_newton.h"
@@ -557,29 +557,13 @@ static void test_jump(void **state)
     free(text);
 }
 
-/* Whichever allocation fails, it is told (or, of a formula's value, survived) and nothing is left.
- */
 static void test_no_memory(void **state)
 {
     (void)state;
     config *settings = NULL;
     const solve_settings rough = {.tolerance = 1e-3};
-    long needed = 0;
-    int told = 0;
     assert_int_equal(config_read("configs/elastica.yaml", NULL, 0, NULL, &settings, NULL), AD_OK);
-    for (long n = 0; n <= needed; n += n < 20 ? 1 : 7) {
-        solution *x = NULL;
-        solve_report report;
-        allocations = 0;
-        failing_allocation = n;
-        ad_status status = solution_create(&settings->scene, &rough, 0, NULL, &x, &report, NULL);
-        failing_allocation = 0;
-        needed = n == 0 ? allocations : needed;
-        assert_true(status == AD_OK || (status == AD_NO_MEMORY && x == NULL));
-        told += status == AD_NO_MEMORY;
-        solution_free(x);
-    }
-    assert_true(needed > 100 && told > 30);
+    check_no_memory(&settings->scene, &rough, 0, NULL, 20, 7);
     config_free(settings);
 }
 
