@@ -108,7 +108,8 @@ quantity quantity_error(quantities *owner, ad_status status, const char *message
     return of_node(node_like(owner, wanted), NAN);
 }
 
-quantity quantity_written(quantities *owner, const char *text, quantity value)
+/* `value` as its author wrote it. */
+static quantity written(quantities *owner, const char *text, quantity value)
 {
     if (is_faulty(value)) {
         return value;
@@ -317,7 +318,7 @@ quantity quantity_formula(quantities *names, const char *text)
     if (!text) {
         return (quantity){.is_given = false};
     }
-    return quantity_written(names, text, quantity_parse(names, text));
+    return written(names, text, quantity_parse(names, text));
 }
 
 quantity quantity_unparsed(quantities *names, const char *text)

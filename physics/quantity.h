@@ -147,6 +147,11 @@ typedef struct quantity_interval {
     double low, high;
 } quantity_interval;
 
+static inline double quantity_middle(quantity_interval x)
+{
+    return x.low + (x.high - x.low) / 2;
+}
+
 typedef struct quantity_enclosure {
     quantity_interval value;
     quantity_interval slope; /* by the coordinate; the whole line where it may jump */

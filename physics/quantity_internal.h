@@ -97,8 +97,6 @@ quantity quantity_table_call(const quantity_table *table, quantity x);
 const quantity_table *quantities_tables(const quantities *names);
 
 quantity quantity_error(quantities *owner, ad_status status, const char *message);
-/* `value` as its author wrote it. */
-quantity quantity_written(quantities *owner, const char *text, quantity value);
 quantity quantity_operate(const quantity_operation *operation, const quantity *x);
 
 /* quantity_interval.c: for arguments in intervals x [arity] an enclosure of the values and of the

@@ -52,8 +52,7 @@ static bool is_settled(const enclosing *in, quantity argument)
 
 static double in_the_middle(const enclosing *in, quantity x)
 {
-    const quantity_interval *s = &in->x[0], *t = &in->x[1];
-    return quantity_value(x, s->low + (s->high - s->low) / 2, t->low + (t->high - t->low) / 2);
+    return quantity_value(x, quantity_middle(in->x[0]), quantity_middle(in->x[1]));
 }
 
 /* Takes from the interval of what decides by its sign the side on which it is not. */
@@ -140,7 +139,7 @@ static quantity_enclosure enclose(const enclosing *in, const quantity *q)
 static void tighten(const enclosing *in, const quantity *q, quantity_enclosure *result)
 {
     quantity_interval whole = in->x[in->along];
-    double middle = whole.low + (whole.high - whole.low) / 2;
+    double middle = quantity_middle(whole);
     enclosing at = *in;
     at.x[in->along] = (quantity_interval){middle, middle};
     quantity_enclosure there = enclose(&at, q);

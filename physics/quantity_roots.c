@@ -25,11 +25,6 @@ typedef struct search {
     pieces last; /* that cannot be halved any more */
 } search;
 
-static double middle_of(quantity_interval x)
-{
-    return x.low + (x.high - x.low) / 2;
-}
-
 static quantity_enclosure over(const search *x, quantity_interval piece)
 {
     return x->along_s ? quantity_enclose(x->q, "s", piece, x->other)
@@ -68,7 +63,7 @@ static bool bisect(search *x, quantity_interval piece, double other)
     if ((value_at(x, high, other) > 0) == before) {
         return false;
     }
-    for (double middle = middle_of(piece); low < middle && middle < high;
+    for (double middle = quantity_middle(piece); low < middle && middle < high;
          middle = low + (high - low) / 2) {
         bool same = (value_at(x, middle, other) > 0) == before;
         low = same ? middle : low;
@@ -83,7 +78,7 @@ static bool bisect(search *x, quantity_interval piece, double other)
 static void look_at(search *x, quantity_interval piece, bool is_last, pieces *next)
 {
     quantity_enclosure q = over(x, piece);
-    double size = fmax(fabs(q.value.low), fabs(q.value.high)), middle = middle_of(piece);
+    double size = fmax(fabs(q.value.low), fabs(q.value.high)), middle = quantity_middle(piece);
     bool at_one = x->other.low == x->other.high;
     bool noise = q.rounding < INFINITY && size <= NOISE * q.rounding;
     if (q.value.low > 0 || q.value.high <= 0) {
@@ -122,7 +117,7 @@ static void settle(search *x)
             found = bisect(x, piece, (1 - share) * x->other.low + share * x->other.high);
         }
         if (!found && !at_one) {
-            add_place(x, middle_of(piece));
+            add_place(x, quantity_middle(piece));
         }
     }
 }

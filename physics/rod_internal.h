@@ -185,8 +185,7 @@ ad_value rod_spring_force(const rod_context *rod, const rod_spring_data *spring,
 ad_value rod_spring_moment(const rod_context *rod, const rod_spring_data *spring,
                            ad_value rotation); /* body */
 
-/* rod_jumps.c. Whether joints turn; whether points, bodies or springs act at single places. */
-bool rod_has_turns(const scene *rod_scene);
+/* rod_jumps.c. Whether points, bodies or springs act at single places. */
 bool rod_has_places(const scene *rod_scene);
 
 /* A rotation field as if no joint before s had turned it, and back; the same of vectors in body

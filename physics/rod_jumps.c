@@ -8,7 +8,8 @@
 
 /* ---- joints ---------------------------------------------------------------------------------- */
 
-bool rod_has_turns(const scene *rod_scene)
+/* Of any joint. */
+static bool has_turns(const scene *rod_scene)
 {
     for (int i = 0; i < rod_joint_count(rod_scene); i++) {
         if (rod_joint_of(rod_scene, i).turns) {
@@ -35,27 +36,26 @@ static ad_value jumps_turn(const rod_context *rod, ad_value s)
 
 ad_value rod_straightened(const rod_context *rod, ad_value rotation, ad_value s)
 {
-    return rod_has_turns(rod->scene)
+    return has_turns(rod->scene)
                ? ad_quaternion_multiply(rotation, ad_quaternion_conjugate(jumps_turn(rod, s)))
                : rotation;
 }
 
 ad_value rod_turned_at_joints(const rod_context *rod, ad_value rotation, ad_value s)
 {
-    return rod_has_turns(rod->scene) ? ad_quaternion_multiply(rotation, jumps_turn(rod, s))
-                                     : rotation;
+    return has_turns(rod->scene) ? ad_quaternion_multiply(rotation, jumps_turn(rod, s)) : rotation;
 }
 
 /* In a plane the turns are about the normal, along which axial vectors lie. */
 ad_value rod_vector_straightened(const rod_context *rod, ad_value vector, bool axial, ad_value s)
 {
-    bool turns = rod_has_turns(rod->scene) && !(axial && rod->plane.is_planar);
+    bool turns = has_turns(rod->scene) && !(axial && rod->plane.is_planar);
     return turns && !ad_is_constant(vector, 0) ? ad_rotate(jumps_turn(rod, s), vector) : vector;
 }
 
 ad_value rod_moment_at_joints(const rod_context *rod, ad_value moment, ad_value s)
 {
-    bool turns = rod_has_turns(rod->scene) && !rod->plane.is_planar;
+    bool turns = has_turns(rod->scene) && !rod->plane.is_planar;
     return turns ? ad_rotate_inverse(jumps_turn(rod, s), moment) : moment;
 }
 

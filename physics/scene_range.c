@@ -12,18 +12,13 @@ typedef struct box {
     quantity_interval s, t;
 } box;
 
-static double middle(quantity_interval x)
-{
-    return x.low + (x.high - x.low) / 2;
-}
-
 /* Halves across the side that is the longer of its whole; false: none can be halved. */
 static bool halve(const box *of, const box *whole, box halves[2])
 {
     double s = of->s.high - of->s.low, t = of->t.high - of->t.low;
     bool along = s * (whole->t.high - whole->t.low) >= t * (whole->s.high - whole->s.low) && s > 0;
     const quantity_interval *side = along ? &of->s : &of->t;
-    double at = middle(*side);
+    double at = quantity_middle(*side);
     halves[0] = halves[1] = *of;
     *(along ? &halves[0].s.high : &halves[0].t.high) = at;
     *(along ? &halves[1].s.low : &halves[1].t.low) = at;
@@ -42,7 +37,7 @@ scene_range scene_range_between(quantity q, quantity_interval s, quantity_interv
     for (int looked = 0; count > 0 && looked < BOXES_MAX; looked++) {
         box now = stack[--count], halves[2];
         quantity_interval all = quantity_range(q, now.s, now.t);
-        double value = quantity_value(q, middle(now.s), middle(now.t));
+        double value = quantity_value(q, quantity_middle(now.s), quantity_middle(now.t));
         if (value < sampled.low - slack || value > sampled.high + slack) {
             sampled.low = fmin(sampled.low, value);
             sampled.high = fmax(sampled.high, value);

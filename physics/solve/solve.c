@@ -107,7 +107,7 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
     }
     ad_status status = AD_OK;
     x->scales = rod_scales_of(rod_scene);
-    if (scene_is_dynamic(rod_scene)) {
+    if (moves) {
         x->duration = scene_duration(rod_scene) / x->scales.time;
         status = gather_times(x, count, times, error);
     }
@@ -140,11 +140,7 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");
     }
     ad_status status = solve(x, rod_scene, settings, count, times, report, error);
-    if (status != AD_OK) {
-        solution_free(x);
-        return status;
-    }
-    if (scene_is_dynamic(rod_scene) && !report->unresolved) {
+    if (status == AD_OK && scene_is_dynamic(rod_scene) && !report->unresolved) {
         status = find_unresolved(rod_scene, report, error);
     }
     if (status != AD_OK) {

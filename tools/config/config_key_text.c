@@ -202,7 +202,8 @@ void config_key_siblings(const char *section, char *text, size_t size)
     }
 }
 
-void config_key_range(const config_key *key, char *text, size_t size)
+/* "> 0", "0 to 1", "" when any number will do. */
+static void range_of(const config_key *key, char *text, size_t size)
 {
     const char *more = key->flags & CONFIG_LOW_OPEN ? ">" : ">=";
     const char *less = key->flags & CONFIG_HIGH_OPEN ? "<" : "<=";
@@ -244,7 +245,7 @@ static void describe(const config_key *key, bool many, char *text, size_t size)
 {
     char range[80];
     const char *type = type_text(key->type, many);
-    config_key_range(key, range, sizeof range);
+    range_of(key, range, sizeof range);
     if ((key->flags & CONFIG_INFINITE) && key->type == CONFIG_NUMBER) {
         type = many ? "numbers" : "a number";
     }

@@ -116,9 +116,6 @@ void config_key_allowed(const config_key *key, char *text, size_t size);
 /* The same for one entry of a list. */
 void config_key_entry_allowed(const config_key *key, char *text, size_t size);
 
-/* "> 0", "0 to 1", "" when any number will do. */
-void config_key_range(const config_key *key, char *text, size_t size);
-
 /* Bytes of one entry. */
 size_t config_key_entry_size(const config_key *key);
 
