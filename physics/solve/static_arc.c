@@ -101,16 +101,6 @@ double static_arc_product(const static_arc *x, const double *a, const double *b)
     return sum * STATIC_ROWS / (double)n + a[n] * b[n];
 }
 
-static double largest(size_t count, const double *x)
-{
-    double result = 0;
-    for (size_t i = 0; i < count; i++) {
-        double size = fabs(x[i]);
-        result = size <= result ? result : size;
-    }
-    return result;
-}
-
 /* to = a + factor b */
 static void add(size_t count, const double *a, double factor, const double *b, double *to)
 {
@@ -154,7 +144,7 @@ static bool factor(static_arc *x, const double *at)
     }
     static_system_solve(x->system, x->by_load, x->first);
     x->first[n] = 1;
-    return isfinite(largest(n, x->first));
+    return isfinite(static_newton_largest(n, x->first));
 }
 
 /* (F_y F_load; border) step = (right; last), after factor(). */
@@ -167,7 +157,7 @@ static bool solve_bordered(static_arc *x, const double *border, const double *ri
     double along = static_arc_product(x, border, x->first);
     double share = (last - static_arc_product(x, border, step)) / along;
     add(n + 1, step, share, x->first, step);
-    return isfinite(largest(n + 1, step));
+    return isfinite(static_newton_largest(n + 1, step));
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */
@@ -187,7 +177,8 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
         add(n + 1, at, -1, x->second, at);
         ++*steps;
         double moved = fmax(static_path_distance(n, x->second, NULL), fabs(x->second[n]));
-        if (moved <= CONVERGED && largest(n, x->second) <= CONVERGED * fmax(1, largest(n, at))) {
+        if (moved <= CONVERGED && static_newton_largest(n, x->second) <=
+                                      CONVERGED * fmax(1, static_newton_largest(n, at))) {
             return true;
         }
         if (!(moved <= 2 * before)) { /* forces of stiff rods may go far astray, and come back */
@@ -269,7 +260,7 @@ bool static_arc_weakest(static_arc *x, const arc_place *place, double *direction
     }
     bool solved = solve_bordered(x, place->tangent, x->push, 0, direction);
     for (int i = 0; i < INVERSE_STEPS && solved; i++) {
-        scale(n + 1, 1 / largest(n, direction), direction);
+        scale(n + 1, 1 / static_newton_largest(n, direction), direction);
         load_by(x, direction, x->right);
         solved = solve_bordered(x, place->tangent, x->right, 0, direction);
     }

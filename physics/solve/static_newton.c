@@ -158,11 +158,12 @@ void static_newton_free(static_newton *x)
 
 /* ---- solving ------------------------------------------------------------------------------- */
 
-static double largest(size_t count, const double *x)
+double static_newton_largest(size_t count, const double *x)
 {
     double result = 0;
-    for (size_t i = 0; i < count; i++) {
-        result = fmax(result, fabs(x[i]));
+    for (size_t i = 0; i < count && !isnan(result); i++) {
+        double size = fabs(x[i]);
+        result = size <= result ? result : size;
     }
     return result;
 }
@@ -176,8 +177,8 @@ static bool polish(static_newton *x, double *y)
         return false;
     }
     static_system_solve(x->system, x->right, x->step);
-    double size = largest(x->unknowns, y);
-    bool small = largest(x->unknowns, x->step) <= 1e-3 * fmax(1, size);
+    double size = static_newton_largest(x->unknowns, y);
+    bool small = static_newton_largest(x->unknowns, x->step) <= 1e-3 * fmax(1, size);
     for (size_t i = 0; i < x->unknowns && small; i++) {
         y[i] -= x->step[i];
     }
@@ -188,7 +189,7 @@ static bool polish(static_newton *x, double *y)
 static bool solve_pulled(void *context, double *y, long *steps)
 {
     static_newton *x = context;
-    double size = fmax(1, largest(x->unknowns, y));
+    double size = fmax(1, static_newton_largest(x->unknowns, y));
     long taken = 0;
     KINSetFuncNormTol(x->kinsol, RESIDUAL * size);
     KINSetScaledStepTol(x->kinsol, 1e-14);

@@ -15,4 +15,7 @@ void static_newton_free(static_newton *x);
  * reached. Adds to *steps. */
 bool static_newton_solve(static_newton *x, double *y, long *steps);
 
+/* Of absolute values x [count]; not a number if one is none. */
+double static_newton_largest(size_t count, const double *x);
+
 #endif
