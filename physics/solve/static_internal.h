@@ -1,4 +1,4 @@
-/* Shared by static.c and static_trace.c. */
+/* Shared by static.c, static_trace.c and static_walk.c; not for others. */
 #ifndef PHYSICS_SOLVE_STATIC_INTERNAL_H
 #define PHYSICS_SOLVE_STATIC_INTERNAL_H
 

@@ -28,10 +28,10 @@ typedef enum trace_goal { TRACE_WHOLE, TRACE_FULL_LOAD, TRACE_FIRST_MARK } trace
 
 /* Follows the path of `path` from the unstressed rod to the full load: where the load turns back on
  * the way, on to the next equilibrium under the full load that is stable; without one to the first
- * that is not. settings->branch: at the so many-th bifurcation it leaves
- * for the other path. *result: NULL where the path has no beginning, as for a rod that floats
- * without its loads. *end: the equilibrium under the full load, NULL when not arrived. Adds to the
- * Newton steps of the report. AD_NO_MEMORY, or what the tape says of a formula. */
+ * that is not. settings->branch: at the so many-th bifurcation it leaves for the other path.
+ * *result: NULL where the path has no beginning, as for a rod that floats without its loads. *end:
+ * the equilibrium under the full load, NULL when not arrived. Adds to the Newton steps of the
+ * report. AD_NO_MEMORY, or what the tape says of a formula. */
 ad_status static_trace_create(const solve_rod *rod, const solve_settings *settings,
                               const path_shape *path, trace_goal goal, static_trace **result,
                               static_solution **end, solve_report *report, ad_error *error);
