@@ -142,7 +142,11 @@ static void test_refused(void **state)
          "scene.yaml:5:18: initial.state: equilibrium says"},
         {ROD "time: {duration: 1}\ninitial: {state: equilibrium}\n"
              "loads: {force: [0, 0, \"where(t, 0, -1e30)\"]}\n",
-         "scene.yaml:5:18: initial.state: "}};
+         "scene.yaml:5:18: initial.state: "},
+        /* Pressed along its axis beyond Euler's 2.47 EI/L^2: straight is no minimum. */
+        {ROD "time: {duration: 1}\ninitial: {state: equilibrium}\n"
+             "loads: {tip: {force: [-12, 0, 0]}}\n",
+         "scene.yaml:5:18: initial.state: no equilibrium to start from is found: "}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         ad_error error;
         config *made = read_scene(rows[i].text, &error);

@@ -193,8 +193,7 @@ ad_status solve_settle(scene *rod_scene, quantities *names, ad_error *error)
         return status;
     }
     solution_verdict(solved, &still, &settings, &report, &found);
-    if (verdict_has(&found, VERDICT_LOAD_NOT_REACHED) ||
-        verdict_has(&found, VERDICT_ESTIMATE_ABOVE_TOLERANCE)) {
+    if (verdict_outcome_of(&found) != VERDICT_SOLVED) {
         status = ad_fail(error, AD_BAD_INPUT, "no equilibrium to start from is found: %s",
                          verdict_text(&found));
     } else {
