@@ -114,21 +114,47 @@ static shape_twist shape_rest(const shape_piece *piece, double s)
     return twist;
 }
 
-/* One step of the Magnus method of order 4 with Gauss points (Iserles et al., Acta Numerica 2000,
- * section 4.2), for g' = g twist. */
+/* [a, b] of twists. */
+static shape_twist shape_bracket(const shape_twist *a, const shape_twist *b)
+{
+    shape_twist result;
+    double moved[3];
+    cross(result.u, a->u, b->u);
+    cross(result.v, a->u, b->v);
+    cross(moved, a->v, b->u);
+    for (int i = 0; i < 3; i++) {
+        result.v[i] += moved[i];
+    }
+    return result;
+}
+
+/* x a + y b */
+static shape_twist shape_sum(double x, const shape_twist *a, double y, const shape_twist *b)
+{
+    shape_twist result;
+    for (int i = 0; i < 3; i++) {
+        result.u[i] = x * a->u[i] + y * b->u[i];
+        result.v[i] = x * a->v[i] + y * b->v[i];
+    }
+    return result;
+}
+
+/* One step of the Magnus method of order 6 with Gauss points (Blanes, Casas, Oteo, Ros, Physics
+ * Reports 470, 2009, section 5.2, brackets of the other sign), for g' = g twist. */
 static void shape_step(const shape_piece *piece, shape_pose *pose, double s, double h)
 {
-    double offset = sqrt(3.0) / 6;
-    shape_twist a = shape_rest(piece, s + (0.5 - offset) * h);
-    shape_twist b = shape_rest(piece, s + (0.5 + offset) * h), sum;
-    double uu[3], uv[3], vu[3], bracket = sqrt(3.0) / 12 * h * h;
-    cross(uu, a.u, b.u);
-    cross(uv, a.u, b.v);
-    cross(vu, a.v, b.u);
-    for (int i = 0; i < 3; i++) {
-        sum.u[i] = 0.5 * h * (a.u[i] + b.u[i]) + bracket * uu[i];
-        sum.v[i] = 0.5 * h * (a.v[i] + b.v[i]) + bracket * (uv[i] + vu[i]);
-    }
+    double offset = sqrt(0.15), root = sqrt(15.0) / 3 * h;
+    shape_twist a = shape_rest(piece, s + (0.5 - offset) * h), b = shape_rest(piece, s + 0.5 * h);
+    shape_twist c = shape_rest(piece, s + (0.5 + offset) * h), ends = shape_sum(1, &a, 1, &c);
+    shape_twist first = shape_sum(h, &b, 0, &b), second = shape_sum(root, &c, -root, &a);
+    shape_twist third = shape_sum(10 * h / 3, &ends, -20 * h / 3, &b);
+    shape_twist turn = shape_bracket(&first, &second), left = shape_sum(-20, &first, -1, &third);
+    shape_twist inner = shape_sum(2, &third, -1, &turn), right = shape_bracket(&first, &inner);
+    left = shape_sum(1, &left, -1, &turn);
+    right = shape_sum(1, &second, 1.0 / 60, &right);
+    turn = shape_bracket(&left, &right);
+    shape_twist sum = shape_sum(1, &first, 1.0 / 12, &third);
+    sum = shape_sum(1, &sum, -1.0 / 240, &turn);
     shape_advance(pose, &sum);
 }
 
@@ -199,7 +225,8 @@ typedef struct shape {
     shape_pose end;
 } shape;
 
-/* Where the rest shape of a piece jumps or has a kink at t = 0, as a part of the length. */
+/* Where the rest shape of a piece jumps or has a kink at t = 0, or what is narrow begins or ends;
+ * in m. */
 static void shape_breaks(const scene *rod_scene, const scene_piece *given, scene_breaks *breaks)
 {
     ad_error error;
@@ -207,7 +234,7 @@ static void shape_breaks(const scene *rod_scene, const scene_piece *given, scene
     memcpy(alone.rod.rest_strain, given->rod.rest_strain, sizeof alone.rod.rest_strain);
     memcpy(alone.rod.rest_curvature, given->rod.rest_curvature, sizeof alone.rod.rest_curvature);
     memcpy(alone.rod.imperfection, given->rod.imperfection, sizeof alone.rod.imperfection);
-    if (scene_breaks_of(&alone, "s", breaks, &error) != AD_OK) {
+    if (scene_divisions_of(&alone, "s", SHAPE_PIECES_MAX / 2, breaks, &error) != AD_OK) {
         breaks->count = 0; /* out of memory, as the tape will say, too */
     }
 }

@@ -3,117 +3,8 @@
 #include "random_numbers.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* ---- profiles -------------------------------------------------------------------------------- */
-
-/* The value at s, on the side of a jump on which `inside` is. */
-static double part_value(const profile_part *part, double s, double inside)
-{
-    double x = (s - part->at) / part->width;
-    switch (part->kind) {
-    case PROFILE_CONSTANT:
-        return part->value;
-    case PROFILE_BAND:
-        return inside > part->at && inside < part->at + part->width ? part->value : 0;
-    case PROFILE_STEP:
-        return inside > part->at ? part->value : 0;
-    case PROFILE_BUMP:
-        return part->value * exp(-x * x);
-    case PROFILE_ELBOW:
-        return part->value / (cosh(x) * cosh(x));
-    case PROFILE_TENT:
-        return inside > part->at - part->width && inside < part->at + part->width
-                   ? part->value * (1 - (inside > part->at ? x : -x))
-                   : 0;
-    case PROFILE_KINDS:
-        break;
-    }
-    return NAN;
-}
-
-double profile_value(const profile *p, double s, double inside)
-{
-    double sum = 0;
-    for (int i = 0; i < p->count; i++) {
-        sum += part_value(&p->parts[i], s, inside);
-    }
-    return sum;
-}
-
-static void write_part(const profile_part *part, FILE *to)
-{
-    double a = part->at, b = part->at + part->width, w = part->width, v = part->value;
-    switch (part->kind) {
-    case PROFILE_CONSTANT:
-        fprintf(to, "(%.17g)", v);
-        break;
-    case PROFILE_BAND:
-        if (part->spelling == 0) {
-            fprintf(to, "where((s-%.17g)*(%.17g-s), %.17g, 0)", a, b, v);
-        } else if (part->spelling == 1) {
-            fprintf(to, "%.17g*step(s-%.17g)*step(%.17g-s)", v, a, b);
-        } else if (part->spelling == 2) {
-            fprintf(to, "where(s-%.17g, where(%.17g-s, %.17g, 0), 0)", a, b, v);
-        } else {
-            fprintf(to, "%.17g*step(min(s-%.17g, %.17g-s))", v, a, b);
-        }
-        break;
-    case PROFILE_STEP:
-        if (part->spelling < 2) {
-            fprintf(to, "where(s-%.17g, %.17g, 0)", a, v);
-        } else {
-            fprintf(to, "%.17g*(1-step(%.17g-s))", v, a);
-        }
-        break;
-    case PROFILE_BUMP:
-        fprintf(to, "%.17g*exp(-((s-%.17g)/%.17g)^2)", v, a, w);
-        break;
-    case PROFILE_ELBOW:
-        if (part->spelling < 2) {
-            fprintf(to, "%.17g*(1-tanh((s-%.17g)/%.17g)^2)", v, a, w);
-        } else {
-            fprintf(to, "%.17g/cosh((s-%.17g)/%.17g)^2", v, a, w);
-        }
-        break;
-    case PROFILE_TENT:
-        fprintf(to, "%.17g*max(0, 1-abs(s-%.17g)/%.17g)", v, a, w);
-        break;
-    case PROFILE_KINDS:
-        break;
-    }
-}
-
-/* Not given where it has no parts. */
-static quantity profile_quantity(const profile *p, quantities *names)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *to = open_memstream(&text, &size);
-    for (int i = 0; i < p->count && to; i++) {
-        fputs(i ? " + " : "", to);
-        write_part(&p->parts[i], to);
-    }
-    if (!to || fclose(to) != 0) {
-        abort();
-    }
-    quantity made = quantity_formula(names, p->count > 0 ? text : NULL);
-    free(text);
-    return made;
-}
-
-static void profile_fill(int count, const profile *from, quantity *to, quantities *names)
-{
-    bool any = false;
-    for (int i = 0; i < count; i++) {
-        any = any || from[i].count > 0;
-    }
-    for (int i = 0; i < count && any; i++) {
-        to[i] = from[i].count > 0 ? profile_quantity(&from[i], names) : quantity_number(0);
-    }
-}
 
 /* ---- making ---------------------------------------------------------------------------------- */
 
@@ -127,11 +18,50 @@ static double in(maker *m, double low, double high)
     return random_in(&m->state, low, high);
 }
 
+static bool one_of(maker *m, int count)
+{
+    return random_below(&m->state, count) == 0;
+}
+
+/* An axis of a force, or of a moment; planar rods lie along x and z, and turn about y. */
+static int force_axis(maker *m)
+{
+    return m->scene->is_planar ? 2 * random_below(&m->state, 2) : random_below(&m->state, 3);
+}
+
+static int moment_axis(maker *m)
+{
+    return m->scene->is_planar ? 1 : random_below(&m->state, 3);
+}
+
+static void random_force(maker *m, double size, double *to)
+{
+    for (int i = 0; i < 3; i++) {
+        to[i] = m->scene->is_planar && i == 1 ? 0 : in(m, -size, size);
+    }
+}
+
+static void random_moment(maker *m, double size, double *to)
+{
+    for (int i = 0; i < 3; i++) {
+        to[i] = m->scene->is_planar && i != 1 ? 0 : in(m, -size, size);
+    }
+}
+
+static void make_table(maker *m, profile_part *part)
+{
+    for (int i = 0; i < PROFILE_ROWS; i++) {
+        double x = (i + (i > 0 && i < PROFILE_ROWS - 1 ? in(m, -0.4, 0.4) : 0)) / (PROFILE_ROWS - 1);
+        part->knots[i] = i == PROFILE_ROWS - 1 ? m->scene->length : m->scene->length * x;
+        part->rows[i] = in(m, 0, 1);
+    }
+}
+
 /* A part whose integral over the rod is at most so much, and its value no more than the other. */
 static void add_part(maker *m, profile *to, double unit, double integral, double most)
 {
-    static const double least[PROFILE_KINDS] = {1, 0.005, 1, 0.002, 0.002, 0.01};
-    static const double widest[PROFILE_KINDS] = {1, 0.2, 1, 0.05, 0.05, 0.1};
+    static const double least[PROFILE_KINDS] = {1, 0.005, 1, 0.002, 0.002, 0.01, 1};
+    static const double widest[PROFILE_KINDS] = {1, 0.2, 1, 0.05, 0.05, 0.1, 1};
     double length = m->scene->length;
     profile_kind kind = (profile_kind)random_below(&m->state, PROFILE_KINDS);
     double width = exp(in(m, log(least[kind]), log(widest[kind])));
@@ -139,12 +69,16 @@ static void add_part(maker *m, profile *to, double unit, double integral, double
     if (to->count == PROFILE_PARTS_MAX) {
         return;
     }
-    to->parts[to->count++] = (profile_part){.kind = kind,
-                                            .at = length * in(m, kind == PROFILE_TENT ? 0.12 : 0.02,
-                                                              kind == PROFILE_BAND ? 0.78 : 0.88),
-                                            .width = length * width,
-                                            .value = unit * in(m, -size, size),
-                                            .spelling = random_below(&m->state, 4)};
+    profile_part *part = &to->parts[to->count++];
+    *part = (profile_part){.kind = kind,
+                           .at = length * in(m, kind == PROFILE_TENT ? 0.12 : 0.02,
+                                             kind == PROFILE_BAND ? 0.78 : 0.88),
+                           .width = length * width,
+                           .value = unit * in(m, -size, size),
+                           .spelling = random_below(&m->state, 4)};
+    if (kind == PROFILE_TABLE) {
+        make_table(m, part);
+    }
 }
 
 static void add_constant(profile *to, double value)
@@ -163,111 +97,438 @@ static void make_stiffness(maker *m, profile *to, double unit, int parts)
     }
 }
 
-static void make_rod(maker *m, random_scene *x)
+/* Ends of the pieces; the last is that of the rod, which is the sum as the scene adds it up. */
+static void make_pieces(maker *m)
 {
-    scene *made = &x->scene;
-    bool planar = random_below(&m->state, 3) == 0, shears = random_below(&m->state, 2) == 0;
-    double L = x->length, stiffness = exp(in(m, -2, 2)), force = stiffness / (L * L * L);
-    int loads = 1 + random_below(&m->state, 3);
-    made->rod.model = shears ? SCENE_COSSERAT : SCENE_KIRCHHOFF;
-    for (int i = 0; i < loads; i++) { /* in a plane along x and z, and about y */
-        int axis = planar ? 2 * random_below(&m->state, 2) : random_below(&m->state, 3);
-        add_part(m, &x->force[axis], force, 1.5, 60);
+    random_scene *x = m->scene;
+    double sum = 0, length = in(m, 0.3, 2);
+    x->piece_count = one_of(m, 3) ? 1 + random_below(&m->state, RANDOM_PIECES_MAX) : 1;
+    for (int i = 0; i < x->piece_count; i++) {
+        double piece = length / x->piece_count * in(m, 0.4, 1.6);
+        x->pieces[i].to = sum += piece;
+        if (x->piece_count > 1) {
+            x->scene.segments[i].length = quantity_number(piece);
+        }
     }
-    if (random_below(&m->state, 3) == 0) {
-        add_part(m, &x->moment[planar ? 1 : random_below(&m->state, 3)], force * L, 0.7, 60);
-    }
-    for (int i = random_below(&m->state, 3); i > 0; i--) { /* up to 90 degrees */
-        add_part(m, &x->curvature[planar ? 1 : random_below(&m->state, 3)], 1 / L, 1.6, 200);
-    }
-    make_stiffness(m, &x->bending[0], stiffness, random_below(&m->state, 2));
-    make_stiffness(m, &x->bending[1], stiffness * in(m, 0.7, 1.4), random_below(&m->state, 2));
-    make_stiffness(m, &x->torsion, stiffness * in(m, 0.5, 1), random_below(&m->state, 2));
-    for (int i = 0; i < 3; i++) {
-        bool in_plane = !planar || i != 1;
-        x->tip_force[i] = in_plane && random_below(&m->state, 2) ? force * L * in(m, -1, 1) : 0;
-    }
-    double slender = exp(in(m, log(50), log(5000)));
-    for (int i = 0; i < 2; i++) {
-        x->shear[i] = shears ? slender * stiffness / (3 * L * L) : INFINITY;
-    }
-    x->axial = shears ? slender * stiffness / (L * L) : INFINITY;
-    x->follower_line = random_below(&m->state, 3) == 0;
-    x->follower_tip = random_below(&m->state, 3) == 0;
-    /* d3 along x, d2 across the plane */
-    const double turned[4] = {sqrt(0.5), 0, sqrt(0.5), 0};
-    for (int i = 0; i < 4; i++) {
-        x->rotation[i] = planar ? turned[i] : in(m, -1, 1);
+    x->scene.segment_count = x->piece_count > 1 ? x->piece_count : 0;
+    x->length = sum;
+    if (x->piece_count == 1) {
+        x->scene.rod.length = quantity_number(sum);
     }
 }
+
+/* A place strictly within the rod, sometimes a joint. */
+static double place_within(maker *m)
+{
+    const random_scene *x = m->scene;
+    return x->piece_count > 1 && one_of(m, 4) ? x->pieces[0].to : x->length * in(m, 0.05, 0.95);
+}
+
+static random_load *add_load(maker *m, int kind, double at)
+{
+    random_load *load = &m->scene->loads[m->scene->load_count++];
+    *load = (random_load){.kind = kind, .at = at};
+    return load;
+}
+
+static void make_springs(maker *m, double stiffness, double turning)
+{
+    random_scene *x = m->scene;
+    x->spring_count = one_of(m, 4) ? 1 + random_below(&m->state, RANDOM_SPRINGS_MAX) : 0;
+    for (int i = 0; i < x->spring_count; i++) {
+        random_spring *spring = &x->springs[i];
+        spring->at = one_of(m, 3) ? x->length : place_within(m);
+        for (int k = 0; k < 3; k++) {
+            bool bends = !x->is_beam || k == 1;
+            spring->stiffness[k] = bends ? stiffness * in(m, 0, 5) : 0;
+            bool turns = x->is_beam ? k == 0 : x->ends[0].holds_rotation;
+            spring->turning[k] = turns && i == 0 ? turning * in(m, 0, 2) : 0;
+        }
+        spring->is_anchored = !x->is_beam && !x->ends[0].holds_rotation;
+    }
+}
+
+/* ---- rods ------------------------------------------------------------------------------------ */
+
+/* How a rod is held; those that are held twice have moderate loads, so that they seldom buckle. */
+static void make_ends(maker *m, random_scene *x)
+{
+    static const bool holds[][4] = {/* position and rotation of s = 0, of s = length */
+                                    {true, true, true, true},
+                                    {true, true, true, false},
+                                    {true, false, true, true},
+                                    {false, false, true, true}};
+    const bool *chosen = holds[random_below(&m->state, 4)];
+    bool cantilever = !one_of(m, 3);
+    for (int i = 0; i < 2; i++) {
+        x->ends[i].holds_position = cantilever ? i == 0 : chosen[2 * i];
+        x->ends[i].holds_rotation = cantilever ? i == 0 : chosen[2 * i + 1];
+    }
+    if (x->is_planar) { /* d3 along x, d2 across the plane */
+        x->ends[0].rotation[0] = x->ends[0].rotation[2] = sqrt(0.5);
+        return;
+    }
+    double square = 0, *q = x->ends[0].rotation;
+    for (int i = 0; i < 4; i++) {
+        q[i] = in(m, -1, 1);
+        square += q[i] * q[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        q[i] /= sqrt(square);
+    }
+}
+
+static void make_matter(maker *m, random_scene *x)
+{
+    static const scene_model models[] = {SCENE_COSSERAT, SCENE_COSSERAT, SCENE_KIRCHHOFF,
+                                         SCENE_KIRCHHOFF, SCENE_INEXTENSIBLE};
+    scene_model model = x->scene.rod.model = models[random_below(&m->state, 5)];
+    double slender = exp(in(m, log(50), log(5000))), L = x->length;
+    double torsion = in(m, 0.5, 1), second = in(m, 0.7, 1.4);
+    for (int i = 0; i < x->piece_count; i++) {
+        random_piece *piece = &x->pieces[i];
+        double unit = x->stiffness * (i > 0 ? exp(in(m, -1, 1)) : 1);
+        for (int k = one_of(m, 2) ? random_below(&m->state, 3) : 0; k > 0; k--) {
+            add_part(m, &piece->curvature[moment_axis(m)], 1 / L, 1.6, 200); /* up to 90 degrees */
+        }
+        make_stiffness(m, &piece->bending[0], unit, random_below(&m->state, 2));
+        make_stiffness(m, &piece->bending[1], unit * second, random_below(&m->state, 2));
+        make_stiffness(m, &piece->torsion, unit * torsion, random_below(&m->state, 2));
+        if (i > 0 && one_of(m, 2)) {
+            random_moment(m, 1.2, piece->turn);
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        x->shear[i] =
+            model == SCENE_KIRCHHOFF ? INFINITY : slender * x->stiffness / (3 * L * L);
+    }
+    x->axial = model == SCENE_COSSERAT ? slender * x->stiffness / (L * L) : INFINITY;
+    if (one_of(m, 5)) {
+        add_constant(&x->stretch, 1);
+        add_part(m, &x->stretch, 1, 0.1, 0.5);
+    }
+}
+
+static bool has_line_load(const random_scene *x)
+{
+    bool any = false;
+    for (int i = 0; i < 3; i++) {
+        any = any || x->force[i].count > 0 || x->moment[i].count > 0;
+    }
+    return any;
+}
+
+static void make_loads(maker *m, random_scene *x, double force)
+{
+    double L = x->length;
+    for (int i = random_below(&m->state, 4); i > 0; i--) {
+        add_part(m, &x->force[force_axis(m)], force / L, 1.5, 60);
+    }
+    if (one_of(m, 3)) {
+        add_part(m, &x->moment[moment_axis(m)], force, 0.7, 60);
+    }
+    x->follows = one_of(m, 3) && has_line_load(x);
+    for (int i = one_of(m, 2) ? 1 + random_below(&m->state, 3) : 0; i > 0; i--) {
+        random_load *point = add_load(m, RANDOM_POINT, place_within(m));
+        point->follows = one_of(m, 3);
+        random_force(m, force, point->force);
+        if (one_of(m, 2)) {
+            random_moment(m, force * L, point->moment);
+        }
+    }
+    for (int i = 0; i < 2; i++) {
+        if (!x->ends[i].holds_position && (i == 0 || !one_of(m, 3))) {
+            random_load *load = add_load(m, i ? RANDOM_TIP : RANDOM_BASE, i * L);
+            load->follows = i == 1 && one_of(m, 3);
+            random_force(m, force, load->force);
+            if (one_of(m, 3)) {
+                random_moment(m, force * L / 2, load->moment);
+            }
+        }
+    }
+    if (one_of(m, 4)) {
+        random_force(m, 9.81, x->gravity);
+        x->mass = force / L / 9.81 * in(m, 0.1, 1);
+        for (int i = random_below(&m->state, 3); i > 0; i--) {
+            random_load *body = add_load(m, RANDOM_BODY, one_of(m, 2) ? L : place_within(m));
+            body->mass = force / 9.81 * in(m, 0.1, 0.5);
+            for (int k = 0; k < 3; k++) {
+                body->force[k] = body->mass * x->gravity[k];
+            }
+        }
+    }
+}
+
+static void make_pulls(maker *m, random_scene *x)
+{
+    double L = x->length;
+    x->pull_count = one_of(m, 4) ? 1 + random_below(&m->state, RANDOM_PULLS_MAX) : 0;
+    for (int i = 0; i < x->pull_count; i++) {
+        random_pull *pull = &x->pulls[i];
+        pull->is_chamber = one_of(m, 3);
+        pull->radius = L * in(m, 0.02, 0.08);
+        pull->phase = x->is_planar ? 0 : in(m, -3, 3);
+        pull->winding = !x->is_planar && !pull->is_chamber && one_of(m, 2) ? in(m, -6, 6) / L : 0;
+        pull->from = one_of(m, 3) ? L * in(m, 0.05, 0.4) : 0;
+        pull->to = one_of(m, 2) ? L * in(m, 0.5, 0.95) : L;
+        pull->tension =
+            fmin(x->stiffness / L / pull->radius, 0.1 * x->axial) * in(m, 0.1, 1);
+        pull->area = 0.01 * L * L;
+        pull->taper = pull->is_chamber && one_of(m, 2) ? in(m, -0.5, 0.5) : 0;
+    }
+}
+
+/* A held end is where some force and moment at s = 0 bring it, so that there is an equilibrium. */
+static void place_end(maker *m, random_scene *x, double force)
+{
+    double y[RANDOM_ROWS] = {0};
+    memcpy(y + 3, x->ends[0].rotation, 4 * sizeof *y);
+    if (x->ends[0].holds_position) {
+        random_force(m, force, y + 7);
+    }
+    if (x->ends[0].holds_rotation) {
+        random_moment(m, force * x->length / 2, y + 10);
+    }
+    random_scene_carry(x, false, x->length, y);
+    memcpy(x->ends[1].position, y, sizeof x->ends[1].position);
+    memcpy(x->ends[1].rotation, y + 3, sizeof x->ends[1].rotation);
+}
+
+static void place_springs(maker *m, random_scene *x)
+{
+    for (int i = 0; i < x->spring_count; i++) {
+        random_spring *spring = &x->springs[i];
+        double y[RANDOM_ROWS] = {0};
+        memcpy(y + 3, x->ends[0].rotation, 4 * sizeof *y);
+        random_scene_carry(x, true, spring->at, y);
+        spring->is_anchored = spring->is_anchored || one_of(m, 3);
+        memcpy(spring->upright, y + 3, sizeof spring->upright);
+        memcpy(spring->anchor, y, sizeof spring->anchor);
+        double way[3];
+        random_force(m, 0.1 * x->length, way);
+        for (int k = 0; k < 3 && spring->is_anchored; k++) {
+            spring->anchor[k] += way[k];
+        }
+    }
+}
+
+/* ---- beams ----------------------------------------------------------------------------------- */
 
 static void make_beam(maker *m, random_scene *x)
 {
-    double L = x->length, stiffness = exp(in(m, -2, 2)), force = 1e-3 * stiffness / (L * L * L);
-    bool shears = random_below(&m->state, 2) == 0;
+    static const bool holds[][4] = {{true, true, false, false}, {true, true, true, true},
+                                    {true, true, true, false},  {true, false, true, false},
+                                    {true, false, true, true},  {false, false, true, true}};
+    const bool *held = holds[one_of(m, 2) ? 0 : random_below(&m->state, 6)];
+    double L = x->length, force = 1e-3 * x->stiffness / (L * L);
+    bool shears = one_of(m, 2);
     x->scene.rod.model = shears ? SCENE_TIMOSHENKO : SCENE_EULER_BERNOULLI;
+    for (int i = 0; i < 2; i++) {
+        x->ends[i].holds_position = held[2 * i];
+        x->ends[i].holds_rotation = held[2 * i + 1];
+    }
     for (int i = 1 + random_below(&m->state, 3); i > 0; i--) {
-        add_part(m, &x->force[0], force * L, 1.5, 60);
+        add_part(m, &x->force[0], force / L, 1.5, 60);
     }
-    if (random_below(&m->state, 3) == 0) {
-        add_part(m, &x->moment[0], force * L * L, 0.7, 60);
+    if (one_of(m, 3)) {
+        add_part(m, &x->moment[0], force, 0.7, 60);
     }
-    make_stiffness(m, &x->bending[0], stiffness, random_below(&m->state, 3));
-    x->shear[0] = shears ? stiffness / (L * L) * exp(in(m, log(20), log(2000))) : INFINITY;
-    if (random_below(&m->state, 2)) {
-        make_stiffness(m, &x->foundation, 20 * stiffness / (L * L * L * L),
+    for (int i = 0; i < x->piece_count; i++) {
+        double unit = x->stiffness * (i > 0 ? exp(in(m, -1, 1)) : 1);
+        make_stiffness(m, &x->pieces[i].bending[0], unit, random_below(&m->state, 3));
+    }
+    x->shear[0] = shears ? x->stiffness / (L * L) * exp(in(m, log(20), log(2000))) : INFINITY;
+    if (one_of(m, 3)) {
+        make_stiffness(m, &x->foundation, 20 * x->stiffness / (L * L * L * L),
                        random_below(&m->state, 2));
     }
-    x->tip_force[0] = random_below(&m->state, 2) ? force * L * L * in(m, -1, 1) : 0;
+    for (int i = one_of(m, 2) ? 1 + random_below(&m->state, 3) : 0; i > 0; i--) {
+        random_load *point = add_load(m, RANDOM_POINT, place_within(m));
+        point->force[0] = force * in(m, -1, 1);
+        point->moment[0] = one_of(m, 2) ? force * L * in(m, -1, 1) : 0;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (!x->ends[i].holds_position && one_of(m, 2)) {
+            add_load(m, i ? RANDOM_TIP : RANDOM_BASE, i * L)->force[0] = force * in(m, -1, 1);
+        }
+    }
+    make_springs(m, x->stiffness / (L * L * L), x->stiffness / L);
 }
 
-static void normalise(double *q)
+/* ---- the scene ------------------------------------------------------------------------------- */
+
+static void numbers(int count, const double *from, quantity *to)
 {
-    double size = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    for (int i = 0; i < 4; i++) {
-        q[i] /= size;
+    for (int i = 0; i < count; i++) {
+        to[i] = quantity_number(from[i]);
     }
 }
 
-static void fill_rod(random_scene *x)
+/* Of several of which one is given the others are 0. */
+static void profiles(int count, const profile *from, quantity *to, quantities *names)
+{
+    bool any = false;
+    for (int i = 0; i < count; i++) {
+        any = any || from[i].count > 0;
+    }
+    for (int i = 0; i < count && any; i++) {
+        to[i] = from[i].count > 0 ? profile_quantity(&from[i], names) : quantity_number(0);
+    }
+}
+
+static void fill_pieces(random_scene *x)
+{
+    for (int i = 0; i < x->piece_count; i++) {
+        random_piece *piece = &x->pieces[i];
+        bool is_whole = x->piece_count == 1;
+        scene_rod *to = is_whole ? &x->scene.rod : &x->scene.segments[i].rod;
+        profiles(2, piece->bending, to->bending_stiffness, x->names);
+        if (x->is_beam) {
+            to->bending_stiffness[1] = to->bending_stiffness[0];
+            continue;
+        }
+        profiles(1, &piece->torsion, &to->torsional_stiffness, x->names);
+        profiles(3, piece->curvature, to->rest_curvature, x->names);
+        if (!is_whole) {
+            numbers(3, piece->turn, x->scene.segments[i].turn);
+        }
+    }
+}
+
+static void fill_load(random_scene *x, const random_load *load)
 {
     scene *to = &x->scene;
-    normalise(x->rotation);
-    profile_fill(3, x->force, to->loads.force, x->names);
-    profile_fill(3, x->moment, to->loads.moment, x->names);
-    profile_fill(3, x->curvature, to->rod.rest_curvature, x->names);
-    profile_fill(2, x->bending, to->rod.bending_stiffness, x->names);
-    profile_fill(1, &x->torsion, &to->rod.torsional_stiffness, x->names);
-    to->loads.frame = x->follower_line ? SCENE_FOLLOWER : SCENE_DEAD;
-    to->loads.tip.frame = x->follower_tip ? SCENE_FOLLOWER : SCENE_DEAD;
-    to->end.type = SCENE_LOADED;
+    if (load->kind == RANDOM_BODY) {
+        to->bodies[to->body_count++] = (scene_body){.at = quantity_number(load->at),
+                                                    .mass = quantity_number(load->mass)};
+        return;
+    }
+    if (x->is_beam) {
+        scene_beam_load *at = load->kind == RANDOM_TIP    ? &to->beam.tip
+                              : load->kind == RANDOM_BASE ? &to->beam.base
+                                                          : &to->beam.points[to->beam.point_count].load;
+        if (load->kind == RANDOM_POINT) {
+            to->beam.points[to->beam.point_count++].at = quantity_number(load->at);
+        }
+        at->force = quantity_number(load->force[0]);
+        at->moment = quantity_number(load->moment[0]);
+        return;
+    }
+    scene_load *at = load->kind == RANDOM_TIP    ? &to->loads.tip
+                     : load->kind == RANDOM_BASE ? &to->loads.base
+                                                 : &to->points[to->point_count].load;
+    if (load->kind == RANDOM_POINT) {
+        to->points[to->point_count++].at = quantity_number(load->at);
+    }
+    numbers(3, load->force, at->force);
+    numbers(3, load->moment, at->moment);
+    at->frame = load->follows ? SCENE_FOLLOWER : SCENE_DEAD;
+}
+
+static void fill_pull(random_scene *x, const random_pull *pull)
+{
+    char text[2][96];
+    scene *to = &x->scene;
+    quantity offset[2], from = quantity_number(pull->from), until = quantity_number(pull->to);
+    for (int i = 0; i < 2; i++) {
+        snprintf(text[i], sizeof text[i], "%.17g*%s(%.17g*s+%.17g)", pull->radius,
+                 i ? "sin" : "cos", pull->winding, pull->phase);
+        offset[i] = pull->winding != 0
+                        ? quantity_formula(x->names, text[i])
+                        : quantity_number(pull->radius * (i ? sin : cos)(pull->phase));
+    }
+    if (!pull->is_chamber) {
+        to->tendons[to->tendon_count++] =
+            (scene_tendon){.offset = {offset[0], offset[1]},
+                           .start = from,
+                           .end = until,
+                           .tension = quantity_number(pull->tension)};
+        return;
+    }
+    snprintf(text[0], sizeof text[0], "%.17g*(1+%.17g*s)", pull->area, pull->taper / x->length);
+    to->chambers[to->chamber_count++] =
+        (scene_chamber){.offset = {offset[0], offset[1]},
+                        .start = from,
+                        .end = until,
+                        .pressure = quantity_number(pull->tension / pull->area),
+                        .area = quantity_formula(x->names, text[0])};
+}
+
+static void fill_springs(random_scene *x)
+{
+    for (int i = 0; i < x->spring_count; i++) {
+        const random_spring *from = &x->springs[i];
+        scene_spring *to = &x->scene.springs[x->scene.spring_count++];
+        to->at = quantity_number(from->at);
+        numbers(3, from->stiffness, to->stiffness);
+        numbers(3, from->turning, to->turning);
+        if (from->is_anchored) {
+            numbers(3, from->anchor, to->anchor);
+        }
+    }
+}
+
+static void fill_end(random_scene *x, int end, bool is_loaded)
+{
+    const random_end *from = &x->ends[end];
+    scene_end *to = end ? &x->scene.end : &x->scene.start;
+    to->type = from->holds_rotation   ? SCENE_CLAMPED
+               : from->holds_position ? SCENE_PINNED
+               : is_loaded            ? SCENE_LOADED
+                                      : SCENE_FREE;
     for (int i = 0; i < 4; i++) {
-        to->start.rotation[i] = quantity_number(x->rotation[i]);
+        to->position[i % 3].is_given = to->rotation[i].is_given = false;
     }
-    for (int i = 0; i < 3; i++) {
-        to->loads.tip.force[i] = quantity_number(x->tip_force[i]);
+    if (x->is_beam) {
+        return;
     }
-    if (to->rod.model == SCENE_COSSERAT) {
+    if (from->holds_position) {
+        numbers(3, from->position, to->position);
+    }
+    if (from->holds_rotation) {
+        numbers(4, from->rotation, to->rotation);
+    }
+}
+
+static void fill(random_scene *x)
+{
+    scene *to = &x->scene;
+    bool loaded[2] = {false, false};
+    fill_pieces(x);
+    fill_springs(x);
+    for (int i = 0; i < x->load_count; i++) {
+        fill_load(x, &x->loads[i]);
+        loaded[0] = loaded[0] || x->loads[i].kind == RANDOM_BASE;
+        loaded[1] = loaded[1] || x->loads[i].kind == RANDOM_TIP;
+    }
+    fill_end(x, 0, loaded[0]);
+    fill_end(x, 1, loaded[1]);
+    if (isfinite(x->shear[0])) {
+        numbers(2, x->shear, to->rod.shear_stiffness);
+    }
+    if (x->is_beam) {
+        to->rod.shear_stiffness[1] = to->rod.shear_stiffness[0];
+        profiles(1, x->force, &to->beam.force, x->names);
+        profiles(1, x->moment, &to->beam.moment, x->names);
+        profiles(1, &x->foundation, &to->beam.foundation, x->names);
+        return;
+    }
+    if (isfinite(x->axial)) {
         to->rod.axial_stiffness = quantity_number(x->axial);
-        to->rod.shear_stiffness[0] = quantity_number(x->shear[0]);
-        to->rod.shear_stiffness[1] = quantity_number(x->shear[1]);
     }
-}
-
-static void fill_beam(random_scene *x)
-{
-    scene *to = &x->scene;
-    profile_fill(1, x->force, &to->beam.force, x->names);
-    profile_fill(1, x->moment, &to->beam.moment, x->names);
-    profile_fill(1, &x->foundation, &to->beam.foundation, x->names);
-    profile_fill(1, x->bending, &to->rod.bending_stiffness[0], x->names);
-    to->rod.bending_stiffness[1] = to->rod.bending_stiffness[0];
-    if (to->rod.model == SCENE_TIMOSHENKO) {
-        to->rod.shear_stiffness[0] = to->rod.shear_stiffness[1] = quantity_number(x->shear[0]);
+    if (x->mass > 0) {
+        to->rod.mass_per_length = quantity_number(x->mass);
+        numbers(3, x->gravity, to->loads.gravity);
     }
-    if (x->tip_force[0] != 0) {
-        to->end.type = SCENE_LOADED;
-        to->beam.tip.force = quantity_number(x->tip_force[0]);
+    if (x->stretch.count > 0) {
+        to->rod.rest_strain[0] = to->rod.rest_strain[1] = quantity_number(0);
+        profiles(1, &x->stretch, &to->rod.rest_strain[2], x->names);
+    }
+    profiles(3, x->force, to->loads.force, x->names);
+    profiles(3, x->moment, to->loads.moment, x->names);
+    to->loads.frame = x->follows ? SCENE_FOLLOWER : SCENE_DEAD;
+    for (int i = 0; i < x->pull_count; i++) {
+        fill_pull(x, &x->pulls[i]);
     }
 }
 
@@ -280,20 +541,23 @@ static void add_edge(random_scene *x, double s)
     }
 }
 
-static void add_edges(random_scene *x, int count, const profile *profiles)
+static void add_edges(random_scene *x, int count, const profile *from)
 {
     static const double smooth[] = {-20, -10, -6, -4, -2, -1, 0, 1, 2, 4, 6, 10, 20};
     for (int k = 0; k < count; k++) {
-        for (int i = 0; i < profiles[k].count; i++) {
-            const profile_part *part = &profiles[k].parts[i];
+        for (int i = 0; i < from[k].count; i++) {
+            const profile_part *part = &from[k].parts[i];
             bool narrow = part->kind == PROFILE_BUMP || part->kind == PROFILE_ELBOW;
             for (size_t j = 0; narrow && j < sizeof smooth / sizeof *smooth; j++) {
                 add_edge(x, part->at + smooth[j] * part->width);
             }
+            for (int j = 0; j < PROFILE_ROWS && part->kind == PROFILE_TABLE; j++) {
+                add_edge(x, part->knots[j]);
+            }
             if (part->kind == PROFILE_TENT) {
                 add_edge(x, part->at - part->width);
             }
-            if (!narrow && part->kind != PROFILE_CONSTANT) {
+            if (!narrow && part->kind != PROFILE_CONSTANT && part->kind != PROFILE_TABLE) {
                 add_edge(x, part->at);
                 add_edge(x, part->at + part->width);
             }
@@ -311,13 +575,50 @@ static void gather_edges(random_scene *x)
 {
     add_edges(x, 3, x->force);
     add_edges(x, 3, x->moment);
-    add_edges(x, 3, x->curvature);
-    add_edges(x, 2, x->bending);
-    add_edges(x, 1, &x->torsion);
+    add_edges(x, 1, &x->stretch);
     add_edges(x, 1, &x->foundation);
+    for (int i = 0; i < x->piece_count; i++) {
+        add_edges(x, 2, x->pieces[i].bending);
+        add_edges(x, 1, &x->pieces[i].torsion);
+        add_edges(x, 3, x->pieces[i].curvature);
+        add_edge(x, x->pieces[i].to);
+    }
+    for (int i = 0; i < x->load_count; i++) {
+        add_edge(x, x->loads[i].at);
+    }
+    for (int i = 0; i < x->spring_count; i++) {
+        add_edge(x, x->springs[i].at);
+    }
+    for (int i = 0; i < x->pull_count; i++) {
+        add_edge(x, x->pulls[i].from);
+        add_edge(x, x->pulls[i].to);
+    }
     x->edges[x->edge_count++] = 0;
     x->edges[x->edge_count++] = x->length;
     qsort(x->edges, (size_t)x->edge_count, sizeof *x->edges, ascending);
+    int count = 1;
+    for (int i = 1; i < x->edge_count; i++) {
+        if (x->edges[i] > x->edges[count - 1]) {
+            x->edges[count++] = x->edges[i];
+        }
+    }
+    x->edge_count = count;
+}
+
+static void make_rod(maker *m, random_scene *x)
+{
+    double L = x->length, force = x->stiffness / (L * L);
+    x->is_planar = one_of(m, 3);
+    make_ends(m, x);
+    make_matter(m, x);
+    make_loads(m, x, force * (x->ends[1].holds_position ? 0.7 : 1));
+    make_pulls(m, x);
+    make_springs(m, force / L, x->stiffness / L);
+    gather_edges(x);
+    place_springs(m, x);
+    if (x->ends[1].holds_position) {
+        place_end(m, x, force);
+    }
 }
 
 random_scene *random_scene_create(uint64_t seed, bool is_beam)
@@ -328,16 +629,17 @@ random_scene *random_scene_create(uint64_t seed, bool is_beam)
         abort();
     }
     scene_defaults(&x->scene);
-    x->length = in(&m, 0.3, 2);
-    x->scene.rod.length = quantity_number(x->length);
+    x->scene.names = x->names;
+    x->is_beam = is_beam;
+    make_pieces(&m);
+    x->stiffness = exp(in(&m, -2, 2));
     if (is_beam) {
         make_beam(&m, x);
-        fill_beam(x);
+        gather_edges(x);
     } else {
         make_rod(&m, x);
-        fill_rod(x);
     }
-    gather_edges(x);
+    fill(x);
     return x;
 }
 
@@ -349,31 +651,37 @@ void random_scene_free(random_scene *x)
     }
 }
 
-static void describe(const char *name, int count, const profile *profiles, FILE *to)
+/* ---- in words -------------------------------------------------------------------------------- */
+
+static void describe(const char *name, int count, const profile *from, FILE *to)
 {
     for (int k = 0; k < count; k++) {
-        for (int i = 0; i < profiles[k].count; i++) {
+        for (int i = 0; i < from[k].count; i++) {
             fprintf(to, "%s %s[%d] ", i ? " +" : ";", name, k);
-            write_part(&profiles[k].parts[i], to);
+            profile_write(&from[k].parts[i], "table", to);
         }
     }
 }
 
-void random_scene_describe(const random_scene *x, char *text, size_t size)
+void random_scene_describe(const random_scene *x, FILE *to)
 {
-    FILE *to = fmemopen(text, size, "w");
-    if (!to) {
-        return;
-    }
-    fprintf(to, "%s of length %.17g%s%s, tip force %g %g %g",
-            scene_model_names()[x->scene.rod.model], x->length,
-            x->follower_line ? ", line follows" : "", x->follower_tip ? ", tip follows" : "",
-            x->tip_force[0], x->tip_force[1], x->tip_force[2]);
+    char entry[400];
+    fprintf(to, "%s of length %.17g%s%s, from %s to %s", scene_model_names()[x->scene.rod.model],
+            x->length, x->is_planar ? ", planar" : "", x->follows ? ", loads follow" : "",
+            scene_end_names()[x->scene.start.type], scene_end_names()[x->scene.end.type]);
     describe("force", 3, x->force, to);
     describe("moment", 3, x->moment, to);
-    describe("curvature", 3, x->curvature, to);
-    describe("bending", 2, x->bending, to);
-    describe("torsion", 1, &x->torsion, to);
+    describe("stretch", 1, &x->stretch, to);
     describe("foundation", 1, &x->foundation, to);
-    fclose(to);
+    for (int i = 0; i < x->piece_count; i++) {
+        const random_piece *piece = &x->pieces[i];
+        fprintf(to, "; to %.17g", piece->to);
+        describe("bending", 2, piece->bending, to);
+        describe("torsion", 1, &piece->torsion, to);
+        describe("curvature", 3, piece->curvature, to);
+    }
+    for (int i = 0; scene_entry_text(&x->scene, i, entry, sizeof entry); i++) {
+        fprintf(to, "; %s", entry);
+    }
+    fputc('\n', to);
 }
