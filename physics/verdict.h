@@ -42,6 +42,8 @@ extern "C" {
       "the forces balance, but the energy is no minimum: the rod buckles or snaps")                \
     X(VERDICT_ENERGY_OUT_OF_BALANCE, "energy_out_of_balance", VERDICT_WARNING,                     \
       "energy, work and dissipation of a motion do not add up")                                    \
+    X(VERDICT_LOADS_OUT_OF_BALANCE, "loads_out_of_balance", VERDICT_WARNING,                       \
+      "the loads on a whole rod at rest and the forces at its ends do not add up")                 \
     X(VERDICT_ESTIMATE_ABOVE_TOLERANCE, "estimate_above_tolerance", VERDICT_WARNING,               \
       "the estimated error is larger than what was asked for")                                     \
     X(VERDICT_UNRESOLVED, "unresolved", VERDICT_WARNING,                                           \

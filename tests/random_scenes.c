@@ -51,7 +51,8 @@ static void random_moment(maker *m, double size, double *to)
 static void make_table(maker *m, profile_part *part)
 {
     for (int i = 0; i < PROFILE_ROWS; i++) {
-        double x = (i + (i > 0 && i < PROFILE_ROWS - 1 ? in(m, -0.4, 0.4) : 0)) / (PROFILE_ROWS - 1);
+        double x =
+            (i + (i > 0 && i < PROFILE_ROWS - 1 ? in(m, -0.4, 0.4) : 0)) / (PROFILE_ROWS - 1);
         part->knots[i] = i == PROFILE_ROWS - 1 ? m->scene->length : m->scene->length * x;
         part->rows[i] = in(m, 0, 1);
     }
@@ -199,8 +200,7 @@ static void make_matter(maker *m, random_scene *x)
         }
     }
     for (int i = 0; i < 2; i++) {
-        x->shear[i] =
-            model == SCENE_KIRCHHOFF ? INFINITY : slender * x->stiffness / (3 * L * L);
+        x->shear[i] = model == SCENE_KIRCHHOFF ? INFINITY : slender * x->stiffness / (3 * L * L);
     }
     x->axial = model == SCENE_COSSERAT ? slender * x->stiffness / (L * L) : INFINITY;
     if (one_of(m, 5)) {
@@ -271,8 +271,7 @@ static void make_pulls(maker *m, random_scene *x)
         pull->winding = !x->is_planar && !pull->is_chamber && one_of(m, 2) ? in(m, -6, 6) / L : 0;
         pull->from = one_of(m, 3) ? L * in(m, 0.05, 0.4) : 0;
         pull->to = one_of(m, 2) ? L * in(m, 0.5, 0.95) : L;
-        pull->tension =
-            fmin(x->stiffness / L / pull->radius, 0.1 * x->axial) * in(m, 0.1, 1);
+        pull->tension = fmin(x->stiffness / L / pull->radius, 0.1 * x->axial) * in(m, 0.1, 1);
         pull->area = 0.01 * L * L;
         pull->taper = pull->is_chamber && one_of(m, 2) ? in(m, -0.5, 0.5) : 0;
     }
@@ -399,14 +398,15 @@ static void fill_load(random_scene *x, const random_load *load)
 {
     scene *to = &x->scene;
     if (load->kind == RANDOM_BODY) {
-        to->bodies[to->body_count++] = (scene_body){.at = quantity_number(load->at),
-                                                    .mass = quantity_number(load->mass)};
+        to->bodies[to->body_count++] =
+            (scene_body){.at = quantity_number(load->at), .mass = quantity_number(load->mass)};
         return;
     }
     if (x->is_beam) {
-        scene_beam_load *at = load->kind == RANDOM_TIP    ? &to->beam.tip
-                              : load->kind == RANDOM_BASE ? &to->beam.base
-                                                          : &to->beam.points[to->beam.point_count].load;
+        scene_beam_load *at = load->kind == RANDOM_TIP ? &to->beam.tip
+                              : load->kind == RANDOM_BASE
+                                  ? &to->beam.base
+                                  : &to->beam.points[to->beam.point_count].load;
         if (load->kind == RANDOM_POINT) {
             to->beam.points[to->beam.point_count++].at = quantity_number(load->at);
         }
@@ -438,11 +438,10 @@ static void fill_pull(random_scene *x, const random_pull *pull)
                         : quantity_number(pull->radius * (i ? sin : cos)(pull->phase));
     }
     if (!pull->is_chamber) {
-        to->tendons[to->tendon_count++] =
-            (scene_tendon){.offset = {offset[0], offset[1]},
-                           .start = from,
-                           .end = until,
-                           .tension = quantity_number(pull->tension)};
+        to->tendons[to->tendon_count++] = (scene_tendon){.offset = {offset[0], offset[1]},
+                                                         .start = from,
+                                                         .end = until,
+                                                         .tension = quantity_number(pull->tension)};
         return;
     }
     snprintf(text[0], sizeof text[0], "%.17g*(1+%.17g*s)", pull->area, pull->taper / x->length);

@@ -49,12 +49,7 @@ quantity profile_quantity(const profile *p, quantities *names);
 
 /* ---- scenes ---------------------------------------------------------------------------------- */
 
-enum {
-    RANDOM_PIECES_MAX = 3,
-    RANDOM_LOADS_MAX = 8,
-    RANDOM_SPRINGS_MAX = 2,
-    RANDOM_PULLS_MAX = 3
-};
+enum { RANDOM_PIECES_MAX = 3, RANDOM_LOADS_MAX = 8, RANDOM_SPRINGS_MAX = 2, RANDOM_PULLS_MAX = 3 };
 
 /* A segment, or all of the rod; in SI units, as everything here. Of a beam bending[0] alone. */
 typedef struct random_piece {

@@ -33,7 +33,7 @@ static const double WARNED_MAX = 0.1;
 
 typedef struct outcome {
     bool solved, warned, whole, shot;
-    double error, estimate, size, floor;
+    double error, estimate, balance, size, floor;
     int nodes;
     char text[VERDICT_TEXT + 128];
 } outcome;
@@ -142,6 +142,7 @@ static outcome solve(const random_scene *x, int count, const double *s, double *
     }
     judge(&result, &said, status, &error);
     result.estimate = report.estimate;
+    result.balance = report.balance;
     result.whole = report.load_fraction == 1;
     result.nodes = report.nodes;
     result.size = report.size;
@@ -190,23 +191,24 @@ int main(int arguments, char **argument)
     int count = arguments > 1 ? atoi(argument[1]) : 60, silent = 0, warned = 0;
     int first = arguments > 2 ? atoi(argument[2]) : 1;
     bool by_network = arguments > 3 && strcmp(argument[3], "network") == 0;
-    double worst = 0;
+    double worst = 0, balance = 0;
     for (int i = first; i < first + count; i++) {
         random_scene *x = random_scene_create((uint64_t)i, i % 3 == 0);
         outcome result = run(x, by_network);
         if (is_silent(&result) || result.warned) {
-            printf("%s: scene %d: error %.2g, estimate %.2g, %d nodes%s: %s\n  ",
+            printf("%s: scene %d: error %.2g, estimate %.2g, balance %.2g, %d nodes%s: %s\n  ",
                    is_silent(&result) ? "silent" : "warned", i, result.error, result.estimate,
-                   result.nodes, result.shot ? "" : ", not shot", result.text);
+                   result.balance, result.nodes, result.shot ? "" : ", not shot", result.text);
             random_scene_describe(x, stdout);
             fflush(stdout);
         }
         silent += is_silent(&result);
         warned += result.warned;
         worst = fmax(worst, result.warned ? 0 : result.error);
+        balance = fmax(balance, result.warned ? 0 : result.balance);
         random_scene_free(x);
     }
-    printf("%d scenes: %d silent, %d warned, largest error of the others %.2g\n", count, silent,
-           warned, worst);
+    printf("%d scenes: %d silent, %d warned, largest error of the others %.2g, balance %.2g\n",
+           count, silent, warned, worst, balance);
     return silent > 0 || (warned > WARNED_MAX * count && !by_network);
 }

@@ -269,3 +269,16 @@ ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad
     double s = 0; /* of t alone */
     return solve_formula_evaluate(beam->formula->ends, 1, &s, t, values, error);
 }
+
+void solve_beam_units(const solve_beam *beam, double *units)
+{
+    const rod_scales *scale = &beam->scales;
+    double slope = beam->deflection / scale->length;
+    const double of[] = {beam->deflection,
+                         slope,
+                         slope * scale->force,
+                         slope * scale->moment,
+                         beam->deflection / scale->time,
+                         slope / scale->time};
+    memcpy(units, of, sizeof of);
+}

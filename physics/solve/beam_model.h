@@ -81,6 +81,9 @@ ad_status solve_beam_jump_loads(const solve_beam *beam, double t, beam_load *out
 /* What the ends prescribe: w or V, then psi or M, at s = 0 and then at s = 1; internal V, M. */
 ad_status solve_beam_ends(const solve_beam *beam, double t, double values[4], ad_error *error);
 
+/* What one unit of w, psi, V, M, w_t and psi_t is in SI; units [6]. */
+void solve_beam_units(const solve_beam *beam, double *units);
+
 #ifdef __cplusplus
 }
 #endif

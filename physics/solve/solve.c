@@ -1,6 +1,7 @@
 #include "physics/solve/solve.h"
 
 #include "physics/breaks.h"
+#include "physics/solve/balance.h"
 #include "physics/solve/beam.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/static.h"
@@ -37,6 +38,7 @@ solve_settings solve_settings_default(const scene *rod_scene)
 solve_report solve_report_blank(void)
 {
     return (solve_report){.estimate = NAN,
+                          .balance = NAN,
                           .load_fraction = 1,
                           .energy_mismatch = NAN,
                           .limit_load = NAN,
@@ -130,6 +132,21 @@ static ad_status find_unresolved(const scene *rod_scene, solve_report *report, a
     return status;
 }
 
+/* The columns of a scene at rest. */
+static ad_status shape_of(const void *context, size_t n, const double *s, double *values,
+                          ad_error *error)
+{
+    const solution *x = context;
+    return solution_evaluate(x, x->beam ? 4 : solution_columns(&x->rod->scene), n, s, NULL, values,
+                             error);
+}
+
+static ad_status find_balance(const solution *x, solve_report *report, ad_error *error)
+{
+    return x->beam ? solve_balance_beam(x->beam, shape_of, x, &report->balance, error)
+                   : solve_balance_rod(x->rod, shape_of, x, &report->balance, error);
+}
+
 ad_status solution_create(const scene *rod_scene, const solve_settings *settings, size_t count,
                           const double *times, solution **result, solve_report *report,
                           ad_error *error)
@@ -142,6 +159,9 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
     ad_status status = solve(x, rod_scene, settings, count, times, report, error);
     if (status == AD_OK && scene_is_dynamic(rod_scene) && !report->unresolved) {
         status = find_unresolved(rod_scene, report, error);
+    }
+    if (status == AD_OK && x->duration == 0 && report->load_fraction == 1) {
+        status = find_balance(x, report, error);
     }
     if (status != AD_OK) {
         solution_free(x);
@@ -179,19 +199,6 @@ int solution_columns(const scene *rod_scene)
         count++;
     }
     return count;
-}
-
-static void beam_units(const solve_beam *beam, double *units)
-{
-    const rod_scales *scale = &beam->scales;
-    double slope = beam->deflection / scale->length;
-    const double of[] = {beam->deflection,
-                         slope,
-                         slope * scale->force,
-                         slope * scale->moment,
-                         beam->deflection / scale->time,
-                         slope / scale->time};
-    memcpy(units, of, sizeof of);
 }
 
 /* Doubles in the state of a model: its columns. */
@@ -253,7 +260,7 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
                            ? all_states(x, points, s, t, scaled, states, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
     if (x->beam) {
-        beam_units(x->beam, units);
+        solve_beam_units(x->beam, units);
     } else {
         solve_rod_units(&x->scales, units);
     }

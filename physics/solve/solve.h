@@ -56,6 +56,7 @@ typedef struct solve_report {
     long time_steps;         /* dynamic */
     double estimate;         /* of the error, as the tolerance; NaN: not estimated */
     double size;             /* m: what both are relative to, the length or a beam's deflection */
+    double balance;          /* static: as solve_balance; NaN: not under the whole load */
     double load_fraction;    /* static: reached; 1: all of it */
     double time;             /* dynamic: reached, of the duration */
     double energy_mismatch;  /* dynamic: the largest, over the largest energy */
@@ -118,6 +119,24 @@ double solution_tension(const solution *x, int tendon);
 /* Of a rod, not of a beam, at t (s; the nearest of the times that were solved; a scene at rest does
  * not look at it). AD_NO_MEMORY. */
 ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_error *error);
+
+/* values [columns][n] of the scene's model at s [n] (m), in SI units, all but those of motion. */
+typedef ad_status solve_shape(const void *context, size_t n, const double *s, double *values,
+                              ad_error *error);
+
+/* Whether loads and supports of a whole rod or beam at rest balance: the sum of all forces and
+ * moments, by EI/L^2 and EI/L (of a beam that is as much smaller as it deflects), over 1 and the
+ * sum of their absolute values. The loads are those of the scene, followers and springs where the
+ * shape has brought them, integrated on panels of their own between all places where they jump; the
+ * force and the moment of a support are those of the shape at that end. Of a scene at rest that
+ * passes scene_check and the check of its model. AD_NO_MEMORY, what the tape says of a formula,
+ * what the shape returns. */
+ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *context,
+                        double *balance, ad_error *error);
+
+/* Adds a warning to a verdict where that is more than an error of so much of the position, over the
+ * length, or of a beam's deflection allows. */
+void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
 /* What speaks against a solution: that it is not that of the whole load, that its estimated error
  * is above the tolerance (where nodes are not prescribed) or may be too small, as there are jumps
