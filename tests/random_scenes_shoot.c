@@ -156,28 +156,51 @@ static void pulls(const random_scene *of, double s, double inside, const double 
     }
 }
 
-/* x = rest + compliance (wrench - pulls(x)), by Newton's method. */
-static void strains_of(const random_scene *of, double s, double inside, const double *rest,
-                       const double *compliance, const double *wrench, double *x)
+/* off = x - rest - compliance (wrench - pulls(x)); returns its size, and the derivatives by x. */
+static double strain_miss(const random_scene *of, double s, double inside, const double *given,
+                          const double *x, double *off, double (*by)[UNKNOWN_MAX])
 {
-    double pulled[UNKNOWN_MAX], by[UNKNOWN_MAX][UNKNOWN_MAX], step[UNKNOWN_MAX], size = INFINITY;
+    const double *rest = given, *compliance = given + 6, *wrench = given + 12;
+    double pulled[UNKNOWN_MAX], size = 0;
+    pulls(of, s, inside, x, pulled, by);
     for (int k = 0; k < UNKNOWN_MAX; k++) {
-        x[k] = rest[k] + compliance[k] * wrench[k];
-    }
-    for (int i = 0; i < STRAIN_STEPS && of->pull_count > 0 && size > 1e-9; i++) {
-        size = 0;
-        pulls(of, s, inside, x, pulled, by);
-        for (int k = 0; k < UNKNOWN_MAX; k++) {
-            step[k] = x[k] - rest[k] - compliance[k] * (wrench[k] - pulled[k]);
-            for (int c = 0; c < UNKNOWN_MAX; c++) {
-                by[k][c] = (k == c) + compliance[k] * by[k][c];
-            }
+        off[k] = x[k] - rest[k] - compliance[k] * (wrench[k] - pulled[k]);
+        size += off[k] * off[k] * (k < 3 ? 1 : of->length * of->length);
+        for (int c = 0; c < UNKNOWN_MAX; c++) {
+            by[k][c] = (k == c) + compliance[k] * by[k][c];
         }
+    }
+    return sqrt(size);
+}
+
+/* The strains x of rest, compliance and wrench, 6 each: a minimum of a convex energy, by Newton's
+ * method with steps that are shortened until less is missing. */
+static void strains_of(const random_scene *of, double s, double inside, const double *given,
+                       double *x)
+{
+    double by[UNKNOWN_MAX][UNKNOWN_MAX], step[UNKNOWN_MAX], next[UNKNOWN_MAX], size = 0;
+    for (int k = 0; k < UNKNOWN_MAX; k++) {
+        x[k] = given[k] + given[6 + k] * given[12 + k];
+    }
+    if (of->pull_count > 0) {
+        size = strain_miss(of, s, inside, given, x, step, by);
+    }
+    for (int i = 0; i < STRAIN_STEPS && size > 0; i++) {
+        double share = 1, before = size, move = 0;
         eliminate(UNKNOWN_MAX, by, step);
         for (int k = 0; k < UNKNOWN_MAX; k++) {
-            x[k] -= step[k];
-            size = fmax(size, fabs(step[k]) / (k < 3 ? 1 : 1 / of->length));
+            move = fmax(move, fabs(step[k]) * (k < 3 ? 1 : of->length));
         }
+        do {
+            double unused[UNKNOWN_MAX];
+            for (int k = 0; k < UNKNOWN_MAX; k++) {
+                next[k] = x[k] - share * step[k];
+            }
+            size = strain_miss(of, s, inside, given, next, unused, by);
+            share /= 2;
+        } while (move > 1e-9 && !(size < before) && share > 1e-9);
+        memcpy(x, next, sizeof next);
+        size = move > 1e-9 ? strain_miss(of, s, inside, given, x, step, by) : 0;
     }
 }
 
@@ -200,25 +223,23 @@ static void rod_equations(const shot *by, double s, double inside, const double 
     const random_scene *x = by->scene;
     const random_piece *piece = piece_at(x, inside);
     const double *q = y + 3, *N = y + 7, *m = y + 10;
-    double wrench[6], rest[6], strains[6], f[3], l[3], load[3], bent[3], sheared[3];
+    double given[18], strains[6], f[3], l[3], load[3], bent[3], sheared[3];
+    double *rest = given, *compliance = given + 6, *wrench = given + 12;
     double *n = wrench, *v = strains, *u = strains + 3;
-    const double compliance[6] = {1 / x->shear[0],
-                                  1 / x->shear[1],
-                                  1 / x->axial,
-                                  1 / profile_value(&piece->bending[0], s, inside),
-                                  1 / profile_value(&piece->bending[1], s, inside),
-                                  1 / profile_value(&piece->torsion, s, inside)};
     rotate(q, -1, N, n);
     for (int i = 0; i < 3; i++) {
+        const profile *stiffness = i < 2 ? &piece->bending[i] : &piece->torsion;
         wrench[3 + i] = m[i];
         rest[i] = i < 2 ? 0 : x->stretch.count > 0 ? profile_value(&x->stretch, s, inside) : 1;
         rest[3 + i] = profile_value(&piece->curvature[i], s, inside);
+        compliance[i] = 1 / (i < 2 ? x->shear[i] : x->axial);
+        compliance[3 + i] = 1 / profile_value(stiffness, s, inside);
         f[i] = profile_value(&x->force[i], s, inside);
         l[i] = profile_value(&x->moment[i], s, inside);
     }
     memcpy(strains, rest, sizeof strains);
     if (!by->bare) {
-        strains_of(x, s, inside, rest, compliance, wrench, strains);
+        strains_of(x, s, inside, given, strains);
     }
     memset(to, 0, ROD * sizeof *to);
     rotate(q, 1, v, to);

@@ -296,6 +296,10 @@ static void print_report(const evaluation *x)
         verdict_print(stdout, "verdict on training: ", &x->verdict);
     }
     print_tip(x);
+    double balance = experiment_balance(x->e);
+    if (isfinite(balance)) {
+        printf("loads and ends: out of balance by %.1e\n", balance);
+    }
     if (x->known) {
         print_reference(x);
     } else if (!x->e->warning[0]) {
@@ -339,6 +343,7 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_number(&to, "training_seconds", x->progress.seconds);
     json_integer(&to, "parameters", (int64_t)x->e->count);
     print_json_tip(&to, x);
+    json_number(&to, "loads_out_of_balance", experiment_balance(x->e));
     report_reference(&to, x->known, &x->errors);
     json_number(&to, "evaluations_per_second", x->rate);
     json_integer(&to, "threads", ad_pool_threads(x->e->pool));

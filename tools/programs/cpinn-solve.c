@@ -55,8 +55,8 @@ static const char epilogue[] =
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
     "findings: [{reason, outcome, text}]}, nodes, steps (of the load, in motion of time),\n"
-    "newton_steps, seconds, tolerance, estimated_error, load_factor, energy_out_of_balance, "
-    "reference\n"
+    "newton_steps, seconds, tolerance, estimated_error, loads_out_of_balance, load_factor,\n"
+    "energy_out_of_balance, reference\n"
     "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
     "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out;\n"
     "of a rod at rest limit_load, bifurcation_load (the first on the way, as load factors) and "
@@ -260,6 +260,9 @@ static ad_status print_report(solving *x, ad_error *error)
     if (!isnan(r->estimate)) {
         printf("  %-24s %.3e %s\n", "estimated error", r->estimate, estimate_unit(x));
     }
+    if (!isnan(r->balance)) {
+        printf("  %-24s %.3e\n", "loads out of balance", r->balance);
+    }
     printf("  %-24s", "tip");
     for (int i = 0; i < columns; i++) {
         printf(" %.15g", tip[i]);
@@ -291,6 +294,7 @@ static ad_status write_json(const solving *x, ad_error *error)
         json_number(&to, "seconds", x->seconds);
         json_number(&to, "tolerance", x->asked.tolerance);
         json_number(&to, "estimated_error", r->estimate);
+        json_number(&to, "loads_out_of_balance", r->balance);
         json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
         json_number(&to, "energy_out_of_balance", r->energy_mismatch);
         report_reference(&to, x->known, &x->errors);

@@ -29,7 +29,8 @@ static const char epilogue[] =
     "exit_status,\n"
     "findings: [{reason, outcome, text}]}, step, stage, stages, window, windows, "
     "training_seconds,\n"
-    "parameters, points, threads, loss, held_out, reference {name, points, left_out,\n"
+    "parameters, points, threads, loss, held_out, estimate,\n"
+    "loads_out_of_balance, reference {name, points, left_out,\n"
     "estimated_error_over_length, position_relative_l2, position_max_over_length, "
     "tip_over_length,\n"
     "rotation_rms_rad, rotation_max_rad} or null, checkpoint, history, config. Numbers that are "
@@ -135,6 +136,10 @@ static void finish(training *t)
     if (isfinite(estimate)) {
         progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
                      scene_is_beam(t->s.e->scene) ? "deflection" : "length");
+    }
+    double balance = experiment_balance(t->s.e);
+    if (isfinite(balance)) {
+        progress_say(&t->progress, "loads and ends out of balance by %.1e", balance);
     }
     problem_compilations compiled = problem_compiled(t->s.problem);
     progress_say(&t->progress,
@@ -261,6 +266,7 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
+        json_number(&to, "loads_out_of_balance", experiment_balance(t->s.e));
         report_reference(&to, t->s.known, &info.errors);
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

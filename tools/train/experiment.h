@@ -81,6 +81,10 @@ ad_status experiment_problem(const experiment *e, problem **result, ad_error *er
 /* Of the window at work: its network's parameters [count], and the state from which it starts
  * [relay_numbers], which the first window has not. */
 double *experiment_parameters(const experiment *e);
+
+/* solve_balance of the shape that the network has at rest under all loads; NaN of others, and where
+ * memory runs out. */
+double experiment_balance(const experiment *e);
 const double *experiment_start(const experiment *e);
 
 /* Go to the next window, from the state in which the one at work ends. */

@@ -1,5 +1,6 @@
 /* The verdict on a training run, and the measures that it rests on. */
 #include "physics/beam.h"
+#include "physics/solve/solve.h"
 #include "physics/solve/stability.h"
 #include "tools/train/trainer_internal.h"
 
@@ -124,6 +125,15 @@ static void judge_estimate(const trainer *t, verdict *result)
     }
 }
 
+/* Where errors are estimated; those of deep networks are larger. */
+static void judge_balance(const trainer *t, verdict *result)
+{
+    double estimate = trainer_estimate(t), balance = experiment_balance(t->e);
+    if (!isnan(estimate) && !isnan(balance)) {
+        solve_judge_balance(balance, fmax(estimate, BOUND_AT_REST), result);
+    }
+}
+
 static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
@@ -159,6 +169,7 @@ void trainer_verdict(const trainer *t, verdict *result)
     }
     judge_held_out(t, result);
     judge_estimate(t, result);
+    judge_balance(t, result);
     if (problem_unresolved(t->problem)) {
         verdict_add(result, VERDICT_UNRESOLVED,
                     "%s jumps in more places than are found, or along a curve of s and t, or "
