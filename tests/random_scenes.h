@@ -108,6 +108,9 @@ typedef struct random_scene {
 random_scene *random_scene_create(uint64_t seed, bool is_beam);
 void random_scene_free(random_scene *x);
 
+/* Fills in `scene` from all the rest (random_scenes_fill.c). */
+void random_scene_fill(random_scene *x);
+
 /* What it is, in words: model and parts. */
 void random_scene_describe(const random_scene *x, FILE *to);
 

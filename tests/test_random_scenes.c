@@ -180,10 +180,12 @@ static outcome run(const random_scene *x, bool by_network)
     return result;
 }
 
-/* Not within its estimate, and no word. */
+/* Not within its estimate, or out of balance, and no word. */
 static bool is_silent(const outcome *x)
 {
-    return !x->solved || (!x->warned && (!x->shot || !(x->error <= 10 * x->estimate + x->floor)));
+    double allowed = 10 * x->estimate + x->floor;
+    bool known = x->shot && x->error <= allowed && x->balance <= allowed;
+    return !x->solved || (!x->warned && !known);
 }
 
 int main(int arguments, char **argument)

@@ -67,6 +67,7 @@ static void test_words(void **state)
                                         "snapped",
                                         "unstable",
                                         "energy_out_of_balance",
+                                        "loads_out_of_balance",
                                         "estimate_above_tolerance",
                                         "unresolved",
                                         "not_converged",
