@@ -12,6 +12,9 @@ static const double SHORTEST = 1e-11, ROUNDING = 1e-13;
  * but rounding. */
 static const double TAIL = 1e-6;
 
+/* How much longer a panel may be than one beside it. */
+static const double LONGER = 4;
+
 /* Places that are no further apart differ by rounding. */
 static const double SAME = 1e-12;
 
@@ -90,9 +93,40 @@ static ad_status halve(halving *in, double first, double last, ad_error *error)
     return AD_OK;
 }
 
+static bool is_place(const solve_quadrature *x, double s)
+{
+    bool found = s == 0 || s == 1;
+    for (int i = 0; i < x->place_count; i++) {
+        found = found || fabs(x->places[i] - s) <= SAME;
+    }
+    return found;
+}
+
+/* Halves panels that are much longer than one beside them, where no jump is between: what is narrow
+ * there has a tail that neither they nor their halves may see. */
+static void grade(solve_quadrature *x, double *edges)
+{
+    for (int i = 0; i < x->count; i++) {
+        double width = edges[i + 1] - edges[i], beside = width;
+        if (!is_place(x, edges[i])) {
+            beside = fmin(beside, edges[i] - edges[i - 1]);
+        }
+        if (!is_place(x, edges[i + 1])) {
+            beside = fmin(beside, edges[i + 2] - edges[i + 1]);
+        }
+        if (width > LONGER * beside && width > SHORTEST && x->count < PANELS_MAX) {
+            memmove(edges + i + 2, edges + i + 1, (size_t)(x->count - i) * sizeof *edges);
+            edges[i + 1] = edges[i] + width / 2;
+            x->count++;
+            i = i > 1 ? i - 2 : -1; /* the one before has a shorter one beside it now */
+        }
+    }
+}
+
 /* In place of x->edges. */
 static ad_status refine(solve_quadrature *x, const solve_given *given, ad_error *error)
 {
+    grade(x, x->edges);
     int count = x->count;
     double *coarse = x->edges;
     halving in = {x, given, PANELS_MAX};

@@ -130,7 +130,7 @@ static void judge_balance(const trainer *t, verdict *result)
 {
     double estimate = trainer_estimate(t), balance = experiment_balance(t->e);
     if (!isnan(estimate) && !isnan(balance)) {
-        solve_judge_balance(balance, fmax(estimate, BOUND_AT_REST), result);
+        solve_judge_balance(balance, estimate, result);
     }
 }
 
