@@ -259,14 +259,30 @@ static void make_loads(maker *m, random_scene *x, double force)
     }
 }
 
+/* No less than the largest curvature of the unstressed rod. */
+static double most_curved(const random_scene *x)
+{
+    double sum = 0;
+    for (int i = 0; i < x->piece_count; i++) {
+        for (int k = 0; k < 3; k++) {
+            const profile *curvature = &x->pieces[i].curvature[k];
+            for (int j = 0; j < curvature->count; j++) {
+                sum += fabs(curvature->parts[j].value);
+            }
+        }
+    }
+    return sum;
+}
+
+/* Closer to the axis than the centre of any bend, where a tendon would shrink to nothing. */
 static void make_pulls(maker *m, random_scene *x)
 {
-    double L = x->length;
+    double L = x->length, nearest = fmin(L, 0.5 / most_curved(x));
     x->pull_count = one_of(m, 4) ? 1 + random_below(&m->state, RANDOM_PULLS_MAX) : 0;
     for (int i = 0; i < x->pull_count; i++) {
         random_pull *pull = &x->pulls[i];
         pull->is_chamber = one_of(m, 3);
-        pull->radius = L * in(m, 0.02, 0.08);
+        pull->radius = fmin(L * in(m, 0.02, 0.08), nearest);
         pull->phase = x->is_planar ? 0 : in(m, -3, 3);
         pull->winding = !x->is_planar && !pull->is_chamber && one_of(m, 2) ? in(m, -6, 6) / L : 0;
         pull->from = one_of(m, 3) ? L * in(m, 0.05, 0.4) : 0;

@@ -29,7 +29,7 @@ static const double NETWORK = 1e-8;
 
 /* Scenes that may warn: rods that buckle or snap, or whose path cannot be followed to the full
  * load; most of these are held at both ends. */
-static const double WARNED_MAX = 0.1;
+static const double WARNED_MAX = 0.03;
 
 typedef struct outcome {
     bool solved, warned, whole, shot;
@@ -190,7 +190,7 @@ static bool is_silent(const outcome *x)
 
 int main(int arguments, char **argument)
 {
-    int count = arguments > 1 ? atoi(argument[1]) : 60, silent = 0, warned = 0;
+    int count = arguments > 1 ? atoi(argument[1]) : 24, silent = 0, warned = 0;
     int first = arguments > 2 ? atoi(argument[2]) : 1;
     bool by_network = arguments > 3 && strcmp(argument[3], "network") == 0;
     double worst = 0, balance = 0;
