@@ -483,9 +483,34 @@ static void test_no_memory(void **state)
     }
 }
 
+/* Springs pull to where the unstressed rod is, however narrow its bends are: there they are slack.
+ */
+static void test_slack_beyond_bends(void **state)
+{
+    (void)state;
+    static const char *const bends[] = {"200*(1-tanh((s-0.31)/0.004)^2)",
+                                        "90*exp(-((s-0.57)/0.008)^2)",
+                                        "300*max(0, 1-abs(s-0.42)/0.005)"};
+    const double k[3] = {5, 3, 4}, turning[3] = {2, 1, 3};
+    scene given = slender_scene(1, 1, 1);
+    set_quantities(given.rod.rest_curvature, 3, bends);
+    add_spring(&given, 1, k, turning);
+    add_spring(&given, 0.6, k, NULL);
+    solved x = solve_rest_of(&given);
+    for (double s = 0; s < 1; s += 0.11) {
+        rod_values at = values_at(&x, s, 0);
+        for (int i = 0; i < 3; i++) {
+            assert_near(at.n[i], 0, 1e-10);
+            assert_near(at.m[i], 0, 1e-10);
+        }
+    }
+    solution_free(x.solution);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_slack_beyond_bends),
         cmocka_unit_test(test_cantilever_with_point),
         cmocka_unit_test(test_free_part_is_straight),
         cmocka_unit_test(test_elastica_within),
