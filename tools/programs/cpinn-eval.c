@@ -298,7 +298,7 @@ static void print_report(const evaluation *x)
     print_tip(x);
     double balance = experiment_balance(x->e);
     if (isfinite(balance)) {
-        printf("loads and ends: out of balance by %.1e\n", balance);
+        printf("loads: out of balance by %.1e\n", balance);
     }
     if (x->known) {
         print_reference(x);

@@ -139,7 +139,7 @@ static void finish(training *t)
     }
     double balance = experiment_balance(t->s.e);
     if (isfinite(balance)) {
-        progress_say(&t->progress, "loads and ends out of balance by %.1e", balance);
+        progress_say(&t->progress, "loads out of balance by %.1e", balance);
     }
     problem_compilations compiled = problem_compiled(t->s.problem);
     progress_say(&t->progress,
