@@ -220,7 +220,7 @@ beam_end beam_end_of(const beam_context *beam, int end)
     double sign = end ? 1 : -1;
     ad_value zero = ad_scalar(beam->tape, 0), at = ad_scalar(beam->tape, end);
     return (beam_end){
-        .holds_deflection = scene_end_holds_position(type),
+        .holds_deflection = type == SCENE_CLAMPED || type == SCENE_PINNED,
         .holds_slope = scene_end_holds_rotation(type),
         .deflection = zero,
         .slope = zero,
@@ -238,7 +238,7 @@ static const char *beam_given(quantity q)
 static const char *beam_load_reason(scene_end_type type, const scene_beam_load *load)
 {
     bool zero = beam_given(load->force) && beam_given(load->moment);
-    return type != SCENE_LOADED ? "the end is not loaded" : zero ? "zero" : NULL;
+    return !scene_end_takes_force(type) ? "the end is not loaded" : zero ? "zero" : NULL;
 }
 
 int beam_terms(const scene *beam_scene, rod_term *terms)

@@ -37,26 +37,34 @@ static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
     return raw;
 }
 
-/* What the two ends do to one field, and how: weights of the end data in the lift, and the factor
- * of the network that vanishes where data are given. */
+/* In which directions the two ends give a field; of what is no vector all or none. With P the part
+ * in them, c what is missing at an end to its data, and f the network, the field gets
+ *   (1 - s P1) P0 c0 + (1 - (1 - s) P0) P1 c1 + (1 - (1 - s) P0) (1 - s P1) f,
+ * of which P0 at s = 0 is P0 c0, and P1 at s = 1 is P1 c1. */
 typedef struct rod_blend {
-    ad_value start_weight, end_weight, factor;
+    rod_hold start, end;
 } rod_blend;
 
-static rod_blend rod_blend_of(const rod_context *rod, bool start, bool end)
+static rod_blend rod_blend_of(bool start, bool end)
 {
-    ad_value one = ad_scalar(rod->tape, 1), zero = ad_scalar(rod->tape, 0);
-    ad_value s = rod->s, rest = ad_sub(one, s);
-    ad_value rise = domain_vanish(&rod->at, 0), fall = domain_vanish(&rod->at, 1);
-    rod_blend blend = {zero, zero, one};
-    if (start && end) {
-        blend = (rod_blend){rest, s, ad_mul(rise, fall)};
-    } else if (start) {
-        blend = (rod_blend){one, zero, rise};
-    } else if (end) {
-        blend = (rod_blend){zero, one, fall};
+    return (rod_blend){{.directions = start ? 3 : 0}, {.directions = end ? 3 : 0}};
+}
+
+/* x with its part in the directions times the factor. */
+static ad_value rod_faded(const rod_context *rod, const rod_hold *hold, ad_value x, ad_value factor)
+{
+    if (hold->directions == 0 || hold->directions == 3) {
+        return hold->directions == 0 ? x : ad_mul(factor, x);
     }
-    return blend;
+    ad_value part = rod_hold_part(rod, hold, x);
+    return ad_add(ad_sub(x, part), ad_mul(factor, part));
+}
+
+/* What the ends leave to the network. */
+static ad_value rod_between(const rod_context *rod, const rod_blend *blend, ad_value network)
+{
+    network = rod_faded(rod, &blend->end, network, domain_vanish(&rod->at, 1));
+    return rod_faded(rod, &blend->start, network, domain_vanish(&rod->at, 0));
 }
 
 static bool rod_is_hard(const scene *rod_scene)
@@ -282,16 +290,21 @@ static rod_pose rod_correction(const rod_context *rod, int end)
                       rod_turn_between(rod, lift.rotation, rotation)};
 }
 
-static ad_value rod_weigh(const rod_blend *blend, ad_value at_start, ad_value at_end)
+/* What the data of the ends add. */
+static ad_value rod_weigh(const rod_context *rod, const rod_blend *blend, ad_value at_start,
+                          ad_value at_end)
 {
-    return ad_add(ad_mul(blend->start_weight, at_start), ad_mul(blend->end_weight, at_end));
+    ad_value rest = ad_sub(ad_scalar(rod->tape, 1), rod->s);
+    at_start = rod_hold_part(rod, &blend->start, at_start);
+    at_end = rod_hold_part(rod, &blend->end, at_end);
+    return ad_add(rod_faded(rod, &blend->end, at_start, rest),
+                  rod_faded(rod, &blend->start, at_end, rod->s));
 }
 
-/* Weighted corrections + factor network. */
-static ad_value rod_assemble(const rod_blend *blend, ad_value at_start, ad_value at_end,
-                             ad_value network)
+static ad_value rod_assemble(const rod_context *rod, const rod_blend *blend, ad_value at_start,
+                             ad_value at_end, ad_value network)
 {
-    return ad_add(rod_weigh(blend, at_start, at_end), ad_mul(blend->factor, network));
+    return ad_add(rod_weigh(rod, blend, at_start, at_end), rod_between(rod, blend, network));
 }
 
 /* r and, as if there were no joints, q from what the window's network answers. */
@@ -300,8 +313,9 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
     rod_initial_data initial = {0};
     bool hard = rod_is_hard(rod->scene);
     rod_end_data start = rod_end_of(rod, 0, rod->t), end = rod_end_of(rod, 1, rod->t);
-    rod_blend along = rod_blend_of(rod, hard && start.holds_position, hard && end.holds_position);
-    rod_blend around = rod_blend_of(rod, hard && start.holds_rotation, hard && end.holds_rotation);
+    rod_blend along = hard ? (rod_blend){start.hold, end.hold} : rod_blend_of(false, false);
+    rod_blend around = rod_blend_of(hard && start.holds_rotation, hard && end.holds_rotation);
+    ad_value position = raw->position, rotation = raw->rotation;
     if (rod_starts_hard(rod)) {
         initial =
             rod->at.goes_on ? rod_window_start(rod, false) : rod_initial_straightened(rod, rod->s);
@@ -312,12 +326,12 @@ static rod_pose rod_ansatz_pose(const rod_context *rod, const rod_state *raw)
     if (rod_starts_hard(rod)) {
         ad_value elapsed = domain_elapsed(&rod->domain, &rod->at);
         ad_value since = ad_square(ad_mul(elapsed, ad_reciprocal(rod->at.span)));
-        along.factor = ad_mul(since, along.factor);
-        around.factor = ad_mul(since, around.factor);
+        position = ad_mul(since, position);
+        rotation = ad_mul(since, rotation);
     }
-    ad_value moved = rod_assemble(&along, at_start.position, at_end.position, raw->position);
-    ad_value turn = rod_weigh(&around, at_start.rotation, at_end.rotation);
-    ad_value network = ad_mul(around.factor, raw->rotation);
+    ad_value moved = rod_assemble(rod, &along, at_start.position, at_end.position, position);
+    ad_value turn = rod_weigh(rod, &around, at_start.rotation, at_end.rotation);
+    ad_value network = rod_between(rod, &around, rotation);
     return (rod_pose){.position = ad_add(lift.position, moved),
                       .rotation = rod_turned_on(rod, lift.rotation, turn, network)};
 }
@@ -331,12 +345,13 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, const rod_pose *pose
     ad_value rotation = pose->rotation;
     rod_end_data start = rod_end_straightened(rod, 0, rod->t);
     rod_end_data end = rod_end_straightened(rod, 1, rod->t);
-    rod_blend pull = rod_blend_of(rod, hard && !start.holds_position, hard && !end.holds_position);
-    rod_blend turn = rod_blend_of(rod, hard && !start.holds_rotation, hard && !end.holds_rotation);
+    rod_blend pull = hard ? (rod_blend){rod_hold_other(&start.hold), rod_hold_other(&end.hold)}
+                          : rod_blend_of(false, false);
+    rod_blend turn = rod_blend_of(hard && !start.holds_rotation, hard && !end.holds_rotation);
     ad_value end_force = ad_sub(rod_end_force(&end, rotation), jumps->all_force);
     ad_value end_moment = ad_sub(rod_end_moment(&end, rotation), jumps->all_moment);
-    force = rod_assemble(&pull, rod_end_force(&start, rotation), end_force, force);
-    moment = rod_assemble(&turn, rod_end_moment(&start, rotation), end_moment, moment);
+    force = rod_assemble(rod, &pull, rod_end_force(&start, rotation), end_force, force);
+    moment = rod_assemble(rod, &turn, rod_end_moment(&start, rotation), end_moment, moment);
     return (rod_wrench){ad_add(force, jumps->force), ad_add(moment, jumps->moment)};
 }
 

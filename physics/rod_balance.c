@@ -197,7 +197,32 @@ ad_value rod_resistance(const rod_context *rod, ad_value velocity)
     return ad_add(drag, ad_mul(rod_record_ratio(rod, ROD_DIVIDE, quadratic, force), fast));
 }
 
-/* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag. */
+bool rod_has_foundation(const scene *rod_scene)
+{
+    return quantity_any_something(3, rod_scene->loads.foundation);
+}
+
+rod_foundation rod_foundation_of(const rod_context *rod)
+{
+    const double none[3] = {0, 0, 0}, length = rod->scales.length;
+    ad_value place = rod_undeformed(rod, rod->s).position;
+    return (rod_foundation){rod_quantities(rod, 3, rod->scene->loads.foundation, none,
+                                           length * length / rod->scales.force, rod->s, rod->t),
+                            rod_position_to_world(rod, place)};
+}
+
+/* In the frame of the equations. */
+static ad_value rod_support(const rod_context *rod, ad_value position)
+{
+    if (!rod_has_foundation(rod->scene)) {
+        return ad_zeros(rod->tape, 3);
+    }
+    rod_foundation below = rod_foundation_of(rod);
+    ad_value back = ad_sub(below.place, rod_position_to_world(rod, position));
+    return rod_from_world(rod, ad_mul(below.stiffness, back));
+}
+
+/* N_s + f - rhoA r_tt, world; f: distributed force, gravity, drag, foundation. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
@@ -206,6 +231,7 @@ ad_value rod_force_balance(const rod_context *rod, rod_state state)
         rod_distributed(rod, rod->scene->loads.force, rod->scales.force / rod->scales.length,
                         state.rotation, rod_from_world);
     ad_value outside = ad_sub(ad_add(load, c.weight), rod_resistance(rod, k.velocity));
+    outside = ad_add(outside, rod_support(rod, state.position));
     ad_value inertia = ad_mul(c.mass, k.acceleration);
     return ad_sub(ad_add(rod_space_derivative(rod, state.force), outside), inertia);
 }

@@ -22,14 +22,16 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
     ad_value velocity = rod_time_derivative(rod, data.position, 1);
     ad_value spin = rod_rate(data.rotation, rod_time_derivative(rod, data.rotation, 1));
     double length = rod->scales.length, time = rod->scales.time;
-    bool moves = data.holds_position, turns = data.holds_rotation;
+    bool moves = data.hold.directions > 0, turns = data.holds_rotation;
+    ad_value away = rod_hold_part(rod, &data.hold, ad_sub(data.position, initial.position));
+    ad_value faster = rod_hold_part(rod, &data.hold, ad_sub(velocity, initial.velocity));
     list[0] = (rod_mismatch){"initial.position",
                              "position",
                              "m",
                              length,
                              moves,
                              false,
-                             ad_sub(data.position, initial.position)};
+                             away};
     list[1] = (rod_mismatch){"initial.rotation",
                              "rotation",
                              "rad",
@@ -43,7 +45,7 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
                              length / time,
                              moves,
                              false,
-                             ad_sub(velocity, initial.velocity)};
+                             faster};
     list[3] = (rod_mismatch){
         "initial.angular_velocity", "angular velocity", "1/s", 1 / time, turns, false,
         ad_sub(spin, initial.spin)};
@@ -115,7 +117,7 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
 {
     static const double large = 1e12, locked = 1e30;
     rod_numbers n = rod_numbers_of(rod_scene);
-    bool at_base = rod_scene->start.type == SCENE_LOADED;
+    bool at_base = scene_end_takes_force(rod_scene->start.type);
     const char *damped = rod_scene->rod.viscosity.is_given         ? "rod.material.viscosity"
                          : rod_scene->rod.relaxation_time.is_given ? "rod.material.relaxation_time"
                                                                    : NULL;
@@ -131,6 +133,7 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
         {at_base ? "loads.base.moment" : "loads.tip.moment", "M L/EI", n.tip_moment, 0, large},
         {"loads.force", "f L^3/EI", n.distributed_force, 0, large},
         {"loads.moment", "l L^2/EI", n.distributed_moment, 0, large},
+        {"loads.foundation", "k L^4/EI", n.foundation, 0, large},
         {"loads.gravity", "rhoA g L^3/EI", heavy ? n.weight : 0, 0, large},
         {rod_scene->point_count ? "loads.points" : "bodies", "F L^2/EI", n.point_force, 0, large},
         {"loads.points", "T L/EI", n.point_moment, 0, large},

@@ -4,6 +4,28 @@
 
 static const double ROD_ZEROS[3] = {0, 0, 0}, ROD_UPRIGHT[4] = {1, 0, 0, 0};
 
+static rod_hold rod_hold_of(const rod_context *rod, const scene_end *given)
+{
+    const scene_hold hold = scene_hold_of(given);
+    const double *a = hold.axis;
+    return (rod_hold){hold.directions,
+                      rod_from_world(rod, ad_vector_constant(rod->tape, a[0], a[1], a[2]))};
+}
+
+ad_value rod_hold_part(const rod_context *rod, const rod_hold *hold, ad_value x)
+{
+    if (hold->directions == 0 || hold->directions == 3) {
+        return hold->directions == 0 ? ad_zeros(rod->tape, ad_rows(x)) : x;
+    }
+    ad_value along = ad_mul(ad_dot(hold->axis, x), hold->axis);
+    return rod_keep_in_plane(rod, hold->directions == 1 ? along : ad_sub(x, along), false);
+}
+
+rod_hold rod_hold_other(const rod_hold *hold)
+{
+    return (rod_hold){3 - hold->directions, hold->axis};
+}
+
 /* N in the world frame, for the rod's own rotation at or near the end. */
 ad_value rod_end_force(const rod_end_data *end, ad_value rotation)
 {
@@ -56,7 +78,7 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
     const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
     ad_value zeros = ad_zeros(rod->tape, 3);
     rod_end_data data = {.force = zeros, .moment = zeros};
-    data.holds_position = scene_end_holds_position(given->type);
+    data.hold = rod_hold_of(rod, given);
     data.holds_rotation = scene_end_holds_rotation(given->type);
     if (scene_is_manufactured(rod->scene)) {
         rod_manufactured_end(rod, end, t, &data);
@@ -76,7 +98,7 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
         data.rotation = ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
         data.rotation = rod_rotation_from_world(rod, data.rotation);
     }
-    if (given->type == SCENE_LOADED) {
+    if (scene_end_takes_force(given->type)) {
         rod_loaded_end(rod, end, t, &data);
     }
     return data;

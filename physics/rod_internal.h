@@ -62,11 +62,18 @@ typedef struct rod_actuator {
     bool is_chamber;        /* pulls along d3, a tendon along its own tangent */
 } rod_actuator;
 
+/* The directions in which a vector is given: scene_hold in the frame of the equations. */
+typedef struct rod_hold {
+    int directions;
+    ad_value axis; /* [3]; not of 0 and 3 directions */
+} rod_hold;
+
 /* What is prescribed at one end. N(end) = force (world) if force_is_body is false, else R(q)
  * force; m(end) = R(q)^T moment if moment_is_world, else moment. Signs are those of the internal
  * force and moment. */
 typedef struct rod_end_data {
-    bool holds_position, holds_rotation; /* what is not held has a force, a moment */
+    rod_hold hold;       /* of the position; in other directions it has a force */
+    bool holds_rotation; /* else it has a moment */
     ad_value position, rotation;
     ad_value force, moment;
     bool force_is_body, moment_is_world;
@@ -135,6 +142,9 @@ int rod_axial_rows(const rod_plane *plane);
 /* rod_ends.c. `end`: 0 or 1. */
 rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t);
 rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);
+/* The part of a vector in these directions, and the other directions. */
+ad_value rod_hold_part(const rod_context *rod, const rod_hold *hold, ad_value vector);
+rod_hold rod_hold_other(const rod_hold *hold);
 ad_value rod_end_force(const rod_end_data *end, ad_value rotation);  /* N, world */
 ad_value rod_end_moment(const rod_end_data *end, ad_value rotation); /* m, body */
 
@@ -233,6 +243,15 @@ rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematic
  * resists its velocity: every law of the velocity in one sum, which the classical solver evaluates
  * too. */
 ad_value rod_resistance(const rod_context *rod, ad_value velocity);
+
+/* An elastic foundation, -stiffness (r - place) per length; dimensionless, world. */
+typedef struct rod_foundation {
+    ad_value stiffness, place; /* [3] */
+} rod_foundation;
+
+bool rod_has_foundation(const scene *rod_scene);
+rod_foundation rod_foundation_of(const rod_context *rod);
+
 /* Left sides minus right sides of the two balance laws, without a manufactured load. */
 ad_value rod_force_balance(const rod_context *rod, rod_state state);
 ad_value rod_moment_balance(const rod_context *rod, rod_state state);

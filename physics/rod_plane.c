@@ -87,17 +87,22 @@ static bool plane_is_used(const scene *rod_scene, const scene_field *field)
     const bool given = scene_field_of(rod_scene, field)->is_given;
     switch (field->part) {
     case SCENE_OF_START:
-        return turns ? scene_end_holds_rotation(start) : scene_end_holds_position(start);
+        return turns                                       ? scene_end_holds_rotation(start)
+               : field->geometry == SCENE_POSITION_VECTOR ? scene_end_is_placed(start)
+                                                          : given; /* how it slides */
     case SCENE_OF_END:
         if (field->geometry == SCENE_POSITION_VECTOR) {
-            return scene_end_holds_position(end);
+            return scene_end_is_placed(end);
+        }
+        if (field->geometry == SCENE_POLAR_VECTOR) {
+            return given;
         } /* the rotation by its quaternion, or by the vector in its place */
         return scene_end_holds_rotation(end) &&
                (turns ? !rod_scene->end.rotation_vector[0].is_given : given);
     case SCENE_OF_BASE:
-        return start == SCENE_LOADED;
+        return scene_end_takes_force(start);
     case SCENE_OF_TIP:
-        return end == SCENE_LOADED;
+        return scene_end_takes_force(end);
     case SCENE_OF_INITIAL:
         return scene_is_dynamic(rod_scene) && given;
     default:

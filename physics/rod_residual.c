@@ -62,11 +62,6 @@ static bool rod_is_mixed(const scene *rod_scene)
     return rod_scene->formulation == SCENE_MIXED;
 }
 
-static scene_end_type rod_end_type(const scene *rod_scene, int end)
-{
-    return end ? rod_scene->end.type : rod_scene->start.type;
-}
-
 /* Which of the two rows-of-3 of an end are residuals: a held pose only when it is soft, force and
  * moment also in displacement form, where the ansatz cannot hold them. */
 static bool rod_end_needs(const scene *rod_scene, bool natural)
@@ -74,12 +69,19 @@ static bool rod_end_needs(const scene *rod_scene, bool natural)
     return rod_scene->boundary_enforcement == SCENE_SOFT || (natural && !rod_is_mixed(rod_scene));
 }
 
+/* Whether the rows of position and force are residuals: any of their directions. */
+static bool rod_end_moves(const scene *rod_scene, int directions)
+{
+    return (directions > 0 && rod_end_needs(rod_scene, false)) ||
+           (directions < 3 && rod_end_needs(rod_scene, true));
+}
+
 static int rod_end_rows(const scene *rod_scene, int end)
 {
-    scene_end_type type = rod_end_type(rod_scene, end);
+    const scene_end *given = end ? &rod_scene->end : &rod_scene->start;
     rod_plane plane = rod_plane_of(rod_scene);
-    bool moves = rod_end_needs(rod_scene, !scene_end_holds_position(type));
-    bool turns = rod_end_needs(rod_scene, !scene_end_holds_rotation(type));
+    bool moves = rod_end_moves(rod_scene, scene_hold_of(given).directions);
+    bool turns = rod_end_needs(rod_scene, !scene_end_holds_rotation(given->type));
     return moves * rod_vector_rows(&plane) + turns * rod_axial_rows(&plane);
 }
 
@@ -114,9 +116,17 @@ static ad_value rod_end_residual(const rod_context *rod, rod_state state, int en
     rod_wrench wrench = rod_end_wrench(rod, &data, state, end);
     ad_value parts[2];
     int count = 0;
-    if (rod_end_needs(rod->scene, !data.holds_position)) {
-        ad_value moves = data.holds_position ? ad_sub(state.position, data.position)
-                                             : ad_sub(state.force, wrench.force);
+    if (rod_end_moves(rod->scene, data.hold.directions)) {
+        ad_value moves = ad_zeros(rod->tape, 3);
+        rod_hold free = rod_hold_other(&data.hold);
+        if (data.hold.directions > 0 && rod_end_needs(rod->scene, false)) {
+            ad_value away = ad_sub(state.position, data.position);
+            moves = ad_add(moves, rod_hold_part(rod, &data.hold, away));
+        }
+        if (free.directions > 0) {
+            ad_value beyond = ad_sub(state.force, wrench.force);
+            moves = ad_add(moves, rod_hold_part(rod, &free, beyond));
+        }
         parts[count++] = rod_vector_in_plane(rod, moves);
     }
     if (rod_end_needs(rod->scene, !data.holds_rotation)) {

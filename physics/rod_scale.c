@@ -77,9 +77,10 @@ static double rod_largest(const scene *rod_scene, const quantity *given, int spa
 
 static double rod_largest_end(const scene *rod_scene, const quantity *base, const quantity *tip)
 {
-    double at_base = rod_scene->start.type == SCENE_LOADED ? rod_largest(rod_scene, base, 0) : 0;
-    double at_tip = rod_scene->end.type == SCENE_LOADED ? rod_largest(rod_scene, tip, 0) : 0;
-    return fmax(at_base, at_tip);
+    bool at_base = scene_end_takes_force(rod_scene->start.type);
+    bool at_tip = scene_end_takes_force(rod_scene->end.type);
+    return fmax(at_base ? rod_largest(rod_scene, base, 0) : 0,
+                at_tip ? rod_largest(rod_scene, tip, 0) : 0);
 }
 
 /* What a dead force at the loaded end does along d3 = R(q) e3 of the other end at time t: along
@@ -104,8 +105,8 @@ static double rod_compression_at(const scene *rod_scene, bool at_tip, double t)
 static double rod_compression(const scene *rod_scene)
 {
     scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
-    bool at_tip = scene_end_holds_rotation(start) && end == SCENE_LOADED;
-    bool at_base = scene_end_holds_rotation(end) && start == SCENE_LOADED;
+    bool at_tip = scene_end_holds_rotation(start) && scene_end_takes_force(end);
+    bool at_base = !at_tip && scene_end_holds_rotation(end) && scene_end_takes_force(start);
     const scene_load *load = at_tip ? &rod_scene->loads.tip : &rod_scene->loads.base;
     int samples = scene_is_dynamic(rod_scene) ? ROD_TIME_SAMPLES : 0;
     double largest = 0;
@@ -231,6 +232,8 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
                              scale.length / scale.force,
         .distributed_moment = rod_largest(rod_scene, rod_scene->loads.moment, ROD_SPACE_SAMPLES) *
                               scale.length / scale.moment,
+        .foundation = rod_largest(rod_scene, rod_scene->loads.foundation, ROD_SPACE_SAMPLES) *
+                      scale.length * scale.length / scale.force,
         .weight = mass * pull * scale.length / scale.force,
         .actuation = rod_actuation_moment(rod_scene, &scale)};
     rod_point_numbers(rod_scene, &scale, &numbers);

@@ -377,11 +377,11 @@ bool rod_shape_is_resolved(const scene *rod_scene)
 int rod_shape_anchor(const scene *rod_scene)
 {
     scene_end_type start = rod_scene->start.type, end = rod_scene->end.type;
-    bool end_places = scene_end_holds_position(end) && !scene_end_holds_position(start);
+    bool end_places = scene_end_is_placed(end) && !scene_end_is_placed(start);
     return !scene_end_holds_rotation(start) && (scene_end_holds_rotation(end) || end_places);
 }
 
-/* Two pinned ends: the smallest rotation that turns the line between the ends of the unloaded rod
+/* Two ends that are held and turn freely: the smallest rotation that turns the line between the ends of the unloaded rod
  * to the line between the two points; else, or without such lines, none. */
 void rod_shape_upright(const scene *rod_scene, double q[4])
 {
@@ -390,9 +390,12 @@ void rod_shape_upright(const scene *rod_scene, double q[4])
     const scene_end *start = &rod_scene->start, *end = &rod_scene->end;
     q[0] = 1;
     q[1] = q[2] = q[3] = 0;
-    if (start->type != SCENE_PINNED || end->type != SCENE_PINNED || !start->position[0].is_given ||
-        !end->position[0].is_given) {
-        return;
+    for (int i = 0; i < 2; i++) {
+        const scene_end *held = i ? end : start;
+        if (!scene_end_is_placed(held->type) || scene_end_holds_rotation(held->type) ||
+            !held->position[0].is_given) {
+            return;
+        }
     }
     shape_make(rod_scene, &made);
     const double *rest = made.end.r;

@@ -133,7 +133,7 @@ static void terms_of_time(const scene *rod_scene, term_list *list)
 
 static const char *load_reason(scene_end_type type, const scene_load *load)
 {
-    if (type != SCENE_LOADED) {
+    if (!scene_end_takes_force(type)) {
         return "the end is not loaded";
     }
     return reason_if(are_zero(load->force) && are_zero(load->moment), "zero", NULL);
@@ -152,6 +152,8 @@ static void terms_of_loads(const scene *rod_scene, term_list *list)
     }
     term_add(list, "point loads", reason_if(rod_scene->point_count == 0, "not given", NULL));
     term_add(list, "bodies", reason_if(rod_scene->body_count == 0, "not given", NULL));
+    term_add(list, "elastic foundation",
+             reason_if(!quantity_any_something(3, loads->foundation), "not given", NULL));
     term_add(list, "springs", reason_if(rod_scene->spring_count == 0, "not given", NULL));
     term_add(list, "tendons", reason_if(rod_scene->tendon_count == 0, "not given", NULL));
     term_add(list, "chambers", reason_if(rod_scene->chamber_count == 0, "not given", NULL));

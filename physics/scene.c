@@ -122,6 +122,36 @@ bool scene_is_manufactured(const scene *rod_scene)
     return rod_scene->manufactured.position[0].is_given;
 }
 
+scene_hold scene_hold_of(const scene_end *end)
+{
+    scene_hold hold = {.directions = scene_end_is_placed(end->type) ? 3 : 0};
+    const quantity *given = end->along[0].is_given ? end->along : end->across;
+    double square = 0;
+    if (!scene_end_slides(end->type)) {
+        return hold;
+    }
+    hold.directions = end->along[0].is_given ? 2 : end->across[0].is_given ? 1 : 0;
+    for (int i = 0; i < 3 && hold.directions > 0; i++) {
+        hold.axis[i] = given[i].number;
+        square += given[i].number * given[i].number;
+    }
+    for (int i = 0; i < 3 && hold.directions > 0; i++) {
+        hold.axis[i] /= sqrt(square);
+    }
+    return hold;
+}
+
+void scene_hold_part(const scene_hold *hold, const double x[3], double part[3])
+{
+    const double *a = hold->axis, dot = a[0] * x[0] + a[1] * x[1] + a[2] * x[2];
+    for (int i = 0; i < 3; i++) {
+        part[i] = hold->directions == 1   ? dot * a[i]
+                  : hold->directions == 2 ? x[i] - dot * a[i]
+                  : hold->directions == 3 ? x[i]
+                                          : 0;
+    }
+}
+
 bool scene_locks_strains(const scene *rod_scene)
 {
     scene_properties properties = scene_properties_of(rod_scene);

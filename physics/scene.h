@@ -35,7 +35,9 @@ extern "C" {
     X(SCENE_PINNED, "pinned")   /* position held, no moment */                                     \
     X(SCENE_FREE, "free")       /* no force, no moment */                                          \
     X(SCENE_LOADED, "loaded")   /* the force and moment of loads.base or loads.tip */              \
-    X(SCENE_DRIVEN, "driven")   /* position and rotation given functions of t */
+    X(SCENE_DRIVEN, "driven")   /* position and rotation given functions of t */                   \
+    X(SCENE_GUIDED, "guided")   /* rotation held, the position slides */                           \
+    X(SCENE_ROLLER, "roller")   /* no moment, the position slides */
 #define SCENE_FRAME_LIST(X)                                                                        \
     X(SCENE_DEAD, "dead")         /* fixed in the world frame */                                   \
     X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
@@ -129,6 +131,8 @@ typedef struct scene_loads {
     quantity quadratic_drag; /* f = -quadratic_drag |r_t| r_t; of s; N s^2/m^3 */
     quantity force[3];       /* distributed, formulas of s, t; N/m */
     quantity moment[3];      /* distributed, formulas of s, t; N m/m */
+    quantity foundation[3];  /* f = -foundation (r - r0), along the world's axes, with r0 where the
+                                unstressed rod is; of s; N/m^2, >= 0 */
     scene_frame frame;       /* of the distributed force and moment */
     scene_load base;         /* at s = 0 */
     scene_load tip;          /* at s = length */
@@ -212,6 +216,9 @@ typedef struct scene_end {
     /* Of the end s = length, in place of rotation: the rotation vector by which it is turned from
      * where the unstressed rod ends, in the world's axes, so that turns count; rad. */
     quantity rotation_vector[3];
+    /* How the position of a guided or roller end slides, one of the two: along a direction, or
+     * across one; in the world, of any length, numbers. A guided end with neither slides freely. */
+    quantity along[3], across[3];
 } scene_end;
 
 /* The state at t = 0; formulas of s. Nothing given: at rest in the undeformed shape that the
@@ -423,13 +430,39 @@ static inline bool scene_is_fourth_order(const scene *rod_scene)
  * the rotation it gives the moment. */
 static inline bool scene_end_holds_rotation(scene_end_type type)
 {
-    return type == SCENE_CLAMPED || type == SCENE_DRIVEN;
+    return type == SCENE_CLAMPED || type == SCENE_DRIVEN || type == SCENE_GUIDED;
 }
 
-static inline bool scene_end_holds_position(scene_end_type type)
+/* Whether it has a position, which it holds in some directions at least, or slides from. */
+static inline bool scene_end_is_placed(scene_end_type type)
 {
-    return scene_end_holds_rotation(type) || type == SCENE_PINNED;
+    return type != SCENE_FREE && type != SCENE_LOADED;
 }
+
+/* Whether its position slides. */
+static inline bool scene_end_slides(scene_end_type type)
+{
+    return type == SCENE_GUIDED || type == SCENE_ROLLER;
+}
+
+/* Whether loads.base or loads.tip act on it; what they do in held directions is up to the support.
+ */
+static inline bool scene_end_takes_force(scene_end_type type)
+{
+    return type == SCENE_LOADED || scene_end_slides(type);
+}
+
+/* The directions in which an end holds its position: none (0), that of `axis` (1), those across it
+ * (2), all (3). axis: unit, in the world; 0 where it does not count. */
+typedef struct scene_hold {
+    int directions;
+    double axis[3];
+} scene_hold;
+
+scene_hold scene_hold_of(const scene_end *end);
+
+/* The part of x along the held directions. */
+void scene_hold_part(const scene_hold *hold, const double x[3], double part[3]);
 
 /* Entry `index` of all lists of a scene in turn, for people: "tendons[0]: offset 0, 0.02; tension
  * 3", with what is given and no default. False: there are not so many. */

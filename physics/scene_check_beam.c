@@ -123,6 +123,13 @@ static ad_status check_theory(const scene_checker *check)
                             "displacement computes the shear from its strain and needs finite "
                             "stiffness; allowed for this beam: mixed");
     }
+    if (scene_is_fourth_order(given) &&
+        (given->start.type == SCENE_GUIDED || given->end.type == SCENE_GUIDED) &&
+        !quantity_is_number(properties.curvature_stiffness[0], NULL)) {
+        return scene_refuse(check, "formulation",
+                            "displacement takes the shear at a guided end from the deflection, and "
+                            "needs a stiffness that does not vary; allowed for this beam: mixed");
+    }
     if (scene_is_fourth_order(given) && given->windows > 1) {
         return scene_refuse(check, "time.windows",
                             "the strong form of euler_bernoulli needs four derivatives of the "
@@ -146,10 +153,22 @@ static ad_status check_end(const scene_checker *check, bool at_tip)
     const scene_beam_load *load = at_tip ? &beam->tip : &beam->base;
     const char *type = at_tip ? "boundary.end.type" : "boundary.start.type";
     bool given = load->force.is_given || load->moment.is_given;
-    if (end->type == SCENE_DRIVEN) {
+    if (end->type == SCENE_DRIVEN || end->type == SCENE_ROLLER) {
         return scene_refuse(check, type,
-                            "driven ends are for rods in space; allowed for a beam: clamped, "
-                            "pinned, free, loaded");
+                            "driven ends and rollers are for rods in space; allowed for a beam: "
+                            "clamped, pinned, guided, free, loaded");
+    }
+    if (end->along[0].is_given || end->across[0].is_given) {
+        return scene_refuse(check, at_tip ? "boundary.end" : "boundary.start",
+                            "says how the end of a rod in space slides; a guided end of a beam "
+                            "slides along its deflection, leave along and across out");
+    }
+    if (end->type == SCENE_GUIDED) {
+        return load->moment.is_given
+                   ? scene_refuse(check, at_tip ? "beam.tip.moment" : "beam.base.moment",
+                                  "acts on an end that does not turn; allowed: a force, or an end "
+                                  "of type loaded")
+                   : AD_OK;
     }
     if (end->type == SCENE_LOADED && !given) {
         return scene_refuse(check, type, "loaded, but no load is given there; say free");
@@ -198,7 +217,7 @@ static ad_status check_support(const scene_checker *check)
         const scene_spring *spring = i < 2 ? NULL : &given->springs[i - 2];
         double at = spring ? spring->at.number : i * scene_length(given);
         if (spring ? quantity_is_something(spring->stiffness[1])
-                   : scene_end_holds_position(i ? end : start)) {
+                   : (i ? end : start) == SCENE_CLAMPED || (i ? end : start) == SCENE_PINNED) {
             first = fmin(first, at);
             last = fmax(last, at);
         }

@@ -114,7 +114,12 @@ extern "C" {
       "Distributed force; formulas of s and t.")                                                   \
     X("loads.moment", 3, loads.moment, LOADS, EVERYWHERE, ANY, AXIAL_VECTOR, BY_LOAD, "N m/m",     \
       NOTHING, NULL,                                                                               \
-      "Distributed moment; formulas of s and t.")
+      "Distributed moment; formulas of s and t.")                                                  \
+    X("loads.foundation", 3, loads.foundation, LOADS, ALONG, NOT_NEGATIVE, TENSOR, WORLD, "N/m^2", \
+      NOTHING, NULL,                                                                               \
+      "Elastic foundation along the rod: force per length and displacement from the unstressed "   \
+      "rod, along the world's axes; formulas of s. It does not grow with the loads. Of a beam "    \
+      "beam.foundation.")
 
 #define SCENE_BASE_ROWS(X)                                                                         \
     X("loads.base.force", 3, loads.base.force, BASE, AT_END, ANY, POLAR_VECTOR, BY_LOAD, "N",      \
@@ -163,13 +168,23 @@ extern "C" {
       NOTHING, "the derivative of the velocity",                                                   \
       "Its rate at t = 0; formula of s.")
 
+/* How an end slides. */
+#define SCENE_SLIDE_ROWS(X, of, in, part)                                                          \
+    X(of "along", 3, in along, part, ONE_NUMBER, FINITE, POLAR_VECTOR, WORLD, NULL, NOTHING, NULL, \
+      "Of a guided or roller end: the direction along which its position slides, held across.")    \
+    X(of "across", 3, in across, part, ONE_NUMBER, FINITE, POLAR_VECTOR, WORLD, NULL, NOTHING,     \
+      NULL,                                                                                        \
+      "Or the direction across which it slides, held along it. A guided end with neither of them " \
+      "moves freely and does not turn.")
+
 #define SCENE_START_ROWS(X)                                                                        \
     X("boundary.start.position", 3, start.position, START, HELD, ANY, POSITION_VECTOR, WORLD, "m", \
       ZERO, "[0, 0, 0] where the type holds it",                                                   \
       "Position of a held end.")                                                                   \
     X("boundary.start.rotation", 4, start.rotation, START, HELD, ANY, ORIENTATION, WORLD, NULL,    \
       UPRIGHT, "[1, 0, 0, 0] where the type holds it",                                             \
-      "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read.")
+      "Quaternion (w, x, y, z), body to world; d3 is the tangent. Normalised when read.")         \
+    SCENE_SLIDE_ROWS(X, "boundary.start.", start., START)
 
 #define SCENE_END_ROWS(X)                                                                          \
     X("boundary.end.position", 3, end.position, END, HELD, ANY, POSITION_VECTOR, WORLD, "m",       \
@@ -182,7 +197,8 @@ extern "C" {
       "rad", NOTHING, NULL,                                                                        \
       "In place of rotation, for any number of turns: by how much the end is turned from where "   \
       "the unstressed rod ends; axis times angle, world frame. The other end is clamped or "       \
-      "driven.")
+      "driven.")                                                                                   \
+    SCENE_SLIDE_ROWS(X, "boundary.end.", end., END)
 
 #define SCENE_INITIAL_ROWS(X)                                                                      \
     X("initial.position", 3, initial.position, INITIAL, AT_START, ANY, POSITION_VECTOR, WORLD,     \

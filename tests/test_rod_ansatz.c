@@ -45,6 +45,12 @@ static scene ends_scene(scene_end_type start, scene_end_type end, bool dynamic, 
     for (int i = 0; i < 3; i++) {
         made.start.position[i] = Q(start_position[moves][i]);
         made.end.position[i] = Q(end_position[ends][i]);
+        if (scene_end_slides(start)) {
+            made.start.along[i] = quantity_number((double[]){0.3, -0.4, 1.2}[i]);
+        }
+        if (scene_end_slides(end)) {
+            made.end.across[i] = quantity_number((double[]){1, 2, -0.5}[i]);
+        }
         made.loads.base.force[i] = Q(loads[0][i]);
         made.loads.base.moment[i] = Q(loads[1][i]);
         made.loads.tip.force[i] = Q(loads[2][i]);
@@ -109,8 +115,8 @@ static void check_conditions(const scene *hard)
 static void test_hard_conditions(void **state)
 {
     (void)state;
-    for (int start = SCENE_CLAMPED; start <= SCENE_DRIVEN; start++) {
-        for (int end = SCENE_CLAMPED; end <= SCENE_DRIVEN; end++) {
+    for (int start = SCENE_CLAMPED; start <= SCENE_ROLLER; start++) {
+        for (int end = SCENE_CLAMPED; end <= SCENE_ROLLER; end++) {
             for (int variant = 0; variant < 8; variant++) {
                 scene hard = ends_scene((scene_end_type)start, (scene_end_type)end, variant & 1,
                                         variant & 2 ? SCENE_FOLLOWER : SCENE_DEAD);
@@ -138,7 +144,7 @@ static void test_manufactured_conditions(void **state)
     (void)state;
     static const char *const position[3] = {"0.1*s^2*cos(t)", "0.2*s*sin(3*t)", "s"};
     static const char *const angles[3] = {"0.7*s*cos(2*t)", "0.5*s*sin(3*t+s)", "0.9*s"};
-    for (int type = SCENE_CLAMPED; type <= SCENE_DRIVEN; type++) {
+    for (int type = SCENE_CLAMPED; type <= SCENE_ROLLER; type++) {
         scene hard = ends_scene(SCENE_DRIVEN, (scene_end_type)type, true, SCENE_DEAD);
         for (int i = 0; i < 3; i++) {
             hard.manufactured.position[i] = Q(position[i]);
@@ -225,8 +231,8 @@ static void test_load_signs(void **state)
 static void test_displacement(void **state)
 {
     (void)state;
-    const int rows[] = {0, 3, 6, 6, 0}; /* clamped, pinned, free, loaded, driven */
-    for (int type = SCENE_CLAMPED; type <= SCENE_DRIVEN; type++) {
+    const int rows[] = {0, 3, 6, 6, 0, 3, 6}; /* clamped, pinned, free, loaded, driven, sliding */
+    for (int type = SCENE_CLAMPED; type <= SCENE_ROLLER; type++) {
         scene hard = ends_scene(SCENE_CLAMPED, (scene_end_type)type, true, SCENE_DEAD);
         hard.formulation = SCENE_DISPLACEMENT;
         assert_int_equal(rod_network_outputs(&hard), 7);

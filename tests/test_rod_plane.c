@@ -372,7 +372,7 @@ static int blocks_of(const scene *given, rod_residual_kind kind, block *blocks)
         break;
     case ROD_START:
     case ROD_END:
-        if (soft || (form && !scene_end_holds_position(end->type)))
+        if (soft || (form && scene_hold_of(end).directions < 3))
             blocks[count++] = world;
         if (soft || (form && !scene_end_holds_rotation(end->type)))
             blocks[count++] = axial;

@@ -87,8 +87,8 @@ static void test_ends(void **state)
     solve_end_state start, end;
     assert_int_equal(solve_rod_end(rod, 0, 0.5 / time, &start, NULL), AD_OK);
     assert_int_equal(solve_rod_end(rod, 1, 0.5 / time, &end, NULL), AD_OK);
-    assert_true(rod->ends[0].holds_position && rod->ends[0].holds_rotation);
-    assert_false(rod->ends[1].holds_position || rod->ends[1].holds_rotation);
+    assert_true(rod->ends[0].hold.directions && rod->ends[0].holds_rotation);
+    assert_false(rod->ends[1].hold.directions || rod->ends[1].holds_rotation);
     assert_false(rod->ends[1].force_is_body || rod->ends[1].moment_is_body);
     assert_near(start.position[1], 0.25 / 2, rounding);
     assert_near(start.velocity[1], 1.0 / 2 * time, rounding);

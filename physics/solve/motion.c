@@ -40,6 +40,7 @@ static bool allocate(motion *m)
     m->rest = take(m, points, sizeof *m->rest);
     m->load = take(m, points, sizeof *m->load);
     m->actuators = take(m, points * (size_t)m->rod->actuators + 1, sizeof *m->actuators);
+    m->below = take(m, nodes, sizeof *m->below);
     m->node_load = take(m, nodes, sizeof *m->node_load);
     m->mass = take(m, nodes, sizeof *m->mass);
     m->inertia = take(m, nodes, sizeof *m->inertia);
@@ -173,6 +174,23 @@ static ad_status lump(motion *m, ad_error *error)
     return AD_OK;
 }
 
+static ad_status set_foundation(motion *m, ad_error *error)
+{
+    size_t n = (size_t)m->degree + 1;
+    solve_foundation *all = malloc(m->points * sizeof *all);
+    ad_status status = all ? solve_rod_foundation(m->rod, m->points, m->point_s, all, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (size_t point = 0; point < m->points && status == AD_OK; point++) {
+        solve_foundation *to = &m->below[point / n * (n - 1) + point % n];
+        for (int i = 0; i < 3; i++) {
+            to->stiffness[i] += m->point_weight[point] * all[point].stiffness[i];
+            to->place[i] = all[point].place[i]; /* the same in both elements */
+        }
+    }
+    free(all);
+    return status;
+}
+
 static ad_status set_materials(motion *m, double lock, ad_error *error)
 {
     ad_status status = solve_rod_sections(m->rod, m->points, m->point_s, m->made, error);
@@ -186,7 +204,7 @@ static ad_status set_materials(motion *m, double lock, ad_error *error)
     if (status == AD_OK) {
         set_rest_blocks(m);
     }
-    return status;
+    return status == AD_OK && m->rod->is_founded ? set_foundation(m, error) : status;
 }
 
 ad_status motion_create(const solve_rod *rod, double lock, int elements, const double *edges,
@@ -319,27 +337,29 @@ ad_status motion_at(motion *m, double t, ad_error *error)
 
 /* ---- what ends prescribe ------------------------------------------------------------------- */
 
-bool motion_is_held(const motion *m, size_t node, int row)
+void motion_hold_part(const motion *m, int end, const double *position, const double *velocity,
+                      double *r, double *v)
 {
-    bool of_rotation = (row >= MOTION_Q && row < MOTION_V) || row >= MOTION_W;
-    for (int end = 0; end < 2; end++) {
-        const solve_end *given = &m->rod->ends[end];
-        if (node == motion_end_node(m, end) &&
-            (of_rotation ? given->holds_rotation : given->holds_position)) {
-            return true;
-        }
+    const scene_hold *hold = &m->rod->ends[end].hold;
+    double off[2][3], held[2][3];
+    for (int k = 0; k < 3; k++) {
+        off[0][k] = r[k] - position[k];
+        off[1][k] = v[k] - velocity[k];
     }
-    return false;
+    scene_hold_part(hold, off[0], held[0]);
+    scene_hold_part(hold, off[1], held[1]);
+    for (int k = 0; k < 3; k++) {
+        r[k] = hold->directions == 3 ? position[k] : r[k] - held[0][k];
+        v[k] = hold->directions == 3 ? velocity[k] : v[k] - held[1][k];
+    }
 }
 
 void motion_prescribe(const motion *m, double *state)
 {
     for (int end = 0; end < 2; end++) {
         double *node = state + motion_end_node(m, end) * MOTION_ROWS;
-        if (m->rod->ends[end].holds_position) {
-            memcpy(node + MOTION_R, m->ends[end].position, 3 * sizeof(double));
-            memcpy(node + MOTION_V, m->ends[end].velocity, 3 * sizeof(double));
-        }
+        motion_hold_part(m, end, m->ends[end].position, m->ends[end].velocity, node + MOTION_R,
+                         node + MOTION_V);
         if (m->rod->ends[end].holds_rotation) {
             memcpy(node + MOTION_Q, m->ends[end].rotation, 4 * sizeof(double));
             memcpy(node + MOTION_W, m->ends[end].spin, 3 * sizeof(double));

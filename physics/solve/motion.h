@@ -55,8 +55,6 @@ void motion_rate(motion *m, const double *state, double *rate);
 /* Put what the ends prescribe into the state, and make quaternions unit. */
 void motion_prescribe(const motion *m, double *state);
 
-/* Whether row `row` of `node` is prescribed. */
-bool motion_is_held(const motion *m, size_t node, int row);
 
 typedef struct motion_energy {
     double kinetic, strain;

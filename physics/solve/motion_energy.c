@@ -19,7 +19,7 @@ static double holding_power(const motion *m, int end)
     for (int k = 0; k < 3; k++) {
         double force = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
         double moment = inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
-        power += given->holds_position ? force * now->velocity[k] : 0;
+        power += given->hold.directions == 3 ? force * now->velocity[k] : 0;
         power += given->holds_rotation ? moment * w[k] : 0; /* w x rhoJ w does no work */
     }
     return power;
@@ -74,7 +74,8 @@ motion_energy motion_energy_now(motion *m)
 {
     motion_energy energy = {0};
     motion_internal_forces(m);
-    energy.strain = sum_sections(m).energy + motion_spring_energy(m);
+    energy.strain =
+        sum_sections(m).energy + motion_spring_energy(m) + motion_foundation_energy(m);
     for (size_t i = 0; i < m->nodes; i++) {
         const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
         double spinning =
@@ -89,7 +90,7 @@ static bool end_moves(const motion *m, int end)
 {
     const solve_end *given = &m->rod->ends[end];
     const solve_end_state *now = &m->ends[end];
-    return (given->holds_position && vector_dot(now->velocity, now->velocity) > 0) ||
+    return (given->hold.directions == 3 && vector_dot(now->velocity, now->velocity) > 0) ||
            (given->holds_rotation && vector_dot(now->spin, now->spin) > 0);
 }
 

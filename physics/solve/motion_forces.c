@@ -26,10 +26,8 @@ void motion_hold_ends(motion *m)
 {
     for (int end = 0; end < 2; end++) {
         size_t i = motion_end_node(m, end);
-        if (m->rod->ends[end].holds_position) {
-            memcpy(m->pose[i], m->ends[end].position, 3 * sizeof(double));
-            memcpy(m->flow[i], m->ends[end].velocity, 3 * sizeof(double));
-        }
+        motion_hold_part(m, end, m->ends[end].position, m->ends[end].velocity, m->pose[i],
+                         m->flow[i]);
         if (m->rod->ends[end].holds_rotation) {
             memcpy(m->pose[i] + MOTION_LANE_Q, m->ends[end].rotation, 4 * sizeof(double));
             memcpy(m->spin[i], m->ends[end].spin, 3 * sizeof(double));
@@ -272,6 +270,29 @@ double motion_pull_power(const motion *m)
     return power;
 }
 
+static void foundation_forces(motion *m)
+{
+    for (size_t i = 0; i < m->nodes; i++) {
+        const solve_foundation *below = &m->below[i];
+        for (int k = 0; k < 3; k++) {
+            m->force[i][k] -= below->stiffness[k] * (m->pose[i][k] - below->place[k]);
+        }
+    }
+}
+
+double motion_foundation_energy(const motion *m)
+{
+    double energy = 0;
+    for (size_t i = 0; i < m->nodes && m->rod->is_founded; i++) {
+        const solve_foundation *below = &m->below[i];
+        for (int k = 0; k < 3; k++) {
+            double off = m->pose[i][k] - below->place[k];
+            energy += 0.5 * below->stiffness[k] * off * off;
+        }
+    }
+    return energy;
+}
+
 void motion_internal_forces(motion *m)
 {
     if (m->is_pulled) {
@@ -289,6 +310,9 @@ void motion_internal_forces(motion *m)
         push_element(m, e);
     }
     motion_spring_forces(m);
+    if (m->rod->is_founded) {
+        foundation_forces(m);
+    }
 }
 
 /* ---- loads --------------------------------------------------------------------------------- */
@@ -344,7 +368,7 @@ void motion_outside_forces(motion *m)
         to_world(R, now->force, force);
         to_body(R, now->moment, moment);
         for (int k = 0; k < 3; k++) {
-            m->push[i][k] += given->holds_position
+            m->push[i][k] += given->hold.directions == 3
                                  ? 0
                                  : sign * (given->force_is_body ? force[k] : now->force[k]);
             m->turn[i][k] += given->holds_rotation
@@ -379,9 +403,12 @@ void motion_rate(motion *m, const double *state, double *rate)
         }
     }
     for (int end = 0; end < 2; end++) {
+        static const double still[3] = {0};
         double *to = rate + motion_end_node(m, end) * MOTION_ROWS;
-        for (int row = 0; row < MOTION_ROWS; row++) {
-            to[row] = motion_is_held(m, motion_end_node(m, end), row) ? 0 : to[row];
+        motion_hold_part(m, end, still, still, to + MOTION_R, to + MOTION_V);
+        if (m->rod->ends[end].holds_rotation) {
+            memset(to + MOTION_Q, 0, 4 * sizeof *to);
+            memset(to + MOTION_W, 0, 3 * sizeof *to);
         }
     }
 }

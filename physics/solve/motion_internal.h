@@ -63,6 +63,7 @@ struct motion {
     solve_rest *rest;          /* [points] */
     solve_load *load;          /* [points] */
     solve_actuator *actuators; /* [points][those of the rod] */
+    solve_foundation *below;   /* [nodes] its stiffness times weights, summed over elements */
     solve_load *node_load;     /* [nodes] times weights, summed over elements */
     double *mass;              /* [nodes] rhoA likewise */
     double (*inertia)[3];      /* [nodes] rhoJ likewise */
@@ -103,6 +104,13 @@ void motion_set_nodes(motion *m, const double *state);
 
 /* Put there what the ends prescribe at the time. */
 void motion_hold_ends(motion *m);
+
+/* Into r and v at an end, as far as it holds them. */
+void motion_hold_part(const motion *m, int end, const double *position, const double *velocity,
+                      double *r, double *v);
+
+/* Energy of the foundation, of nodes that are set. */
+double motion_foundation_energy(const motion *m);
 
 /* From nodes that are set: strains, internal forces; outside forces. */
 void motion_internal_forces(motion *m);

@@ -18,6 +18,7 @@ typedef struct solve_functions {
     };
     formula *resistance; /* NULL: none */
     formula *actuators;  /* NULL: none */
+    formula *foundation; /* NULL: none */
     formula *jumps;      /* NULL: none */
 } solve_functions;
 
@@ -72,7 +73,8 @@ static ad_value record_load(const rod_context *rod, const rod_coefficients *c)
 static ad_value record_end(const rod_context *rod, int end, solve_end *kind)
 {
     rod_end_data data = rod_end_of(rod, end, rod->t);
-    *kind = (solve_end){.holds_position = data.holds_position,
+    const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
+    *kind = (solve_end){.hold = scene_hold_of(given),
                         .holds_rotation = data.holds_rotation,
                         .force_is_body = data.force_is_body,
                         .moment_is_body = !data.moment_is_world};
@@ -132,6 +134,12 @@ static ad_status record(solve_rod *rod, ad_error *error)
     }
     if (status == AD_OK && any_jumps) {
         status = solve_formula_create(jumps, 0, f->pool, &f->jumps, error);
+    }
+    rod->is_founded = rod_has_foundation(&rod->scene);
+    if (status == AD_OK && rod->is_founded) {
+        rod_foundation below = rod_foundation_of(&context);
+        status = solve_formula_create(STACK(below.stiffness, below.place), 0, f->pool,
+                                      &f->foundation, error);
     }
     ad_tape_free(tape);
     return status;
@@ -269,6 +277,7 @@ void solve_rod_free(solve_rod *rod)
         }
         solve_formula_free(f->resistance);
         solve_formula_free(f->actuators);
+        solve_formula_free(f->foundation);
         solve_formula_free(f->jumps);
         ad_pool_free(f->pool);
         solve_quadrature_free(rod->quadrature);
@@ -354,6 +363,12 @@ ad_status solve_rod_resistance(const solve_rod *rod, size_t n, const double *s, 
                                const double (*velocity)[3], double (*out)[3], ad_error *error)
 {
     return solve_formula_evaluate_of(rod->formula->resistance, n, s, t, velocity[0], out[0], error);
+}
+
+ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
+                               solve_foundation *out, ad_error *error)
+{
+    return solve_formula_evaluate(rod->formula->foundation, n, s, 0, (double *)out, error);
 }
 
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,

@@ -17,7 +17,8 @@
 
 /* What one end gives: position or force, rotation or moment. */
 typedef struct solve_end {
-    bool holds_position, holds_rotation;
+    scene_hold hold; /* of the position */
+    bool holds_rotation;
     bool force_is_body;  /* N(end) = R(q) force, else force */
     bool moment_is_body; /* m(end) = moment, else R(q)^T moment */
     bool moves;          /* false: what it gives is the same at all times */
@@ -55,6 +56,7 @@ typedef struct solve_rod {
     bool load_moves;    /* false: solve_load is the same at all times */
     bool rest_moves;    /* false: the rest shape is the same at all times */
     bool resists;       /* false: solve_rod_resistance is 0 everywhere */
+    bool is_founded;    /* false: it has no foundation */
     solve_end ends[2];  /* at s = 0 and 1 */
     int actuators;      /* tendons, then chambers */
     int lengths;        /* of them, whose length is given */
@@ -90,6 +92,11 @@ typedef struct solve_load {
     double force[3], moment[3];           /* world */
     double body_force[3], body_moment[3]; /* follower */
 } solve_load;
+
+/* The foundation at one s: f = -stiffness (r - place), world. */
+typedef struct solve_foundation {
+    double stiffness[3], place[3];
+} solve_foundation;
 
 /* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
  * ends (solve_extent). */
@@ -136,6 +143,10 @@ ad_status solve_rod_rests(const solve_rod *rod, size_t n, const double *s, const
                           solve_rest *out, ad_error *error);
 ad_status solve_rod_loads(const solve_rod *rod, size_t n, const double *s, const double *t,
                           solve_load *out, ad_error *error);
+
+/* Of rods with a foundation. */
+ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
+                               solve_foundation *out, ad_error *error);
 
 /* Of rods with actuators: out [n][actuators]. */
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,

@@ -6,30 +6,31 @@
 #include "physics/solve/actuation.h"
 #include "physics/solve/quaternion.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { ELEMENTS = STABILITY_POINTS };
 
-/* The second variation as a matrix: axes unknowns at every node; then those of nu, of the shift of
- * the end s = 0, and of each spring that resists displacements its own, x, and the force in it. */
+/* The unknowns of a node: turns about the directors `axis`, a displacement in the directors of the
+ * base, and the force in the element behind it, of which the last node has none. */
+enum { NODE = 9 };
+
+/* The second variation as a matrix of blocks, in which nodes meet their neighbours. */
 typedef struct variation {
     int axes, axis[3]; /* the rod turns about these directors */
     int dims;          /* components of a displacement: 2 or 3 */
-    bool pulls;        /* nu */
-    bool shifts;
-    int springs, spring[SCENE_SPRINGS_MAX]; /* of the scene */
-    int size;
-    double *matrix;                  /* [size][size], symmetric */
-    double stiffness[3][3];          /* K of the element, with that of tendons */
-    double softness[3][3];           /* C, the same */
-    double coupling[3][3];           /* of strains and curvatures, by tendons */
-    solve_actuator *actuators;       /* [elements][those of the rod], SI; NULL: none */
-    const solve_rod *rod;            /* where there are any */
-    double edge[ELEMENTS + 1];       /* m */
-    double step;                     /* length of the element at hand */
-    double place[SCENE_SPRINGS_MAX]; /* of the springs, m */
+    double (*own)[NODE][NODE];  /* [ELEMENTS + 1] symmetric */
+    double (*next)[NODE][NODE]; /* [ELEMENTS] rows of a node, columns of the one behind */
+    double base[3][3];          /* R where the rod begins */
+    double stiffness[3][3];     /* K of the element, with that of tendons */
+    double softness[3][3];      /* C, the same */
+    double coupling[3][3];      /* of strains and curvatures, by tendons */
+    solve_actuator *actuators;  /* [elements][those of the rod], SI; NULL: none */
+    const solve_rod *rod;       /* where there are any */
+    double edge[ELEMENTS + 1];  /* m */
+    double step;                /* length of the element at hand */
 } variation;
 
 /* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
@@ -113,26 +114,19 @@ static double middle(const double *edges, int k)
 
 /* ---- the rows of the matrix ----------------------------------------------------------------- */
 
-static int row_of_pull(const variation *x)
+static int row_of_turn(int node)
 {
-    return (ELEMENTS + 1) * x->axes;
+    return node * NODE;
 }
 
-static int row_of_shift(const variation *x)
+static int row_of_displacement(const variation *x, int node)
 {
-    return row_of_pull(x) + (x->pulls ? x->dims : 0);
+    return node * NODE + x->axes;
 }
 
-/* Of spring k its own displacement; its force follows. */
-static int row_of_spring(const variation *x, int k)
+static int row_of_force(const variation *x, int node)
 {
-    return row_of_shift(x) + (x->shifts ? x->dims : 0) + 2 * k * x->dims;
-}
-
-/* Lagrange's multipliers: each has a negative direction of its own. */
-static int multipliers(const variation *x)
-{
-    return x->dims * (x->pulls + x->springs);
+    return node * NODE + x->axes + x->dims;
 }
 
 /* The director of the base along which component j of a displacement is. */
@@ -141,11 +135,43 @@ static int displaced(const variation *x, int j)
     return x->axes == 1 && j >= x->axis[0] ? j + 1 : j; /* within the plane */
 }
 
+/* Of nodes that are the same or neighbours. */
 static void add_entry(variation *x, int row, int column, double value)
 {
-    x->matrix[row * x->size + column] += value;
-    if (row != column) {
-        x->matrix[column * x->size + row] += value;
+    int node = row / NODE, other = column / NODE;
+    if (node > other) {
+        add_entry(x, column, row, value);
+    } else if (node < other) {
+        x->next[node][row % NODE][column % NODE] += value;
+    } else {
+        x->own[node][row % NODE][column % NODE] += value;
+        x->own[node][column % NODE][row % NODE] += row == column ? 0 : value;
+    }
+}
+
+/* Stiffness K, in the world, against displacements of two nodes, or of one. */
+static void add_stiffness(variation *x, int node, int other, double K[3][3], double factor)
+{
+    for (int i = 0; i < x->dims; i++) {
+        for (int j = node == other ? i : 0; j < x->dims; j++) {
+            double sum = 0;
+            for (int v = 0; v < 3; v++) {
+                for (int w = 0; w < 3; w++) {
+                    sum += x->base[v][displaced(x, i)] * K[v][w] * x->base[w][displaced(x, j)];
+                }
+            }
+            add_entry(x, row_of_displacement(x, node) + i, row_of_displacement(x, other) + j,
+                      factor * sum);
+        }
+    }
+}
+
+static void along_axes(const double k[3], double K[3][3])
+{
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            K[i][j] = i == j ? k[i] : 0;
+        }
     }
 }
 
@@ -192,20 +218,6 @@ static double energy_of(const variation *x, const solve_state *state, const dire
            vector_dot(q->pull, pv);
 }
 
-/* A multiplier that acts on a share of an element. */
-static int add_pulls(const variation *x, int row, double share, const solve_state *state,
-                     const double base[4], direction *all)
-{
-    for (int j = 0; j < x->dims && share > 0; j++) {
-        all[j] = (direction){.place = row + j};
-        turned(base, state->rotation, displaced(x, j), all[j].pull);
-        for (int i = 0; i < 3; i++) {
-            all[j].pull[i] *= share;
-        }
-    }
-    return share > 0 ? x->dims : 0;
-}
-
 /* Director `axis`, in the frame before all joints, in that of the element: eta does not jump. */
 static void unturned(const double joints[4], int axis, double result[3])
 {
@@ -219,13 +231,13 @@ static void unturned(const double joints[4], int axis, double result[3])
 static void add_element(variation *x, int k, const solve_state *state, const double base[4],
                         const double joints[4])
 {
-    direction all[2 * 3 + 3 + 3 * SCENE_SPRINGS_MAX];
+    direction all[3 * 3];
     int count = 0;
     for (int side = 0; side < 2; side++) {
         for (int j = 0; j < x->axes; j++) {
             direction *d = &all[count++];
             double about[3];
-            *d = (direction){.place = (k + side) * x->axes + j};
+            *d = (direction){.place = row_of_turn(k + side) + j};
             unturned(joints, x->axis[j], about);
             for (int i = 0; i < 3; i++) {
                 d->eta[i] = 0.5 * about[i];
@@ -236,75 +248,52 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
             }
         }
     }
-    count += add_pulls(x, row_of_pull(x), x->pulls, state, base, all + count);
-    for (int i = 0; i < x->springs; i++) {
-        double share = fmin(1, (x->place[i] - x->edge[k]) / x->step);
-        int row = row_of_spring(x, i) + x->dims;
-        count += add_pulls(x, row, share, state, base, all + count);
+    for (int j = 0; j < x->dims; j++) {
+        direction *d = &all[count++];
+        *d = (direction){.place = row_of_force(x, k) + j};
+        turned(base, state->rotation, displaced(x, j), d->pull);
+        add_entry(x, d->place, row_of_displacement(x, k + 1) + j, 1);
+        add_entry(x, d->place, row_of_displacement(x, k) + j, -1);
     }
     for (int i = 0; i < count; i++) {
-        for (int j = 0; j < count; j++) {
-            x->matrix[all[i].place * x->size + all[j].place] +=
-                x->step * energy_of(x, state, &all[i], &all[j]);
+        for (int j = i; j < count; j++) {
+            add_entry(x, all[i].place, all[j].place,
+                      x->step * energy_of(x, state, &all[i], &all[j]));
         }
     }
 }
 
-static void hold_rotation(variation *x, int node)
-{
-    for (int j = 0; j < x->axes; j++) {
-        int place = node * x->axes + j;
-        for (int i = 0; i < x->size; i++) {
-            x->matrix[place * x->size + i] = x->matrix[i * x->size + place] = 0;
-        }
-        x->matrix[place * x->size + place] = 1;
-    }
-}
+/* ---- what holds the rod ---------------------------------------------------------------------- */
 
-static variation variation_of(const scene *rod_scene, const rod_plane *plane)
+/* An end is held by a spring that is stiff beyond all else; bending: of the rod. */
+static void hold_end(variation *x, const scene_end *end, int node, double bending)
 {
-    bool start = scene_end_holds_position(rod_scene->start.type);
-    bool end = scene_end_holds_position(rod_scene->end.type);
-    variation x = {.axes = plane->is_planar ? 1 : 3,
-                   .axis = {plane->is_planar ? plane->director : 0, 1, 2},
-                   .dims = plane->is_planar ? 2 : 3};
-    place_elements(rod_scene, x.edge);
-    for (int i = 0; i < rod_scene->spring_count; i++) {
-        if (quantity_any_something(3, rod_scene->springs[i].stiffness)) {
-            x.place[x.springs] = rod_scene->springs[i].at.number;
-            x.spring[x.springs++] = i;
-        }
-    }
-    x.shifts = x.springs > 0 && !start;
-    x.pulls = end && (start || x.springs > 0);
-    x.size = row_of_spring(&x, x.springs);
-    return x;
-}
-
-/* ---- springs --------------------------------------------------------------------------------- */
-
-/* 2 E += x.K x - 2 force.(displacement - x), with the displacement as far as it is the shift. */
-static void add_spring(variation *x, int k, const scene_spring *spring, const double base[4])
-{
-    double R[3][3], stiffness[3];
-    int own = row_of_spring(x, k), force = own + x->dims;
-    rotation_matrix(base, R);
+    static const double stiff = 1e12;
+    const scene_hold hold = scene_hold_of(end);
+    double length = x->edge[ELEMENTS], by_length = stiff * bending / length, K[3][3];
     for (int i = 0; i < 3; i++) {
-        stiffness[i] = quantity_number_or(spring->stiffness[i], 0);
+        double unit[3] = {i == 0, i == 1, i == 2};
+        scene_hold_part(&hold, unit, K[i]);
     }
-    for (int i = 0; i < x->dims; i++) {
-        for (int j = 0; j <= i; j++) {
-            double sum = 0;
-            for (int w = 0; w < 3; w++) {
-                sum += R[w][displaced(x, i)] * stiffness[w] * R[w][displaced(x, j)];
-            }
-            add_entry(x, own + i, own + j, sum);
-        }
-        add_entry(x, force + i, own + i, 1);
-        if (x->shifts) {
-            add_entry(x, force + i, row_of_shift(x) + i, -1);
-        }
+    add_stiffness(x, node, node, K, by_length / (length * length));
+    for (int j = 0; j < x->axes && scene_end_holds_rotation(end->type); j++) {
+        add_entry(x, row_of_turn(node) + j, row_of_turn(node) + j, by_length);
     }
+}
+
+/* On displacements that are linear within an element. */
+static void add_spring(variation *x, const scene_spring *spring)
+{
+    double place = spring->at.number, k[3], K[3][3];
+    int element = element_at(x, place);
+    double within = (place - x->edge[element]) / (x->edge[element + 1] - x->edge[element]);
+    for (int i = 0; i < 3; i++) {
+        k[i] = spring->stiffness[i].is_given ? spring->stiffness[i].number : 0;
+    }
+    along_axes(k, K);
+    add_stiffness(x, element, element, K, (1 - within) * (1 - within));
+    add_stiffness(x, element, element + 1, K, (1 - within) * within);
+    add_stiffness(x, element + 1, element + 1, K, within * within);
 }
 
 /* At s, in the element whose middle has the state: minus the change of its moment. */
@@ -334,7 +323,8 @@ static void add_turning(variation *x, solve_spring spring, const scene_spring *g
                 }
             }
             sum *= weight[i / x->axes] * weight[j / x->axes];
-            add_entry(x, k * x->axes + i, k * x->axes + j, sum);
+            add_entry(x, row_of_turn(k + i / x->axes) + i % x->axes,
+                      row_of_turn(k + j / x->axes) + j % x->axes, sum);
         }
     }
 }
@@ -389,17 +379,31 @@ static void joints_before(const scene *rod_scene, double s, double turn[4])
     }
 }
 
+/* Of displacements that are linear in each element. */
+static void add_foundation(variation *x, const scene *rod_scene)
+{
+    const quantity *given = rod_scene->loads.foundation;
+    for (int e = 0; e < ELEMENTS && given[0].is_given; e++) {
+        double k[3], K[3][3], share = (x->edge[e + 1] - x->edge[e]) / 6;
+        for (int i = 0; i < 3; i++) {
+            k[i] = quantity_value(given[i], middle(x->edge, e), 0);
+        }
+        along_axes(k, K);
+        add_stiffness(x, e, e, K, 2 * share);
+        add_stiffness(x, e, e + 1, K, share);
+        add_stiffness(x, e + 1, e + 1, K, 2 * share);
+    }
+}
+
 static ad_status add_springs(variation *x, const scene *rod_scene, const double *values,
-                             const double base[4], ad_error *error)
+                             ad_error *error)
 {
     solve_rod *rod = NULL;
     ad_status status = AD_OK;
-    for (int k = 0; k < x->springs; k++) {
-        add_spring(x, k, &rod_scene->springs[x->spring[k]], base);
-    }
     for (int i = 0; i < rod_scene->spring_count && status == AD_OK; i++) {
         const scene_spring *given = &rod_scene->springs[i];
         double joints[4];
+        add_spring(x, given);
         if (!quantity_any_something(3, given->turning)) {
             continue;
         }
@@ -419,31 +423,72 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
                           ad_error *error)
 {
     const scene_properties properties = scene_properties_of(rod_scene);
-    double base[4];
+    double base[4], bending = 0;
     for (int k = 0; k < ELEMENTS; k++) {
         solve_state state = state_in(values, k);
         double joints[4];
         if (k == 0) {
             memcpy(base, state.rotation, sizeof base);
+            rotation_matrix(base, x->base);
         }
         take_section(x, &properties, k);
+        for (int i = 0; i < x->axes; i++) {
+            bending = fmax(bending, x->stiffness[x->axis[i]][x->axis[i]]);
+        }
         if (x->actuators) {
             take_tendons(x, &state, k);
         }
         joints_before(rod_scene, middle(x->edge, k), joints);
         add_element(x, k, &state, base, joints);
     }
-    for (int i = 0; i < x->dims && x->shifts && x->pulls; i++) {
-        add_entry(x, row_of_pull(x) + i, row_of_shift(x) + i, -1);
+    for (int j = 0; j < x->dims; j++) { /* no element, no force: one direction, that counts */
+        add_entry(x, row_of_force(x, ELEMENTS) + j, row_of_force(x, ELEMENTS) + j, -1);
     }
-    ad_status status = add_springs(x, rod_scene, values, base, error);
-    if (scene_end_holds_rotation(rod_scene->start.type)) {
-        hold_rotation(x, 0);
+    for (int node = 0; node <= ELEMENTS; node++) { /* rows that a rod in a plane does not have */
+        for (int row = x->axes + 2 * x->dims; row < NODE; row++) {
+            x->own[node][row][row] = 1;
+        }
     }
-    if (scene_end_holds_rotation(rod_scene->end.type)) {
-        hold_rotation(x, ELEMENTS);
+    hold_end(x, &rod_scene->start, 0, bending);
+    hold_end(x, &rod_scene->end, ELEMENTS, bending);
+    add_foundation(x, rod_scene);
+    return add_springs(x, rod_scene, values, error);
+}
+
+/* How many negative directions there are, by elimination of one node after the other: the inertia
+ * of what is left of each block adds up (Haynsworth 1968). -1 where a block is singular. */
+static int negative_directions(const variation *x)
+{
+    int sum = 0, pivots[NODE];
+    double left[NODE][NODE], copy[NODE][NODE], solved[NODE][NODE];
+    memcpy(left, x->own[0], sizeof left);
+    for (int node = 0; node <= ELEMENTS; node++) {
+        memcpy(copy, left, sizeof copy);
+        sum += ad_dense_negative(NODE, copy[0], pivots);
+        if (node == ELEMENTS) {
+            break;
+        }
+        memcpy(copy, left, sizeof copy); /* symmetric: by columns as by rows */
+        for (int c = 0; c < NODE; c++) {
+            for (int r = 0; r < NODE; r++) {
+                solved[c][r] = x->next[node][r][c];
+            }
+        }
+        if (ad_dense_lu(NODE, copy[0], pivots) != 0) {
+            return -1;
+        }
+        ad_dense_lu_solve(NODE, NODE, copy[0], pivots, solved[0]);
+        for (int i = 0; i < NODE; i++) {
+            for (int j = 0; j <= i; j++) {
+                double taken = 0;
+                for (int r = 0; r < NODE; r++) {
+                    taken += x->next[node][r][i] * solved[j][r];
+                }
+                left[i][j] = left[j][i] = x->own[node + 1][i][j] - taken;
+            }
+        }
     }
-    return status;
+    return sum;
 }
 
 void stability_points(const scene *rod_scene, double *s)
@@ -465,12 +510,15 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     if (!is_asked(rod_scene, plane.is_planar)) {
         return AD_OK;
     }
-    variation x = variation_of(rod_scene, &plane);
-    x.matrix = calloc((size_t)x.size * (size_t)x.size, sizeof *x.matrix);
-    int *pivots = malloc((size_t)x.size * sizeof *pivots);
-    ad_status status = x.matrix && pivots ? AD_OK
-                                          : ad_fail(error, AD_NO_MEMORY,
-                                                    "out of memory for %d directions", x.size);
+    variation x = {.axes = plane.is_planar ? 1 : 3,
+                   .axis = {plane.is_planar ? plane.director : 0, 1, 2},
+                   .dims = plane.is_planar ? 2 : 3};
+    place_elements(rod_scene, x.edge);
+    x.own = calloc(ELEMENTS + 1, sizeof *x.own);
+    x.next = calloc(ELEMENTS, sizeof *x.next);
+    ad_status status = x.own && x.next ? ad_dense_load(error)
+                                       : ad_fail(error, AD_NO_MEMORY,
+                                                 "out of memory for %d elements", ELEMENTS);
     solve_rod *rod = NULL;
     if (status == AD_OK && rod_scene->tendon_count > 0) {
         double s[ELEMENTS];
@@ -480,10 +528,11 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     }
     status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {
-        *count = ad_dense_negative((size_t)x.size, x.matrix, pivots) - multipliers(&x);
+        int found = negative_directions(&x); /* each force has one of its own */
+        *count = found < 0 ? -1 : found - x.dims * (ELEMENTS + 1);
     }
-    free(pivots);
-    free(x.matrix);
+    free(x.own);
+    free(x.next);
     free(x.actuators);
     solve_rod_free(rod);
     return status;

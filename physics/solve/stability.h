@@ -26,17 +26,14 @@ void stability_points(const scene *rod_scene, double *s);
  *   2 E = int a.K a + m.(a x eta) - n.(eta x (eta x v)) - (eta x n).C (eta x n) ds,
  *
  * (where tendons pull, K and C with the second derivatives of their energy by strains, too,)
- * on piecewise linear eta, 0 where an end holds the rotation. Where both ends hold the position, a
- * constant nu changes N, for int R v to stay as it is:
+ * on piecewise linear eta. The displacement x is a field of its own, and nu, constant in each
+ * element, the force that changes N for int R v to follow it:
  *
- *   2 E -> 2 E - int 2 R^T nu.(eta x v - C (eta x n)) + R^T nu.C R^T nu ds,
+ *   2 E -> 2 E - int 2 R^T nu.(eta x v - C (eta x n)) + R^T nu.C R^T nu ds + 2 nu.(x2 - x1),
  *
- * and the count is that beyond one negative direction for each nu. A spring K at s_k has a nu of
- * its own up to there, the force in it, and the displacement x of its end,
- *
- *   2 E -> 2 E + x.K x + 2 nu.x,
- *
- * and one that turns minus the derivative of its moment. By signs of pivots (Sylvester).
+ * and the count is that beyond one negative direction for each nu. Springs and the foundation, K,
+ * add x.K x, one that turns minus the derivative of its moment; ends hold like springs that are
+ * very stiff. By signs of pivots (Sylvester).
  * AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);

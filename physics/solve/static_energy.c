@@ -11,6 +11,7 @@ typedef struct at_points {
     solve_section *sections;
     solve_load *load;
     solve_initial *unstressed;
+    solve_foundation *below;   /* of rods with a foundation */
     solve_rest *rest;          /* of rods with actuators, as the next */
     solve_actuator *actuators; /* [count][those of the rod] */
 } at_points;
@@ -22,6 +23,7 @@ static void points_free(at_points *p)
     free(p->sections);
     free(p->load);
     free(p->unstressed);
+    free(p->below);
     free(p->rest);
     free(p->actuators);
 }
@@ -49,7 +51,8 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     p->sections = malloc(n * sizeof *p->sections);
     p->load = malloc(n * sizeof *p->load);
     p->unstressed = malloc(n * sizeof *p->unstressed);
-    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed) {
+    p->below = calloc(n, sizeof *p->below);
+    if (!p->s || !p->weight || !p->sections || !p->load || !p->unstressed || !p->below) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
     static_system_points(system, p->s);
@@ -62,6 +65,9 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     ad_status status = solve_rod_sections(rod, n, p->s, p->sections, error);
     status = status == AD_OK ? solve_rod_load(rod, n, p->s, 0, p->load, error) : status;
     status = status == AD_OK ? solve_rod_initial(rod, n, p->s, p->unstressed, error) : status;
+    if (status == AD_OK && rod->is_founded) {
+        status = solve_rod_foundation(rod, n, p->s, p->below, error);
+    }
     return status == AD_OK && rod->actuators > 0 ? add_actuators(rod, p, error) : status;
 }
 
@@ -90,7 +96,7 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
-/* Half of the elastic force times strain, at a point; adds what actuators do to the work. */
+/* Half of the elastic force times strain, and of that of the foundation, at a point; adds what actuators do to the work. */
 static double density(const at_points *p, size_t i, const static_system *system, const double *y,
                       double *work)
 {
@@ -102,6 +108,8 @@ static double density(const at_points *p, size_t i, const static_system *system,
         *work += take_actuation(p, i, system, y, wrench);
     }
     for (int k = 0; k < 3; k++) {
+        double off = y[STATIC_R + k] - p->below[i].place[k];
+        sum += 0.5 * p->below[i].stiffness[k] * off * off;
         double force = wrench[k], moment = wrench[3 + k];
         sum += 0.5 * section->strain_compliance[k] * force * force;
         sum += 0.5 * section->curvature_compliance[k] * moment * moment;
@@ -139,7 +147,12 @@ static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, 
     if (status != AD_OK) {
         return status;
     }
-    if (!kind->holds_position && !is_zero(given.force)) {
+    if (kind->hold.directions < 3 && !is_zero(given.force)) {
+        double held[3];
+        scene_hold_part(&kind->hold, given.force, held); /* up to the support */
+        for (int i = 0; i < 3; i++) {
+            given.force[i] -= held[i];
+        }
         double sign = end ? 1 : -1;
         *work += kind->force_is_body
                      ? NAN

@@ -110,9 +110,10 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         solve_end_state at;
         status = solve_rod_end(rod, end, 0, &at, error);
-        force = fmax(force, rod->ends[end].holds_position ? 0 : norm(at.force));
+        const scene_hold *hold = &rod->ends[end].hold;
+        force = fmax(force, hold->directions == 3 ? 0 : norm(at.force));
         moment = fmax(moment, rod->ends[end].holds_rotation ? 0 : norm(at.moment));
-        held += rod->ends[end].holds_position;
+        held += hold->directions > 0;
     }
     single_loads single;
     status = status == AD_OK ? measure_jumps(rod, &single, error) : status;
@@ -144,8 +145,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     bool careful = path->may_buckle || path->perturbation != 0;
     path->longest = careful ? PERTURBED / path->size : path->last;
     path->turn = held_turn(rod);
-    path->wavenumber =
-        path->turn + along.curvature + moment + sqrt(force) + cbrt(spread) + couple + pull.winding;
+    double founded = pow(rod_numbers_of(&rod->scene).foundation / 4, 0.25); /* Hetenyi's */
+    path->wavenumber = path->turn + along.curvature + moment + sqrt(force) + cbrt(spread) + couple +
+                       pull.winding + founded;
     return AD_OK;
 }
 
@@ -156,7 +158,7 @@ ad_status static_path_shape(const solve_rod *rod, const solve_settings *settings
     given.motion = SCENE_AUTOMATIC;
     rod_plane plane = rod_plane_of(&given);
     const solve_end *ends = rod->ends;
-    bool squeezed = ends[0].holds_position && ends[1].holds_position;
+    bool squeezed = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
     *path = (path_shape){.known = scene_is_manufactured(&rod->scene),
                          .first = scene_is_imperfect(&rod->scene) ? -1 : 0,
                          .last = settings->perturbation == 0 ? 1 : 2,

@@ -171,11 +171,16 @@ void static_rate(const static_point *at, const double *y, double *rate,
         rate[STATIC_Q + i] = (left[0] * u[0] + left[1] * u[1] + left[2] * u[2]) / 2;
     }
     for (int i = 0; i < 3; i++) {
-        rate[STATIC_N + i] = -at->load.force[i] - body[i];
+        const solve_foundation *below = at->foundation;
+        double pull = below ? below->stiffness[i] * (y[STATIC_R + i] - below->place[i]) : 0;
+        rate[STATIC_N + i] = pull - at->load.force[i] - body[i];
         rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
     }
     if (jacobian) {
         differentiate(at, y, &x, jacobian);
+        for (int i = 0; i < 3 && at->foundation; i++) {
+            jacobian[STATIC_N + i][STATIC_R + i] = at->foundation->stiffness[i];
+        }
     }
 }
 
@@ -222,6 +227,27 @@ static void add_difference(const double *given, int turn, int first, const doubl
     }
 }
 
+/* Three rows of the position and three of the force, each as far as the end holds or frees it. */
+static void add_hold(const scene_hold *hold, double values[2][3], double by_y[2][3][STATIC_ROWS],
+                     double *rows, double (*jacobian)[STATIC_ROWS])
+{
+    double held[2][3];
+    scene_hold_part(hold, values[0], held[0]);
+    scene_hold_part(hold, values[1], held[1]);
+    for (int i = 0; i < 3; i++) {
+        rows[i] = held[0][i] + values[1][i] - held[1][i];
+    }
+    for (int c = 0; c < STATIC_ROWS; c++) {
+        const double moved[3] = {by_y[0][0][c], by_y[0][1][c], by_y[0][2][c]};
+        const double pulled[3] = {by_y[1][0][c], by_y[1][1][c], by_y[1][2][c]};
+        scene_hold_part(hold, moved, held[0]);
+        scene_hold_part(hold, pulled, held[1]);
+        for (int i = 0; i < 3; i++) {
+            jacobian[i][c] = held[0][i] + pulled[i] - held[1][i];
+        }
+    }
+}
+
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
                          double (*jacobian)[STATIC_ROWS])
 {
@@ -229,11 +255,10 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
     int count = end ? STATIC_END_ROWS : STATIC_START_ROWS;
     memset(rows, 0, (size_t)count * sizeof *rows);
     memset(jacobian, 0, (size_t)count * sizeof *jacobian);
-    if (at->kind.holds_position) {
-        add_difference(at->position, 0, STATIC_R, y, rows, jacobian);
-    } else {
-        add_difference(at->force, at->kind.force_is_body, STATIC_N, y, rows, jacobian);
-    }
+    double values[2][3] = {{0}}, by_y[2][3][STATIC_ROWS] = {{{0}}};
+    add_difference(at->position, 0, STATIC_R, y, values[0], by_y[0]);
+    add_difference(at->force, at->kind.force_is_body, STATIC_N, y, values[1], by_y[1]);
+    add_hold(&at->kind.hold, values, by_y, rows, jacobian);
     if (at->kind.holds_rotation) {
         add_turn(at->rotation, q, ones, rows + 3, jacobian + 3);
     } else {

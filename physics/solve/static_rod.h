@@ -19,6 +19,7 @@ enum { STATIC_START_ROWS = 7, STATIC_END_ROWS = 6 }; /* conditions at s = 0, 1 *
 typedef struct static_point {
     solve_rest rest;
     solve_load load;
+    const solve_foundation *foundation;                     /* NULL: none */
     const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
     solve_actuation actuation;
 } static_point;

@@ -53,7 +53,7 @@ static void add_point(sums *sum, double lever, double weight, const solve_sectio
 static ad_status add_points(const solve_rod *rod, int n, const double *s, const double *weight,
                             sums *sum, ad_error *error)
 {
-    bool start = rod->ends[0].holds_position, end = rod->ends[1].holds_position;
+    bool start = rod->ends[0].hold.directions > 0, end = rod->ends[1].hold.directions > 0;
     solve_section sections[SAMPLES];
     solve_rest rest[SAMPLES];
     solve_load load[SAMPLES];

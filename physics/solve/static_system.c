@@ -44,6 +44,7 @@ void static_system_free(static_system *x)
         free(x->axial);
         free(x->rest);
         free(x->load);
+        free(x->below);
         free(x->actuators);
         free(x->rate);
         free(x->by_y);
@@ -75,6 +76,7 @@ static bool allocate(static_system *x)
     x->axial = malloc(points * sizeof *x->axial);
     x->rest = malloc(points * sizeof *x->rest);
     x->load = malloc(points * sizeof *x->load);
+    x->below = malloc(points * sizeof *x->below);
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
     x->rate = malloc(points * ROWS * sizeof *x->rate);
     x->by_y = malloc(points * sizeof *x->by_y);
@@ -87,7 +89,7 @@ static bool allocate(static_system *x)
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
-           x->axial && x->rest && x->load && x->actuators && x->rate && x->by_y && x->across &&
+           x->axial && x->rest && x->load && x->below && x->actuators && x->rate && x->by_y && x->across &&
            x->factor && x->pivots && x->by_start && x->inner && x->band && x->band_pivots &&
            x->right;
 }
@@ -210,6 +212,9 @@ static ad_status set_points(static_system *x, ad_error *error)
     }
     status = status == AD_OK ? solve_rod_rest(x->rod, count, x->points, 0, x->rest, error) : status;
     status = status == AD_OK ? solve_rod_load(x->rod, count, x->points, 0, x->load, error) : status;
+    if (status == AD_OK && x->rod->is_founded) {
+        status = solve_rod_foundation(x->rod, count, x->points, x->below, error);
+    }
     return status == AD_OK && x->rod->actuators > 0
                ? solve_rod_actuators(x->rod, count, x->points, 0, x->actuators, error)
                : status;

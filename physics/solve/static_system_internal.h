@@ -21,6 +21,7 @@ struct static_system {
     double *axial;             /* [elements][stages] axial compliance without it */
     solve_rest *rest;          /* the same points */
     solve_load *load;          /* the same, at full load */
+    solve_foundation *below;   /* the same points; of rods with a foundation */
     solve_actuator *actuators; /* [elements][stages][those of the rod], at full load */
     static_end full[2];        /* at full load */
     static_end bare[2];        /* unstressed */

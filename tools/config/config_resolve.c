@@ -65,7 +65,7 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
 {
     bool exact = scene_is_manufactured(&experiment->scene);
     bool beam = scene_is_beam(&experiment->scene); /* has deflections, not positions */
-    bool position = scene_end_holds_position(end->type);
+    bool position = scene_end_is_placed(end->type);
     bool rotation = scene_end_holds_rotation(end->type);
     char path[CONFIG_PATH_MAX];
     const struct {

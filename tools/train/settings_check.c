@@ -165,6 +165,9 @@ static const char *common_obstacle(const scene *rod_scene)
         loads->moment[0].is_given) {
         return "needs a rod without gravity and distributed loads";
     }
+    if (quantity_any_something(3, loads->foundation)) {
+        return "needs a rod without a foundation";
+    }
     if (rod_scene->point_count + rod_scene->body_count + rod_scene->spring_count +
             rod_scene->tendon_count + rod_scene->chamber_count >
         0) {
