@@ -38,7 +38,6 @@ static ad_value rod_record_compliance(ad_value x, double unit)
 }
 
 static const rod_ratio ROD_DIVIDE = {rod_divide, rod_record_divide};
-static const rod_ratio ROD_STIFFNESS = {rod_stiffness, rod_record_divide};
 static const rod_ratio ROD_COMPLIANCE = {rod_compliance, rod_record_compliance};
 
 static ad_value rod_record_ratio(const rod_context *rod, rod_ratio ratio, quantity q, double unit)
@@ -48,6 +47,14 @@ static ad_value rod_record_ratio(const rod_context *rod, rod_ratio ratio, quanti
         return ad_scalar(rod->tape, ratio.number(number, unit));
     }
     return ratio.record(rod_quantity(rod, q, rod->s, rod->t), unit);
+}
+
+/* A stiffness that is infinite in some segments is 0 there, as one that is so all along. */
+static ad_value rod_record_stiffness(ad_value x, double unit)
+{
+    static const double beyond = 1e300;
+    ad_value excess = ad_sub(x, ad_scalar(x.tape, beyond));
+    return ad_select(excess, ad_scalar(x.tape, 0), rod_record_divide(x, unit));
 }
 
 /* [3] */
@@ -103,14 +110,17 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         weight[i] = quantity_scale(pull, length);
     }
     const scene_rest rest = scene_rest_of(given);
+    const rod_ratio stiffness =
+        scene_locks_somewhere(given) ? (rod_ratio){rod_stiffness, rod_record_stiffness}
+                                     : (rod_ratio){rod_stiffness, rod_record_divide};
     ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
     return (rod_coefficients){
         .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
         .curvature_compliance =
             rod_ratios(rod, ROD_COMPLIANCE, properties->curvature_stiffness, bending),
-        .strain_stiffness = rod_ratios(rod, ROD_STIFFNESS, properties->strain_stiffness, force),
+        .strain_stiffness = rod_ratios(rod, stiffness, properties->strain_stiffness, force),
         .curvature_stiffness =
-            rod_ratios(rod, ROD_STIFFNESS, properties->curvature_stiffness, bending),
+            rod_ratios(rod, stiffness, properties->curvature_stiffness, bending),
         .strain_damping = rod_ratios(rod, ROD_DIVIDE, strain_damping, force),
         .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
         .mass = rod_mass(rod),

@@ -84,10 +84,11 @@ scene_range scene_range_of(const scene *rod_scene, quantity q)
     return range;
 }
 
-/* By the midpoint rule in every piece; one number for many does not need to be the exact mean. */
+/* By the midpoint rule in every piece; one number for many does not need to be the exact mean.
+ * Pieces in which it is infinite are left out, unless all are. */
 static double scene_average(const scene *rod_scene, quantity q, bool of_logarithm)
 {
-    double sum = 0, length = scene_length(rod_scene);
+    double sum = 0, length = 0;
     for (int k = 0; k < scene_pieces(rod_scene); k++) {
         scene_piece piece = scene_piece_of(rod_scene, k);
         double span = piece.to - piece.from, share = 0;
@@ -96,9 +97,12 @@ static double scene_average(const scene *rod_scene, quantity q, bool of_logarith
             double value = quantity_value(q, s, 0);
             share += (of_logarithm ? log(value) : value) / SCENE_MEAN_SAMPLES;
         }
-        sum += share * (span / length);
+        if (!isinf(share)) {
+            sum += share * span;
+            length += span;
+        }
     }
-    return sum;
+    return length > 0 ? sum / length : INFINITY;
 }
 
 double scene_mean_stiffness(const scene *rod_scene, quantity stiffness)
@@ -154,10 +158,26 @@ void scene_hold_part(const scene_hold *hold, const double x[3], double part[3])
 
 bool scene_locks_strains(const scene *rod_scene)
 {
-    scene_properties properties = scene_properties_of(rod_scene);
-    const quantity *stiffness = properties.strain_stiffness;
-    return !scene_is_beam(rod_scene) &&
-           (scene_locks(stiffness[0]) || scene_locks(stiffness[1]) || scene_locks(stiffness[2]));
+    bool locks = false;
+    for (int i = 0; i < scene_pieces(rod_scene) && !scene_is_beam(rod_scene); i++) {
+        const scene_piece piece = scene_piece_of(rod_scene, i);
+        const scene_properties properties = scene_rod_properties(&piece.rod);
+        for (int k = 0; k < 3; k++) {
+            locks = locks || scene_locks(properties.strain_stiffness[k]);
+        }
+    }
+    return locks;
+}
+
+bool scene_locks_somewhere(const scene *rod_scene)
+{
+    bool locks = false;
+    for (int i = 0; i < scene_pieces(rod_scene); i++) {
+        const scene_piece piece = scene_piece_of(rod_scene, i);
+        const scene_properties properties = scene_rod_properties(&piece.rod);
+        locks = locks || scene_is_locked(&properties);
+    }
+    return locks;
 }
 
 bool scene_has_displaced_tendons(const scene *rod_scene)

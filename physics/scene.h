@@ -355,8 +355,10 @@ scene_rest scene_rod_rest(const scene_rod *rod);
 /* Whether a tendon is given by its displacement, so that its tension is not known. */
 bool scene_has_displaced_tendons(const scene *rod_scene);
 
-/* Whether any stiffness is infinite: that strain has no constitutive law. */
+/* Whether any stiffness is infinite: that strain has no constitutive law. Of the properties of one
+ * piece, as those of several may be infinite in some of them; and of a scene, in any piece. */
 bool scene_is_locked(const scene_properties *properties);
+bool scene_locks_somewhere(const scene *rod_scene);
 
 /* In m and s; 0 for a static scene. */
 static inline double scene_length(const scene *rod_scene)
@@ -399,7 +401,7 @@ scene_range scene_range_of(const scene *rod_scene, quantity q);
 scene_range scene_range_within(const scene *rod_scene, quantity q, double from, double to);
 
 /* One number for what varies along the rod, at t = 0, by a few samples: of a stiffness, which may
- * vary by powers of ten, the geometric mean, of anything else the mean. */
+ * vary by powers of ten, the geometric mean of where it is finite, of anything else the mean. */
 double scene_mean_stiffness(const scene *rod_scene, quantity stiffness);
 double scene_mean(const scene *rod_scene, quantity q);
 

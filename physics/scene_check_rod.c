@@ -91,6 +91,19 @@ static ad_status check_stiffness_row(const scene_checker *check, const stiffness
     return found || row->locked ? AD_OK : check_derived_stiffness(check, row);
 }
 
+/* Some piece has to bend. */
+static bool bends_somewhere(const scene *given)
+{
+    bool bends = false;
+    for (int i = 0; i < scene_pieces(given); i++) {
+        const scene_piece piece = scene_piece_of(given, i);
+        const scene_properties properties = scene_rod_properties(&piece.rod);
+        bends = bends || !scene_locks(properties.curvature_stiffness[0]) ||
+                !scene_locks(properties.curvature_stiffness[1]);
+    }
+    return bends;
+}
+
 static ad_status check_stiffness(const scene_checker *check)
 {
     const scene_rod *rod = &check->piece->rod;
@@ -112,10 +125,9 @@ static ad_status check_stiffness(const scene_checker *check)
     }
     scene_properties properties = scene_rod_properties(&check->piece->rod);
     bool locked = scene_is_locked(&properties);
-    if (scene_locks(properties.curvature_stiffness[0]) &&
-        scene_locks(properties.curvature_stiffness[1])) {
+    if (!bends_somewhere(check->scene)) {
         return scene_refuse(check, "rod.stiffness.bending",
-                            "at least one of the two must be finite");
+                            "at least one of the two must be finite, of segments in one at least");
     }
     if (locked && check->scene->formulation == SCENE_DISPLACEMENT) {
         return scene_refuse(check, "formulation",
@@ -226,6 +238,7 @@ static ad_status check_units(const scene_checker *check)
     for (int i = 0; i < 2; i++) {
         bending[i] = scene_check_range(check, properties.curvature_stiffness[i]);
     }
+    double softest = fmin(bending[0].low, bending[1].low); /* infinite: locked here */
     const struct {
         const char *key, *what, *unit;
         double value, low, high;
@@ -234,7 +247,7 @@ static ad_status check_units(const scene_checker *check)
         {odd_material ? "rod.material.youngs_modulus"
          : made       ? "rod.section"
                       : "rod.stiffness.bending",
-         "bending stiffness", "N m^2", fmin(bending[0].low, bending[1].low), 1e-60, 1e60},
+         "bending stiffness", "N m^2", isinf(softest) ? 1 : softest, 1e-60, 1e60},
         {rod->mass_per_length.is_given ? "rod.inertia.mass_per_length" : "rod.material.density",
          "mass", "kg/m", dynamic ? scene_mean(check->scene, properties.mass_per_length) : 1, 1e-60,
          1e60},
@@ -253,24 +266,21 @@ static ad_status check_units(const scene_checker *check)
     return AD_OK;
 }
 
-/* A strain is locked all along, or nowhere. */
+/* A strain of a beam is locked all along, or nowhere. */
 static ad_status check_locks(const scene_checker *check)
 {
     scene_piece first = scene_piece_of(check->scene, 0);
     const scene_properties before = scene_rod_properties(&first.rod);
     const scene_properties here = scene_rod_properties(&check->piece->rod);
-    static const char *const keys[] = {"rod.stiffness.shear", "rod.stiffness.axial",
-                                       "rod.stiffness.bending", "rod.stiffness.torsion"};
-    for (int i = 0; i < 6; i++) {
-        const quantity *a = i < 3 ? before.strain_stiffness : before.curvature_stiffness;
-        const quantity *b = i < 3 ? here.strain_stiffness : here.curvature_stiffness;
-        if (scene_locks(a[i % 3]) != scene_locks(b[i % 3])) {
-            return scene_refuse(check, keys[i / 3 * 2 + i % 3 / 2],
-                                "locks a strain in some segments and not in others; allowed: .inf "
-                                "in all of them, or a large number");
-        }
-    }
-    return AD_OK;
+    bool shear =
+        scene_locks(before.strain_stiffness[1]) != scene_locks(here.strain_stiffness[1]);
+    bool bending =
+        scene_locks(before.curvature_stiffness[0]) != scene_locks(here.curvature_stiffness[0]);
+    return scene_is_beam(check->scene) && (shear || bending)
+               ? scene_refuse(check, shear ? "rod.stiffness.shear" : "rod.stiffness.bending",
+                              "is infinite in some segments of a beam and not in others; allowed: "
+                              ".inf in all of them, or a large number")
+               : AD_OK;
 }
 
 static ad_status check_piece(const scene_checker *check)

@@ -230,8 +230,7 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
                              ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
-    const scene_properties properties = scene_properties_of(&at->rod->scene);
-    const double finest = scene_is_locked(&properties) ? 1e-8 : 1e-12, of_time = 0.25;
+    const double finest = scene_locks_somewhere(&at->rod->scene) ? 1e-8 : 1e-12, of_time = 0.25;
     double *steps = &at->by.tolerance;
     bool failed = false;
     ad_status status = AD_OK;

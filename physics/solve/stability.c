@@ -31,6 +31,7 @@ typedef struct variation {
     const solve_rod *rod;       /* where there are any */
     double edge[ELEMENTS + 1];  /* m */
     double step;                /* length of the element at hand */
+    double typical;             /* bending stiffness of the rod */
 } variation;
 
 /* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
@@ -265,12 +266,12 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
 
 /* ---- what holds the rod ---------------------------------------------------------------------- */
 
-/* An end is held by a spring that is stiff beyond all else; bending: of the rod. */
-static void hold_end(variation *x, const scene_end *end, int node, double bending)
+/* An end is held by a spring that is stiff beyond all else. */
+static void hold_end(variation *x, const scene_end *end, int node)
 {
     static const double stiff = 1e12;
     const scene_hold hold = scene_hold_of(end);
-    double length = x->edge[ELEMENTS], by_length = stiff * bending / length, K[3][3];
+    double length = x->edge[ELEMENTS], by_length = stiff * x->typical / length, K[3][3];
     for (int i = 0; i < 3; i++) {
         double unit[3] = {i == 0, i == 1, i == 2};
         scene_hold_part(&hold, unit, K[i]);
@@ -338,8 +339,10 @@ static void take_section(variation *x, const scene_properties *p, int k)
     for (int i = 0; i < 3; i++) {
         bending[i] = quantity_value(p->curvature_stiffness[i], s, 0);
     }
+    double soft = fmin(bending[0], bending[1]);
+    soft = isfinite(soft) ? soft : x->typical;
     for (int i = 0; i < 3; i++) { /* a locked curvature is a very stiff one */
-        x->stiffness[i][i] = fmin(bending[i], 1e6 * fmin(bending[0], bending[1]));
+        x->stiffness[i][i] = fmin(bending[i], 1e6 * soft);
         x->softness[i][i] = 1 / quantity_value(p->strain_stiffness[i], s, 0);
     }
 }
@@ -423,7 +426,8 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
                           ad_error *error)
 {
     const scene_properties properties = scene_properties_of(rod_scene);
-    double base[4], bending = 0;
+    double base[4];
+    x->typical = rod_scales_of(rod_scene).moment * scene_length(rod_scene);
     for (int k = 0; k < ELEMENTS; k++) {
         solve_state state = state_in(values, k);
         double joints[4];
@@ -432,9 +436,6 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
             rotation_matrix(base, x->base);
         }
         take_section(x, &properties, k);
-        for (int i = 0; i < x->axes; i++) {
-            bending = fmax(bending, x->stiffness[x->axis[i]][x->axis[i]]);
-        }
         if (x->actuators) {
             take_tendons(x, &state, k);
         }
@@ -449,8 +450,8 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
             x->own[node][row][row] = 1;
         }
     }
-    hold_end(x, &rod_scene->start, 0, bending);
-    hold_end(x, &rod_scene->end, ELEMENTS, bending);
+    hold_end(x, &rod_scene->start, 0);
+    hold_end(x, &rod_scene->end, ELEMENTS);
     add_foundation(x, rod_scene);
     return add_springs(x, rod_scene, values, error);
 }
