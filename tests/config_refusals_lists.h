@@ -31,9 +31,6 @@ static const refusal list_refusals[] = {
      NULL,
      "scene.yaml:4:27: segments[1].stiffness.shear: is given under rod, in place of what follows "
      "from the section and material of this piece; give it here, too, or not there"},
-    {BASE "segments: [{length: 0.5}, {length: 0.5, stiffness: {torsion: .inf}}]\n", NULL,
-     "scene.yaml:4:62: segments[1].stiffness.torsion: locks a strain in some segments and not in "
-     "others; allowed: .inf in all of them, or a large number"},
     {BASE "segments: [{length: 0.5}, {length: 0.5, stiffness: {axial: \"s - 0.7\"}}]\n", NULL,
      "scene.yaml:4:60: segments[1].stiffness.axial: must be > 0; .inf locks that strain"},
     {BASE

@@ -157,13 +157,44 @@ static const refusal scene_refusals[] = {
     {BASE "boundary: {end: {type: free, position: [0, 0, 1]}}\n", NULL,
      "scene.yaml:4:40: boundary.end.position: is not held by an end of this type; leave it out, or "
      "take clamped, pinned (position) or driven"},
+    {BASE "boundary: {end: {type: roller, position: [0, 0, 1]}}\n", NULL,
+     "scene.yaml:4:17: boundary.end.along: missing; a roller slides along a direction, or across "
+     "one; say pinned for none, free for all"},
+    {BASE "boundary: {end: {type: roller, position: [0, 0, 1], along: [0, 0, 0]}}\n", NULL,
+     "scene.yaml:4:60: boundary.end.along: is zero; allowed: a direction that is not zero"},
+    {BASE "boundary: {end: {type: roller, along: [1, 0, 0]}}\n", NULL,
+     "scene.yaml:4:17: boundary.end.position: missing; the type of this end needs it"},
+    {BASE "boundary: {end: {type: roller, position: [0, 0, 1], along: [1, 0, 0], "
+          "across: [1, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:4:79: boundary.end.across: given beside along, and an end slides in one way; "
+     "allowed: one of the two"},
+    {BASE "boundary: {end: {type: clamped, position: [0, 0, 1], rotation: [1, 0, 0, 0], "
+          "along: [1, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:4:86: boundary.end.along: says how an end slides, and this one does not; allowed "
+     "for it: an end of type guided or roller"},
+    {BASE "boundary: {end: {type: guided, position: [0, 0, 1], rotation: [1, 0, 0, 0]}}\n"
+          "loads: {tip: {moment: [1, 0, 0]}}\n",
+     NULL,
+     "scene.yaml:5:23: loads.tip.moment: acts on an end that does not turn; allowed: a force, or "
+     "an end of type loaded or roller"},
+    {BASE "boundary: {start: {type: roller, along: [0, 0, 1]}, "
+          "end: {type: roller, along: [0, 0, 1], position: [0, 0, 1]}}\n",
+     NULL,
+     "scene.yaml:4:11: boundary: the ends leave this static rod free to move as a whole: all that "
+     "slides can do so at once; hold one of them in this direction"},
+    {BASE "loads: {foundation: [1, -1, 0]}\n", NULL,
+     "scene.yaml:4:21: loads.foundation: must be finite and >= 0"},
     {BASE "boundary: {start: {type: free}}\n", NULL,
      "scene.yaml:4:11: boundary: nothing holds the rod, so a static scene leaves its position and "
      "rotation open; clamp one end"},
     {BASE "boundary: {start: {type: pinned}}\n", NULL,
      "scene.yaml:4:11: boundary: one pinned end leaves the rotation of a static rod open; clamp "
      "one end"},
-    {BASE "boundary: {start: {type: pinned}, end: {type: pinned, position: [0, 0, 1]}}\n", NULL,
+    {BASE "boundary: {start: {type: pinned}, end: {type: pinned, position: [0, 0, 1]}}\n"
+          "motion: spatial\n",
+     NULL,
      "scene.yaml:4:11: boundary: two pinned ends leave this static rod free to spin about the line "
      "between them; give gravity or a dead distributed load across it, or clamp one end"},
     {KIRCHHOFF "boundary: {end: {type: pinned, position: [0.8, 0, 0.7]}}\n", NULL,
