@@ -110,17 +110,16 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
         weight[i] = quantity_scale(pull, length);
     }
     const scene_rest rest = scene_rest_of(given);
-    const rod_ratio stiffness =
-        scene_locks_somewhere(given) ? (rod_ratio){rod_stiffness, rod_record_stiffness}
-                                     : (rod_ratio){rod_stiffness, rod_record_divide};
+    const rod_ratio stiffness = scene_locks_somewhere(given)
+                                    ? (rod_ratio){rod_stiffness, rod_record_stiffness}
+                                    : (rod_ratio){rod_stiffness, rod_record_divide};
     ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
     return (rod_coefficients){
         .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
         .curvature_compliance =
             rod_ratios(rod, ROD_COMPLIANCE, properties->curvature_stiffness, bending),
         .strain_stiffness = rod_ratios(rod, stiffness, properties->strain_stiffness, force),
-        .curvature_stiffness =
-            rod_ratios(rod, stiffness, properties->curvature_stiffness, bending),
+        .curvature_stiffness = rod_ratios(rod, stiffness, properties->curvature_stiffness, bending),
         .strain_damping = rod_ratios(rod, ROD_DIVIDE, strain_damping, force),
         .curvature_damping = rod_ratios(rod, ROD_DIVIDE, curvature_damping, scale->moment),
         .mass = rod_mass(rod),

@@ -25,13 +25,7 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
     bool moves = data.hold.directions > 0, turns = data.holds_rotation;
     ad_value away = rod_hold_part(rod, &data.hold, ad_sub(data.position, initial.position));
     ad_value faster = rod_hold_part(rod, &data.hold, ad_sub(velocity, initial.velocity));
-    list[0] = (rod_mismatch){"initial.position",
-                             "position",
-                             "m",
-                             length,
-                             moves,
-                             false,
-                             away};
+    list[0] = (rod_mismatch){"initial.position", "position", "m", length, moves, false, away};
     list[1] = (rod_mismatch){"initial.rotation",
                              "rotation",
                              "rad",
@@ -39,13 +33,8 @@ static void rod_mismatches(const rod_context *rod, int end, rod_mismatch *list)
                              turns,
                              true,
                              rod_rate(initial.rotation, data.rotation)};
-    list[2] = (rod_mismatch){"initial.velocity",
-                             "velocity",
-                             "m/s",
-                             length / time,
-                             moves,
-                             false,
-                             faster};
+    list[2] =
+        (rod_mismatch){"initial.velocity", "velocity", "m/s", length / time, moves, false, faster};
     list[3] = (rod_mismatch){
         "initial.angular_velocity", "angular velocity", "1/s", 1 / time, turns, false,
         ad_sub(spin, initial.spin)};

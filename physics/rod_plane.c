@@ -87,7 +87,7 @@ static bool plane_is_used(const scene *rod_scene, const scene_field *field)
     const bool given = scene_field_of(rod_scene, field)->is_given;
     switch (field->part) {
     case SCENE_OF_START:
-        return turns                                       ? scene_end_holds_rotation(start)
+        return turns                                      ? scene_end_holds_rotation(start)
                : field->geometry == SCENE_POSITION_VECTOR ? scene_end_is_placed(start)
                                                           : given; /* how it slides */
     case SCENE_OF_END:

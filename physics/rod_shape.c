@@ -381,8 +381,9 @@ int rod_shape_anchor(const scene *rod_scene)
     return !scene_end_holds_rotation(start) && (scene_end_holds_rotation(end) || end_places);
 }
 
-/* Two ends that are held and turn freely: the smallest rotation that turns the line between the ends of the unloaded rod
- * to the line between the two points; else, or without such lines, none. */
+/* Two ends that are held and turn freely: the smallest rotation that turns the line between the
+ * ends of the unloaded rod to the line between the two points; else, or without such lines, none.
+ */
 void rod_shape_upright(const scene *rod_scene, double q[4])
 {
     double chord[3], side[3];

@@ -291,9 +291,8 @@ static void hold_place(held *holds, const scene_hold *hold, const double r[3])
     for (int i = 0; i < 3 && hold->directions > 0; i++) {
         double e[3], unit[3] = {i == 0, i == 1, i == 2};
         scene_hold_part(hold, unit, e);
-        hold_row(holds,
-                 (double[6]){e[0], e[1], e[2], r[1] * e[2] - r[2] * e[1], r[2] * e[0] - r[0] * e[2],
-                             r[0] * e[1] - r[1] * e[0]});
+        hold_row(holds, (double[6]){e[0], e[1], e[2], r[1] * e[2] - r[2] * e[1],
+                                    r[2] * e[0] - r[0] * e[2], r[0] * e[1] - r[1] * e[0]});
     }
     holds->places += hold->directions > 0;
 }

@@ -127,7 +127,7 @@ static ad_status check_stiffness(const scene_checker *check)
     bool locked = scene_is_locked(&properties);
     if (!bends_somewhere(check->scene)) {
         return scene_refuse(check, "rod.stiffness.bending",
-                            "at least one of the two must be finite, of segments in one at least");
+                            "at least one of the two must be finite");
     }
     if (locked && check->scene->formulation == SCENE_DISPLACEMENT) {
         return scene_refuse(check, "formulation",
@@ -272,8 +272,7 @@ static ad_status check_locks(const scene_checker *check)
     scene_piece first = scene_piece_of(check->scene, 0);
     const scene_properties before = scene_rod_properties(&first.rod);
     const scene_properties here = scene_rod_properties(&check->piece->rod);
-    bool shear =
-        scene_locks(before.strain_stiffness[1]) != scene_locks(here.strain_stiffness[1]);
+    bool shear = scene_locks(before.strain_stiffness[1]) != scene_locks(here.strain_stiffness[1]);
     bool bending =
         scene_locks(before.curvature_stiffness[0]) != scene_locks(here.curvature_stiffness[0]);
     return scene_is_beam(check->scene) && (shear || bending)

@@ -263,7 +263,7 @@ static const refusal refusals[] = {
      "for powers"},
     {BASE "boundary: {start: {type: held}}\n", NULL,
      "scene.yaml:4:26: boundary.start.type: is held; allowed: one of clamped, pinned, free, "
-     "loaded, driven"},
+     "loaded, driven, guided, roller"},
     {BASE "rod: {}\n", NULL, "scene.yaml:4:1: rod: is given twice in this section; allowed: once"},
     {BASE "radius: 5\n", NULL,
      "scene.yaml:4:1: radius: unknown key; did you mean rod.section.radius?"},

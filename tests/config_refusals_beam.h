@@ -58,8 +58,8 @@ static const refusal beam_refusals[] = {
      "scene.yaml:5:30: boundary.start.position: places a rod in space; a beam deflects along d2 "
      "from its straight axis, leave it out"},
     {BEAM "boundary: {start: {type: driven}}\n", NULL,
-     "scene.yaml:5:26: boundary.start.type: driven ends are for rods in space; allowed for a beam: "
-     "clamped, pinned, free, loaded"},
+     "scene.yaml:5:26: boundary.start.type: driven ends and rollers are for rods in space; "
+     "allowed for a beam: clamped, pinned, guided, free, loaded"},
     {BEAM "boundary: {start: {type: pinned}}\n", NULL,
      "scene.yaml:5:11: boundary: a static beam with these ends is free to move; clamp one, pin "
      "both, or give beam.foundation"},

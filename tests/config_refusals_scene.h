@@ -172,7 +172,7 @@ static const refusal scene_refusals[] = {
     {BASE "boundary: {end: {type: clamped, position: [0, 0, 1], rotation: [1, 0, 0, 0], "
           "along: [1, 0, 0]}}\n",
      NULL,
-     "scene.yaml:4:86: boundary.end.along: says how an end slides, and this one does not; allowed "
+     "scene.yaml:4:85: boundary.end.along: says how an end slides, and this one does not; allowed "
      "for it: an end of type guided or roller"},
     {BASE "boundary: {end: {type: guided, position: [0, 0, 1], rotation: [1, 0, 0, 0]}}\n"
           "loads: {tip: {moment: [1, 0, 0]}}\n",
@@ -185,7 +185,8 @@ static const refusal scene_refusals[] = {
      "scene.yaml:4:11: boundary: the ends leave this static rod free to move as a whole: all that "
      "slides can do so at once; hold one of them in this direction"},
     {BASE "loads: {foundation: [1, -1, 0]}\n", NULL,
-     "scene.yaml:4:21: loads.foundation: must be finite and >= 0"},
+     "scene.yaml:4:25: loads.foundation[1]: is -1, which is out of range; allowed: a number or a "
+     "formula >= 0, in N/m^2"},
     {BASE "boundary: {start: {type: free}}\n", NULL,
      "scene.yaml:4:11: boundary: nothing holds the rod, so a static scene leaves its position and "
      "rotation open; clamp one end"},

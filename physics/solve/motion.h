@@ -55,7 +55,6 @@ void motion_rate(motion *m, const double *state, double *rate);
 /* Put what the ends prescribe into the state, and make quaternions unit. */
 void motion_prescribe(const motion *m, double *state);
 
-
 typedef struct motion_energy {
     double kinetic, strain;
 } motion_energy;

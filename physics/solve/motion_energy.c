@@ -74,8 +74,7 @@ motion_energy motion_energy_now(motion *m)
 {
     motion_energy energy = {0};
     motion_internal_forces(m);
-    energy.strain =
-        sum_sections(m).energy + motion_spring_energy(m) + motion_foundation_energy(m);
+    energy.strain = sum_sections(m).energy + motion_spring_energy(m) + motion_foundation_energy(m);
     for (size_t i = 0; i < m->nodes; i++) {
         const double *inertia = m->inertia[i], *V = m->flow[i], *w = m->spin[i];
         double spinning =

@@ -19,8 +19,8 @@ enum { NODE = 9 };
 
 /* The second variation as a matrix of blocks, in which nodes meet their neighbours. */
 typedef struct variation {
-    int axes, axis[3]; /* the rod turns about these directors */
-    int dims;          /* components of a displacement: 2 or 3 */
+    int axes, axis[3];          /* the rod turns about these directors */
+    int dims;                   /* components of a displacement: 2 or 3 */
     double (*own)[NODE][NODE];  /* [ELEMENTS + 1] symmetric */
     double (*next)[NODE][NODE]; /* [ELEMENTS] rows of a node, columns of the one behind */
     double base[3][3];          /* R where the rod begins */
@@ -517,9 +517,9 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     place_elements(rod_scene, x.edge);
     x.own = calloc(ELEMENTS + 1, sizeof *x.own);
     x.next = calloc(ELEMENTS, sizeof *x.next);
-    ad_status status = x.own && x.next ? ad_dense_load(error)
-                                       : ad_fail(error, AD_NO_MEMORY,
-                                                 "out of memory for %d elements", ELEMENTS);
+    ad_status status =
+        x.own && x.next ? ad_dense_load(error)
+                        : ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", ELEMENTS);
     solve_rod *rod = NULL;
     if (status == AD_OK && rod_scene->tendon_count > 0) {
         double s[ELEMENTS];

@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-enum { STABILITY_POINTS = 128 };
+enum { STABILITY_POINTS = 512 };
 
 /* Where the shape has to be known: s [STABILITY_POINTS], m, the middles of elements whose edges
  * hold every place where the scene jumps. */

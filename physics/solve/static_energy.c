@@ -96,7 +96,8 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
-/* Half of the elastic force times strain, and of that of the foundation, at a point; adds what actuators do to the work. */
+/* Half of the elastic force times strain, and of that of the foundation, at a point; adds what
+ * actuators do to the work. */
 static double density(const at_points *p, size_t i, const static_system *system, const double *y,
                       double *work)
 {

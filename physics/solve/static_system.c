@@ -89,9 +89,9 @@ static bool allocate(static_system *x)
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
-           x->axial && x->rest && x->load && x->below && x->actuators && x->rate && x->by_y && x->across &&
-           x->factor && x->pivots && x->by_start && x->inner && x->band && x->band_pivots &&
-           x->right;
+           x->axial && x->rest && x->load && x->below && x->actuators && x->rate && x->by_y &&
+           x->across && x->factor && x->pivots && x->by_start && x->inner && x->band &&
+           x->band_pivots && x->right;
 }
 
 /* The unstressed rod is where held ends set out from, and where a spring pulls to. */
