@@ -247,7 +247,8 @@ static ad_status check_units(const scene_checker *check)
         {odd_material ? "rod.material.youngs_modulus"
          : made       ? "rod.section"
                       : "rod.stiffness.bending",
-         "bending stiffness", "N m^2", isinf(softest) ? 1 : softest, 1e-60, 1e60},
+         "bending stiffness", "N m^2", isinf(softest) && !scene_is_beam(check->scene) ? 1 : softest,
+         1e-60, 1e60},
         {rod->mass_per_length.is_given ? "rod.inertia.mass_per_length" : "rod.material.density",
          "mass", "kg/m", dynamic ? scene_mean(check->scene, properties.mass_per_length) : 1, 1e-60,
          1e60},

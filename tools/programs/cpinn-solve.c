@@ -178,6 +178,7 @@ static void print_scene(const solving *x)
     print_number("tip moment T L/EI", n.tip_moment);
     print_number("line load f L^3/EI", n.distributed_force);
     print_number("line moment l L^2/EI", n.distributed_moment);
+    print_number("foundation k L^4/EI", n.foundation);
     print_number("weight rhoA g L^3/EI", n.weight);
     print_number("point force F L^2/EI", n.point_force);
     print_number("point moment T L/EI", n.point_moment);

@@ -221,12 +221,20 @@ static void print_end(FILE *file, const scene *scene, bool at_start)
     bool hard = scene->boundary_enforcement == SCENE_HARD;
     bool residual =
         scene_physics_of(scene)->residual_rows(scene, at_start ? ROD_START : ROD_END) > 0;
-    fprintf(file, "%s %s: ", at_start ? "start" : "end", scene_end_names()[end->type]);
+    const scene_hold hold = scene_hold_of(end);
+    fprintf(file, "%s %s", at_start ? "start" : "end", scene_end_names()[end->type]);
+    if (hold.directions == 1 || hold.directions == 2) {
+        fprintf(file, " %s (%.3g, %.3g, %.3g)", hold.directions == 1 ? "across" : "along",
+                hold.axis[0], hold.axis[1], hold.axis[2]);
+    }
+    fputs(": ", file);
     if (!hard || !residual) {
         fputs(hard ? "hard" : "soft, a loss term", file);
     } else {
         fprintf(file, "%sa loss term (displacement form)",
-                end->type == SCENE_PINNED ? "position hard, moment " : "");
+                end->type == SCENE_PINNED     ? "position hard, moment "
+                : scene_end_slides(end->type) ? "what it holds hard, the rest "
+                                              : "");
     }
 }
 
