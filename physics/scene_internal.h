@@ -34,6 +34,9 @@ ad_status scene_check_quantities(const scene_checker *check, bool of_extent);
 ad_status scene_check_beam(const scene_checker *check);
 ad_status scene_check_no_beam(const scene_checker *check);
 
+/* Ends (scene_check_ends.c). */
+ad_status scene_check_ends(const scene_checker *check);
+
 /* Section, material, stiffness, inertia, damping (scene_check_rod.c). */
 ad_status scene_check_rod(const scene_checker *check);
 

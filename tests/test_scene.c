@@ -309,7 +309,10 @@ static void test_pinned(void **state)
     rod_scene.start.type = rod_scene.end.type = SCENE_PINNED;
     rod_scene.end.position[0] = rod_scene.end.position[1] = Q("0");
     rod_scene.end.position[2] = Q("0.9");
+    assert_int_equal(scene_check(&rod_scene, NULL, NULL), AD_OK); /* straight, round, in a plane */
+    rod_scene.motion = SCENE_SPATIAL;
     assert_refused(&rod_scene, "boundary");
+    rod_scene.motion = SCENE_AUTOMATIC;
     rod_scene.rod.rest_curvature[0] = Q("0.1");
     assert_refused(&rod_scene, "boundary");
     rod_scene.loads.gravity[2] = Q(-9.81); /* along the line */
@@ -349,7 +352,7 @@ static void test_names(void **state)
     assert_string_equal(scene_model_names()[SCENE_KIRCHHOFF], "kirchhoff");
     assert_string_equal(scene_section_names()[SCENE_RECTANGLE], "rectangle");
     assert_string_equal(scene_end_names()[SCENE_DRIVEN], "driven");
-    assert_null(scene_end_names()[SCENE_DRIVEN + 1]);
+    assert_null(scene_end_names()[SCENE_ROLLER + 1]);
     assert_string_equal(scene_frame_names()[SCENE_FOLLOWER], "follower");
     assert_string_equal(scene_formulation_names()[SCENE_DISPLACEMENT], "displacement");
     assert_string_equal(scene_enforcement_names()[SCENE_SOFT], "soft");
