@@ -19,6 +19,11 @@ struct dynamic_solution {
     solve_energy *energies; /* [given] */
 };
 
+/* Of two solutions, or an error: relative L2 over s and t, and the largest over the length. */
+typedef struct apart {
+    double l2, most;
+} apart;
+
 /* What refining has reached. */
 typedef struct refined {
     const solve_rod *rod;
@@ -29,7 +34,7 @@ typedef struct refined {
     int intervals;
     motion_steps by;
     dynamic_solution *best;
-    double distance; /* between the last two */
+    apart distance; /* between the last two */
     double total;    /* work of all */
 } refined;
 
@@ -146,6 +151,13 @@ static void take_energies(dynamic_solution *x, solve_report *report)
 /* What all solutions together may cost, in forces on one node: some 40 s. */
 static const double WORK_MOST = 1e9;
 
+static const apart NOTHING = {0, 0}, UNKNOWN = {INFINITY, INFINITY};
+
+static bool is_within(apart error, double tolerance)
+{
+    return error.l2 <= tolerance && error.most <= SOLVE_PEAK * tolerance;
+}
+
 /* Whether a solution that costs so many times the last one is allowed. */
 static bool affords(const refined *at, double times)
 {
@@ -153,7 +165,7 @@ static bool affords(const refined *at, double times)
 }
 
 /* Of two states: of positions, and of rotations what their angle moves over a tenth of the rod. */
-static double apart(const solve_state *a, const solve_state *b)
+static double apart_at(const solve_state *a, const solve_state *b)
 {
     const double *p = a->position, *q = b->position, lever = 0.1;
     double turn[4];
@@ -162,14 +174,15 @@ static double apart(const solve_state *a, const solve_state *b)
     return fmax(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]), lever * angle);
 }
 
-/* The largest, at all times. */
-static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, double *distance,
+/* At all times. L2 is relative to positions as they are seen from where the rod starts, so that it
+ * does not depend on where that is. */
+static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, apart *distance,
                          ad_error *error)
 {
-    double s[COMPARED];
+    double s[COMPARED], off = 0, size = 0;
     solve_state of_x[COMPARED], of_y[COMPARED];
     ad_status status = AD_OK;
-    *distance = 0;
+    distance->most = 0;
     for (int i = 0; i < COMPARED; i++) {
         s[i] = (double)i / (COMPARED - 1);
     }
@@ -177,9 +190,15 @@ static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, d
         status = at_time(x, which, COMPARED, s, of_x, error);
         status = status == AD_OK ? at_time(y, which, COMPARED, s, of_y, error) : status;
         for (int i = 0; i < COMPARED && status == AD_OK; i++) {
-            *distance = fmax(*distance, apart(&of_x[i], &of_y[i]));
+            const double *p = of_y[i].position, *start = of_y[0].position;
+            const double r[3] = {p[0] - start[0], p[1] - start[1], p[2] - start[2]};
+            double here = apart_at(&of_x[i], &of_y[i]);
+            distance->most = fmax(distance->most, here);
+            off += here * here;
+            size += vector_dot(r, r);
         }
     }
+    distance->l2 = off > 0 ? sqrt(off / size) : 0;
     return status;
 }
 
@@ -226,7 +245,7 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
  * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
  * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Steps that are
  * composed of flows shorten with the mesh; nothing is to be done. */
-static ad_status refine_time(refined *at, double tolerance, solve_report *report, double *by_time,
+static ad_status refine_time(refined *at, double tolerance, solve_report *report, apart *by_time,
                              ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
@@ -234,8 +253,9 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
     double *steps = &at->by.tolerance;
     bool failed = false;
     ad_status status = AD_OK;
-    *by_time = at->by.is_composed ? 0 : INFINITY;
-    while (status == AD_OK && *by_time > of_time * tolerance && *steps > finest && affords(at, 2)) {
+    *by_time = at->by.is_composed ? NOTHING : UNKNOWN;
+    while (status == AD_OK && !is_within(*by_time, of_time * tolerance) && *steps > finest &&
+           affords(at, 2)) {
         const double before = *steps;
         *steps = fmax(before / 10, finest);
         status = solve_again(at, report, &failed, error);
@@ -243,13 +263,13 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
             *steps = before;
             break;
         }
-        *by_time = at->by.is_composed ? 0 : at->distance;
-        *steps = at->distance <= of_time * tolerance ? before : *steps;
+        *by_time = at->by.is_composed ? NOTHING : at->distance;
+        *steps = is_within(at->distance, of_time * tolerance) ? before : *steps;
     }
     return status;
 }
 
-/* The error that the last of `count` distances between meshes leaves. Those of a motion with waves
+/* The error of a norm that the last of `count` distances between meshes leaves. Those of a motion with waves
  * that no mesh resolves fall slowly, and what is yet to come adds up to
  * distance (ratio + ratio^2 + ...). */
 static double left_over(int count, const double *distance)
@@ -272,14 +292,20 @@ static int finer(const refined *at)
     return from + from / 2;
 }
 
+static apart sum_of(apart a, apart b)
+{
+    return (apart){a.l2 + b.l2, a.most + b.most};
+}
+
 /* Meshes; FINEST is reached after 13. */
-static ad_status refine_mesh(refined *at, double tolerance, double by_time, solve_report *report,
+static ad_status refine_mesh(refined *at, double tolerance, apart by_time, solve_report *report,
                              ad_error *error)
 {
     enum { MESHES_MAX = 16 };
     const double dearer = 3;     /* the next mesh: nodes and steps, half as many again of each */
     const double of_first = 0.5; /* of the tolerance: how fast distances fall is not known yet */
-    double distances[MESHES_MAX], estimate = INFINITY;
+    double l2[MESHES_MAX], most[MESHES_MAX];
+    apart estimate = UNKNOWN;
     bool failed = false, is_met = false;
     ad_status status = AD_OK;
     for (int i = 0; i < MESHES_MAX && status == AD_OK && !is_met; i++) {
@@ -291,11 +317,14 @@ static ad_status refine_mesh(refined *at, double tolerance, double by_time, solv
         if (failed) {
             break;
         }
-        distances[i] = at->distance;
-        estimate = left_over(i + 1, distances);
-        is_met = i == 0 ? estimate <= of_first * tolerance : by_time + estimate <= tolerance;
+        l2[i] = at->distance.l2;
+        most[i] = at->distance.most;
+        estimate = (apart){left_over(i + 1, l2), left_over(i + 1, most)};
+        is_met = i == 0 ? is_within(estimate, of_first * tolerance)
+                        : is_within(sum_of(by_time, estimate), tolerance);
     }
-    report->estimate = by_time + estimate;
+    report->estimate = by_time.most + estimate.most;
+    report->estimate_l2 = by_time.l2 + estimate.l2;
     return status;
 }
 
@@ -305,9 +334,9 @@ static ad_status shorten(refined *at, double tolerance, solve_report *report, ad
 {
     bool failed = false;
     ad_status status = AD_OK;
-    at->distance = INFINITY;
-    while (status == AD_OK && !failed && at->by.is_composed && at->distance > tolerance &&
-           affords(at, 2)) {
+    at->distance = UNKNOWN;
+    while (status == AD_OK && !failed && at->by.is_composed &&
+           !is_within(at->distance, tolerance) && affords(at, 2)) {
         at->by.shortened *= 2;
         status = solve_again(at, report, &failed, error);
     }
@@ -317,7 +346,7 @@ static ad_status shorten(refined *at, double tolerance, solve_report *report, ad
 static ad_status solve_refined(refined *at, const solve_settings *settings, solve_report *report,
                                ad_error *error)
 {
-    double by_time = 0;
+    apart by_time = NOTHING;
     ad_status status = motion_places_of(at->rod, &at->places, error);
     report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;

@@ -17,7 +17,7 @@ static const double DRIFT[3] = {0.245298957184271, 0.604872665711080,
 /* Frequency times step of the fastest vibration. The method is stable up to 5; here its frequency
  * is off by 2e-3, and those of vibrations that the mesh resolves, below half of it, by 6e-5 at
  * most. */
-static const double LONGEST = 2.5;
+static const double LONGEST = 4;
 
 /* After so many steps the fastest vibration is looked at again. */
 enum { LOOK_AGAIN = 512 };

@@ -65,6 +65,29 @@ void solve_judge_balance(double balance, double allowed_error, verdict *result)
     }
 }
 
+static void judge_estimate(const scene *rod_scene, const solve_settings *settings,
+                           const solve_report *report, verdict *result)
+{
+    bool moves = scene_is_dynamic(rod_scene), beam = scene_is_beam(rod_scene);
+    if (!(report->estimate_l2 <= settings->tolerance)) {
+        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "estimated error %.2g of the %s with %d nodes, above the tolerance of %.2g; "
+                    "try a larger one%s",
+                    report->estimate_l2,
+                    beam    ? "deflection"
+                    : moves ? "position"
+                            : "length",
+                    report->nodes, settings->tolerance,
+                    moves ? "; jumps in loads or rest shape converge slowly" : "");
+    } else if (moves && !beam && !(report->estimate <= SOLVE_PEAK * settings->tolerance)) {
+        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "estimated error up to %.2g of the length with %d nodes, %g times the "
+                    "tolerance of %.2g; try a larger one",
+                    report->estimate, report->nodes, report->estimate / settings->tolerance,
+                    settings->tolerance);
+    }
+}
+
 /* That the full load is not reached. */
 static void judge_load(const solve_settings *settings, const solve_report *report, verdict *result)
 {
@@ -135,13 +158,8 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
         judge_load(settings, report, result);
         return;
     }
-    if (settings->nodes == 0 && !(report->estimate <= settings->tolerance)) {
-        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
-                    "estimated error %.2g of the %s with %d nodes, above the tolerance of %.2g; "
-                    "try a larger one%s",
-                    report->estimate, beam ? "deflection" : "length", report->nodes,
-                    settings->tolerance,
-                    moves ? "; jumps in loads or rest shape converge slowly" : "");
+    if (settings->nodes == 0) {
+        judge_estimate(rod_scene, settings, report, result);
     }
     if (report->unresolved) {
         verdict_add(result, VERDICT_UNRESOLVED,

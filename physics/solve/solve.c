@@ -39,6 +39,7 @@ solve_report solve_report_blank(void)
 {
     return (solve_report){.estimate = NAN,
                           .balance = NAN,
+                          .estimate_l2 = NAN,
                           .load_fraction = 1,
                           .energy_mismatch = NAN,
                           .limit_load = NAN,
@@ -169,6 +170,8 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
     }
     if (!isnan(report->estimate)) {
         report->estimate = fmax(report->estimate, x->beam ? BEAM_ROUNDING : ROUNDING);
+        report->estimate_l2 = isnan(report->estimate_l2) ? report->estimate
+                                                         : fmax(report->estimate_l2, ROUNDING);
     }
     report->size = x->beam ? x->beam->deflection * beam_largest(x->bent) : x->scales.length;
     *result = x;

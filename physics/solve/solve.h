@@ -29,13 +29,17 @@ extern "C" {
 
 /* Raised when solutions change by more than their estimated error, or when what is kept of them
  * does: those in files are then solved anew. */
-#define SOLUTION_VERSION 6
+#define SOLUTION_VERSION 7
+
+/* Errors of motions with kinks are this much larger at some places than they are in L2. */
+static const double SOLVE_PEAK = 10;
 
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
-                          * largest, everywhere; of rods in motion also of a tenth of the rotation
-                          * in rad. The solution is refined until its error is estimated to be
-                          * below. */
+                          * largest, everywhere. Of rods in motion: of the position, or of a tenth
+                          * of the rotation in rad times the length, relative L2 over s and t, and
+                          * SOLVE_PEAK times as much anywhere. The solution is refined until its
+                          * error is estimated to be below. */
     int nodes;           /* along the rod: so many or a few more, without refinement; 0: as
                           * many as the tolerance asks for. Of a rod in motion the tolerance is then
                           * that of steps of time. */
@@ -54,8 +58,9 @@ typedef struct solve_report {
     long newton_steps;       /* all together */
     long load_steps;         /* static: from the unstressed rod to the loaded one */
     long time_steps;         /* dynamic */
-    double estimate;         /* of the error, as the tolerance; NaN: not estimated */
-    double size;             /* m: what both are relative to, the length or a beam's deflection */
+    double estimate;         /* of the largest error, relative to `size`; NaN: not estimated */
+    double estimate_l2;      /* of rods in motion: of the relative L2 error; of others `estimate` */
+    double size;             /* m: the length, or a beam's deflection */
     double balance;          /* static: as solve_balance; NaN: not under the whole load */
     double load_fraction;    /* static: reached; 1: all of it */
     double time;             /* dynamic: reached, of the duration */

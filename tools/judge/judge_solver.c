@@ -45,7 +45,7 @@ static ad_status measure(const classical *x, judge_row *row, ad_error *error)
         status = reference_compare_solution(x->known, x->solved, &errors, error);
     }
     if (isnan(errors.position)) {
-        errors.position = x->report.estimate;
+        errors.position = x->report.estimate_l2;
     }
     judge_measures(&errors, row->errors);
     memcpy(answer.errors, row->errors, sizeof answer.errors);

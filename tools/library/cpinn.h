@@ -108,8 +108,8 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
 
 typedef struct cpinn_solution cpinn_solution;
 
-/* Solve what the file describes, to the estimated error `tolerance` of the position over the length
- * (0: the default of cpinn-solve); a motion at `times` [count] in s. AD_BAD_INPUT, AD_BAD_ARGUMENT:
+/* Solve what the file describes, to the estimated error `tolerance` of the position as cpinn-solve
+ * --tol has it (0: its default); a motion at `times` [count] in s. AD_BAD_INPUT, AD_BAD_ARGUMENT:
  * a scene that no solver takes, AD_NO_MEMORY. */
 ad_status cpinn_solve_file(const char *path, int count, const char *const *overrides,
                            double tolerance, size_t time_count, const double *times,
@@ -120,7 +120,7 @@ void cpinn_solution_free(cpinn_solution *x);
 
 const verdict *cpinn_solution_verdict(const cpinn_solution *x);
 const scene *cpinn_solution_scene(const cpinn_solution *x);
-double cpinn_solution_estimate(const cpinn_solution *x); /* of the error; NaN: none */
+double cpinn_solution_estimate(const cpinn_solution *x); /* of the largest error; NaN: none */
 
 /* Columns of the scene's model, as evaluators have them without names. */
 int cpinn_solution_columns(const cpinn_solution *x);

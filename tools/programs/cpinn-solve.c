@@ -55,8 +55,8 @@ static const char epilogue[] =
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
     "findings: [{reason, outcome, text}]}, nodes, steps (of the load, in motion of time),\n"
-    "newton_steps, seconds, tolerance, estimated_error, loads_out_of_balance, load_factor,\n"
-    "energy_out_of_balance, reference\n"
+    "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
+    "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
     "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
     "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out;\n"
     "of a rod at rest limit_load, bifurcation_load (the first on the way, as load factors) and "
@@ -187,10 +187,17 @@ static void print_scene(const solving *x)
     putchar('\n');
 }
 
+static bool is_rod_in_motion(const solving *x)
+{
+    return scene_is_dynamic(x->scene) && !scene_is_beam(x->scene);
+}
+
 /* What the solver's estimate is relative to. */
 static const char *estimate_unit(const solving *x)
 {
-    return scene_is_beam(x->scene) ? "of the deflection" : "of the length";
+    return scene_is_beam(x->scene)  ? "of the deflection"
+           : is_rod_in_motion(x) ? "of the position"
+                                 : "of the length";
 }
 
 static void print_reference(const solving *x)
@@ -259,7 +266,11 @@ static ad_status print_report(solving *x, ad_error *error)
     }
     printf("%.1f ms\n", 1e3 * x->seconds);
     if (!isnan(r->estimate)) {
-        printf("  %-24s %.3e %s\n", "estimated error", r->estimate, estimate_unit(x));
+        printf("  %-24s %.3e %s", "estimated error", r->estimate_l2, estimate_unit(x));
+        if (is_rod_in_motion(x)) {
+            printf(", relative L2; at most %.1e of the length", r->estimate);
+        }
+        putchar('\n');
     }
     if (!isnan(r->balance)) {
         printf("  %-24s %.3e\n", "loads out of balance", r->balance);
@@ -294,7 +305,8 @@ static ad_status write_json(const solving *x, ad_error *error)
         json_integer(&to, "newton_steps", r->newton_steps);
         json_number(&to, "seconds", x->seconds);
         json_number(&to, "tolerance", x->asked.tolerance);
-        json_number(&to, "estimated_error", r->estimate);
+        json_number(&to, "estimated_error", r->estimate_l2);
+        json_number(&to, "estimated_error_max", r->estimate);
         json_number(&to, "loads_out_of_balance", r->balance);
         json_number(&to, "load_factor", moves ? NAN : r->load_fraction);
         json_number(&to, "energy_out_of_balance", r->energy_mismatch);
@@ -538,8 +550,8 @@ int main(int argc, char **argv)
     const cli_option list[] = {
         {"--tol", "X", CLI_NUMBER, &o->tolerance, 1e-13, 1,
          "refine until the position is estimated to be within so many\nlengths, a beam's "
-         "deflection "
-         "relative to its largest (default\n1e-10; rods in motion 1e-6, or 1e-4 where shear or "
+         "deflection relative to its largest; of rods in motion relative\nL2 over s and t, and no "
+         "place ten times as far off (default 1e-10;\nrods in motion 1e-6, or 1e-4 where shear or "
          "stretch is locked)"},
         {"--nodes", "N", CLI_INTEGER, &o->nodes, 1, 6000,
          "so many nodes along the rod, without refinement and estimate;\nof a rod's motion --tol "

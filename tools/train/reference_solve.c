@@ -73,7 +73,7 @@ static void say_solved(const request *r, const char *source, reference_solution 
     bool unstable = verdict_has(&about->verdict, VERDICT_UNSTABLE);
     bool several = unstable || verdict_has(&about->verdict, VERDICT_SEVERAL_EQUILIBRIA);
     bool lost = verdict_has(&about->verdict, VERDICT_ENERGY_OUT_OF_BALANCE);
-    if (about->estimate > asked) {
+    if (verdict_has(&about->verdict, VERDICT_ESTIMATE_ABOVE_TOLERANCE)) {
         snprintf(missed, sizeof missed, ", not the %.1g asked for", asked);
     }
     snprintf(about->account, sizeof about->account,
