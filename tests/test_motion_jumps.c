@@ -19,7 +19,7 @@ static scene stout_scene(double length)
 static solved solve_motion(const scene *given, double tolerance, size_t count, const double *times)
 {
     solved x = solve_at(given, tolerance, count, times);
-    assert_true(x.report.estimate <= tolerance);
+    assert_true(x.report.estimate_l2 <= tolerance);
     return x;
 }
 
@@ -153,7 +153,7 @@ static void test_energy(void **state)
     solve_energy energy;
     assert_int_equal(solution_energy(x.solution, times[1], &energy, NULL), AD_OK);
     assert_true(fabs(energy.work) > 0.1 && energy.strain > 0.1);
-    assert_near(energy.mismatch, 0, 1e-9);
+    assert_near(energy.mismatch, 0, 1e-8); /* steps of order 4, as long as is stable */
     solution_free(x.solution);
 }
 

@@ -33,7 +33,7 @@ static solved solve_with(const char *path, const char *text, int count_overrides
         fail_msg("%s", error.message);
     }
     assert_near(x.report.load_fraction, 1, 0);
-    assert_true(x.report.estimate <= tolerance);
+    assert_true(x.report.estimate_l2 <= tolerance);
     return x;
 }
 

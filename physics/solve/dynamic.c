@@ -34,8 +34,11 @@ typedef struct refined {
     int intervals;
     motion_steps by;
     dynamic_solution *best;
-    apart distance; /* between the last two */
-    double total;    /* work of all */
+    solve_state *seen[3]; /* [times][COMPARED] of the last solutions, the best first; NULL: none */
+    apart distance;       /* between the last two */
+    double before, over;  /* L2 between the two before them; between the first and the last of these
+                           * three; 0: none */
+    double total;         /* work of all */
 } refined;
 
 /* ---- a solution on one mesh ---------------------------------------------------------------- */
@@ -148,8 +151,9 @@ static void take_energies(dynamic_solution *x, solve_report *report)
 
 /* ---- refining ------------------------------------------------------------------------------ */
 
-/* What all solutions together may cost, in forces on one node: some 40 s. */
-static const double WORK_MOST = 1e9;
+/* What all solutions together may cost, in forces on one node: some 40 s; and where distances tell
+ * that the tolerance will be met by then, some two minutes. */
+static const double WORK_MOST = 1e9, WORK_TO_MEET = 4e9;
 
 static const apart NOTHING = {0, 0}, UNKNOWN = {INFINITY, INFINITY};
 
@@ -171,34 +175,44 @@ static double apart_at(const solve_state *a, const solve_state *b)
     double turn[4];
     quaternion_quotient(a->rotation, b->rotation, turn);
     double angle = 2 * atan2(sqrt(vector_dot(turn + 1, turn + 1)), fabs(turn[0]));
-    return fmax(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]), lever * angle);
+    return hypot(hypot(hypot(p[0] - q[0], p[1] - q[1]), p[2] - q[2]), lever * angle);
 }
 
-/* At all times. L2 is relative to positions as they are seen from where the rod starts, so that it
- * does not depend on where that is. */
-static ad_status compare(const dynamic_solution *x, const dynamic_solution *y, apart *distance,
-                         ad_error *error)
+/* Of what is seen of two solutions at `count` times. L2 is relative to positions as they are seen
+ * from where the rod starts, so that it does not depend on where that is. */
+static apart compare(size_t count, const solve_state *x, const solve_state *y)
 {
-    double s[COMPARED], off = 0, size = 0;
-    solve_state of_x[COMPARED], of_y[COMPARED];
+    double most = 0, off = 0, size = 0;
+    for (size_t i = 0; i < count * COMPARED; i++) {
+        const double *p = x[i].position, *start = x[i - i % COMPARED].position;
+        const double r[3] = {p[0] - start[0], p[1] - start[1], p[2] - start[2]};
+        double here = apart_at(&x[i], &y[i]);
+        most = fmax(most, here);
+        off += here * here;
+        size += vector_dot(r, r);
+    }
+    return (apart){off > 0 ? sqrt(off / size) : 0, most};
+}
+
+/* Look at the best solution, and forget the third last. */
+static ad_status look(refined *at, ad_error *error)
+{
+    const dynamic_solution *x = at->best;
+    double s[COMPARED];
     ad_status status = AD_OK;
-    distance->most = 0;
     for (int i = 0; i < COMPARED; i++) {
         s[i] = (double)i / (COMPARED - 1);
     }
-    for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
-        status = at_time(x, which, COMPARED, s, of_x, error);
-        status = status == AD_OK ? at_time(y, which, COMPARED, s, of_y, error) : status;
-        for (int i = 0; i < COMPARED && status == AD_OK; i++) {
-            const double *p = of_y[i].position, *start = of_y[0].position;
-            const double r[3] = {p[0] - start[0], p[1] - start[1], p[2] - start[2]};
-            double here = apart_at(&of_x[i], &of_y[i]);
-            distance->most = fmax(distance->most, here);
-            off += here * here;
-            size += vector_dot(r, r);
-        }
+    solve_state *all = at->seen[2] ? at->seen[2] : malloc(x->at.count * COMPARED * sizeof *all);
+    at->seen[2] = at->seen[1];
+    at->seen[1] = at->seen[0];
+    at->seen[0] = all;
+    if (!all) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", x->at.count);
     }
-    distance->l2 = off > 0 ? sqrt(off / size) : 0;
+    for (size_t which = 0; which < x->at.count && status == AD_OK; which++) {
+        status = at_time(x, which, COMPARED, s, all + which * COMPARED, error);
+    }
     return status;
 }
 
@@ -234,9 +248,15 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
     ad_status status = solve_once(at, &next, report, error);
     *failed = status == AD_NOT_FINITE;
     if (status == AD_OK) {
-        status = compare(at->best, next, &at->distance, error);
         dynamic_free(at->best);
         at->best = next;
+        status = look(at, error);
+    }
+    if (status == AD_OK) {
+        size_t count = next->at.count;
+        at->before = at->seen[2] ? at->distance.l2 : 0;
+        at->over = at->seen[2] ? compare(count, at->seen[0], at->seen[2]).l2 : 0;
+        at->distance = compare(count, at->seen[0], at->seen[1]);
     }
     return *failed ? AD_OK : status;
 }
@@ -269,19 +289,61 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
     return status;
 }
 
-/* The error of a norm that the last of `count` distances between meshes leaves. Those of a motion with waves
- * that no mesh resolves fall slowly, and what is yet to come adds up to
- * distance (ratio + ratio^2 + ...). */
+/* The error that the last of `count` distances between meshes leaves, by that distance. Those of a
+ * motion with waves that no mesh resolves fall slowly, and what is yet to come adds up to
+ * distance (ratio + ratio^2 + ...), if the solutions approach the limit from one side. */
 static double left_over(int count, const double *distance)
 {
     const double largest = 0.8; /* ratio: distances of rough motions scatter */
-    const double last = distance[count - 1];
     if (count < 2) {
-        return last;
+        return 1;
     }
     int back = count > 2 ? 2 : 1;
-    double ratio = fmin(pow(last / distance[count - 1 - back], 1.0 / back), largest);
-    return last * fmax(1, ratio / (1 - ratio));
+    double ratio = fmin(pow(distance[count - 1] / distance[count - 1 - back], 1.0 / back), largest);
+    return fmax(1, ratio / (1 - ratio));
+}
+
+/* The same of the last three solutions where their errors e are at right angles, as those of waves
+ * that meshes get the phases of wrong are: e_1^2 + e_2^2 = before^2, e_2^2 + e_3^2 = distance^2,
+ * e_1^2 + e_3^2 = over^2. What they leave is then less than the distance. INFINITY: they are not;
+ * the last two distances do not point apart. */
+static double left_over_at_right_angles(const refined *at)
+{
+    const double safe = 1.5, least = 0.5;
+    double last = at->distance.l2 * at->distance.l2, before = at->before * at->before;
+    double of_last = last + at->over * at->over - before; /* 2 e_3^2 */
+    bool points_apart = at->over * at->over < before + last;
+    if (!(at->before > at->distance.l2) || !points_apart) {
+        return INFINITY;
+    }
+    return fmin(1, fmax(least, safe * sqrt(fmax(0, of_last) / (2 * last))));
+}
+
+/* Whether to go on to the next mesh, after distances [count] in L2: it costs so many times the last
+ * one, half as many nodes and steps again of each. */
+static bool goes_on(const refined *at, double tolerance, double estimate, int count,
+                    const double *distance)
+{
+    const double dearer = 3, slowest = 0.8;
+    double work = at->by.work, total = at->total, ratio;
+    if (at->intervals >= FINEST) {
+        return false;
+    }
+    if (count < 3 || affords(at, dearer)) {
+        return count == 0 || affords(at, dearer);
+    }
+    ratio = fmin(sqrt(distance[count - 1] / distance[count - 3]), slowest);
+    while (estimate > tolerance && total <= WORK_TO_MEET) {
+        work *= dearer;
+        total += work;
+        estimate *= ratio;
+    }
+    return total <= WORK_TO_MEET;
+}
+
+static apart sum_of(apart a, apart b)
+{
+    return (apart){a.l2 + b.l2, a.most + b.most};
 }
 
 /* Half as many again: of what there are, where places ask for many more than were asked for. */
@@ -292,24 +354,18 @@ static int finer(const refined *at)
     return from + from / 2;
 }
 
-static apart sum_of(apart a, apart b)
-{
-    return (apart){a.l2 + b.l2, a.most + b.most};
-}
-
 /* Meshes; FINEST is reached after 13. */
 static ad_status refine_mesh(refined *at, double tolerance, apart by_time, solve_report *report,
                              ad_error *error)
 {
     enum { MESHES_MAX = 16 };
-    const double dearer = 3;     /* the next mesh: nodes and steps, half as many again of each */
     const double of_first = 0.5; /* of the tolerance: how fast distances fall is not known yet */
     double l2[MESHES_MAX], most[MESHES_MAX];
     apart estimate = UNKNOWN;
     bool failed = false, is_met = false;
     ad_status status = AD_OK;
     for (int i = 0; i < MESHES_MAX && status == AD_OK && !is_met; i++) {
-        if (at->intervals >= FINEST || (i > 0 && !affords(at, dearer))) {
+        if (!goes_on(at, tolerance, by_time.l2 + estimate.l2, i, l2)) {
             break;
         }
         at->intervals = finer(at);
@@ -319,7 +375,10 @@ static ad_status refine_mesh(refined *at, double tolerance, apart by_time, solve
         }
         l2[i] = at->distance.l2;
         most[i] = at->distance.most;
-        estimate = (apart){left_over(i + 1, l2), left_over(i + 1, most)};
+        bool waves = i > 0 && at->by.is_composed;
+        double share = waves ? left_over_at_right_angles(at) : INFINITY;
+        estimate.l2 = at->distance.l2 * fmin(share, left_over(i + 1, l2));
+        estimate.most = at->distance.most * fmin(share, left_over(i + 1, most));
         is_met = i == 0 ? is_within(estimate, of_first * tolerance)
                         : is_within(sum_of(by_time, estimate), tolerance);
     }
@@ -350,6 +409,7 @@ static ad_status solve_refined(refined *at, const solve_settings *settings, solv
     ad_status status = motion_places_of(at->rod, &at->places, error);
     report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;
+    status = status == AD_OK ? look(at, error) : status;
     if (status != AD_OK || settings->nodes > 0) {
         return status == AD_OK ? shorten(at, settings->tolerance, report, error) : status;
     }
@@ -381,6 +441,9 @@ ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, si
                   .by = {.tolerance = (is_given ? 1 : 10) * settings->tolerance, .shortened = 1}};
     ad_status status = solve_refined(&at, settings, report, error);
     solve_quadrature_free(at.places);
+    for (size_t i = 0; i < sizeof at.seen / sizeof *at.seen; i++) {
+        free(at.seen[i]);
+    }
     if (status != AD_OK) {
         dynamic_free(at.best);
         return status;

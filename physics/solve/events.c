@@ -17,9 +17,10 @@ _Static_assert(sizeof(solve_load) == LOAD * sizeof(double), "a load is its numbe
  * either side. */
 static const double EVENTS_HALF_JUMP = 1e-12;
 
-/* So many panels at most belong to what is narrow; more of them only to bounds that are wide, as
- * those of formulas of s and t are. */
-enum { NARROW = 256 };
+/* Panels that are narrow are those on which something differs from what samples would have it by so
+ * much of the largest change. Bounds that are wide, as those of formulas of s and t are, make
+ * others short. */
+static const double UNSEEN = 1e-4;
 
 enum { EXTRA = SAMPLES }; /* place of one more */
 
@@ -139,25 +140,98 @@ static ad_status check_finite(const solve_rod *rod, const samples *x, ad_error *
 
 /* ---- together ------------------------------------------------------------------------------ */
 
+/* How far numbers at t are from the line between samples before and after. */
+static double off_line(const samples *x, double t, const double *numbers)
+{
+    double step = x->t[1], line[NUMBERS];
+    int i = (int)fmin(t / step, SAMPLES - 2);
+    double share = t / step - i;
+    for (int k = 0; k < NUMBERS; k++) {
+        line[k] = (1 - share) * x->numbers[i][k] + share * x->numbers[i + 1][k];
+    }
+    return distance(numbers, line);
+}
+
+/* Which panels [count], edges in units of time, are narrow: looked at in two places each. */
+static ad_status find_narrow(const solve_rod *rod, const samples *x, int count, const double *edges,
+                             bool *narrow, ad_error *error)
+{
+    enum { EACH = 2, BATCH = SAMPLES / EACH };
+    double largest = 0, *off = calloc((size_t)count, sizeof *off);
+    samples *within = calloc(1, sizeof *within);
+    ad_status status =
+        off && within ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", count);
+    for (int i = 1; i < SAMPLES; i++) {
+        largest = fmax(largest, distance(x->numbers[i], x->numbers[0]));
+    }
+    for (int first = 0; status == AD_OK && first < count; first += BATCH) {
+        int here = count - first < BATCH ? count - first : BATCH;
+        for (int i = 0; i < here * EACH; i++) {
+            const double *edge = edges + first + i / EACH;
+            within->t[i] = edge[0] + (edge[1] - edge[0]) * (i % EACH + 0.25) / EACH;
+        }
+        status = take(rod, within, 0, here * EACH, error);
+        for (int i = 0; status == AD_OK && i < here * EACH; i++) {
+            double *to = &off[first + i / EACH];
+            *to = fmax(*to, off_line(x, within->t[i], within->numbers[i]));
+            largest = fmax(largest, distance(within->numbers[i], x->numbers[0]));
+        }
+    }
+    for (int i = 0; status == AD_OK && i < count; i++) {
+        narrow[i] = off[i] > UNSEEN * largest;
+    }
+    free(off);
+    free(within);
+    return status;
+}
+
+/* The edges of narrow panels and of their neighbours, *edges [*count]; freed by the caller, also
+ * after a failure. */
+static ad_status find_edges(const solve_rod *rod, const samples *x, int *count, double **edges,
+                            ad_error *error)
+{
+    scene_panels panels = {0};
+    ad_status status = scene_panels_of(&rod->scene, "t", &panels, error);
+    bool *narrow = calloc((size_t)panels.count + 3, sizeof *narrow);
+    *edges = panels.edges;
+    *count = 0;
+    if (status != AD_OK || !narrow) {
+        free(narrow);
+        return status != AD_OK ? status : ad_fail(error, AD_NO_MEMORY, "out of memory for panels");
+    }
+    for (int i = 0; i <= panels.count; i++) {
+        panels.edges[i] /= rod->scales.time;
+    }
+    status = find_narrow(rod, x, panels.count, panels.edges, narrow + 1, error);
+    for (int i = 1; i < panels.count; i++) {
+        if (narrow[i - 1] || narrow[i] || narrow[i + 1] || narrow[i + 2]) {
+            panels.edges[(*count)++] = panels.edges[i];
+        }
+    }
+    free(narrow);
+    return status;
+}
+
 /* Instants [*count] that samples gave, and those before and after each break of the scene's
- * formulas and between their panels, which see what samples miss; of two that are one jump those of
- * the break. */
-static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times, ad_error *error)
+ * formulas and between their narrow panels, which see what samples miss; of two that are one jump
+ * those of the break. */
+static ad_status add_breaks(const solve_rod *rod, const samples *x, size_t *count, double **times,
+                            ad_error *error)
 {
     scene_breaks breaks;
-    scene_panels panels = {0};
+    double *edges = NULL, *all = NULL;
+    int edge_count = 0;
+    size_t kept = 0;
     const double scale = 1 / rod->scales.time, near = 2 * EVENTS_JUMP * rod->duration;
     ad_status status = scene_breaks_of(&rod->scene, "t", &breaks, error);
-    status = status == AD_OK ? scene_panels_of(&rod->scene, "t", &panels, error) : status;
-    if (status != AD_OK) {
-        return status;
+    status = status == AD_OK ? find_edges(rod, x, &edge_count, &edges, error) : status;
+    if (status == AD_OK) {
+        all = malloc((*count + 2 * (size_t)breaks.count + (size_t)edge_count + 1) * sizeof *all);
+        status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for instants");
     }
-    bool narrow = !panels.unresolved && panels.count > 1 && panels.count <= NARROW;
-    size_t edges = narrow ? (size_t)panels.count - 1 : 0, kept = 0;
-    double *all = malloc((*count + 2 * (size_t)breaks.count + edges + 1) * sizeof *all);
-    if (!all) {
-        scene_panels_free(&panels);
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu instants", *count);
+    if (status != AD_OK) {
+        free(edges);
+        return status;
     }
     for (int i = 0; i < breaks.count; i++) {
         all[kept++] = fmax(0, breaks.place[i] * scale - EVENTS_HALF_JUMP * rod->duration);
@@ -165,8 +239,8 @@ static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times,
             fmin(rod->duration, breaks.place[i] * scale + EVENTS_HALF_JUMP * rod->duration);
     }
     const size_t sure = kept;
-    for (size_t i = 0; i < *count + edges; i++) {
-        double at = i < *count ? (*times)[i] : panels.edges[i - *count + 1] * scale;
+    for (size_t i = 0; i < *count + (size_t)edge_count; i++) {
+        double at = i < *count ? (*times)[i] : edges[i - *count];
         bool is_known = false;
         for (size_t k = 0; k < sure; k++) {
             is_known |= fabs(at - all[k]) <= near;
@@ -175,7 +249,7 @@ static ad_status add_breaks(const solve_rod *rod, size_t *count, double **times,
             all[kept++] = at;
         }
     }
-    scene_panels_free(&panels);
+    free(edges);
     sort_ascending(kept, all);
     free(*times);
     *times = all;
@@ -196,7 +270,7 @@ ad_status solve_events_find(const solve_rod *rod, size_t *count, double **times,
     status = status == AD_OK ? take(rod, x, 0, SAMPLES, error) : status;
     status = status == AD_OK ? check_finite(rod, x, error) : status;
     status = status == AD_OK ? choose(rod, x, count, *times, error) : status;
-    status = status == AD_OK ? add_breaks(rod, count, times, error) : status;
+    status = status == AD_OK ? add_breaks(rod, x, count, times, error) : status;
     free(x);
     return status;
 }

@@ -195,9 +195,9 @@ static bool is_rod_in_motion(const solving *x)
 /* What the solver's estimate is relative to. */
 static const char *estimate_unit(const solving *x)
 {
-    return scene_is_beam(x->scene)  ? "of the deflection"
-           : is_rod_in_motion(x) ? "of the position"
-                                 : "of the length";
+    return scene_is_beam(x->scene) ? "of the deflection"
+           : is_rod_in_motion(x)   ? "of the position"
+                                   : "of the length";
 }
 
 static void print_reference(const solving *x)
