@@ -11,14 +11,15 @@ typedef struct dynamic_solution dynamic_solution;
  * rod->scales.time. settings->nodes: one mesh of at least so many nodes, settings->tolerance that
  * of time steps, no estimate. Otherwise steps and then the mesh grow finer until the error is
  * estimated to be below the tolerance, in position and in what a rotation moves over a tenth of the
- * rod, at the times given and some in between. The solution is that on the finest mesh. The
- * estimate is the last distance between two meshes, and more where distances fall slowly, as those
- * of motions with waves that have kinks do. AD_OK also when the work that a solution may cost, or
- * the finest mesh, does not meet the tolerance: report->estimate is then above. That work is
- * counted in forces, so that results do not depend on the machine. Locked
- * strains are stiff ones, whose error is of the order of a hundredth of the tolerance; 1e-6 is
- * about the best to ask of them, and minutes where a load jumps and sets them ringing.
- * AD_BAD_INPUT: no rotary inertia. The rod must outlive the solution. */
+ * rod, relative L2 over s and t, at the times given and some in between; and nowhere above
+ * SOLVE_PEAK tolerances. The solution is that on the finest mesh. The estimate is the last distance
+ * between two meshes; more where distances fall slowly, as those of motions with waves that have
+ * kinks do; less, where three meshes show that their errors are at right angles. AD_OK also when
+ * the work that a solution may cost, or the finest mesh, does not meet the tolerance:
+ * report->estimate is then above. That work is counted in forces, so that results do not depend on
+ * the machine. Locked strains are stiff ones, whose error is of the order of a hundredth of the
+ * tolerance; 1e-6 is about the best to ask of them, and minutes where a load jumps and sets them
+ * ringing. AD_BAD_INPUT: no rotary inertia. The rod must outlive the solution. */
 ad_status dynamic_solve(const solve_rod *rod, const solve_settings *settings, size_t count,
                         const double *times, dynamic_solution **result, solve_report *report,
                         ad_error *error);

@@ -7,7 +7,7 @@
  * Explicit: ARK4(3)6L[2]SA of the same authors (Appl. Numer. Math. 44, 2003), order 4, which is
  * stable far up the imaginary axis. Follows every vibration of the mesh, which is best where the
  * motion has many of them, or the rod is thick; motion_compose.h has a quicker one for rods without
- * damping.
+ * Kelvin-Voigt damping.
  */
 #ifndef PHYSICS_SOLVE_INTEGRATE_H
 #define PHYSICS_SOLVE_INTEGRATE_H

@@ -77,9 +77,9 @@ motion_power motion_power_now(motion *m);
 /* At n points s [n], by the elements' polynomials through nodal values. */
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out);
 
-/* ---- two flows, for steps of time that are composed of them -------------------------------- */
+/* ---- flows, for steps of time that are composed of them ------------------------------------ */
 
-/* Whether no force depends on velocities, so that these are the whole motion. */
+/* Whether no force but drag depends on velocities, so that these are the whole motion. */
 bool motion_is_separable(const motion *m);
 
 /* Take a state, at the time gone to; give it. In between the nodes are the motion's own, and
@@ -95,5 +95,9 @@ ad_status motion_drift(motion *m, double h, double t, ad_error *error);
  * nodes move by `before` with the velocities up to now, and by `after` with the new ones, at half
  * the forces of now: the other half is that of the kicks before and after. */
 double motion_kick(motion *m, double h, double before, double after);
+
+/* Drag alone slows the nodes for a time h. Returns the energy that it takes, from the nodes and
+ * from what moves an end. */
+double motion_resist(motion *m, double h);
 
 #endif

@@ -27,10 +27,10 @@ typedef struct composition {
     fastest *fastest;
     double *state; /* [nodes][MOTION_ROWS] */
     double frequency;
-    long looked;          /* the step at which it was last looked at */
-    double longest;       /* step; 0: by frequency */
-    double varying;       /* no longer than this either, between these events */
-    double initial, work; /* energy */
+    long looked;                      /* the step at which it was last looked at */
+    double longest;                   /* step; 0: by frequency */
+    double varying;                   /* no longer than this either, between these events */
+    double initial, work, dissipated; /* energy */
     double t;
     long steps, steps_max;
     bool is_driven; /* what is prescribed may move: kicks and drifts do not see its work */
@@ -59,10 +59,13 @@ static ad_status step(composition *in, double h, double t, bool joined, bool joi
     ad_status status = AD_OK;
     for (int i = 0; i < KICKS - joins && status == AD_OK; i++) {
         bool is_first = i == 0, is_last = i == KICKS - 1;
+        bool slows = i == KICKS / 2 && motion_rod(in->motion)->resists;
         double before = is_first ? (joined ? drift_of(5) : 0) : drift_of(i - 1);
         double after = is_last ? 0 : drift_of(i);
         double kick = kick_of(i) * (is_first && joined ? 2 : 1);
+        in->dissipated += slows ? motion_resist(in->motion, 0.5 * h) : 0;
         work += motion_kick(in->motion, h * kick, h * before, h * after);
+        in->dissipated += slows ? motion_resist(in->motion, 0.5 * h) : 0;
         if (!is_last) {
             at += after;
             status =
@@ -163,8 +166,9 @@ static void record(composition *in, double *state, solve_energy *energy)
 {
     motion_energy now = motion_energy_now(in->motion);
     motion_finish(in->motion, state);
-    *energy = (solve_energy){now.kinetic, now.strain, in->work, 0,
-                             now.kinetic + now.strain - in->initial - in->work};
+    double expected = in->initial + in->work - in->dissipated;
+    *energy = (solve_energy){now.kinetic, now.strain, in->work, in->dissipated,
+                             now.kinetic + now.strain - expected};
 }
 
 static ad_status run(composition *in, size_t count, const double *times, double *states,

@@ -1,5 +1,5 @@
-/* The two flows whose compositions are steps of time: nodes that move freely, and forces that
- * change their velocities where they are. */
+/* The flows whose compositions are steps of time: nodes that move freely, forces that change their
+ * velocities where they are, and drag that slows them. */
 #include "physics/solve/motion_internal.h"
 
 #include "physics/solve/lanes.h"
@@ -10,7 +10,7 @@
 
 bool motion_is_separable(const motion *m)
 {
-    return !m->is_damped && !m->rod->resists;
+    return !m->is_damped;
 }
 
 void motion_start(motion *m, const double *state)
@@ -248,7 +248,7 @@ static double power_put_in(const motion *m)
 double motion_kick(motion *m, double h, double before, double after)
 {
     motion_internal_forces(m);
-    motion_outside_forces(m);
+    motion_loads(m);
     double work = 0.5 * before * power_put_in(m);
     for (size_t i = 0; i < m->nodes; i++) {
         double by = h * m->by_mass[i];
@@ -259,4 +259,61 @@ double motion_kick(motion *m, double h, double before, double after)
     }
     motion_hold_ends(m);
     return work + 0.5 * after * power_put_in(m);
+}
+
+/* ---- drag ---------------------------------------------------------------------------------- */
+
+/* Drag on node i, of m->resistance. */
+static void node_drag(const motion *m, size_t i, double drag[3])
+{
+    const size_t degree = (size_t)m->degree, element = i / degree, k = i % degree;
+    const size_t first = element * (degree + 1) + k;
+    memset(drag, 0, 3 * sizeof *drag);
+    for (int c = 0; c < 3; c++) {
+        if (element < (size_t)m->elements) {
+            drag[c] += m->point_weight[first] * m->resistance[first][c];
+        }
+        if (k == 0 && element > 0) { /* the last point of the element before */
+            drag[c] += m->point_weight[first - 1] * m->resistance[first - 1][c];
+        }
+    }
+}
+
+/* V, moved by h with the drag of other velocities of the same direction, or nearly: that against
+ * them makes V fall exponentially, and what is across is added. */
+static void slow(const motion *m, size_t i, double h, const double at[3], double V[3])
+{
+    double drag[3], square = vector_dot(at, at);
+    node_drag(m, i, drag);
+    double rate = square > 0 ? vector_dot(drag, at) / square * m->by_mass[i] : 0;
+    double left = exp(-h * rate);
+    for (int c = 0; c < 3; c++) {
+        double across = drag[c] * m->by_mass[i] - rate * at[c];
+        V[c] = left * V[c] - h * across;
+    }
+}
+
+double motion_resist(motion *m, double h)
+{
+    double lost = 0;
+    motion_find_resistance(m);
+    for (size_t i = 0; i < m->nodes; i++) { /* to the middle of h */
+        memcpy(m->push[i], m->flow[i], sizeof m->push[i]);
+        slow(m, i, 0.5 * h, m->push[i], m->flow[i]);
+    }
+    motion_find_resistance(m);
+    for (size_t i = 0; i < m->nodes; i++) {
+        double middle[3], V[3], drag[3];
+        memcpy(middle, m->flow[i], sizeof middle);
+        memcpy(V, m->push[i], sizeof V);
+        slow(m, i, h, middle, V);
+        if (motion_is_held(m, i, MOTION_R)) { /* what holds it makes up for the drag */
+            node_drag(m, i, drag);
+            lost += h * vector_dot(drag, m->push[i]);
+            memcpy(V, m->push[i], sizeof V);
+        }
+        lost += 0.5 * m->mass[i] * (vector_dot(m->push[i], m->push[i]) - vector_dot(V, V));
+        memcpy(m->flow[i], V, sizeof V);
+    }
+    return lost;
 }

@@ -318,7 +318,7 @@ void motion_internal_forces(motion *m)
 /* ---- loads --------------------------------------------------------------------------------- */
 
 /* Where it fails the rate is not a number, and so the step. */
-static void resist(motion *m)
+void motion_find_resistance(motion *m)
 {
     ad_error ignored;
     const size_t n = (size_t)m->degree + 1;
@@ -329,6 +329,12 @@ static void resist(motion *m)
                              (const double(*)[3])m->velocity, m->resistance, &ignored) != AD_OK) {
         m->resistance[0][0] = NAN;
     }
+}
+
+static void resist(motion *m)
+{
+    const size_t n = (size_t)m->degree + 1;
+    motion_find_resistance(m);
     for (size_t i = 0; i < m->points; i++) {
         for (int k = 0; k < 3; k++) {
             m->push[i / n * (n - 1) + i % n][k] -= m->point_weight[i] * m->resistance[i][k];
@@ -351,7 +357,7 @@ static void distributed_forces(motion *m)
     }
 }
 
-void motion_outside_forces(motion *m)
+void motion_loads(motion *m)
 {
     if (m->is_loaded) {
         distributed_forces(m);
@@ -377,6 +383,11 @@ void motion_outside_forces(motion *m)
         }
     }
     motion_jump_loads(m);
+}
+
+void motion_outside_forces(motion *m)
+{
+    motion_loads(m);
     if (m->rod->resists) {
         resist(m);
     }

@@ -112,9 +112,13 @@ void motion_hold_part(const motion *m, int end, const double *position, const do
 /* Energy of the foundation, of nodes that are set. */
 double motion_foundation_energy(const motion *m);
 
-/* From nodes that are set: strains, internal forces; outside forces. */
+/* From nodes that are set: strains, internal forces; loads; these and drag. */
 void motion_internal_forces(motion *m);
+void motion_loads(motion *m);
 void motion_outside_forces(motion *m);
+
+/* m->resistance, of the velocities as they are. */
+void motion_find_resistance(motion *m);
 
 /* ---- what acts at single places (motion_jumps.c) ------------------------------------------- */
 
