@@ -293,6 +293,29 @@ static void slow(const motion *m, size_t i, double h, const double at[3], double
     }
 }
 
+/* What holds the node makes up for the drag: in V, from m->push before it; gives its work. */
+static double hold_against_drag(const motion *m, size_t i, double h, double V[3])
+{
+    double work = 0;
+    for (int end = 0; end < 2; end++) {
+        const scene_hold *hold = &m->rod->ends[end].hold;
+        double drag[3], slowed[3], kept[3], along[3];
+        if (i == motion_end_node(m, end) && hold->directions > 0) {
+            for (int c = 0; c < 3; c++) {
+                slowed[c] = m->push[i][c] - V[c];
+            }
+            node_drag(m, i, drag);
+            scene_hold_part(hold, m->push[i], along);
+            scene_hold_part(hold, slowed, kept);
+            work += h * vector_dot(drag, along);
+            for (int c = 0; c < 3; c++) {
+                V[c] += kept[c];
+            }
+        }
+    }
+    return work;
+}
+
 double motion_resist(motion *m, double h)
 {
     double lost = 0;
@@ -303,15 +326,11 @@ double motion_resist(motion *m, double h)
     }
     motion_find_resistance(m);
     for (size_t i = 0; i < m->nodes; i++) {
-        double middle[3], V[3], drag[3];
+        double middle[3], V[3];
         memcpy(middle, m->flow[i], sizeof middle);
         memcpy(V, m->push[i], sizeof V);
         slow(m, i, h, middle, V);
-        if (motion_is_held(m, i, MOTION_R)) { /* what holds it makes up for the drag */
-            node_drag(m, i, drag);
-            lost += h * vector_dot(drag, m->push[i]);
-            memcpy(V, m->push[i], sizeof V);
-        }
+        lost += hold_against_drag(m, i, h, V);
         lost += 0.5 * m->mass[i] * (vector_dot(m->push[i], m->push[i]) - vector_dot(V, V));
         memcpy(m->flow[i], V, sizeof V);
     }
