@@ -132,6 +132,10 @@ bool motion_jumps_at(const motion *m, int edge);
  * frames. */
 void motion_add_bodies(motion *m);
 
+/* The node of place k in the frame of its joint, from rotation and spin before the joint. */
+void motion_turn_node(const motion *m, int k, const double rotation[4], const double spin[3],
+                      double *state);
+
 /* The frames of joints in an initial state. */
 ad_status motion_turn_initial(const motion *m, double *state, ad_error *error);
 

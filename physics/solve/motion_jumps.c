@@ -121,21 +121,28 @@ void motion_add_bodies(motion *m)
     }
 }
 
+void motion_turn_node(const motion *m, int k, const double rotation[4], const double spin[3],
+                      double *state)
+{
+    const motion_place *place = &m->places[k];
+    const double *p = place->before, back[4] = {p[0], -p[1], -p[2], -p[3]};
+    double *to = state + place->node * MOTION_ROWS, R[3][3];
+    if (place->turns) {
+        quaternion_product(rotation, back, to + MOTION_Q);
+        rotation_matrix(p, R);
+        to_world(R, spin, to + MOTION_W);
+    }
+}
+
 ad_status motion_turn_initial(const motion *m, double *state, ad_error *error)
 {
     ad_status status = AD_OK;
     for (int k = 0; k < m->rod->jumps.count && status == AD_OK; k++) {
-        const motion_place *place = &m->places[k];
-        double before = m->rod->jumps.at[k].s * (1 - 1e-14), R[3][3];
+        double before = m->rod->jumps.at[k].s * (1 - 1e-14);
         solve_initial given;
-        if (place->turns) {
-            double *to = state + place->node * MOTION_ROWS;
-            const double back[4] = {place->before[0], -place->before[1], -place->before[2],
-                                    -place->before[3]};
+        if (m->places[k].turns) {
             status = solve_rod_initial(m->rod, 1, &before, &given, error);
-            quaternion_product(given.rotation, back, to + MOTION_Q);
-            rotation_matrix(place->before, R);
-            to_world(R, given.spin, to + MOTION_W);
+            motion_turn_node(m, k, given.rotation, given.spin, state);
         }
     }
     return status;

@@ -3,6 +3,7 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
+#include "tools/train/motion_balance.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
 
@@ -64,7 +65,8 @@ typedef struct evaluation {
     bool is_judged;
     verdict verdict; /* of training, where it is judged */
     reference_errors errors;
-    double rate; /* evaluations per second; NaN: not asked for */
+    motion_balance balance; /* to the end of what is trained; NaN: not of a rod's motion */
+    double rate;           /* evaluations per second; NaN: not asked for */
 } evaluation;
 
 static void evaluation_free(evaluation *x)
@@ -82,9 +84,10 @@ static void evaluation_free(evaluation *x)
 /* The end of the window of time at work; those after it are not trained yet. */
 static double trained_until(const experiment *e)
 {
-    const scene *scene = e->scene;
-    int windows = scene->windows, begun = e->window + 1;
-    return begun == windows ? scene_duration(scene) : scene_duration(scene) * begun / windows;
+    const domain *d = &e->model->domain;
+    return e->window + 1 == d->windows
+               ? scene_duration(e->scene)
+               : domain_window_time(d, e->window + 1) * d->coordinates[d->time].scale;
 }
 
 /* Refuses a point of the file that lies outside the scene by more than rounding. */
@@ -300,6 +303,10 @@ static void print_report(const evaluation *x)
     if (isfinite(balance)) {
         printf("loads: out of balance by %.1e\n", balance);
     }
+    if (!isnan(x->balance.energy)) {
+        printf("energy out of balance by %.3e of the largest, momentum by %.3e\n",
+               x->balance.energy, x->balance.momentum);
+    }
     if (x->known) {
         print_reference(x);
     } else if (!x->e->warning[0]) {
@@ -344,6 +351,8 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_integer(&to, "parameters", (int64_t)x->e->count);
     print_json_tip(&to, x);
     json_number(&to, "loads_out_of_balance", experiment_balance(x->e));
+    json_number(&to, "energy_out_of_balance", x->balance.energy);
+    json_number(&to, "momentum_out_of_balance", x->balance.momentum);
     report_reference(&to, x->known, &x->errors);
     json_number(&to, "evaluations_per_second", x->rate);
     json_integer(&to, "threads", ad_pool_threads(x->e->pool));
@@ -396,6 +405,7 @@ static ad_status run(evaluation *x, ad_error *error)
         status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
+        x->balance = experiment_motion_balance(x->e);
         status = compare(x, error);
     }
     return status == AD_OK && o->speed ? measure(x, error) : status;

@@ -8,6 +8,7 @@
 #include "tools/programs/progress.h"
 #include "tools/train/report.h"
 
+#include <math.h>
 #include <string.h>
 
 static const char program[] = "cpinn-train";
@@ -29,8 +30,9 @@ static const char epilogue[] =
     "exit_status,\n"
     "findings: [{reason, outcome, text}]}, step, stage, stages, window, windows, "
     "training_seconds,\n"
-    "parameters, points, threads, loss, held_out, estimate,\n"
-    "loads_out_of_balance, reference {name, points, left_out,\n"
+    "parameters, points, threads, loss, held_out, estimate, loads_out_of_balance (at rest),\n"
+    "energy_out_of_balance, momentum_out_of_balance (of a rod's motion),\n"
+    "reference {name, points, left_out,\n"
     "estimated_error_over_length, position_relative_l2, position_max_over_length, "
     "tip_over_length,\n"
     "rotation_rms_rad, rotation_max_rad} or null, checkpoint, history, config. Numbers that are "
@@ -140,6 +142,10 @@ static void finish(training *t)
     double balance = experiment_balance(t->s.e);
     if (isfinite(balance)) {
         progress_say(&t->progress, "loads out of balance by %.1e", balance);
+    }
+    if (!isnan(info.balance.energy)) {
+        progress_say(&t->progress, "energy out of balance by %.1e of the largest, momentum by %.1e",
+                     info.balance.energy, info.balance.momentum);
     }
     problem_compilations compiled = problem_compiled(t->s.problem);
     progress_say(&t->progress,
@@ -267,6 +273,8 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "held_out", info.held_out);
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
         json_number(&to, "loads_out_of_balance", experiment_balance(t->s.e));
+        json_number(&to, "energy_out_of_balance", info.balance.energy);
+        json_number(&to, "momentum_out_of_balance", info.balance.momentum);
         report_reference(&to, t->s.known, &info.errors);
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

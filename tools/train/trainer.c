@@ -120,6 +120,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->info.held_out_ratio = NAN;
     t->best_held_out = INFINITY;
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
+    t->info.balance = (motion_balance){NAN, NAN};
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
@@ -433,6 +434,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
+    t->info.balance = experiment_motion_balance(t->e);
     return AD_OK;
 }
 

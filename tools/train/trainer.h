@@ -16,6 +16,7 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
+#include "tools/train/motion_balance.h"
 #include "tools/train/history.h"
 #include "tools/train/reference.h"
 
@@ -59,6 +60,7 @@ typedef struct trainer_info {
                             * the settings alone */
     bool interpolates;     /* the ratio is so large that the points are fitted, not the equations:
                             * above stop.held_out_ratio of the stage, or 100 where that is 0 */
+    motion_balance balance; /* of a rod's motion when training is over; else NaN */
 } trainer_info;
 
 /* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the
@@ -89,8 +91,8 @@ double trainer_estimate(const trainer *t);
 /* The verdict on training as it stands, worst reason first: unfinished; or, of training that is
  * over, that the network interpolates its points, that residuals are still large, in whichever
  * window they are largest, that the estimated error is, that the scene has jumps that are not
- * known, and that a shape at rest is not stable. And the remark that errors are below that of the
- * reference. */
+ * known, that a motion is out of balance, and that a shape at rest is not stable. And the remark
+ * that errors are below that of the reference. */
 void trainer_verdict(const trainer *t, verdict *result);
 
 /* The parameters to evaluate: the best of the stage so far, or the current ones where points or

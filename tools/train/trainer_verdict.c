@@ -177,6 +177,7 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "was computed; try fewer jumps, or a smoother formula",
                     problem_unresolved(t->problem));
     }
+    motion_balance_verdict(&info->balance, result);
     int modes = trainer_unstable_modes(t);
     if (modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,
