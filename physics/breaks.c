@@ -121,6 +121,11 @@ static bool jumps_by(const scene *rod_scene, quantity q, double change)
     return fabs(change) > 1e-3 * fmax(fabs(range.low), fabs(range.high));
 }
 
+static bool acts_at_place(const scene_field *field)
+{
+    return field->rule == SCENE_AT_END || field->rule == SCENE_AT_PLACE;
+}
+
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time)
 {
     const double near = 1e-9 * scene_duration(rod_scene);
@@ -131,8 +136,7 @@ bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time)
     for (int i = 0; i < scene_field_count && !sudden; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(rod_scene, field);
-        bool acts = field->rule == SCENE_AT_END || field->rule == SCENE_AT_PLACE;
-        for (int k = 0; acts && k < field->count; k++) {
+        for (int k = 0; acts_at_place(field) && k < field->count; k++) {
             if (!quantity_is_something(q[k])) {
                 continue;
             }
@@ -144,4 +148,52 @@ bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time)
         }
     }
     return sudden;
+}
+
+/* Of a quantity as far as time has been looked at: largest size, rate and jump of the rate, and the
+ * rate at last. */
+typedef struct change {
+    double size, rate, kink, last;
+} change;
+
+/* From one time to another, by samples within. */
+static void look_between(quantity q, double from, double to, change *found)
+{
+    enum { SAMPLES = 64 };
+    double step = (to - from) / SAMPLES, before = quantity_value(q, 0, from + 0.5 * step);
+    found->size = fmax(found->size, fabs(before));
+    for (int i = 1; i < SAMPLES; i++) {
+        double value = quantity_value(q, 0, from + (i + 0.5) * step),
+               rate = (value - before) / step;
+        found->size = fmax(found->size, fabs(value));
+        found->rate = fmax(found->rate, fabs(rate));
+        found->kink = i == 1 ? fmax(found->kink, fabs(rate - found->last)) : found->kink;
+        found->last = rate;
+        before = value;
+    }
+}
+
+double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time)
+{
+    static const double SHARPER = 3, ROUNDED = 0.25; /* kinks; no kinks, of the rate */
+    double shortest = INFINITY;
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(rod_scene, field);
+        change found = {0};
+        for (int k = 0; acts_at_place(field) && k < field->count; k++) {
+            double begin = 0;
+            found.last = 0;
+            for (int b = 0; q[k].is_given && b <= in_time->count; b++) {
+                bool last = b == in_time->count;
+                double end = last ? scene_duration(rod_scene) : in_time->place[b];
+                look_between(q[k], begin, end, &found);
+                begin = end;
+            }
+        }
+        double kink = found.kink > ROUNDED * found.rate ? SHARPER * found.kink : 0;
+        double rate = fmax(found.rate, kink);
+        shortest = rate > 0 ? fmin(shortest, found.size / rate) : shortest;
+    }
+    return shortest;
 }

@@ -32,6 +32,11 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
  * breaks of "t". */
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time);
 
+/* In how short a time one of these changes by its largest size, at its largest rate but for jumps,
+ * by samples; a third of that where the rate itself jumps; s; infinite where all stay as they are.
+ * Needs breaks of "t". */
+double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time);
+
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where
  * its slopes, enclosed by interval arithmetic, differ by much more than those at samples, the panel
  * is halved. So what is narrow but smooth lies on narrow panels. */
