@@ -180,10 +180,11 @@ double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time)
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(rod_scene, field);
+        bool held = field->rule == SCENE_HELD; /* the rod moves with it from the start */
         change found = {0};
-        for (int k = 0; acts_at_place(field) && k < field->count; k++) {
+        for (int k = 0; (held || acts_at_place(field)) && k < field->count; k++) {
             double begin = 0;
-            found.last = 0;
+            found.last = held ? NAN : 0;
             for (int b = 0; q[k].is_given && b <= in_time->count; b++) {
                 bool last = b == in_time->count;
                 double end = last ? scene_duration(rod_scene) : in_time->place[b];

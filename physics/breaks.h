@@ -32,9 +32,9 @@ ad_status scene_breaks_of(const scene *rod_scene, const char *coordinate, scene_
  * breaks of "t". */
 bool scene_is_sudden(const scene *rod_scene, const scene_breaks *in_time);
 
-/* In how short a time one of these changes by its largest size, at its largest rate but for jumps,
- * by samples; a third of that where the rate itself jumps; s; infinite where all stay as they are.
- * Needs breaks of "t". */
+/* In how short a time one of these, or the pose of a driven end, changes by its largest size, at
+ * its largest rate but for jumps, by samples; a third of that where the rate itself jumps; s;
+ * infinite where all stay as they are. Needs breaks of "t". */
 double scene_rise_time(const scene *rod_scene, const scene_breaks *in_time);
 
 /* Panels: between two edges no formula jumps, and none does what samples of it do not show: where

@@ -402,7 +402,7 @@ static const refusal scene_refusals[] = {
      "--set time.duration=1e-20: time.duration: the rod's motion is 1e-20 L^2 (rhoA/EI)^(1/2) "
      "long, beyond what can be computed with; allowed: 1e-12 to 1e+12"},
     {DYNAMIC, "time.duration=1000",
-     "--set time.duration=1000: time.duration: would take 6e+03 windows of an eleventh of a period "
+     "--set time.duration=1000: time.duration: would take 6e+03 windows of 1/11 of a period "
      "of the first bending mode; allowed: up to 1024, here 171 s, or longer windows, given by "
      "time.windows"},
     {BASE, "network.fourier.wavenumber=1e9",
