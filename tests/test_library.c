@@ -94,7 +94,7 @@ static void test_resume(void **state)
     ad_error error = {AD_OK, ""};
     assert_int_equal(cpinn_train_file(path, 1, overrides, &options, &model, &error), AD_OK);
     assert_int_equal(last.step, 2);
-    assert_int_equal(last.windows, 2);
+    assert_int_equal(last.windows, 4);
     assert_int_equal(verdict_worst(cpinn_verdict(model)), VERDICT_UNFINISHED);
     cpinn_free(model);
     options.progress = NULL;

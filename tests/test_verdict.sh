@@ -57,6 +57,14 @@ run 0 cpinn-train "$elastica" --out run --resume --json -
 json stdout.txt solved none 0 # found anew
 run 0 cpinn-eval run
 said stdout.txt '^verdict on training: solved$'
+rm -rf run
+run 3 cpinn-train "$ROOT/configs/cantilever_deep.yaml" "${small[@]}" --set "$short" --json -
+said stdout.txt '"reason": "energy_out_of_balance", "outcome": "warning"'
+out_of_balance='"(energy|momentum)_out_of_balance": [0-9.e+-]+'
+trained=$(grep -oE "$out_of_balance" stdout.txt)
+run 0 cpinn-eval run --json
+check the same two numbers again -- test "$(grep -cE . <<<"$trained")" -eq 2 -a \
+    "$trained" = "$(grep -oE "$out_of_balance" stdout.txt)"
 judged 3 warning not_converged cpinn-train "$ROOT/configs/elastica_deep.yaml" "${small[@]}" \
     --set "$short"
 run 3 cpinn-train "$ROOT/configs/elastica_deep.yaml" "${small[@]}" --set "$short" --resume --json -
