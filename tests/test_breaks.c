@@ -3,6 +3,7 @@
 
 #include "near.h"
 #include "physics/breaks.h"
+#include "physics/constants.h"
 #include "random_numbers.h"
 
 #include <float.h>
@@ -290,6 +291,30 @@ static void test_none_missed(void **unused)
     }
 }
 
+static double rise_of(const char *tip, const char *driven)
+{
+    scene rod = rod_of_length(1);
+    rod.duration = Q(1.0);
+    rod.loads.tip.force[0] = Q(tip);
+    rod.start.position[1] = Q(driven);
+    scene_breaks in_time = breaks_of(&rod, "t");
+    return scene_rise_time(&rod, &in_time);
+}
+
+/* The largest size over the largest rate, which samples miss by a few hundredths; a third where the
+ * rate jumps, from rest at t = 0 too, but not that of an end with which the rod moves. */
+static void test_rise_time(void **state)
+{
+    (void)state;
+    const double close = 0.03;
+    assert_near(rise_of("2*where(0.1-t, sin(5*pi*t)^2, 1)", "0"), 1 / (5 * PI), close / (5 * PI));
+    assert_near(rise_of("where(0.1-t, t/0.1, 1)", "0"), 0.1 / 3, close * 0.1 / 3);
+    assert_near(rise_of("sin(2*t)", "0"), 1.0 / 6, close / 6);
+    assert_near(rise_of("0", "sin(4*t)"), 0.25, close * 0.25);
+    assert_true(isinf(rise_of("-3", "0")));
+    assert_true(isinf(rise_of("where(t-0.5, 1, 3)", "0"))); /* jumps are sudden */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -298,7 +323,7 @@ int main(void)
         cmocka_unit_test(test_product),     cmocka_unit_test(test_lists),
         cmocka_unit_test(test_in_time),     cmocka_unit_test(test_bands),
         cmocka_unit_test(test_few_panels),  cmocka_unit_test(test_narrow),
-        cmocka_unit_test(test_none_missed),
+        cmocka_unit_test(test_none_missed), cmocka_unit_test(test_rise_time),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

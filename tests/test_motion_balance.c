@@ -91,8 +91,8 @@ static ad_status listen(void *context, size_t points, const double *s, const dou
     }
     assert_true(h->count < TIMES_MAX);
     h->times[h->count++] = *t;
-    const fall still = {0, 0};
-    return fall_at((void *)&still, points, s, t, values, error);
+    fall still = {0, 0};
+    return fall_at(&still, points, s, t, values, error);
 }
 
 /* Damped, so that the solver's steps and mesh resolve all of it; energy is out of balance by what
