@@ -44,14 +44,3 @@ motion_balance experiment_motion_balance(const experiment *e)
     field_free(motion.field);
     return balance;
 }
-
-void motion_balance_verdict(const motion_balance *balance, verdict *result)
-{
-    if (balance->energy > BALANCE_ALLOWED || balance->momentum > BALANCE_ALLOWED) {
-        verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
-                    "energy, work and dissipation of the motion differ by %.2g of the largest, "
-                    "momentum and the impulses of all forces by %.2g, where a tenth is allowed; "
-                    "try more time.windows",
-                    balance->energy, balance->momentum);
-    }
-}

@@ -9,15 +9,9 @@
 extern "C" {
 #endif
 
-/* By more than this nothing is known of a motion, however small it is. */
-#define BALANCE_ALLOWED 0.1
-
 /* Of a rod's motion, to the end of the window at work; NaN of all else, and where it is not known:
  * physics/solve/motion_balance.h. */
 motion_balance experiment_motion_balance(const experiment *e);
-
-/* Adds to the verdict that it is out of balance, if it is. */
-void motion_balance_verdict(const motion_balance *balance, verdict *result);
 
 #ifdef __cplusplus
 }

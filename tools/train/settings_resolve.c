@@ -32,9 +32,10 @@ static const double WINDOW = 1.0 / 6;
 static const double SUDDEN_WINDOW = 1.0 / 24, SUDDEN = 12;
 
 /* What acts at one place and is not sudden, but quick, takes windows of so many times the square of
- * the time in which it rises, down to the same, and waves in between: the rod rings with short
- * ones. Measured with tendons and forces that rise in a tenth of a unit of time and are then held:
- * errors a fifth to a fortieth of those in long windows, in twice to thrice the time. */
+ * the time in which it rises, from a half down to the same as far as there may be so many, and
+ * waves in between: the rod rings with short ones. Measured with tendons and forces that rise in a
+ * tenth of a unit of time and are then held: errors a fifth to a fortieth of those in long windows,
+ * in twice to thrice the time. */
 static const double OF_RISE = 1.8, QUICK = 10;
 
 /* Radians per half length or half window beyond which no number of points resolves a wave. */
@@ -90,9 +91,10 @@ static pace pace_of(const scene *rod_scene, const scene_breaks *breaks)
     if (scene_is_sudden(rod_scene, breaks)) {
         return (pace){true, SUDDEN_WINDOW, SUDDEN};
     }
-    double rise = scene_rise_time(rod_scene, breaks) / rod_scales_of(rod_scene).time;
-    double window = fmin(WINDOW, fmax(SUDDEN_WINDOW, OF_RISE * rise * rise));
-    return (pace){false, window, window < WINDOW ? QUICK : IN_MOTION};
+    double unit = rod_scales_of(rod_scene).time, rise = scene_rise_time(rod_scene, breaks) / unit;
+    double window = fmax(SUDDEN_WINDOW, OF_RISE * rise * rise);
+    window = fmax(window, 2 * scene_duration(rod_scene) / unit / SCENE_WINDOWS_MAX);
+    return window <= WINDOW / 2 ? (pace){false, window, QUICK} : (pace){false, WINDOW, IN_MOTION};
 }
 
 /* Between jumps in time and its ends, as many as are short enough. */

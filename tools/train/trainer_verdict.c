@@ -154,6 +154,21 @@ static void judge_held_out(const trainer *t, verdict *result)
     }
 }
 
+/* Of a motion that is out of balance by more nothing is known, however small it is. */
+static const double BALANCE_ALLOWED = 0.1;
+
+static void judge_balance(const motion_balance *balance, verdict *result)
+{
+    if (balance->energy > BALANCE_ALLOWED || balance->momentum > BALANCE_ALLOWED) {
+        verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
+                    "energy, work and dissipation of the motion differ by %.2g of the largest, "
+                    "momentum and the impulses of all forces by %.2g, where a tenth is allowed: "
+                    "waves are missed, or the motion is wrong; try more time.windows, or a larger "
+                    "network.fourier.wavenumber with more features",
+                    balance->energy, balance->momentum);
+    }
+}
+
 void trainer_verdict(const trainer *t, verdict *result)
 {
     const trainer_info *info = &t->info;
@@ -181,7 +196,7 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "was computed; try fewer jumps, or a smoother formula",
                     problem_unresolved(t->problem));
     }
-    motion_balance_verdict(&info->balance, result);
+    judge_balance(&info->balance, result);
     int modes = trainer_unstable_modes(t);
     if (modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,
