@@ -118,16 +118,24 @@ static ad_status go_to(balance *b, double t, ad_error *error)
     return status;
 }
 
-/* The force of what holds an end that is held, minus N at s = 0 and N at s = 1: by the motion. */
+/* The force of what holds an end: what minus N at s = 0 and N at s = 1, by the motion, have beyond
+ * its load in the directions that are held. */
 static void add_reaction(balance *b, int end)
 {
-    if (b->rod->ends[end].holds_position) {
+    const solve_end *given = &b->rod->ends[end];
+    if (given->hold.directions > 0) {
         solve_state known = known_at(b, motion_end_node(b->m, end));
-        double R[3][3], force[3];
+        const double *load = b->m->ends[end].force;
+        double R[3][3], force[3], turned[3], held[3];
         rotation_matrix(known.rotation, R);
         to_world(R, known.force, force);
+        to_world(R, load, turned);
+        for (int i = 0; i < 3 && given->hold.directions < 3; i++) {
+            force[i] -= given->force_is_body ? turned[i] : load[i];
+        }
+        scene_hold_part(&given->hold, force, held);
         for (int i = 0; i < 3; i++) {
-            b->outer[i] += end ? force[i] : -force[i];
+            b->outer[i] += end ? held[i] : -held[i];
         }
     }
 }
@@ -232,7 +240,7 @@ static ad_status balance_all(balance *b, int count, const double *times, ad_erro
 
 static bool end_moves(const solve_end *end)
 {
-    return end->moves && (end->holds_position || end->holds_rotation);
+    return end->moves && (end->hold.directions > 0 || end->holds_rotation);
 }
 
 static bool can_be_known(const solve_rod *rod)

@@ -15,14 +15,14 @@ static double holding_power(const motion *m, int end)
     const solve_end_state *now = &m->ends[end];
     size_t i = motion_end_node(m, end);
     const double *inertia = m->inertia[i], *w = now->spin;
-    double power = 0;
+    double power = 0, force[3], held[3];
     for (int k = 0; k < 3; k++) {
-        double force = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
+        force[k] = m->mass[i] * now->acceleration[k] - m->force[i][k] - m->push[i][k];
         double moment = inertia[k] * now->spin_rate[k] - m->torque[i][k] - m->turn[i][k];
-        power += given->hold.directions == 3 ? force * now->velocity[k] : 0;
         power += given->holds_rotation ? moment * w[k] : 0; /* w x rhoJ w does no work */
     }
-    return power;
+    scene_hold_part(&given->hold, force, held);
+    return power + vector_dot(held, now->velocity);
 }
 
 /* Of all sections as they are: strain energy, the power that damping takes, and that which a

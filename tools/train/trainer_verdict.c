@@ -130,7 +130,7 @@ static void judge_estimate(const trainer *t, verdict *result)
 }
 
 /* Where errors are estimated; those of deep networks are larger. */
-static void judge_balance(const trainer *t, verdict *result)
+static void judge_loads(const trainer *t, verdict *result)
 {
     double estimate = trainer_estimate(t), balance = experiment_balance(t->e);
     if (!isnan(estimate) && !isnan(balance)) {
@@ -188,7 +188,7 @@ void trainer_verdict(const trainer *t, verdict *result)
     }
     judge_held_out(t, result);
     judge_estimate(t, result);
-    judge_balance(t, result);
+    judge_loads(t, result);
     if (problem_unresolved(t->problem)) {
         verdict_add(result, VERDICT_UNRESOLVED,
                     "%s jumps in more places than are found, or along a curve of s and t, or "
