@@ -106,19 +106,30 @@ static inline __attribute__((always_inline)) void spin_steadily(spinning *x, dou
 static inline __attribute__((always_inline)) void load_nodes(const motion *m, size_t first,
                                                              spinning *x)
 {
-    const double *pose[LANES], *spin[LANES], *inertia[LANES], *by_inertia[LANES];
+    const double *pose[LANES], *spin[LANES];
     for (size_t lane = 0; lane < LANES; lane++) {
         size_t node = first + lane < m->nodes ? first + lane : m->nodes - 1;
         pose[lane] = m->pose[node];
         spin[lane] = m->spin[node];
-        inertia[lane] = m->inertia[node];
-        by_inertia[lane] = m->by_inertia[node];
     }
     for (int i = 0; i < 4; i++) {
         x->q[i] = LANES_OF(pose, MOTION_LANE_Q + i);
     }
     for (int i = 0; i < 3; i++) {
         x->w[i] = LANES_OF(spin, i);
+    }
+}
+
+static inline __attribute__((always_inline)) void load_inertia(const motion *m, size_t first,
+                                                               spinning *x)
+{
+    const double *inertia[LANES], *by_inertia[LANES];
+    for (size_t lane = 0; lane < LANES; lane++) {
+        size_t node = first + lane < m->nodes ? first + lane : m->nodes - 1;
+        inertia[lane] = m->inertia[node];
+        by_inertia[lane] = m->by_inertia[node];
+    }
+    for (int i = 0; i < 3; i++) {
         x->inertia[i] = LANES_OF(inertia, i);
         x->by_inertia[i] = LANES_OF(by_inertia, i);
     }
@@ -169,6 +180,7 @@ FOR_EACH_PROCESSOR static void spin_unsteadily(motion *m, size_t first, double h
 {
     spinning x = {.q = {{0}}};
     load_nodes(m, first, &x);
+    load_inertia(m, first, &x);
     lanes fast = x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2];
     double turn = fabs(h) * sqrt(sum_of(&fast)), most = 1e3 * LARGEST_TURN;
     int parts = turn < most ? 1 + (int)(turn / LARGEST_TURN) : 1000;
@@ -186,13 +198,16 @@ FOR_EACH_PROCESSOR static size_t spin_steady_nodes(motion *m, size_t first, doub
 {
     for (; first < m->nodes; first += LANES) {
         spinning x = {.q = {{0}}};
-        lanes turning[3] = {{0}};
         load_nodes(m, first, &x);
-        add_gyroscopic(&x, x.w, x.w, turning);
-        lanes unsteady =
-            turning[0] * turning[0] + turning[1] * turning[1] + turning[2] * turning[2];
-        lanes fast = (x.w[0] * x.w[0] + x.w[1] * x.w[1] + x.w[2] * x.w[2]) * (h * h);
-        if (!(sum_of(&unsteady) == 0 && sum_of(&fast) < LARGEST_TURN * LARGEST_TURN)) {
+        const lanes xx = x.w[0] * x.w[0], yy = x.w[1] * x.w[1], zz = x.w[2] * x.w[2];
+        lanes mixed = xx * yy + yy * zz + zz * xx, fast = (xx + yy + zz) * (h * h);
+        if (sum_of(&mixed) != 0) { /* not all about principal axes */
+            lanes turning[3] = {{0}};
+            load_inertia(m, first, &x);
+            add_gyroscopic(&x, x.w, x.w, turning);
+            mixed = turning[0] * turning[0] + turning[1] * turning[1] + turning[2] * turning[2];
+        }
+        if (!(sum_of(&mixed) == 0 && sum_of(&fast) < LARGEST_TURN * LARGEST_TURN)) {
             return first;
         }
         spin_steadily(&x, h);
