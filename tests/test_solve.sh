@@ -11,6 +11,7 @@ run 0 cpinn-solve "$elastica"
 said stdout.txt '^elastica_deep: static, .*tip force F L\^2/EI 1$'
 said stdout.txt '^solved: [0-9]+ nodes, load in [0-9]+ steps?, [0-9]+ Newton steps, [0-9.]+ ms$'
 said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
+said stdout.txt '^  loads out of balance +[0-9.]+e(-1[4-9]|-[2-9][0-9]|\+00)$'
 said stdout.txt '^  tip +0\.28307002911498[0-9]* '
 said stdout.txt '^  energy +strain 0\.0002347[0-9]*, potential of loads -0\.000493[0-9]* J$'
 said stdout.txt '^difference from elastica \(101 points\)'
@@ -115,6 +116,7 @@ run 0 cpinn-solve "$ROOT/configs/beam_cantilever.yaml" --out beam.csv --grid 3x1
 said stdout.txt '^beam_cantilever: static, shear kGA L\^2/EI locked$'
 said stdout.txt '^solved: [0-9]+ nodes, [0-9.]+ ms$'
 said stdout.txt 'estimated error +[0-9.]+e(-1[4-9]|\+00) of the deflection'
+said stdout.txt '^  loads out of balance +[0-9.]+e(-1[4-9]|-[2-9][0-9]|\+00)$'
 said stdout.txt 'position, relative L2 +[0-9.]+e(-1[4-9]|\+00)$'
 said beam.csv '^s,t,w,slope,V,M$'
 run 0 cpinn-solve "$ROOT/configs/timoshenko_vibration.yaml" --out beam.csv --grid 3x3
