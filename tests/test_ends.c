@@ -262,6 +262,29 @@ static void test_guided_motion(void **state)
     assert_true(error < 1e-4);
 }
 
+/* A rod whose end is rigid, as a solver takes a very stiff one; the number by network, which has
+ * compliances of 0 there. */
+static void test_rigid_motion(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "rod: {model: cosserat, stiffness: {shear: [400, 400], axial: 1000, bending: [1, 1], "
+        "torsion: 0.8}, inertia: {mass_per_length: 1, rotary: [0.01, 0.01, 0.02]}}\n"
+        "segments:\n"
+        "  - {length: 0.6}\n"
+        "  - {length: 0.4, stiffness: {bending: [.inf, .inf], torsion: .inf, shear: [.inf, .inf], "
+        "axial: .inf}}\n"
+        "loads: {force: [\"20*t^2\", 0, 0]}\n"
+        "time: {duration: 0.6}\n";
+    const double t = 0.6;
+    solved x = solve(text, 1e-6, 1, &t);
+    double tip[3];
+    place(&x, 1, t, tip, 3);
+    assert_near(tip[0], 0.263172393, 1e-6);
+    assert_near(tip[2], 0.962837847, 1e-6);
+    release(&x);
+}
+
 /* A free rod on a foundation that is alike all along swings as a whole, without a strain, by
  * r = r0 + a cos(t (k/rhoA)^(1/2)): a strain of its own is as small as the initial state allows. */
 static void test_founded_swing(void **state)
@@ -324,6 +347,7 @@ int main(void)
         cmocka_unit_test(test_oblique),
         cmocka_unit_test(test_guided_motion),
         cmocka_unit_test(test_founded_swing),
+        cmocka_unit_test(test_rigid_motion),
         cmocka_unit_test(test_guided_beam),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

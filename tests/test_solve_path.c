@@ -313,6 +313,7 @@ static void test_turned_ends(void **state)
     check_arc("parameters.a=2*pi", 2 * PI);
     check_arc("parameters.a=4*pi", 4 * PI); /* a ring of two turns */
     check_arc("parameters.a=9.25*pi", 9.25 * PI);
+    check_arc("parameters.a=54*pi", 54 * PI); /* wound 27 times */
 }
 
 /* The quaternion of three quarters of a turn is that of a quarter back, which is said. */

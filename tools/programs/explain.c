@@ -97,7 +97,7 @@ static const meaning damping[] = {{0, "weak: waves live long"},
 static const meaning strain_rate[] = {{0, "viscosity of shear and stretch"}};
 static const meaning deflection[] = {{0, "small, as the theory asks"},
                                      {0.1, "not small: the theory is linear; see rod.model"}};
-static const meaning foundation[] = {{0, "soft: the ends carry the beam"},
+static const meaning foundation[] = {{0, "soft: the ends carry the load"},
                                      {500, "stiff: waves die out along the beam"},
                                      {1e6, "very stiff: boundary layers at ends and loads"}};
 static const meaning seconds_of_motion[] = {{0, "less than one period of the first bending mode"},
@@ -181,6 +181,7 @@ static void print_numbers(FILE *file, const scene *scene)
          n.distributed_force > 0},
         {"line moment", "l L^2/EI", n.distributed_moment, VERDICTS(line_moment),
          n.distributed_moment > 0},
+        {"foundation", "k L^4/EI", n.foundation, VERDICTS(foundation), n.foundation > 0},
         {"weight", "rhoA g L^3/EI", n.weight, VERDICTS(line_load), n.weight > 0},
         {"point force", "F L^2/EI", n.point_force, VERDICTS(end_force), n.point_force > 0},
         {"point moment", "T L/EI", n.point_moment, VERDICTS(end_moment), n.point_moment > 0},
