@@ -5,7 +5,8 @@
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
  *
  * (Antman, Nonlinear Problems of Elasticity, ch. 8; physics/rod.h). A locked strain is a compliance
- * of 0. |q| is constant along any solution, so one end of the rod sets it to 1. */
+ * of 0, and a foundation is a part -K (r - r0) of f. |q| is constant along any solution, so one end
+ * of the rod sets it to 1. */
 #ifndef PHYSICS_SOLVE_STATIC_ROD_H
 #define PHYSICS_SOLVE_STATIC_ROD_H
 
