@@ -11,7 +11,7 @@
 
 /* One row per observable of a rod: name and unit of the column, member of rod_observables, its row,
  * whether only motion has it. */
-#define ROD_COLUMN_LIST(X)                                                                         \
+#define ROD_REST_COLUMN_LIST(X)                                                                         \
     X("x", "m", position, 0, false)                                                                \
     X("y", "m", position, 1, false)                                                                \
     X("z", "m", position, 2, false)                                                                \
@@ -30,7 +30,8 @@
     X("n3", "N", force, 2, false)                                                                  \
     X("m1", "N m", moment, 0, false)                                                               \
     X("m2", "N m", moment, 1, false)                                                               \
-    X("m3", "N m", moment, 2, false)                                                               \
+    X("m3", "N m", moment, 2, false)
+#define ROD_MOTION_COLUMN_LIST(X)                                                                  \
     X("vx", "m/s", velocity, 0, true)                                                              \
     X("vy", "m/s", velocity, 1, true)                                                              \
     X("vz", "m/s", velocity, 2, true)                                                              \
@@ -39,47 +40,67 @@
     X("w3", "1/s", angular_velocity, 2, true)
 
 #define COLUMN(name, unit, member, row, of_motion) {name, unit, of_motion},
-static const model_column rod_columns[] = {ROD_COLUMN_LIST(COLUMN)};
+static const model_column rod_columns[] = {ROD_REST_COLUMN_LIST(COLUMN)
+                                               ROD_MOTION_COLUMN_LIST(COLUMN)};
+static const model_column tube_columns[] = {
+    ROD_REST_COLUMN_LIST(COLUMN){"theta1", "rad", false}, {"mt1", "N m", false},
+    {"theta2", "rad", false}, {"mt2", "N m", false},      {"theta3", "rad", false},
+    {"mt3", "N m", false},    {"theta4", "rad", false},   {"mt4", "N m", false}};
 #undef COLUMN
 
-static rod_state rod_state_of(const ad_value *fields)
+static rod_state rod_state_of(const physics_model *m, const ad_value *fields)
 {
-    return (rod_state){fields[0], fields[1], fields[2], fields[3]};
+    rod_state state = {
+        .position = fields[0], .rotation = fields[1], .force = fields[2], .moment = fields[3]};
+    if (m->scene.tube_count > 0) {
+        state.tubes = fields[4];
+    }
+    return state;
 }
 
-static void rod_fields(rod_state state, ad_value *fields)
+static void rod_fields(const physics_model *m, rod_state state, ad_value *fields)
 {
     fields[0] = state.position;
     fields[1] = state.rotation;
     fields[2] = state.force;
     fields[3] = state.moment;
+    if (m->scene.tube_count > 0) {
+        fields[4] = state.tubes;
+    }
 }
 
 static void ansatz_rod(const physics_model *m, const domain_place *at, ad_value outputs,
                        ad_value *fields)
 {
-    rod_fields(rod_ansatz(&m->scene, at, outputs), fields);
+    rod_fields(m, rod_ansatz(&m->scene, at, outputs), fields);
 }
 
 static void observe_rod(const physics_model *m, const domain_place *at, const ad_value *fields,
                         ad_value *values)
 {
-    rod_observables o = rod_observe(&m->scene, rod_state_of(fields), at);
+    const rod_scales scale = rod_scales_of(&m->scene);
+    rod_observables o = rod_observe(&m->scene, rod_state_of(m, fields), at);
 #define VALUE(name, unit, member, row, of_motion) *values++ = ad_row(o.member, row);
-    ROD_COLUMN_LIST(VALUE)
+    ROD_REST_COLUMN_LIST(VALUE)
+    for (int i = 0; i < 2 * m->scene.tube_count; i++) { /* theta, m_i */
+        *values++ = ad_scale(ad_row(o.tubes, i), i % 2 ? scale.moment : 1);
+    }
+    if (m->scene.tube_count == 0) {
+        ROD_MOTION_COLUMN_LIST(VALUE)
+    }
 #undef VALUE
 }
 
 static void state_rod(const physics_model *m, const domain_place *at, const ad_value *fields,
                       ad_value *rows)
 {
-    rod_moving_state(&m->scene, at, rod_state_of(fields), rows);
+    rod_moving_state(&m->scene, at, rod_state_of(m, fields), rows);
 }
 
 static ad_value residual_rod(const void *context, const domain_place *at, const ad_value *fields)
 {
     const struct model_scene_term *term = context;
-    return rod_residual(&term->owner->scene, term->kind, rod_state_of(fields), at);
+    return rod_residual(&term->owner->scene, term->kind, rod_state_of(term->owner, fields), at);
 }
 
 static int going_rod(const physics_model *m, const double *state)
@@ -135,18 +156,22 @@ static int going_beam(const physics_model *m, const double *state)
 
 /* ---- models of scenes ---------------------------------------------------------------------- */
 
-static const scene_physics rod_physics = {.fields = {"r", "q", "N", "m"},
-                                          .columns = rod_columns,
-                                          .column_count = sizeof rod_columns / sizeof *rod_columns,
-                                          .position_columns = 3,
-                                          .rotation_columns = 4,
-                                          .network_outputs = rod_network_outputs,
-                                          .state_rows = rod_state_rows,
-                                          .residual_rows = rod_residual_rows,
-                                          .residual = residual_rod,
-                                          .call = {ansatz_rod, observe_rod, state_rod, going_rod},
-                                          .check = rod_check,
-                                          .terms = rod_terms};
+#define ROD_PHYSICS(list, count)                                                                   \
+    {                                                                                              \
+        .fields = {"r", "q", "N", "m"}, .columns = (list), .column_count = (count),                \
+        .position_columns = 3, .rotation_columns = 4, .network_outputs = rod_network_outputs,      \
+        .state_rows = rod_state_rows, .residual_rows = rod_residual_rows,                          \
+        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod},         \
+        .check = rod_check, .terms = rod_terms                                                     \
+    }
+static const scene_physics rod_physics =
+    ROD_PHYSICS(rod_columns, sizeof rod_columns / sizeof *rod_columns);
+/* By the number of tubes, after the columns that a rod has at rest. */
+static const scene_physics tube_physics[SCENE_TUBES_MAX + 1] = {
+    ROD_PHYSICS(tube_columns, 19), ROD_PHYSICS(tube_columns, 21), ROD_PHYSICS(tube_columns, 23),
+    ROD_PHYSICS(tube_columns, 25), ROD_PHYSICS(tube_columns, 27)};
+_Static_assert(sizeof tube_columns / sizeof *tube_columns == 19 + 2 * SCENE_TUBES_MAX,
+               "columns of each");
 
 static const scene_physics beam_physics = {
     .fields = {"w", "psi", "V", "M"},
@@ -164,7 +189,9 @@ static const scene_physics beam_physics = {
 
 const scene_physics *scene_physics_of(const scene *scene)
 {
-    return scene_is_beam(scene) ? &beam_physics : &rod_physics;
+    return scene_is_beam(scene)    ? &beam_physics
+           : scene->tube_count > 0 ? &tube_physics[scene->tube_count]
+                                   : &rod_physics;
 }
 
 static model_set scene_set(const physics_model *m, const char *name, model_points points, int end)
@@ -188,7 +215,7 @@ static void add_scene_terms(physics_model *m, const rod_weights *weights)
         model_points points;
         int end;
         rod_residual_kind first, last;
-    } sets[] = {{"interior", MODEL_INTERIOR, 0, ROD_STRAIN, ROD_MOMENT},
+    } sets[] = {{"interior", MODEL_INTERIOR, 0, ROD_STRAIN, ROD_TORSION},
                 {"start", MODEL_BOUNDARY, 0, ROD_START, ROD_START},
                 {"end", MODEL_BOUNDARY, 1, ROD_END, ROD_END},
                 {"initial", MODEL_INITIAL, 0, ROD_INITIAL, ROD_INITIAL}};
@@ -233,6 +260,10 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
     m->unknowns = mixed ? SCENE_FIELDS : SCENE_FIELDS / 2;
     for (int i = 0; i < SCENE_FIELDS; i++) {
         snprintf(m->symbols[i], sizeof m->symbols[i], "%s", physics->fields[i]);
+    }
+    if (scene->tube_count > 0) { /* of the mixed form alone */
+        snprintf(m->symbols[SCENE_FIELDS], sizeof *m->symbols, "tubes");
+        m->unknowns = ++m->field_count;
     }
     m->outputs = physics->network_outputs(scene);
     m->columns = physics->columns;
@@ -434,7 +465,7 @@ domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp,
                        fields);
     } else {
         bool moves = scene_is_dynamic(&m->scene);
-        rod_fields(rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),
+        rod_fields(m, rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),
                    fields);
     }
     return at;

@@ -162,7 +162,8 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
                 {"loads.tip, loads.base", "the moment, T L/EI", n.tip_moment, LARGEST_MOMENT},
                 {"loads.points, bodies", "the force, F L^2/EI", n.point_force, LARGEST_LOAD},
                 {"loads.points", "the moment, T L/EI", n.point_moment, LARGEST_MOMENT},
-                {"tendons, chambers", "tension times offset, T L/EI", n.actuation, LARGEST_MOMENT}};
+                {"tendons, chambers", "tension times offset, T L/EI", n.actuation, LARGEST_MOMENT},
+                {"tubes", "curvature times length", n.tubes, LARGEST_MOMENT}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         if (rows[i].value > rows[i].most * (1 + 1e-9)) {
             warn(all, "%s: %s, is %.3g times what bends the rod by a large angle", rows[i].key,

@@ -24,6 +24,19 @@
  * chamber by the work of its volume, whose change along the rod is A (v + u x r).d3). n, m and N
  * are everywhere, and in what is observed, those of rod, tendons and chambers together, which meet
  * the balances and the conditions at ends: where a tendon ends, strains jump and n and m do not.
+ *
+ * A tube i around the rod (scene.h), at rest alone, shares its axis; its frame is that of the rod
+ * turned by theta_i about d3. With R_i that turn, w = R_i^T (u_1, u_2) and its own bending K_i,
+ * torsion G_i and rest shape (k_1, k_2, k_3), it adds to m
+ *
+ *   about d1, d2: R_i K_i (w - k)      about d3: m_i = G_i (u_3 + theta_i' - k_3)
+ *   m_i' = K_i1 (w_1 - k_1) w_2 - K_i2 (w_2 - k_2) w_1          m_i = 0 at its end and beyond
+ *   theta_i(0) = turned + transmission m_i(0)/G_i(0)
+ *
+ * (Dupont et al., IEEE Trans. Robotics 26, 2010; Rucker, Jones and Webster, the same; m_i' is the
+ * derivative of its energy by theta_i). On the way to the full load, a load factor x below 1, its
+ * rest shape is a share 1 - (1 - x)^4 of the way from that of the rod, and it is turned by x^2 of
+ * its angle: nearly as in a robot whose tubes are in one another before they are turned.
  * Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may vary with s, the rest shape v*, u* with s and t,
  * gravity with t. Damping follows the rate of the strain itself, v_t and u_t, also where the rest
  * shape moves (Kelvin and Voigt): a rod that takes on a new rest shape is damped against the space
@@ -78,6 +91,7 @@ typedef struct rod_numbers {
     double point_force; /* of point loads and the weight of bodies, |F| L^2/EI, largest over time */
     double point_moment; /* of point loads, |T| L/EI, all of them and largest over time */
     double actuation;    /* of tendons and chambers, tension times offset: as of a moment, T L/EI */
+    double tubes;        /* rest curvature times length, their sum: what they may turn the rod by */
     double strain_damping;    /* largest Bse L^2/(EI time) */
     double curvature_damping; /* damping ratio of the first bending mode by Bbt: B w1/(2 EI) */
     double duration;          /* in scales.time; 0: static */
@@ -140,7 +154,7 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 /* ---- network and state --------------------------------------------------------------------- */
 
 /* r[3], rotation, N[3], m[3]; displacement form: r, rotation. Planar, in the plane's frame without
- * the rows that vanish: r[2], rotation, N[2], m[1]. */
+ * the rows that vanish: r[2], rotation, N[2], m[1]. Then theta, m_i of each tube. */
 int rod_network_outputs(const scene *scene);
 
 /* How the network's numbers for the rotation become one. */
@@ -174,6 +188,7 @@ typedef struct rod_state {
     ad_value rotation; /* q [4], unit */
     ad_value force;    /* N [3], world */
     ad_value moment;   /* m [3], body */
+    ad_value tubes;    /* [2 tube_count] theta, m_i of each; without tubes nothing */
 } rod_state;
 
 /* From the raw outputs of the network of the place's window to a state: field = lift + blend
@@ -217,6 +232,8 @@ int rod_going_degree(const scene *scene, const double *state);
     X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
     X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows; mixed: about d3              \
                                      times EI/GJ, where that is > 1 */                             \
+    X(ROD_TWIST, "twist")         /* theta_i' + u_3 - k_3 - m_i/G_i of tubes; theta_i' beyond */    \
+    X(ROD_TORSION, "torsion")     /* balance of m_i of tubes, 1 row each as above */               \
     X(ROD_START, "start")         /* conditions at s = 0 that the ansatz does not enforce */       \
     X(ROD_END, "end")             /* the same at s = 1 */                                          \
     X(ROD_INITIAL, "initial")     /* r, 2 vec(q_i* q), r_t, w at t = 0, 12 rows, soft */
@@ -275,6 +292,7 @@ typedef struct rod_observables {
     ad_value moment;           /* m [3] N m, body; the same */
     ad_value velocity;         /* r_t [3] m/s, world; zeros in a static scene */
     ad_value angular_velocity; /* w [3] 1/s, body; zeros in a static scene */
+    ad_value tubes;            /* [2 tube_count] theta, m_i, dimensionless */
 } rod_observables;
 
 rod_observables rod_observe(const scene *scene, rod_state state, const domain_place *at);

@@ -19,7 +19,8 @@ int rod_network_outputs(const scene *rod_scene)
 {
     rod_plane plane = rod_plane_of(rod_scene);
     int vector = rod_vector_rows(&plane), pose = vector + rod_head_of(rod_scene)->outputs;
-    return rod_scene->formulation == SCENE_MIXED ? pose + vector + rod_axial_rows(&plane) : pose;
+    int wrench = rod_scene->formulation == SCENE_MIXED ? vector + rod_axial_rows(&plane) : 0;
+    return pose + wrench + 2 * rod_scene->tube_count;
 }
 
 /* The raw outputs of the network by field, those of the rotation as they are; the displacement form
@@ -33,6 +34,9 @@ static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
     if (rod->scene->formulation == SCENE_MIXED) {
         raw.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
         raw.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
+    }
+    if (rod->scene->tube_count > 0) {
+        raw.tubes = ad_slice(outputs, pose + vector + axial, 2 * rod->scene->tube_count);
     }
     return raw;
 }
@@ -391,7 +395,8 @@ rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value ou
     return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
                        .force = wrench.force,
-                       .moment = rod_moment_at_joints(&rod, wrench.moment, rod.s)};
+                       .moment = rod_moment_at_joints(&rod, wrench.moment, rod.s),
+                       .tubes = rod_tube_ansatz(&rod, raw.tubes)};
 }
 
 int rod_state_rows(const scene *rod_scene)

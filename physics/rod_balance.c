@@ -114,6 +114,9 @@ rod_coefficients rod_coefficients_of(const rod_context *rod)
                                     ? (rod_ratio){rod_stiffness, rod_record_stiffness}
                                     : (rod_ratio){rod_stiffness, rod_record_divide};
     ad_value pull = rod_ratios(rod, ROD_DIVIDE, weight, force);
+    if (given->tube_count > 0) {
+        pull = ad_add(pull, rod_tube_weight(rod));
+    }
     return (rod_coefficients){
         .strain_compliance = rod_ratios(rod, ROD_COMPLIANCE, properties->strain_stiffness, force),
         .curvature_compliance =

@@ -128,6 +128,7 @@ static ad_status rod_check_numbers(const scene *rod_scene, const char **key, ad_
         {"loads.points", "T L/EI", n.point_moment, 0, large},
         {rod_scene->tendon_count ? "tendons" : "chambers", "tension times offset L/EI", n.actuation,
          0, large},
+        {"tubes", "curvature times length", n.tubes, 0, large},
         {"rod.inertia.rotary", "rho I/(rhoA L^2)", n.rotary_inertia, 0, large},
         {damped ? damped : "rod.damping.strain", "Bse L^2/(EI T)", n.strain_damping, 0, large},
         {damped ? damped : "rod.damping.curvature", "damping of the first bending mode",

@@ -239,6 +239,31 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index);
 /* Their part of n and m, constant zeros where there are none; see physics/rod.h. */
 rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics);
 
+/* rod_tubes.c. A tube at the s of the rod; stiffness and rest shape also beyond its end. */
+typedef struct rod_tube {
+    ad_value bending;          /* [2] K */
+    ad_value softness;         /* 1/G, 0: it does not twist */
+    ad_value rest;             /* [3] k by itself */
+    double end;                /* within [0, 1] */
+    double turned;             /* rad */
+    double transmission;       /* of the length */
+} rod_tube;
+
+rod_tube rod_tube_of(const rod_context *rod, int index);
+/* Shares of rest shapes and of angles at a load factor; see physics/rod.h. */
+double rod_tube_shape_share(double load_factor);
+double rod_tube_turn_share(double load_factor);
+/* theta, m_i of each from the outputs of the network, ends met; nothing without tubes. */
+ad_value rod_tube_ansatz(const rod_context *rod, ad_value outputs);
+/* What they add to m [3]; curvature: u. */
+ad_value rod_tube_moment(const rod_context *rod, ad_value tubes, ad_value curvature);
+/* Their weight per length [3], world, at full load. */
+ad_value rod_tube_weight(const rod_context *rod);
+/* [3] How much softer the rod is by itself than with them, about each director: 1/(1 + C sum K). */
+ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance);
+/* Rows of ROD_TWIST (torsion: false) or ROD_TORSION. */
+ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion);
+
 /* rod_balance.c. Force per length, in the frame of the equations, with which what surrounds the rod
  * resists its velocity: every law of the velocity in one sum, which the classical solver evaluates
  * too. */

@@ -323,6 +323,9 @@ rod_plane rod_plane_of(const scene *rod_scene)
     if (scene_is_manufactured(rod_scene)) {
         return (rod_plane){.leaves = "manufactured"};
     }
+    if (rod_scene->tube_count > 0) { /* they twist */
+        return (rod_plane){.leaves = "tubes"};
+    }
     plane_list list;
     plane_list_of(rod_scene, &list);
     rod_plane first, second;

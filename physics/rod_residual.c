@@ -16,14 +16,20 @@ static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
     return ad_sub(ad_sub(k.strain, c.rest_strain), ad_mul(c.strain_compliance, elastic));
 }
 
-/* u - u* - Kbt^-1 (m - Bbt u_t - actuation). */
+/* u - u* - Kbt^-1 (m - Bbt u_t - actuation - tubes); where tubes stiffen the rod, by how much. */
 static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
 {
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
     elastic = ad_sub(elastic, rod_actuation(rod, &k).moment);
-    return ad_sub(ad_sub(k.curvature, c.rest_curvature), ad_mul(c.curvature_compliance, elastic));
+    bool tubes = rod->scene->tube_count > 0;
+    if (tubes) {
+        elastic = ad_sub(elastic, rod_tube_moment(rod, state.tubes, k.curvature));
+    }
+    ad_value missing =
+        ad_sub(ad_sub(k.curvature, c.rest_curvature), ad_mul(c.curvature_compliance, elastic));
+    return tubes ? ad_mul(rod_tube_stiffening(rod, c.curvature_compliance), missing) : missing;
 }
 
 /* ---- balances -------------------------------------------------------------------------------- */
@@ -165,10 +171,12 @@ double rod_weight_of(const rod_weights *weights, rod_residual_kind kind)
     case ROD_STRAIN:
         return weights->strain;
     case ROD_CURVATURE:
+    case ROD_TWIST:
         return weights->curvature;
     case ROD_FORCE:
         return weights->force;
     case ROD_MOMENT:
+    case ROD_TORSION:
         return weights->moment;
     case ROD_INITIAL:
         return weights->initial;
@@ -201,6 +209,9 @@ int rod_residual_rows(const scene *rod_scene, rod_residual_kind kind)
         return vector;
     case ROD_MOMENT:
         return axial;
+    case ROD_TWIST:
+    case ROD_TORSION:
+        return rod_scene->tube_count;
     case ROD_START:
         return rod_end_rows(rod_scene, 0);
     case ROD_END:
@@ -230,6 +241,9 @@ ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state 
     case ROD_FORCE:
     case ROD_MOMENT:
         return rod_balance_residual(&rod, kind == ROD_FORCE, state);
+    case ROD_TWIST:
+    case ROD_TORSION:
+        return rod_tube_residual(&rod, state, kind == ROD_TORSION);
     case ROD_START:
     case ROD_END:
         return rod_end_residual(&rod, state, kind == ROD_END);
@@ -253,5 +267,6 @@ rod_observables rod_observe(const scene *rod_scene, rod_state state, const domai
                              .force = ad_scale(force, scale->force),
                              .moment = ad_scale(state.moment, scale->moment),
                              .velocity = ad_scale(velocity, scale->length / scale->time),
-                             .angular_velocity = ad_scale(k.spin, 1 / scale->time)};
+                             .angular_velocity = ad_scale(k.spin, 1 / scale->time),
+                             .tubes = state.tubes};
 }

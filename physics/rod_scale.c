@@ -207,11 +207,36 @@ static double rod_actuation_moment(const scene *rod_scene, const rod_scales *sca
     return sum;
 }
 
+/* By how much the rest curvature of tubes turns. */
+static double rod_tube_turns(const scene *rod_scene)
+{
+    enum { SAMPLES = 64 };
+    double sum = 0;
+    for (int i = 0; i < rod_scene->tube_count; i++) {
+        const quantity *rest = rod_scene->tubes[i].rod.rest_curvature;
+        double largest = 0;
+        for (int j = 0; j < SAMPLES; j++) {
+            double s = scene_tube_end(rod_scene, i) * (j + 0.5) / SAMPLES, k[3];
+            for (int c = 0; c < 3; c++) {
+                k[c] = quantity_value(rest[c], s, 0);
+            }
+            largest = fmax(largest, hypot(hypot(k[0], k[1]), k[2]));
+        }
+        sum += largest * scene_tube_end(rod_scene, i);
+    }
+    return sum;
+}
+
 rod_numbers rod_numbers_of(const scene *rod_scene)
 {
     rod_scales scale = rod_scales_of(rod_scene);
     scene_properties properties = scene_properties_of(rod_scene);
     double mass = scene_mean(rod_scene, properties.mass_per_length), strain[3];
+    for (int i = 0; i < rod_scene->tube_count; i++) {
+        double end = scene_tube_end(rod_scene, i);
+        quantity own = scene_tube_properties(&rod_scene->tubes[i]).mass_per_length;
+        mass += quantity_value(own, end / 2, 0) * end / scale.length;
+    }
     double pull = rod_largest(rod_scene, rod_scene->loads.gravity, 0);
     for (int i = 0; i < 3; i++) {
         strain[i] = scene_mean_stiffness(rod_scene, properties.strain_stiffness[i]);
@@ -235,7 +260,8 @@ rod_numbers rod_numbers_of(const scene *rod_scene)
         .foundation = rod_largest(rod_scene, rod_scene->loads.foundation, ROD_SPACE_SAMPLES) *
                       scale.length * scale.length / scale.force,
         .weight = mass * pull * scale.length / scale.force,
-        .actuation = rod_actuation_moment(rod_scene, &scale)};
+        .actuation = rod_actuation_moment(rod_scene, &scale),
+        .tubes = rod_tube_turns(rod_scene)};
     rod_point_numbers(rod_scene, &scale, &numbers);
     if (scene_is_dynamic(rod_scene)) {
         rod_dynamic_numbers(rod_scene, &scale, &numbers);

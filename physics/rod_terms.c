@@ -157,6 +157,7 @@ static void terms_of_loads(const scene *rod_scene, term_list *list)
     term_add(list, "springs", reason_if(rod_scene->spring_count == 0, "not given", NULL));
     term_add(list, "tendons", reason_if(rod_scene->tendon_count == 0, "not given", NULL));
     term_add(list, "chambers", reason_if(rod_scene->chamber_count == 0, "not given", NULL));
+    term_add(list, "tubes", reason_if(rod_scene->tube_count == 0, "not given", NULL));
     term_add(list, "base load", load_reason(rod_scene->start.type, &loads->base));
     term_add(list, "tip load", load_reason(rod_scene->end.type, &loads->tip));
 }

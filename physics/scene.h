@@ -147,7 +147,8 @@ enum {
     SCENE_BODIES_MAX = 16,
     SCENE_SPRINGS_MAX = 16,
     SCENE_TENDONS_MAX = 16,
-    SCENE_CHAMBERS_MAX = 12
+    SCENE_CHAMBERS_MAX = 12,
+    SCENE_TUBES_MAX = 4
 };
 
 /* A piece of the rod. What its `rod` does not give is that of the whole rod, where its section has
@@ -208,6 +209,20 @@ typedef struct scene_chamber {
     quantity pressure; /* Pa */
     quantity area;     /* m^2, > 0 */
 } scene_chamber;
+
+/* A tube around the rod, which is the innermost of a concentric tube robot and reaches its tip. It
+ * begins where the rod does, with its director d1 turned by `turned` about d3 from that of the rod,
+ * ends freely at `end` and shares the rod's axis without friction: the two bend together and twist
+ * each by itself, see physics/rod.h. `rod`: of the section its radius and inner_radius, E, nu and
+ * density, stiffness of bending and torsion, mass, and the curvature at rest, in the frame of the
+ * tube; of s, the place along the rod. A tube that is turned from behind, through a straight part
+ * of length `transmission`, twists there, too. */
+typedef struct scene_tube {
+    quantity end; /* m */
+    scene_rod rod;
+    quantity turned;       /* rad; default 0 */
+    quantity transmission; /* m, >= 0; default 0 */
+} scene_tube;
 
 typedef struct scene_end {
     scene_end_type type;
@@ -279,7 +294,8 @@ enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 typedef struct scene {
     scene_rod rod; /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
-    int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count;
+    int segment_count, point_count, body_count, spring_count, tendon_count, chamber_count,
+        tube_count;
     scene_segment segments[SCENE_SEGMENTS_MAX]; /* in turn; none: one piece */
     quantities *names; /* where the formulas are made that join segments; NULL: none of these */
     scene_point points[SCENE_POINTS_MAX];
@@ -287,6 +303,7 @@ typedef struct scene {
     scene_spring springs[SCENE_SPRINGS_MAX];
     scene_tendon tendons[SCENE_TENDONS_MAX];
     scene_chamber chambers[SCENE_CHAMBERS_MAX];
+    scene_tube tubes[SCENE_TUBES_MAX];
     scene_beam
         beam; /* beams only; they have drag alone of the loads, and types alone of the ends */
     scene_end start;   /* s = 0 */
@@ -351,6 +368,10 @@ scene_piece scene_piece_of(const scene *rod_scene, int index);
 /* Of one piece. */
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
+
+/* Of one tube: bending and torsional stiffness (curvature_stiffness), mass; and where it ends, m. */
+scene_properties scene_tube_properties(const scene_tube *tube);
+double scene_tube_end(const scene *rod_scene, int index);
 
 /* Whether a tendon is given by its displacement, so that its tension is not known. */
 bool scene_has_displaced_tendons(const scene *rod_scene);

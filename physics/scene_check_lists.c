@@ -1,5 +1,5 @@
 /* What scene_check asks of segments, and of what acts at places of a rod: points, bodies, springs,
- * tendons, chambers. Signs and finiteness are in the rows of their quantities. */
+ * tendons, chambers, tubes. Signs and finiteness are in the rows of their quantities. */
 #include "physics/scene_internal.h"
 
 #include <math.h>
@@ -253,6 +253,89 @@ static ad_status check_chambers(const scene_checker *check)
     return status;
 }
 
+/* ---- tubes ----------------------------------------------------------------------------------- */
+
+/* What all of them ask of the scene. */
+static ad_status check_scene_of_tubes(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    if (scene_is_dynamic(given)) {
+        return scene_refuse(check, "time.duration",
+                            "moves, but tubes are for rods at rest; allowed: no time, or no tubes");
+    }
+    if (scene_is_manufactured(given)) {
+        return scene_refuse(check, "tubes",
+                            "twist by themselves, which no manufactured solution says; leave them "
+                            "out");
+    }
+    if (given->rod.model != SCENE_KIRCHHOFF) {
+        return scene_refuse(check, "rod.model",
+                            "tubes slide on the rod and take no shear and stretch from it; allowed "
+                            "with tubes: kirchhoff");
+    }
+    if (!scene_end_holds_rotation(given->start.type)) {
+        return scene_refuse(check, "boundary.start.type",
+                            "tubes are turned against a base that is held; allowed with tubes: "
+                            "clamped");
+    }
+    for (int i = 0; i < given->segment_count; i++) {
+        if (quantity_any_something(3, given->segments[i].turn)) {
+            return scene_refuse_at(check, given->segments[i].turn,
+                                   "tubes do not go round a corner; allowed with tubes: no turn");
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status check_tube_section(const scene_checker *check, const scene_tube *tube, double end)
+{
+    const scene_rod *rod = &tube->rod;
+    bool heavy = quantity_any_something(3, check->scene->loads.gravity);
+    bool section = rod->radius.is_given, bends = rod->bending_stiffness[0].is_given;
+    bool twists = rod->torsional_stiffness.is_given;
+    if (section != rod->inner_radius.is_given) {
+        return scene_refuse_at(check, section ? &rod->inner_radius : &rod->radius,
+                               "missing; a tube has a radius and an inner_radius");
+    }
+    quantity wall = quantity_subtract(rod->radius, rod->inner_radius);
+    if (section && !(scene_range_within(check->scene, wall, 0, end).low > 0)) {
+        return scene_refuse_at(check, &rod->inner_radius, "must be less than the tube's radius");
+    }
+    if ((!bends || !twists) && !section) {
+        return scene_refuse_at(check, bends ? &rod->torsional_stiffness : rod->bending_stiffness,
+                               "missing; give section and material, or this stiffness itself");
+    }
+    if ((!bends || !twists) && !rod->youngs_modulus.is_given) {
+        return scene_refuse_at(check, &rod->youngs_modulus,
+                               "missing; the stiffness of the section follows from it");
+    }
+    if (!twists && !rod->poissons_ratio.is_given) {
+        return scene_refuse_at(check, &rod->poissons_ratio,
+                               "missing; the torsional stiffness follows from it");
+    }
+    if (heavy && !rod->mass_per_length.is_given && !(section && rod->density.is_given)) {
+        return scene_refuse_at(check, section ? &rod->density : &rod->mass_per_length,
+                               "missing; loads.gravity needs the mass of every tube");
+    }
+    return AD_OK;
+}
+
+static ad_status check_tubes(const scene_checker *check)
+{
+    const scene *given = check->scene;
+    ad_status status = given->tube_count > 0 ? check_scene_of_tubes(check) : AD_OK;
+    for (int i = 0; i < given->tube_count && status == AD_OK; i++) {
+        const scene_tube *tube = &given->tubes[i];
+        if (tube->end.is_given && !(is_on_rod(given, tube->end) && tube->end.number > 0)) {
+            return scene_refuse_at(check, &tube->end,
+                                   "is not on the rod, which reaches farther than every tube; "
+                                   "allowed: above 0 up to its length");
+        }
+        status = check_tube_section(check, tube, scene_tube_end(given, i));
+    }
+    return status;
+}
+
 static bool is_whole(const scene *given, quantity start, quantity end)
 {
     double rounding = PLACE_ROUNDING * scene_length(given);
@@ -298,7 +381,7 @@ ad_status scene_check_lists(const scene_checker *check)
 {
     static scene_check_part *const parts[] = {check_manufactured, check_points,  check_beam_points,
                                               check_bodies,       check_springs, check_tendons,
-                                              check_chambers};
+                                              check_chambers, check_tubes};
     ad_status status = AD_OK;
     for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
         status = parts[i](check);

@@ -25,6 +25,7 @@
 
 /* clang-format off */
 #define TWELVE(X)  X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11)
+#define FOUR(X)    X(0) X(1) X(2) X(3)
 #define SIXTEEN(X) TWELVE(X) X(12) X(13) X(14) X(15)
 #define PIECE(i)   SCENE_PIECE_ROWS(FIELD, "segments[" #i "].", segments[i].)
 #define MATTER(i)  SCENE_MATTER_ROWS(SEGMENT_FIELD, "segments[" #i "].", segments[i].rod.)
@@ -36,11 +37,12 @@
 #define SPRING(i)  SCENE_SPRING_ROWS(FIELD, "springs[" #i "].", springs[i].)
 #define TENDON(i)  SCENE_TENDON_ROWS(FIELD, "tendons[" #i "].", tendons[i].)
 #define CHAMBER(i) SCENE_CHAMBER_ROWS(FIELD, "chambers[" #i "].", chambers[i].)
+#define TUBE(i)    SCENE_TUBE_ROWS(FIELD, "tubes[" #i "].", tubes[i].)
 #define BEAM_POINT(i) SCENE_BEAM_POINT_ROWS(FIELD, "beam.points[" #i "].", beam.points[i].)
 
 _Static_assert(SCENE_SEGMENTS_MAX == 12 && SCENE_CHAMBERS_MAX == 12, "rows for each");
 _Static_assert(SCENE_POINTS_MAX == 16 && SCENE_BODIES_MAX == 16 && SCENE_SPRINGS_MAX == 16 &&
-               SCENE_TENDONS_MAX == 16, "rows for each");
+               SCENE_TENDONS_MAX == 16 && SCENE_TUBES_MAX == 4, "rows for each");
 
 const scene_field scene_fields[] = {
     SCENE_LENGTH_ROWS(FIELD)
@@ -64,6 +66,7 @@ const scene_field scene_fields[] = {
     SIXTEEN(SPRING)
     SIXTEEN(TENDON)
     TWELVE(CHAMBER)
+    FOUR(TUBE)
     SCENE_EXACT_ROWS(FIELD)
     SCENE_BEAM_ROWS(FIELD)
     SIXTEEN(BEAM_POINT)
@@ -84,6 +87,7 @@ const scene_list scene_lists[] = {
     LIST("springs", springs, spring_count, SCENE_SPRINGS_MAX),
     LIST("tendons", tendons, tendon_count, SCENE_TENDONS_MAX),
     LIST("chambers", chambers, chamber_count, SCENE_CHAMBERS_MAX),
+    LIST("tubes", tubes, tube_count, SCENE_TUBES_MAX),
     LIST("beam.points", beam.points, beam.point_count, SCENE_POINTS_MAX),
 };
 const int scene_list_count = sizeof scene_lists / sizeof scene_lists[0];
@@ -132,6 +136,9 @@ bool scene_field_span(const scene *rod_scene, const scene_field *field, double *
     } else if (in_list && list->offset == offsetof(scene, chambers)) {
         *from = quantity_number_or(rod_scene->chambers[index].start, 0);
         *to = quantity_number_or(rod_scene->chambers[index].end, length);
+    } else if (in_list && list->offset == offsetof(scene, tubes)) {
+        *from = 0;
+        *to = scene_tube_end(rod_scene, index);
     } else {
         return false;
     }

@@ -316,6 +316,37 @@ extern "C" {
     X(of "area", 1, in area, LISTS, ALONG, POSITIVE, SCALAR, WORLD, "m^2", NOTHING, "required",   \
       "Area of its cross-section; formula of s.")
 
+#define SCENE_TUBE_ROWS(X, of, in)                                                                 \
+    X(of "end", 1, in end, LISTS, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,                      \
+      "the end of the rod",                                                                        \
+      "A tube around the rod, from its beginning up to here: the two share their axis and turn "   \
+      "freely in one another.")                                                                    \
+    X(of "section.radius", 1, in rod.radius, LISTS, ALONG, POSITIVE, SCALAR, WORLD, "m", NOTHING,  \
+      NULL, "Its outer radius.")                                                                   \
+    X(of "section.inner_radius", 1, in rod.inner_radius, LISTS, ALONG, POSITIVE, SCALAR, WORLD,    \
+      "m", NOTHING, NULL, "Its inner radius.")                                                     \
+    X(of "material.youngs_modulus", 1, in rod.youngs_modulus, LISTS, ALONG, POSITIVE, SCALAR,      \
+      WORLD, "Pa", NOTHING, NULL, "Young's modulus.")                                              \
+    X(of "material.poissons_ratio", 1, in rod.poissons_ratio, LISTS, ALONG, POISSON, SCALAR,       \
+      WORLD, NULL, NOTHING, NULL, "Poisson's ratio.")                                              \
+    X(of "material.density", 1, in rod.density, LISTS, ALONG, POSITIVE, SCALAR, WORLD, "kg/m^3",   \
+      NOTHING, NULL, "Needed for gravity.")                                                        \
+    X(of "stiffness.bending", 2, in rod.bending_stiffness, LISTS, ALONG, POSITIVE, SCALAR, WORLD,  \
+      "N m^2", NOTHING, "from section and material", "E I about its own d1, d2.")                  \
+    X(of "stiffness.torsion", 1, in rod.torsional_stiffness, LISTS, ALONG, STIFFNESS, SCALAR,      \
+      WORLD, "N m^2", NOTHING, "from section and material", "G J.")                                \
+    X(of "inertia.mass_per_length", 1, in rod.mass_per_length, LISTS, ALONG, POSITIVE, SCALAR,     \
+      WORLD, "kg/m", NOTHING, "from section and density", "rho A.")                                \
+    X(of "rest.curvature", 3, in rod.rest_curvature, LISTS, ALONG, FINITE, AXIAL_VECTOR, BODY,     \
+      "1/m", ZERO, NULL,                                                                           \
+      "Its curvature by itself, about its own d1, d2, d3; formulas of s.")                         \
+    X(of "turned", 1, in turned, LISTS, ONE_NUMBER, FINITE, SCALAR, WORLD, "rad", ZERO, NULL,      \
+      "By how much its base is turned about the axis against that of the rod, any number of "      \
+      "turns.")                                                                                    \
+    X(of "transmission", 1, in transmission, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "m",  \
+      ZERO, NULL,                                                                                  \
+      "Length of its straight part behind s = 0, held straight, at whose far end it is turned.")
+
 #define SCENE_BEAM_POINT_ROWS(X, of, in)                                                           \
     X(of "at", 1, in at, BEAM, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING, "required",      \
       "Place within the beam, 0 < at < length, on which the outside acts.")                        \

@@ -2,6 +2,7 @@
  * next at their joints. */
 #include "physics/scene_internal.h"
 
+#include <math.h>
 #include <stddef.h>
 
 int scene_pieces(const scene *rod_scene)
@@ -97,6 +98,23 @@ scene_piece scene_piece_of(const scene *rod_scene, int index)
         piece.turn[i] = rod_scene->segments[index].turn[i].number;
     }
     return piece;
+}
+
+/* ---- tubes ----------------------------------------------------------------------------------- */
+
+scene_properties scene_tube_properties(const scene_tube *tube)
+{
+    scene_rod rod = tube->rod;
+    rod.model = SCENE_KIRCHHOFF;
+    rod.section = rod.radius.is_given ? SCENE_TUBE : SCENE_SECTION_NONE;
+    return scene_rod_properties(&rod);
+}
+
+double scene_tube_end(const scene *rod_scene, int index)
+{
+    double length = scene_length(rod_scene);
+    return fmin(length,
+                quantity_or(rod_scene->tubes[index].end, quantity_number(length)).number);
 }
 
 /* ---- the whole rod --------------------------------------------------------------------------- */

@@ -206,11 +206,12 @@ static void test_wound(void **state)
     long steps = 0;
     assert_int_equal(static_system_create(x.rod, 12, 2, edges, &system, NULL), AD_OK);
     assert_int_equal(static_newton_create(system, &newton, NULL), AD_OK);
-    size_t count = static_system_unknowns(system) / STATIC_ROWS;
-    double *y = malloc(count * STATIC_ROWS * sizeof *y), *s = malloc(count * sizeof *s);
+    size_t rows = (size_t)static_system_rows(system);
+    size_t count = static_system_unknowns(system) / rows;
+    double *y = malloc(count * rows * sizeof *y), *s = malloc(count * sizeof *s);
     static_system_points(system, s);
     for (size_t i = 0; i < count; i++) { /* the exact state, a little off */
-        double *to = y + i * STATIC_ROWS, n[3], half = size * s[i] / 2;
+        double *to = y + i * rows, n[3], half = size * s[i] / 2;
         place(&c, s[i], to + STATIC_R);
         to[STATIC_Q] = cos(half);
         for (int k = 0; k < 3; k++) {
@@ -221,7 +222,7 @@ static void test_wound(void **state)
         turn(c.u, s[i], n, to + STATIC_N);
     }
     assert_true(static_newton_solve(newton, y, &steps));
-    assert_vector(y + (count - 1) * STATIC_ROWS, 0.38696911079710516, -0.5091519824298703,
+    assert_vector(y + (count - 1) * rows, 0.38696911079710516, -0.5091519824298703,
                   0.625358820880862, asked);
     free(y);
     free(s);
@@ -496,7 +497,10 @@ static void check_residuals(const char *text)
     const scene *given = &x.settings->scene;
     recorded r = begin(given);
     ad_value y = polynomial(r.s, &x), q = ad_slice(y, 3, 4);
-    rod_state exact = {ad_slice(y, 0, 3), q, ad_rotate(q, ad_slice(y, 7, 3)), ad_slice(y, 10, 3)};
+    rod_state exact = {.position = ad_slice(y, 0, 3),
+                       .rotation = q,
+                       .force = ad_rotate(q, ad_slice(y, 7, 3)),
+                       .moment = ad_slice(y, 10, 3)};
     check_interior(given, &r, exact, 1e-9); /* derivatives cost digits: degree^2 times rounding */
     ad_tape_free(r.tape);
     release(&x);

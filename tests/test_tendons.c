@@ -384,32 +384,45 @@ static void test_derivatives(void **state)
 {
     (void)state;
     const double strain[2][3] = {{0.01, 0.02, 0.03}, {0, 0, 0}}, curvature[3] = {1, 0.8, 1.3};
-    const solve_extent extents[3] = {{.end = 1}, {.end = 1}, {.end = 1, .is_chamber = true}};
-    const solve_actuator actuators[3] = {
-        {{0.1, 0.2}, {0, 0}, 3}, {{-0.2, 0.1}, {0.4, -0.3}, 5}, {{0.1, -0.1}, {0, 0}, -2}};
-    const double y[STATIC_ROWS] = {0.1,  0.2, 0.3, 0.7, -0.2, 0.5, 0.4,
-                                   -1.1, 0.9, 0.6, 0.3, -0.8, 0.5};
+    enum { TUBES = 2, PULLING = 3, ROWS = STATIC_TUBES + 2 * TUBES };
+    const solve_extent extents[PULLING + TUBES] = {{.end = 1},
+                                                   {.end = 1},
+                                                   {.end = 1, .is_chamber = true},
+                                                   {.end = 1, .is_tube = true},
+                                                   {.end = 1, .is_tube = true}};
+    const solve_actuator actuators[PULLING + TUBES] = {
+        {.offset = {0.1, 0.2}, .pull = 3},
+        {.offset = {-0.2, 0.1}, .slope = {0.4, -0.3}, .pull = 5},
+        {.offset = {0.1, -0.1}, .pull = -2},
+        {.bending = {2, 3}, .softness = 0.7, .curvature = {1.1, -0.3, 0.2}},
+        {.bending = {0.5, 0.4}, .softness = 0, .curvature = {-0.6, 1.4, 0}}};
+    const double y[ROWS] = {0.1, 0.2, 0.3,  0.7, -0.2, 0.5,  0.4, -1.1, 0.9,
+                            0.6, 0.3, -0.8, 0.5, 1.3,  -0.4, 2.2, 0.6};
     for (int locked = 0; locked < 2; locked++) {
         const static_point at = {
             .rest = {.strain = {0, 0, 1}, .curvature = {0.1, -0.2, 0.3}},
             .load = {.moment = {0.3, 0.2, 0.1}, .body_force = {-0.5, 0.1, 0.2}},
             .strain_compliance = strain[locked],
             .curvature_compliance = curvature,
-            .actuation = {.count = 3, .extents = extents, .actuators = actuators, .factor = 0.9}};
-        double rate[STATIC_ROWS], jacobian[STATIC_ROWS][STATIC_ROWS];
+            .actuation = {.count = PULLING + TUBES,
+                          .extents = extents,
+                          .actuators = actuators,
+                          .factor = 0.9},
+            .tubes = TUBES};
+        double rate[ROWS], jacobian[ROWS][STATIC_ROWS_MAX];
         ad_error error;
         assert_int_equal(ad_dense_load(&error), AD_OK);
         static_rate(&at, y, rate, jacobian);
-        for (int c = 0; c < STATIC_ROWS; c++) {
+        for (int c = 0; c < ROWS; c++) {
             const double step = 1e-3;
-            double moved[4][STATIC_ROWS];
+            double moved[4][ROWS];
             for (int i = 0; i < 4; i++) { /* of fourth order */
-                double here[STATIC_ROWS];
+                double here[ROWS];
                 memcpy(here, y, sizeof here);
                 here[c] += step * (i < 2 ? i - 2 : i - 1);
                 static_rate(&at, here, moved[i], NULL);
             }
-            for (int r = 0; r < STATIC_ROWS; r++) {
+            for (int r = 0; r < ROWS; r++) {
                 double slope = moved[0][r] - 8 * moved[1][r] + 8 * moved[2][r] - moved[3][r];
                 assert_near(jacobian[r][c], slope / (12 * step), 1e-9); /* measured: 3e-11 */
             }

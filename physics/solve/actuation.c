@@ -1,6 +1,7 @@
 #include "physics/solve/actuation.h"
 
 #include "autodiff/dense.h"
+#include "physics/rod_internal.h"
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
@@ -55,6 +56,125 @@ static void add_turning(double by_length, const double tangent[3], const double 
     }
 }
 
+/* ---- tubes --------------------------------------------------------------------------------- */
+
+/* A tube in its own frame: w, w - k, K (w - k), k_3. */
+typedef struct tube_section {
+    const solve_actuator *at;
+    double cosine, sine;
+    double bent[2], strained[2], bending[2], rest_twist;
+    double torsion; /* m_i */
+} tube_section;
+
+static void turn_back(const tube_section *x, const double *vector, double *result)
+{
+    result[0] = x->cosine * vector[0] + x->sine * vector[1];
+    result[1] = -x->sine * vector[0] + x->cosine * vector[1];
+}
+
+static void turn_on(const tube_section *x, const double *vector, double *result)
+{
+    result[0] = x->cosine * vector[0] - x->sine * vector[1];
+    result[1] = x->sine * vector[0] + x->cosine * vector[1];
+}
+
+static tube_section section_of(const solve_actuation *a, int i, const double *curvature)
+{
+    const double *state = a->tubes + 2 * (i - solve_actuation_first_tube(a));
+    const double share = rod_tube_shape_share(a->factor), *k = a->actuators[i].curvature;
+    tube_section x = {.at = &a->actuators[i],
+                      .cosine = cos(state[0]),
+                      .sine = sin(state[0]),
+                      .torsion = state[1],
+                      .rest_twist = a->shape[2] + share * (k[2] - a->shape[2])};
+    turn_back(&x, curvature, x.bent);
+    for (int c = 0; c < 2; c++) {
+        x.strained[c] = x.bent[c] - a->shape[c] - share * (k[c] - a->shape[c]);
+        x.bending[c] = x.at->bending[c] * x.strained[c];
+    }
+    return x;
+}
+
+bool solve_tube_is_here(const solve_actuation *a, int i)
+{
+    return a->s <= a->extents[i].end;
+}
+
+/* Adds R K (w - k) and m_i to the moment. */
+static void add_tube(const solve_actuation *a, int i, const double *strains, double *wrench,
+                     double (*by_strains)[ROWS])
+{
+    tube_section x = section_of(a, i, strains + 3);
+    double moment[2];
+    turn_on(&x, x.bending, moment);
+    wrench[3] += moment[0];
+    wrench[4] += moment[1];
+    wrench[5] += x.torsion;
+    for (int c = 0; c < 2 && by_strains; c++) {
+        double unit[2] = {c == 0, c == 1}, own[2];
+        turn_back(&x, unit, own);
+        own[0] *= x.at->bending[0];
+        own[1] *= x.at->bending[1];
+        turn_on(&x, own, moment);
+        by_strains[3][3 + c] += moment[0];
+        by_strains[4][3 + c] += moment[1];
+    }
+}
+
+void solve_tube_rate(const solve_actuation *a, int i, const double *curvature, double rate[2],
+                     double (*by)[5])
+{
+    rate[0] = rate[1] = 0;
+    if (by) {
+        memset(by, 0, 2 * sizeof *by);
+    }
+    if (!solve_tube_is_here(a, i)) {
+        return;
+    }
+    tube_section x = section_of(a, i, curvature);
+    const double *K = x.at->bending, *w = x.bent;
+    rate[0] = x.at->softness * x.torsion + x.rest_twist - curvature[2];
+    rate[1] = x.bending[0] * w[1] - x.bending[1] * w[0];
+    if (by) {
+        const double own[2] = {K[0] * w[1] - x.bending[1], x.bending[0] - K[1] * w[0]};
+        by[0][2] = -1;
+        by[0][4] = x.at->softness;
+        turn_on(&x, own, by[1]);
+        by[1][3] = own[0] * w[1] - own[1] * w[0];
+    }
+}
+
+double solve_tube_energy(const solve_actuation *a, const double *curvature)
+{
+    double sum = 0;
+    for (int i = solve_actuation_first_tube(a); i < a->count; i++) {
+        if (solve_tube_is_here(a, i)) {
+            tube_section x = section_of(a, i, curvature);
+            sum += 0.5 * (x.bending[0] * x.strained[0] + x.bending[1] * x.strained[1] +
+                          x.at->softness * x.torsion * x.torsion);
+        }
+    }
+    return sum;
+}
+
+double solve_tube_variation(const solve_actuation *a, int i, const double *curvature,
+                            const double p[5], const double q[5])
+{
+    static const double stiff = 1e6; /* of bending, in place of one that does not twist */
+    tube_section x = section_of(a, i, curvature);
+    const double *K = x.at->bending, *w = x.bent, *f = x.bending;
+    double torsion = fmin(1 / x.at->softness, stiff * fmin(K[0], K[1])), pw[2], qw[2], sum = 0;
+    turn_back(&x, p, pw);
+    turn_back(&x, q, qw);
+    sum += p[3] * (f[0] * qw[1] - f[1] * qw[0]) + q[3] * (f[0] * pw[1] - f[1] * pw[0]);
+    sum -= p[3] * q[3] * (f[0] * w[0] + f[1] * w[1]);
+    sum += K[0] * (pw[0] + p[3] * w[1]) * (qw[0] + q[3] * w[1]);
+    sum += K[1] * (pw[1] - p[3] * w[0]) * (qw[1] - q[3] * w[0]);
+    return sum + torsion * (p[2] + p[4]) * (q[2] + q[4]);
+}
+
+/* ---- all of them --------------------------------------------------------------------------- */
+
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
                             double (*by_strains)[ROWS])
 {
@@ -63,6 +183,12 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
         memset(by_strains, 0, ROWS * sizeof *by_strains);
     }
     for (int i = 0; i < a->count; i++) {
+        if (a->extents[i].is_tube) {
+            if (a->tubes && solve_tube_is_here(a, i)) {
+                add_tube(a, i, strains, wrench, by_strains);
+            }
+            continue;
+        }
         double offset[3], force[3] = {0, 0, 1}, moment[3], pull = pull_of(a, i, offset);
         if (pull == 0) {
             continue;
@@ -88,7 +214,7 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
 double solve_actuation_energy(const solve_actuation *a, const double *strains)
 {
     double sum = 0;
-    for (int i = 0; i < a->count; i++) {
+    for (int i = 0; i < solve_actuation_first_tube(a); i++) {
         double offset[3], along[3], pull = pull_of(a, i, offset);
         direction_of(&a->actuators[i], offset, strains, along);
         sum += pull * (a->extents[i].is_chamber ? along[2] : sqrt(vector_dot(along, along)));
@@ -240,6 +366,9 @@ ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         double moment = 0;
         for (size_t j = 0; j < count; j++) {
+            if (rod->extents[j].is_tube) {
+                continue;
+            }
             const solve_actuator *at = &all[i * count + j];
             double distance = hypot(at->offset[0], at->offset[1]);
             moment += fabs(at->pull) * distance;
@@ -274,6 +403,17 @@ ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *
     }
     status = status == AD_OK ? solve_rod_actuators(*rod, n, scaled, 0, *actuators, error) : status;
     for (size_t i = 0; status == AD_OK && i < count; i++) {
+        if ((*rod)->extents[i % (size_t)(*rod)->actuators].is_tube) {
+            solve_actuator *tube = &(*actuators)[i];
+            double unit = (*rod)->scales.moment * (*rod)->scales.length;
+            for (int k = 0; k < 3; k++) {
+                tube->curvature[k] /= (*rod)->scales.length;
+            }
+            tube->bending[0] *= unit;
+            tube->bending[1] *= unit;
+            tube->softness /= unit;
+            continue;
+        }
         for (int k = 0; k < 2; k++) {
             (*actuators)[i].offset[k] *= (*rod)->scales.length;
         }

@@ -1,5 +1,5 @@
-/* Tendons and chambers in a section of the rod, in plain C: the sums of physics/rod.h. Strains are
- * (v, u), wrenches (n, m), six numbers each. */
+/* Tendons, chambers and tubes in a section of the rod, in plain C: the sums of physics/rod.h.
+ * Strains are (v, u), wrenches (n, m), six numbers each. */
 #ifndef PHYSICS_SOLVE_ACTUATION_H
 #define PHYSICS_SOLVE_ACTUATION_H
 
@@ -15,6 +15,8 @@ typedef struct solve_actuation {
     double s;
     double factor;          /* of the load */
     const double *tensions; /* [count] of tendons whose length is given, 0 of others; NULL: none */
+    const double *shape; /* u* of the rod, from which tubes set out on their way to the load; and */
+    const double *tubes; /* theta, m_i of each, the last of the actuators; NULL: not looked at */
 } solve_actuation;
 
 /* Those of a point at s, the `point`th of `all` [..][rod->actuators]. */
@@ -33,11 +35,38 @@ static inline solve_actuation solve_actuation_at(const solve_rod *rod, const sol
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
                             double (*by_strains)[ACTUATION_ROWS]);
 
-/* Their potential energy per length, of which the wrench is the gradient: tension times the length
- * of a tendon, minus pressure times the volume of a chamber. */
+/* Index of the first tube. */
+static inline int solve_actuation_first_tube(const solve_actuation *a)
+{
+    int first = a->count;
+    while (first > 0 && a->extents[first - 1].is_tube) {
+        first--;
+    }
+    return first;
+}
+
+/* The equations of tube i (an actuator) where u is: theta' and m_i', and where that is not NULL
+ * their derivatives by u, by theta and by m_i [2][5]; beyond its end 0. Those of m_i' by u are also
+ * those of what it adds to m by theta. */
+void solve_tube_rate(const solve_actuation *a, int i, const double *curvature, double rate[2],
+                     double (*by)[5]);
+
+/* Whether a tube is here, for which s is not beyond its end. */
+bool solve_tube_is_here(const solve_actuation *a, int i);
+
+/* The energy of all tubes per length. */
+double solve_tube_energy(const solve_actuation *a, const double *curvature);
+
+/* The second variation of the energy of tube i by changes p, q of u (the first three), theta and
+ * theta'. */
+double solve_tube_variation(const solve_actuation *a, int i, const double *curvature,
+                            const double p[5], const double q[5]);
+
+/* The potential energy per length of tendons and chambers, of which their wrench is the gradient:
+ * tension times the length of a tendon, minus pressure times the volume of a chamber. */
 double solve_actuation_energy(const solve_actuation *a, const double *strains);
 
-/* |p'| of tendon i, 0 beyond its ends. */
+/* |p'| of tendon i, 0 beyond its ends and of tubes. */
 double solve_actuation_length(const solve_actuation *a, int i, const double *strains);
 
 /* The strains x with x = rest + compliance (wrench - actuation(x)), which are those of a minimum of

@@ -237,7 +237,7 @@ ad_status solve_balance_rod(const solve_rod *rod, solve_shape *shape, const void
     samples x = {.places = (size_t)rod->jumps.count, .columns = solution_columns(&rod->scene)};
     double units[MODEL_COLUMNS_MAX], places[SOLVE_JUMPS_MAX];
     total sum = {.size = 0};
-    solve_rod_units(&rod->scales, units);
+    solve_rod_units(rod, units);
     solve_jump_places(&rod->jumps, places);
     ad_status status =
         sample(rod->quadrature, places, rod->scales.length, units, shape, context, &x, error);

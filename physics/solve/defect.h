@@ -9,7 +9,7 @@
 
 #include "physics/solve/quadrature.h"
 
-enum { DEFECT_ROWS_MAX = 13 };
+enum { DEFECT_ROWS_MAX = 21 };
 
 /* rate [n][rows] = f(s [n], y [n][rows]) */
 typedef struct solve_equations {

@@ -229,7 +229,7 @@ static ad_status balance_all(balance *b, int count, const double *times, ad_erro
 {
     ad_status status = make_mesh(b, error);
     status = status == AD_OK ? make_room(b, error) : status;
-    solve_rod_units(&b->rod->scales, b->units);
+    solve_rod_units(b->rod, b->units);
     for (int i = 0; i + 1 < count && status == AD_OK; i++) {
         double from = times[i] / b->rod->scales.time, to = times[i + 1] / b->rod->scales.time;
         status = enter(b, from + WITHIN * (to - from), i == 0, error);
@@ -251,8 +251,8 @@ static bool can_be_known(const solve_rod *rod)
 }
 
 ad_status motion_balance_of(const scene *rod_scene, int count, const double *times,
-                           solve_known_motion *motion, void *context, motion_balance *result,
-                           ad_error *error)
+                            solve_known_motion *motion, void *context, motion_balance *result,
+                            ad_error *error)
 {
     balance b = {.known = motion, .context = context};
     *result = (motion_balance){NAN, NAN};

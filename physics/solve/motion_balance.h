@@ -30,8 +30,8 @@ typedef ad_status solve_known_motion(void *context, size_t points, const double 
  * inertia, and where ends that move hold a rod with locked strains. AD_NO_MEMORY, errors of
  * formulas and of the motion. */
 ad_status motion_balance_of(const scene *rod_scene, int count, const double *times,
-                           solve_known_motion *motion, void *context, motion_balance *result,
-                           ad_error *error);
+                            solve_known_motion *motion, void *context, motion_balance *result,
+                            ad_error *error);
 
 #ifdef __cplusplus
 }

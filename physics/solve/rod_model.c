@@ -148,7 +148,9 @@ static ad_status record(solve_rod *rod, ad_error *error)
 /* Rows of solve_actuator for one actuator after the other. */
 static ad_status record_actuators(solve_rod *rod, ad_error *error)
 {
-    rod->actuators = rod_actuator_count(&rod->scene);
+    int pulling = rod_actuator_count(&rod->scene);
+    rod->tubes = rod->scene.tube_count;
+    rod->actuators = pulling + rod->tubes;
     if (rod->actuators == 0) {
         return AD_OK;
     }
@@ -159,9 +161,9 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), all[SOLVE_ACTUATORS_MAX];
     const domain_place at = rod_place(&rod->scene, s, t);
     const rod_context context = rod_context_of(&rod->scene, &at);
-    for (int i = 0; i < rod->actuators; i++) {
+    for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
-        all[i] = STACK(one.offset, one.slope, one.pull);
+        all[i] = STACK(one.offset, one.slope, one.pull, ad_scalar(tape, 0));
         rod->extents[i] =
             (solve_extent){.start = one.start, .end = one.end, .is_chamber = one.is_chamber};
         if (i < rod->scene.tendon_count && rod->scene.tendons[i].displacement.is_given) {
@@ -170,6 +172,14 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
             rod->lengths++;
             rod->extents[i].displacement = quantity_value(pulled_out, 0, 0) / rod->scales.length;
         }
+    }
+    for (int i = 0; i < rod->tubes; i++) {
+        rod_tube tube = rod_tube_of(&context, i);
+        all[pulling + i] = STACK(tube.bending, tube.softness, tube.rest);
+        rod->extents[pulling + i] = (solve_extent){.end = tube.end,
+                                                   .is_tube = true,
+                                                   .turned = tube.turned,
+                                                   .transmission = tube.transmission};
     }
     ad_status status = solve_formula_create(ad_stack(rod->actuators, all), 0, rod->formula->pool,
                                             &rod->formula->actuators, error);
@@ -286,8 +296,9 @@ void solve_rod_free(solve_rod *rod)
     }
 }
 
-void solve_rod_units(const rod_scales *scale, double *units)
+void solve_rod_units(const solve_rod *rod, double *units)
 {
+    const rod_scales *scale = &rod->scales;
     const double of[8] = {scale->length,
                           1,
                           1,
@@ -297,10 +308,14 @@ void solve_rod_units(const rod_scales *scale, double *units)
                           scale->length / scale->time,
                           1 / scale->time};
     const int rows[8] = {3, 4, 3, 3, 3, 3, 3, 3};
-    for (int i = 0; i < 8; i++) {
+    for (int i = 0; i < (rod->tubes > 0 ? 6 : 8); i++) {
         for (int k = 0; k < rows[i]; k++) {
             *units++ = of[i];
         }
+    }
+    for (int i = 0; i < rod->tubes; i++) {
+        *units++ = 1;
+        *units++ = scale->moment;
     }
 }
 

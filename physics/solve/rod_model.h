@@ -32,19 +32,25 @@ typedef struct solve_state {
     double curvature[3]; /* u, body */
     double force[3];     /* n, body; with tendons and chambers */
     double moment[3];    /* m, body; the same */
-    double velocity[3];  /* r_t, world; 0 if static */
-    double spin[3];      /* w, body; 0 if static */
+    union {
+        struct {
+            double velocity[3]; /* r_t, world */
+            double spin[3];     /* w, body */
+        };
+        double tubes[2 * SCENE_TUBES_MAX]; /* at rest: theta, m_i of each tube; 0 without */
+    };
 } solve_state;
 
 /* The part of the rod, start .. end, in which an actuator pulls. */
 typedef struct solve_extent {
     double start, end; /* within [0, 1] */
-    bool is_chamber;
-    bool has_length;     /* a tendon whose tension is sought: */
-    double displacement; /* its length is that in the unstressed rod less this */
+    bool is_chamber, is_tube;
+    bool has_length;             /* a tendon whose tension is sought: */
+    double displacement;         /* its length is that in the unstressed rod less this */
+    double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
-enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX };
+enum { SOLVE_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX + SCENE_TUBES_MAX };
 
 typedef struct solve_rod {
     scene scene;         /* its texts belong to whoever filled the scene; in space, */
@@ -58,7 +64,8 @@ typedef struct solve_rod {
     bool resists;       /* false: solve_rod_resistance is 0 everywhere */
     bool is_founded;    /* false: it has no foundation */
     solve_end ends[2];  /* at s = 0 and 1 */
-    int actuators;      /* tendons, then chambers */
+    int actuators;      /* tendons, then chambers, then tubes */
+    int tubes;          /* of them; at rest alone */
     int lengths;        /* of them, whose length is given */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
@@ -100,10 +107,17 @@ typedef struct solve_foundation {
 
 /* A tendon or a chamber in one section: where it is, and how strongly it pulls, as if it had no
  * ends (solve_extent). */
-typedef struct solve_actuator {
-    double offset[2]; /* r, along d1 and d2 */
-    double slope[2];  /* r_s */
-    double pull;      /* tension; of a chamber minus pressure times area */
+typedef union solve_actuator {
+    struct {
+        double offset[2]; /* r, along d1 and d2 */
+        double slope[2];  /* r_s */
+        double pull;      /* tension; of a chamber minus pressure times area */
+    };
+    struct {                 /* of a tube */
+        double bending[2];   /* K */
+        double softness;     /* 1/G; 0: it does not twist */
+        double curvature[3]; /* k by itself */
+    };
 } solve_actuator;
 
 /* What is prescribed at an end: the pose counts where it is held, force and moment where not. Their
@@ -127,7 +141,7 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
 void solve_rod_free(solve_rod *rod);
 
 /* What one unit of each double of a solve_state is in SI. */
-void solve_rod_units(const rod_scales *scale, double *units);
+void solve_rod_units(const solve_rod *rod, double *units);
 
 /* At n points s [n], in any order; out [n]. They allocate only when n grows. One thread at a time
  * for one rod. */

@@ -271,7 +271,7 @@ ad_status solution_evaluate(const solution *x, int columns, size_t points, const
     if (x->beam) {
         solve_beam_units(x->beam, units);
     } else {
-        solve_rod_units(&x->scales, units);
+        solve_rod_units(x->rod, units);
     }
     for (size_t i = 0; status == AD_OK && i < points; i++) {
         for (int c = 0; c < columns; c++) { /* no -0 in a table */

@@ -14,24 +14,29 @@
 enum { ELEMENTS = STABILITY_POINTS };
 
 /* The unknowns of a node: turns about the directors `axis`, a displacement in the directors of the
- * base, and the force in the element behind it, of which the last node has none. */
-enum { NODE = 9 };
+ * base, the force in the element behind it, of which the last node has none, and phi of each tube.
+ */
+enum { NODE_MAX = 9 + SCENE_TUBES_MAX };
 
 /* The second variation as a matrix of blocks, in which nodes meet their neighbours. */
 typedef struct variation {
-    int axes, axis[3];          /* the rod turns about these directors */
-    int dims;                   /* components of a displacement: 2 or 3 */
-    double (*own)[NODE][NODE];  /* [ELEMENTS + 1] symmetric */
-    double (*next)[NODE][NODE]; /* [ELEMENTS] rows of a node, columns of the one behind */
-    double base[3][3];          /* R where the rod begins */
-    double stiffness[3][3];     /* K of the element, with that of tendons */
-    double softness[3][3];      /* C, the same */
-    double coupling[3][3];      /* of strains and curvatures, by tendons */
-    solve_actuator *actuators;  /* [elements][those of the rod], SI; NULL: none */
-    const solve_rod *rod;       /* where there are any */
-    double edge[ELEMENTS + 1];  /* m */
-    double step;                /* length of the element at hand */
-    double typical;             /* bending stiffness of the rod */
+    int axes, axis[3]; /* the rod turns about these directors */
+    int dims;          /* components of a displacement: 2 or 3 */
+    int tubes;
+    int size;     /* unknowns of a node */
+    double *own;  /* [ELEMENTS + 1][size][size] symmetric */
+    double *next; /* [ELEMENTS][size][size] rows of a node, columns of the one behind */
+    double load_factor;
+    double base[3][3];         /* R where the rod begins */
+    double stiffness[3][3];    /* K of the element, with that of tendons */
+    double softness[3][3];     /* C, the same */
+    double coupling[3][3];     /* of strains and curvatures, by tendons */
+    solve_actuator *actuators; /* [elements][those of the rod], SI; NULL: none */
+    const solve_rod *rod;      /* where there are any */
+    double shape[ELEMENTS][3]; /* u* of the rod, SI; with tubes */
+    double edge[ELEMENTS + 1]; /* m */
+    double step;               /* length of the element at hand */
+    double typical;            /* bending stiffness of the rod */
 } variation;
 
 /* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
@@ -115,19 +120,24 @@ static double middle(const double *edges, int k)
 
 /* ---- the rows of the matrix ----------------------------------------------------------------- */
 
-static int row_of_turn(int node)
+static int row_of_turn(const variation *x, int node)
 {
-    return node * NODE;
+    return node * x->size;
 }
 
 static int row_of_displacement(const variation *x, int node)
 {
-    return node * NODE + x->axes;
+    return node * x->size + x->axes;
 }
 
 static int row_of_force(const variation *x, int node)
 {
-    return node * NODE + x->axes + x->dims;
+    return node * x->size + x->axes + x->dims;
+}
+
+static int row_of_tube(const variation *x, int tube, int node)
+{
+    return node * x->size + x->axes + 2 * x->dims + tube;
 }
 
 /* The director of the base along which component j of a displacement is. */
@@ -139,14 +149,15 @@ static int displaced(const variation *x, int j)
 /* Of nodes that are the same or neighbours. */
 static void add_entry(variation *x, int row, int column, double value)
 {
-    int node = row / NODE, other = column / NODE;
+    int node = row / x->size, other = column / x->size, n = x->size;
+    size_t block = (size_t)n * (size_t)n * (size_t)node;
     if (node > other) {
         add_entry(x, column, row, value);
     } else if (node < other) {
-        x->next[node][row % NODE][column % NODE] += value;
+        x->next[block + (size_t)(row % n * n + column % n)] += value;
     } else {
-        x->own[node][row % NODE][column % NODE] += value;
-        x->own[node][column % NODE][row % NODE] += row == column ? 0 : value;
+        x->own[block + (size_t)(row % n * n + column % n)] += value;
+        x->own[block + (size_t)(column % n * n + row % n)] += row == column ? 0 : value;
     }
 }
 
@@ -176,10 +187,13 @@ static void along_axes(const double k[3], double K[3][3])
     }
 }
 
-/* What one unknown is in the middle of an element: eta, a = eta_s + u x eta, R^T nu. */
+/* What one unknown is in the middle of an element: eta, a = eta_s + u x eta, R^T nu; or of a tube,
+ * else -1, phi and its derivative. */
 typedef struct direction {
     int place;
     double eta[3], bend[3], pull[3];
+    int tube;
+    double phi[2];
 } direction;
 
 /* eta x n - R^T nu, and what tendons add: the force against which strains are at their best. */
@@ -219,6 +233,26 @@ static double energy_of(const variation *x, const solve_state *state, const dire
            vector_dot(q->pull, pv);
 }
 
+/* What tubes have of the same form. */
+static double energy_of_tubes(const variation *x, const solve_actuation *pulling,
+                              const solve_state *state, const direction *p, const direction *q)
+{
+    double sum = 0;
+    for (int i = 0; i < x->tubes; i++) {
+        double own[2][5] = {{0}};
+        const direction *both[2] = {p, q};
+        for (int d = 0; d < 2; d++) {
+            memcpy(own[d], both[d]->bend, sizeof both[d]->bend);
+            memcpy(own[d] + 3, both[d]->phi, both[d]->tube == i ? sizeof both[d]->phi : 0);
+        }
+        int actuator = pulling->count - x->tubes + i;
+        if (solve_tube_is_here(pulling, actuator)) {
+            sum += solve_tube_variation(pulling, actuator, state->curvature, own[0], own[1]);
+        }
+    }
+    return sum;
+}
+
 /* Director `axis`, in the frame before all joints, in that of the element: eta does not jump. */
 static void unturned(const double joints[4], int axis, double result[3])
 {
@@ -227,18 +261,32 @@ static void unturned(const double joints[4], int axis, double result[3])
     memcpy(result, R[axis], sizeof R[axis]);
 }
 
+/* Tendons and tubes of element k. */
+static solve_actuation pulling_in(const variation *x, const solve_state *state, int k)
+{
+    solve_actuation pulling = {.count = 0};
+    if (x->actuators) {
+        double s = middle(x->edge, k) / x->edge[ELEMENTS];
+        pulling = solve_actuation_at(x->rod, x->actuators, (size_t)k, s, x->load_factor);
+        pulling.shape = x->shape[k];
+        pulling.tubes = state->tubes;
+    }
+    return pulling;
+}
+
 /* Element k, with the state in its middle; base: the rotation of the first; joints: the product of
  * the turns before. */
 static void add_element(variation *x, int k, const solve_state *state, const double base[4],
                         const double joints[4])
 {
-    direction all[3 * 3];
+    const solve_actuation pulling = pulling_in(x, state, k);
+    direction all[3 * 3 + 2 * SCENE_TUBES_MAX];
     int count = 0;
     for (int side = 0; side < 2; side++) {
         for (int j = 0; j < x->axes; j++) {
             direction *d = &all[count++];
             double about[3];
-            *d = (direction){.place = row_of_turn(k + side) + j};
+            *d = (direction){.place = row_of_turn(x, k + side) + j, .tube = -1};
             unturned(joints, x->axis[j], about);
             for (int i = 0; i < 3; i++) {
                 d->eta[i] = 0.5 * about[i];
@@ -251,25 +299,33 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
     }
     for (int j = 0; j < x->dims; j++) {
         direction *d = &all[count++];
-        *d = (direction){.place = row_of_force(x, k) + j};
+        *d = (direction){.place = row_of_force(x, k) + j, .tube = -1};
         turned(base, state->rotation, displaced(x, j), d->pull);
         add_entry(x, d->place, row_of_displacement(x, k + 1) + j, 1);
         add_entry(x, d->place, row_of_displacement(x, k) + j, -1);
     }
+    for (int i = 0; i < 2 * x->tubes; i++) {
+        int side = i % 2;
+        all[count++] = (direction){.place = row_of_tube(x, i / 2, k + side),
+                                   .tube = i / 2,
+                                   .phi = {0.5, (side ? 1 : -1) / x->step}};
+    }
     for (int i = 0; i < count; i++) {
         for (int j = i; j < count; j++) {
-            add_entry(x, all[i].place, all[j].place,
-                      x->step * energy_of(x, state, &all[i], &all[j]));
+            double energy = energy_of(x, state, &all[i], &all[j]) +
+                            energy_of_tubes(x, &pulling, state, &all[i], &all[j]);
+            add_entry(x, all[i].place, all[j].place, x->step * energy);
         }
     }
 }
 
 /* ---- what holds the rod ---------------------------------------------------------------------- */
 
-/* An end is held by a spring that is stiff beyond all else. */
+/* A spring beyond all else, in units of the rod: what is held is held by it. */
+static const double stiff = 1e12;
+
 static void hold_end(variation *x, const scene_end *end, int node)
 {
-    static const double stiff = 1e12;
     const scene_hold hold = scene_hold_of(end);
     double length = x->edge[ELEMENTS], by_length = stiff * x->typical / length, K[3][3];
     for (int i = 0; i < 3; i++) {
@@ -278,7 +334,25 @@ static void hold_end(variation *x, const scene_end *end, int node)
     }
     add_stiffness(x, node, node, K, by_length / (length * length));
     for (int j = 0; j < x->axes && scene_end_holds_rotation(end->type); j++) {
-        add_entry(x, row_of_turn(node) + j, row_of_turn(node) + j, by_length);
+        add_entry(x, row_of_turn(x, node) + j, row_of_turn(x, node) + j, by_length);
+    }
+}
+
+/* A tube at its base, where a straight part behind it may twist; and what is beyond its end. */
+static void hold_tubes(variation *x, const scene *rod_scene)
+{
+    double held = stiff * x->typical / x->edge[ELEMENTS];
+    for (int i = 0; i < x->tubes; i++) {
+        const scene_tube *tube = &rod_scene->tubes[i];
+        quantity torsion = scene_tube_properties(tube).curvature_stiffness[2];
+        double softness = tube->transmission.number / quantity_value(torsion, 0, 0);
+        int base = row_of_tube(x, i, 0);
+        add_entry(x, base, base, softness > 0 ? 1 / softness : held);
+        for (int node = 1; node <= ELEMENTS; node++) {
+            int row = row_of_tube(x, i, node);
+            bool beyond = middle(x->edge, node - 1) > scene_tube_end(rod_scene, i);
+            add_entry(x, row, row, beyond ? held : 0);
+        }
     }
 }
 
@@ -289,7 +363,7 @@ static void add_spring(variation *x, const scene_spring *spring)
     int element = element_at(x, place);
     double within = (place - x->edge[element]) / (x->edge[element + 1] - x->edge[element]);
     for (int i = 0; i < 3; i++) {
-        k[i] = spring->stiffness[i].is_given ? spring->stiffness[i].number : 0;
+        k[i] = quantity_number_or(spring->stiffness[i], 0);
     }
     along_axes(k, K);
     add_stiffness(x, element, element, K, (1 - within) * (1 - within));
@@ -324,8 +398,8 @@ static void add_turning(variation *x, solve_spring spring, const scene_spring *g
                 }
             }
             sum *= weight[i / x->axes] * weight[j / x->axes];
-            add_entry(x, row_of_turn(k + i / x->axes) + i % x->axes,
-                      row_of_turn(k + j / x->axes) + j % x->axes, sum);
+            add_entry(x, row_of_turn(x, k + i / x->axes) + i % x->axes,
+                      row_of_turn(x, k + j / x->axes) + j % x->axes, sum);
         }
     }
 }
@@ -350,18 +424,20 @@ static void take_section(variation *x, const scene_properties *p, int k)
 /* Tendons resist being turned. */
 static void take_tendons(variation *x, const solve_state *state, int k)
 {
-    double s = middle(x->edge, k) / x->edge[ELEMENTS], strains[ACTUATION_ROWS];
-    const solve_actuation pulling = solve_actuation_at(x->rod, x->actuators, (size_t)k, s, 1);
+    solve_actuation pulling = pulling_in(x, state, k);
+    double strains[ACTUATION_ROWS];
+    pulling.tubes = NULL; /* their own directions have it all */
     memcpy(strains, state->strain, sizeof state->strain);
     memcpy(strains + 3, state->curvature, sizeof state->curvature);
     solve_actuation_stiffen(&pulling, strains, x->stiffness, x->softness, x->coupling);
 }
 
 /* values [columns][ELEMENTS] in the middles of the elements. */
-static solve_state state_in(const double *values, int k)
+static solve_state state_in(const variation *x, const double *values, int k)
 {
-    solve_state state = {.velocity = {0}};
-    for (size_t column = 0; column < offsetof(solve_state, velocity) / sizeof(double); column++) {
+    size_t columns = offsetof(solve_state, tubes) / sizeof(double) + 2 * (size_t)x->tubes;
+    solve_state state = {.tubes = {0}};
+    for (size_t column = 0; column < columns; column++) {
         ((double *)&state)[column] = values[column * ELEMENTS + (size_t)k];
     }
     return state;
@@ -413,7 +489,7 @@ static ad_status add_springs(variation *x, const scene *rod_scene, const double 
         status = rod ? AD_OK : solve_rod_create(rod_scene, &rod, error);
         if (status == AD_OK) {
             int k = element_at(x, given->at.number);
-            solve_state state = state_in(values, k);
+            solve_state state = state_in(x, values, k);
             joints_before(rod_scene, middle(x->edge, k), joints);
             add_turning(x, rod->jumps.springs[i], given, &state, joints);
         }
@@ -429,7 +505,7 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
     double base[4];
     x->typical = rod_scales_of(rod_scene).moment * scene_length(rod_scene);
     for (int k = 0; k < ELEMENTS; k++) {
-        solve_state state = state_in(values, k);
+        solve_state state = state_in(x, values, k);
         double joints[4];
         if (k == 0) {
             memcpy(base, state.rotation, sizeof base);
@@ -445,13 +521,9 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
     for (int j = 0; j < x->dims; j++) { /* no element, no force: one direction, that counts */
         add_entry(x, row_of_force(x, ELEMENTS) + j, row_of_force(x, ELEMENTS) + j, -1);
     }
-    for (int node = 0; node <= ELEMENTS; node++) { /* rows that a rod in a plane does not have */
-        for (int row = x->axes + 2 * x->dims; row < NODE; row++) {
-            x->own[node][row][row] = 1;
-        }
-    }
     hold_end(x, &rod_scene->start, 0);
     hold_end(x, &rod_scene->end, ELEMENTS);
+    hold_tubes(x, rod_scene);
     add_foundation(x, rod_scene);
     return add_springs(x, rod_scene, values, error);
 }
@@ -460,36 +532,50 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
  * of what is left of each block adds up (Haynsworth 1968). -1 where a block is singular. */
 static int negative_directions(const variation *x)
 {
-    int sum = 0, pivots[NODE];
-    double left[NODE][NODE], copy[NODE][NODE], solved[NODE][NODE];
-    memcpy(left, x->own[0], sizeof left);
+    const int n = x->size;
+    const size_t block = (size_t)n * (size_t)n;
+    int sum = 0, pivots[NODE_MAX];
+    double left[NODE_MAX * NODE_MAX], copy[NODE_MAX * NODE_MAX], solved[NODE_MAX * NODE_MAX];
+    memcpy(left, x->own, block * sizeof *left);
     for (int node = 0; node <= ELEMENTS; node++) {
-        memcpy(copy, left, sizeof copy);
-        sum += ad_dense_negative(NODE, copy[0], pivots);
+        const double *next = x->next + block * (size_t)node,
+                     *own = x->own + block * (size_t)(node + 1);
+        memcpy(copy, left, block * sizeof *copy);
+        sum += ad_dense_negative(n, copy, pivots);
         if (node == ELEMENTS) {
             break;
         }
-        memcpy(copy, left, sizeof copy); /* symmetric: by columns as by rows */
-        for (int c = 0; c < NODE; c++) {
-            for (int r = 0; r < NODE; r++) {
-                solved[c][r] = x->next[node][r][c];
+        memcpy(copy, left, block * sizeof *copy); /* symmetric: by columns as by rows */
+        for (int c = 0; c < n; c++) {
+            for (int r = 0; r < n; r++) {
+                solved[c * n + r] = next[r * n + c];
             }
         }
-        if (ad_dense_lu(NODE, copy[0], pivots) != 0) {
+        if (ad_dense_lu(n, copy, pivots) != 0) {
             return -1;
         }
-        ad_dense_lu_solve(NODE, NODE, copy[0], pivots, solved[0]);
-        for (int i = 0; i < NODE; i++) {
+        ad_dense_lu_solve(n, n, copy, pivots, solved);
+        for (int i = 0; i < n; i++) {
             for (int j = 0; j <= i; j++) {
                 double taken = 0;
-                for (int r = 0; r < NODE; r++) {
-                    taken += x->next[node][r][i] * solved[j][r];
+                for (int r = 0; r < n; r++) {
+                    taken += next[r * n + i] * solved[j * n + r];
                 }
-                left[i][j] = left[j][i] = x->own[node + 1][i][j] - taken;
+                left[i * n + j] = left[j * n + i] = own[i * n + j] - taken;
             }
         }
     }
     return sum;
+}
+
+static void set_shape(variation *x, const scene *rod_scene)
+{
+    const scene_rest rest = scene_rest_of(rod_scene);
+    for (int k = 0; k < ELEMENTS; k++) {
+        for (int i = 0; i < 3; i++) {
+            x->shape[k][i] = quantity_value(rest.curvature[i], middle(x->edge, k), 0);
+        }
+    }
 }
 
 void stability_points(const scene *rod_scene, double *s)
@@ -501,7 +587,8 @@ void stability_points(const scene *rod_scene, double *s)
     }
 }
 
-ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
+ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
+                             int *count, ad_error *error)
 {
     *count = -1;
     if (scene_is_beam(rod_scene)) {
@@ -513,19 +600,23 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     }
     variation x = {.axes = plane.is_planar ? 1 : 3,
                    .axis = {plane.is_planar ? plane.director : 0, 1, 2},
-                   .dims = plane.is_planar ? 2 : 3};
+                   .dims = plane.is_planar ? 2 : 3,
+                   .tubes = rod_scene->tube_count,
+                   .load_factor = load_factor};
+    x.size = x.axes + 2 * x.dims + x.tubes;
     place_elements(rod_scene, x.edge);
-    x.own = calloc(ELEMENTS + 1, sizeof *x.own);
-    x.next = calloc(ELEMENTS, sizeof *x.next);
+    x.own = calloc((ELEMENTS + 1) * (size_t)(x.size * x.size), sizeof *x.own);
+    x.next = calloc(ELEMENTS * (size_t)(x.size * x.size), sizeof *x.next);
     ad_status status =
         x.own && x.next ? ad_dense_load(error)
                         : ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", ELEMENTS);
     solve_rod *rod = NULL;
-    if (status == AD_OK && rod_scene->tendon_count > 0) {
+    if (status == AD_OK && rod_scene->tendon_count + rod_scene->tube_count > 0) {
         double s[ELEMENTS];
         stability_points(rod_scene, s);
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         x.rod = rod;
+        set_shape(&x, rod_scene);
     }
     status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {
@@ -537,4 +628,9 @@ ad_status stability_count(const scene *rod_scene, const double *values, int *cou
     free(x.actuators);
     solve_rod_free(rod);
     return status;
+}
+
+ad_status stability_count(const scene *rod_scene, const double *values, int *count, ad_error *error)
+{
+    return stability_count_at(rod_scene, 1, values, count, error);
 }

@@ -33,10 +33,15 @@ void stability_points(const scene *rod_scene, double *s);
  *
  * and the count is that beyond one negative direction for each nu. Springs and the foundation, K,
  * add x.K x, one that turns minus the derivative of its moment; ends hold like springs that are
- * very stiff. By signs of pivots (Sylvester).
+ * very stiff. The angle theta of a tube has variations phi of its own, which with those of u = a
+ * are the second variation of the tube's energy (physics/rod.h). By signs of pivots (Sylvester).
  * AD_NO_MEMORY, and what the tape says of formulas. */
 ad_status stability_count(const scene *rod_scene, const double *values, int *count,
                           ad_error *error);
+
+/* The same on the way to the loads, where tubes are not yet what they are at rest. */
+ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
+                             int *count, ad_error *error);
 
 #ifdef __cplusplus
 }

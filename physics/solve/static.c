@@ -61,14 +61,21 @@ ad_status static_create(const solve_rod *rod, int stages, int elements, const do
     return status;
 }
 
+static size_t rows_of(const static_solution *x)
+{
+    return (size_t)static_system_rows(x->system);
+}
+
 /* y at the points of an element: at its beginning, beyond what acts there; inner points; its end.
  */
-static void element_values(const static_solution *x, int element, double (*values)[STATIC_ROWS])
+static void element_values(const static_solution *x, int element, double (*values)[STATIC_ROWS_MAX])
 {
-    size_t stages = (size_t)static_system_rule(x->system)->stages;
-    const double *y = x->y + (size_t)element * (stages + 1) * STATIC_ROWS;
+    size_t stages = (size_t)static_system_rule(x->system)->stages, rows = rows_of(x);
+    const double *y = x->y + (size_t)element * (stages + 1) * rows;
     static_system_start(x->system, x->y, element, values[0]);
-    memcpy(values[1], y + STATIC_ROWS, (stages + 1) * sizeof *values);
+    for (size_t i = 1; i < stages + 2; i++) {
+        memcpy(values[i], y + i * rows, rows * sizeof *y);
+    }
 }
 
 /* y at s, by the polynomial of its element; where something acts, before that. */
@@ -87,11 +94,11 @@ static void interpolate(const static_solution *x, double s, double *y)
         }
     }
     solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
-    double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS];
+    double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX];
     element_values(x, first, values);
-    memset(y, 0, STATIC_ROWS * sizeof *y);
+    memset(y, 0, rows_of(x) * sizeof *y);
     for (int i = 0; i < rule->stages + 2; i++) {
-        for (int k = 0; k < STATIC_ROWS; k++) {
+        for (size_t k = 0; k < rows_of(x); k++) {
             y[k] += weights[i] * values[i][k];
         }
     }
@@ -102,10 +109,10 @@ static void interpolate(const static_solution *x, double s, double *y)
 static double last_term(const static_solution *x, int element, double size)
 {
     const gauss_rule *rule = static_system_rule(x->system);
-    int stages = rule->stages;
-    double y[GAUSS_STAGES_MAX + 2][STATIC_ROWS], result = 0;
+    int stages = rule->stages, rows = static_system_rows(x->system);
+    double y[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX], result = 0;
     element_values(x, element, y);
-    for (int k = 0; k < STATIC_ROWS; k++) {
+    for (int k = 0; k < rows; k++) {
         double sum = 0; /* the divided difference of the points 0, c; that of 0, c, 1 is 0 */
         for (int i = 0; i <= stages; i++) {
             double point = i == 0 ? 0 : rule->nodes[i - 1];
@@ -156,7 +163,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     if (status != AD_OK) {
         return status;
     }
-    size_t count = static_system_unknowns((*fine)->system) / STATIC_ROWS;
+    size_t count = static_system_unknowns((*fine)->system) / rows_of(coarse);
     *points = malloc(count * sizeof **points);
     if (!*points) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
@@ -165,7 +172,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     memcpy(static_system_tensions((*fine)->system), static_system_tensions(coarse->system),
            SOLVE_ACTUATORS_MAX * sizeof(double));
     for (size_t i = 0; i < count; i++) {
-        interpolate(coarse, (*points)[i], (*fine)->y + i * STATIC_ROWS);
+        interpolate(coarse, (*points)[i], (*fine)->y + i * rows_of(coarse));
     }
     return AD_OK;
 }
@@ -175,15 +182,15 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
 static double difference(const static_solution *coarse, const static_solution *fine,
                          const double *points)
 {
-    size_t count = static_system_unknowns(fine->system) / STATIC_ROWS;
-    double result = 0, y[STATIC_ROWS], off[3];
+    size_t rows = rows_of(fine), count = static_system_unknowns(fine->system) / rows;
+    double result = 0, y[STATIC_ROWS_MAX], off[3];
     for (size_t i = 0; i < count; i++) {
         interpolate(coarse, points[i], y);
         for (int k = 0; k < 3; k++) {
-            off[k] = y[k] - fine->y[i * STATIC_ROWS + (size_t)k];
+            off[k] = y[k] - fine->y[i * rows + (size_t)k];
         }
         double turn[4];
-        quaternion_quotient(y + STATIC_Q, fine->y + i * STATIC_ROWS + STATIC_Q, turn);
+        quaternion_quotient(y + STATIC_Q, fine->y + i * rows + STATIC_Q, turn);
         result = fmax(result, fmax(sqrt(vector_dot(off, off)), 2 * fabs(turn[3])));
     }
     return result;
@@ -266,7 +273,7 @@ ad_status static_begin(const solve_rod *rod, const solve_settings *settings, con
 /* Whether an equilibrium under the full load is another one than that of the true path. */
 static bool leads_elsewhere(const static_solution *x, const static_solution *end)
 {
-    double y[STATIC_ROWS], other[STATIC_ROWS], off = 0;
+    double y[STATIC_ROWS_MAX], other[STATIC_ROWS_MAX], off = 0;
     for (int i = 0; i < SAMPLES; i++) {
         double s = (double)i / (SAMPLES - 1);
         interpolate(x, s, y);
@@ -404,7 +411,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
                                  .curvature_compliance = sections[i].curvature_compliance,
                                  .actuation =
                                      static_system_actuation(x->system, actuators, i, s[i])};
-        double y[STATIC_ROWS], square = 0;
+        double y[STATIC_ROWS_MAX], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {
             square += y[STATIC_Q + k] * y[STATIC_Q + k];
@@ -412,10 +419,11 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         for (int k = 0; k < 4; k++) {
             y[STATIC_Q + k] /= sqrt(square);
         }
-        out[i] = (solve_state){.velocity = {0}};
+        out[i] = (solve_state){.tubes = {0}};
         memcpy(out[i].position, y + STATIC_R, sizeof out[i].position);
         memcpy(out[i].rotation, y + STATIC_Q, sizeof out[i].rotation);
         memcpy(out[i].moment, y + STATIC_M, sizeof out[i].moment);
+        memcpy(out[i].tubes, y + STATIC_TUBES, (rows_of(x) - STATIC_TUBES) * sizeof *y);
         static_body_force(y, out[i].force);
         static_strains(&at, y, out[i].strain, out[i].curvature);
     }

@@ -18,7 +18,8 @@ struct static_arc {
     static_system *system;
     const path_shape *path;
     size_t unknowns;
-    double *s;                         /* [unknowns/STATIC_ROWS] */
+    size_t rows;                       /* of y at one place */
+    double *s;                         /* [unknowns/rows] */
     double *by_load, *right, *push;    /* [unknowns] */
     double *first, *second, *trial[2]; /* [unknowns + 1] */
     double *memory;
@@ -45,7 +46,7 @@ static ad_status make_push(static_arc *x, ad_error *error)
         static_system_residual(x->system, x->first, i ? x->push : x->right);
     }
     for (size_t k = 0; k < n; k++) {
-        double s = x->s[k / STATIC_ROWS];
+        double s = x->s[k / x->rows];
         x->push[k] = (x->push[k] - x->right[k]) * (1 + s - 0.7 * cos(5 * s));
     }
     return status;
@@ -54,7 +55,8 @@ static ad_status make_push(static_arc *x, ad_error *error)
 ad_status static_arc_create(static_system *system, const path_shape *path, static_arc **result,
                             ad_error *error)
 {
-    size_t n = static_system_unknowns(system), points = n / STATIC_ROWS;
+    size_t rows = (size_t)static_system_rows(system);
+    size_t n = static_system_unknowns(system), points = n / rows;
     static_arc *x = calloc(1, sizeof *x);
     double *memory = malloc((points + 3 * n + 4 * (n + 1)) * sizeof *memory);
     *result = NULL;
@@ -63,7 +65,8 @@ ad_status static_arc_create(static_system *system, const path_shape *path, stati
         free(memory);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a path");
     }
-    *x = (static_arc){.system = system, .path = path, .unknowns = n, .memory = memory};
+    *x =
+        (static_arc){.system = system, .path = path, .unknowns = n, .rows = rows, .memory = memory};
     double **parts[] = {&x->by_load, &x->right,    &x->push,    &x->first,
                         &x->second,  &x->trial[0], &x->trial[1]};
     x->s = memory;
@@ -89,16 +92,21 @@ size_t static_arc_size(const static_arc *x)
 
 /* ---- vectors ------------------------------------------------------------------------------- */
 
+double static_arc_distance(const static_arc *x, const double *a, const double *b)
+{
+    return static_path_distance(x->rows, x->unknowns, a, b);
+}
+
 double static_arc_product(const static_arc *x, const double *a, const double *b)
 {
     size_t n = x->unknowns;
     double sum = 0;
-    for (size_t k = 0; k < n; k += STATIC_ROWS) {
+    for (size_t k = 0; k < n; k += x->rows) {
         for (int i = 0; i < STATIC_N; i++) {
             sum += a[k + (size_t)i] * b[k + (size_t)i];
         }
     }
-    return sum * STATIC_ROWS / (double)n + a[n] * b[n];
+    return sum * (double)x->rows / (double)n + a[n] * b[n];
 }
 
 /* to = a + factor b */
@@ -176,7 +184,7 @@ bool static_arc_correct(static_arc *x, const double *border, double *at, long *s
         }
         add(n + 1, at, -1, x->second, at);
         ++*steps;
-        double moved = fmax(static_path_distance(n, x->second, NULL), fabs(x->second[n]));
+        double moved = fmax(static_arc_distance(x, x->second, NULL), fabs(x->second[n]));
         if (moved <= CONVERGED && static_newton_largest(n, x->second) <=
                                       CONVERGED * fmax(1, static_newton_largest(n, at))) {
             return true;
@@ -223,7 +231,7 @@ bool static_arc_step(static_arc *x, const arc_place *before, double distance, co
     if (!static_arc_correct(x, from->tangent, to->at, steps)) {
         return false;
     }
-    *off = static_path_distance(x->unknowns, to->at, guess);
+    *off = static_arc_distance(x, to->at, guess);
     return set_tangent(x, from->tangent, to); /* the last step was too short to matter */
 }
 
@@ -236,19 +244,20 @@ static void load_by(const static_arc *x, const double *direction, double *right)
     const gauss_rule *rule = static_system_rule(x->system);
     const double *edges = static_system_edges(x->system);
     memset(right, 0, x->unknowns * sizeof *right);
-    double *to = right + STATIC_START_ROWS;
-    const double *inner = direction + STATIC_ROWS;
+    const size_t rows = x->rows;
+    double *to = right + static_end_rows(static_system_rod(x->system), 0);
+    const double *inner = direction + rows;
     for (int e = 0; e < static_system_elements(x->system); e++) {
         double h = edges[e + 1] - edges[e];
-        for (int i = 0; i <= rule->stages; i++, to += STATIC_ROWS) {
+        for (int i = 0; i <= rule->stages; i++, to += rows) {
             const double *a = i < rule->stages ? rule->matrix[i] : rule->weights;
             for (int j = 0; j < rule->stages; j++) {
                 for (int k = 0; k < 3; k++) {
-                    to[STATIC_N + k] += h * a[j] * inner[j * STATIC_ROWS + STATIC_R + k];
+                    to[STATIC_N + k] += h * a[j] * inner[(size_t)j * rows + (size_t)(STATIC_R + k)];
                 }
             }
         }
-        inner += (rule->stages + 1) * STATIC_ROWS;
+        inner += ((size_t)rule->stages + 1) * rows;
     }
 }
 
@@ -266,7 +275,7 @@ bool static_arc_weakest(static_arc *x, const arc_place *place, double *direction
     }
     double size = sqrt(static_arc_product(x, direction, direction)), big = 0;
     for (size_t k = 0; k < n; k++) {
-        bool moves = k % STATIC_ROWS < STATIC_Q && fabs(direction[k]) > 1.01 * fabs(big);
+        bool moves = k % x->rows < STATIC_Q && fabs(direction[k]) > 1.01 * fabs(big);
         big = moves ? direction[k] : big;
     }
     scale(n + 1, (big < 0 ? -1 : 1) / size, direction);

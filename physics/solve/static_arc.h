@@ -28,6 +28,9 @@ void static_arc_free(static_arc *x);
 /* Length of a place's vectors. */
 size_t static_arc_size(const static_arc *x);
 
+/* static_path_distance of two equilibria. */
+double static_arc_distance(const static_arc *x, const double *a, const double *b);
+
 double static_arc_product(const static_arc *x, const double *a, const double *b);
 
 /* The equilibrium at a place, to rounding: `at` is the guess, and moves across `border` only, so

@@ -6,7 +6,7 @@
 
 /* At all points of the mesh. */
 typedef struct at_points {
-    size_t count;
+    size_t count, rows; /* points; rows of y at each */
     double *s, *weight; /* [count]; the weights are those of the quadrature, 0 between elements */
     solve_section *sections;
     solve_load *load;
@@ -45,7 +45,8 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
 {
     const gauss_rule *rule = static_system_rule(system);
     const double *edges = static_system_edges(system);
-    size_t n = p->count = static_system_unknowns(system) / STATIC_ROWS;
+    p->rows = (size_t)static_system_rows(system);
+    size_t n = p->count = static_system_unknowns(system) / p->rows;
     p->s = malloc(n * sizeof *p->s);
     p->weight = calloc(n, sizeof *p->weight);
     p->sections = malloc(n * sizeof *p->sections);
@@ -72,19 +73,21 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
 }
 
 /* What tendons and chambers do from the unstressed rod to state y at point i, per length; takes
- * their wrench from that of the section, [ACTUATION_ROWS]. */
+ * their wrench and that of tubes from that of the section, [ACTUATION_ROWS], and adds the energy of
+ * tubes. */
 static double take_actuation(const at_points *p, size_t i, const static_system *system,
-                             const double *y, double *wrench)
+                             const double *y, double *wrench, double *energy)
 {
     const static_point at = {.rest = p->rest[i],
                              .strain_compliance = p->sections[i].strain_compliance,
                              .curvature_compliance = p->sections[i].curvature_compliance,
                              .actuation =
                                  static_system_actuation(system, p->actuators, i, p->s[i])};
-    solve_actuation given = at.actuation; /* a length does no work */
+    solve_actuation given = static_actuation(&at, y);
     double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS], pull[ACTUATION_ROWS];
     static_strains(&at, y, strains, strains + 3);
-    solve_actuation_wrench(&at.actuation, strains, pull, NULL);
+    solve_actuation_wrench(&given, strains, pull, NULL);
+    *energy += solve_tube_energy(&given, strains + 3);
     for (int k = 0; k < 3; k++) {
         rest[k] = at.rest.strain[k];
         rest[3 + k] = at.rest.curvature[k];
@@ -92,7 +95,7 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     for (int k = 0; k < ACTUATION_ROWS; k++) {
         wrench[k] -= pull[k];
     }
-    given.tensions = NULL;
+    given.tensions = NULL; /* a length does no work */
     return solve_actuation_energy(&given, rest) - solve_actuation_energy(&given, strains);
 }
 
@@ -106,7 +109,7 @@ static double density(const at_points *p, size_t i, const static_system *system,
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
     if (static_system_rod(system)->actuators > 0) {
-        *work += take_actuation(p, i, system, y, wrench);
+        *work += take_actuation(p, i, system, y, wrench, &sum);
     }
     for (int k = 0; k < 3; k++) {
         double off = y[STATIC_R + k] - p->below[i].place[k];
@@ -157,7 +160,7 @@ static ad_status work_of_end(const solve_rod *rod, int end, const at_points *p, 
         double sign = end ? 1 : -1;
         *work += kind->force_is_body
                      ? NAN
-                     : sign * work_of(given.force, y + at * STATIC_ROWS, &p->unstressed[at]);
+                     : sign * work_of(given.force, y + at * p->rows, &p->unstressed[at]);
     }
     if (!kind->holds_rotation && !is_zero(given.moment)) {
         *work = NAN;
@@ -176,7 +179,7 @@ static ad_status add_jumps(const static_system *system, const solve_rod *rod, co
     size_t points = (size_t)static_system_rule(system)->stages + 1;
     ad_status status = solve_rod_jumps_at_rest(rod, s, load, unstressed, error);
     for (int e = 0; e <= static_system_elements(system) && status == AD_OK; e++) {
-        const double *at = y + (size_t)e * points * STATIC_ROWS;
+        const double *at = y + (size_t)e * points * (size_t)static_system_rows(system);
         int i = static_system_jump(system, e);
         if (i < 0) {
             continue;
@@ -198,7 +201,7 @@ ad_status static_energy_of(const static_system *system, const solve_rod *rod, co
     ad_status status = points_make(system, rod, &p, error);
     *energy = (solve_energy){.mismatch = NAN};
     for (size_t i = 0; status == AD_OK && i < p.count; i++) {
-        const double *at = y + i * STATIC_ROWS;
+        const double *at = y + i * p.rows;
         double done = 0;
         energy->strain += p.weight[i] * density(&p, i, system, at, &done);
         energy->work += p.weight[i] * done;

@@ -16,7 +16,8 @@ static static_point point_from(const static_system *x, double s, const solve_sec
                        .foundation = x->rod->is_founded ? below : NULL,
                        .strain_compliance = section->strain_compliance,
                        .curvature_compliance = section->curvature_compliance,
-                       .actuation = static_system_actuation(x, actuators, 0, s)};
+                       .actuation = static_system_actuation(x, actuators, 0, s),
+                       .tubes = x->rod->tubes};
     for (int k = 0; k < 3; k++) {
         at.rest.curvature[k] += x->path.imperfection * at.rest.imperfection[k];
     }
@@ -54,7 +55,7 @@ ad_status static_system_rates(const static_system *x, size_t n, const double *s,
         sections[i].strain_compliance[2] += x->path.stretch;
         static_point at = point_from(x, s[i], &sections[i], &rest[i], &load[i], &below[i],
                                      actuators + i * pulling);
-        static_rate(&at, y + i * ROWS, rate + i * ROWS, NULL);
+        static_rate(&at, y + i * (size_t)x->rows, rate + i * (size_t)x->rows, NULL);
     }
     free(sections);
     free(rest);
@@ -88,7 +89,7 @@ void static_system_excess(const static_system *x, const double *y, double *exces
     for (int e = 0; e < x->elements; e++) {
         for (int i = 0; i < x->stages; i++) {
             add_length(x, (size_t)(e * x->stages + i), width(x, e) * x->rule.weights[i],
-                       y + edge(x, e) + (i + 1) * ROWS, excess);
+                       y + edge(x, e) + (i + 1) * x->rows, excess);
         }
     }
 }
@@ -102,9 +103,9 @@ static void jump_over(const static_system *x, int e, const double *y, double *af
         static_jump_over(&x->jumps[x->jump[e]], y, after, by_y);
         return;
     }
-    memcpy(after, y, ROWS * sizeof *after);
-    for (int r = 0; r < ROWS && by_y; r++) {
-        for (int c = 0; c < ROWS; c++) {
+    memcpy(after, y, (size_t)x->rows * sizeof *after);
+    for (int r = 0; r < x->rows && by_y; r++) {
+        for (int c = 0; c < x->rows; c++) {
             by_y[r][c] = r == c;
         }
     }
@@ -122,16 +123,16 @@ void static_system_start(const static_system *x, const double *y, int element, d
 
 /* Rows of the conditions at s = 1, which are about y beyond what acts there. */
 static void end_residual(const static_system *x, const double *y, double *rows,
-                         double (*by_y)[ROWS])
+                         double (*by_y)[STATIC_ROWS_MAX])
 {
-    double after[ROWS];
+    double after[STATIC_ROWS_MAX];
     jacobian across, by_after;
     jump_over(x, x->elements, y + edge(x, x->elements), after, by_y ? across : NULL);
     static_end_residual(&x->ends[1], 1, after, rows, by_after);
-    for (int r = 0; r < STATIC_END_ROWS && by_y; r++) {
-        for (int c = 0; c < ROWS; c++) {
+    for (int r = 0; r < x->end_rows && by_y; r++) {
+        for (int c = 0; c < x->rows; c++) {
             by_y[r][c] = 0;
-            for (int k = 0; k < ROWS; k++) {
+            for (int k = 0; k < x->rows; k++) {
                 by_y[r][c] += by_after[r][k] * across[k][c];
             }
         }
@@ -142,24 +143,25 @@ static void end_residual(const static_system *x, const double *y, double *rows,
 
 void static_system_residual(static_system *x, const double *y, double *residual)
 {
-    double unused[STATIC_START_ROWS][ROWS], *to = residual + STATIC_START_ROWS;
+    const int rows = x->rows;
+    double unused[STATIC_END_ROWS_MAX][STATIC_ROWS_MAX], *to = residual + x->start_rows;
     static_end_residual(&x->ends[0], 0, y, residual, unused);
     for (int e = 0; e < x->elements; e++) {
-        const double *inner = y + edge(x, e) + ROWS;
-        double start[ROWS], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
+        const double *inner = y + edge(x, e) + rows;
+        double start[STATIC_ROWS_MAX], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
         jump_over(x, e, y + edge(x, e), start, NULL);
         for (int i = 0; i < x->stages; i++) {
             static_point at = point_of(x, (size_t)(e * x->stages + i));
-            static_rate(&at, inner + i * ROWS, rate + i * ROWS, NULL);
+            static_rate(&at, inner + i * rows, rate + i * rows, NULL);
         }
         for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
             const double *a = i < x->stages ? x->rule.matrix[i] : x->rule.weights;
-            for (int k = 0; k < ROWS; k++) {
+            for (int k = 0; k < rows; k++) {
                 double sum = 0;
                 for (int j = 0; j < x->stages; j++) {
-                    sum += a[j] * rate[j * ROWS + k];
+                    sum += a[j] * rate[j * rows + k];
                 }
-                *to++ = inner[i * ROWS + k] - start[k] - h * sum;
+                *to++ = inner[i * rows + k] - start[k] - h * sum;
             }
         }
     }
@@ -168,16 +170,16 @@ void static_system_residual(static_system *x, const double *y, double *residual)
 
 void static_system_linearise(static_system *x, const double *y)
 {
-    double rows[STATIC_START_ROWS], rate[ROWS];
+    double rows[STATIC_END_ROWS_MAX], rate[STATIC_ROWS_MAX];
     static_end_residual(&x->ends[0], 0, y, rows, x->start);
     end_residual(x, y, rows, x->end);
     for (int e = 0; e < x->elements; e++) {
         jump_over(x, e, y + edge(x, e), rate, x->across[e]);
-        const double *inner = y + edge(x, e) + ROWS;
+        const double *inner = y + edge(x, e) + x->rows;
         for (int i = 0; i < x->stages; i++) {
             size_t p = (size_t)(e * x->stages + i);
             static_point at = point_of(x, p);
-            static_rate(&at, inner + i * ROWS, rate, x->by_y[p]);
+            static_rate(&at, inner + i * x->rows, rate, x->by_y[p]);
         }
     }
 }
@@ -185,15 +187,16 @@ void static_system_linearise(static_system *x, const double *y)
 /* I - h a_ij J_j, column-major. */
 static void fill_inner(const static_system *x, int e, double *matrix)
 {
+    const int rows = x->rows;
     size_t n = inner_rows(x);
     double h = width(x, e);
     jacobian *by_y = x->by_y + e * x->stages;
     for (int j = 0; j < x->stages; j++) {
-        for (int c = 0; c < ROWS; c++) {
-            double *to = matrix + (size_t)(j * ROWS + c) * n;
+        for (int c = 0; c < rows; c++) {
+            double *to = matrix + (size_t)(j * rows + c) * n;
             for (int i = 0; i < x->stages; i++) {
                 double factor = -h * x->rule.matrix[i][j];
-                for (int r = 0; r < ROWS; r++) {
+                for (int r = 0; r < rows; r++) {
                     *to++ = factor * by_y[j][r][c] + (i == j && r == c);
                 }
             }
@@ -201,16 +204,17 @@ static void fill_inner(const static_system *x, int e, double *matrix)
     }
 }
 
-/* to[ROWS] += h sum_j b_j J_j inner_j */
+/* to[rows] += h sum_j b_j J_j inner_j */
 static void add_end(const static_system *x, int e, const double *inner, double *to)
 {
+    const int rows = x->rows;
     double h = width(x, e);
     for (int j = 0; j < x->stages; j++) {
-        const double *from = inner + j * ROWS, factor = h * x->rule.weights[j];
-        for (int r = 0; r < ROWS; r++) {
+        const double *from = inner + j * rows, factor = h * x->rule.weights[j];
+        for (int r = 0; r < rows; r++) {
             const double *row = x->by_y[e * x->stages + j][r];
             double sum = 0;
-            for (int c = 0; c < ROWS; c++) {
+            for (int c = 0; c < rows; c++) {
                 sum += row[c] * from[c];
             }
             to[r] += factor * sum;
@@ -220,33 +224,34 @@ static void add_end(const static_system *x, int e, const double *inner, double *
 
 static void put(static_system *x, int row, int column, double value)
 {
-    x->band[column][row - column + ABOVE] = value;
+    x->band[column][row - column + x->above] = value;
 }
 
 static int factor_element(static_system *x, int e)
 {
-    size_t n = inner_rows(x);
-    double *matrix = x->factor + (size_t)e * n * n, *by_start = x->by_start + (size_t)e * n * ROWS;
-    int *pivots = x->pivots + (size_t)e * n, row = STATIC_START_ROWS + e * ROWS, column = e * ROWS;
+    const int rows = x->rows;
+    size_t n = inner_rows(x), all = n * (size_t)rows;
+    double *matrix = x->factor + (size_t)e * n * n, *by_start = x->by_start + (size_t)e * all;
+    int *pivots = x->pivots + (size_t)e * n, row = x->start_rows + e * rows, column = e * rows;
     fill_inner(x, e, matrix);
     if (ad_dense_lu(n, matrix, pivots) != 0) {
         return 1;
     }
-    for (int c = 0; c < ROWS; c++) {
+    for (int c = 0; c < rows; c++) {
         for (size_t i = 0; i < n; i++) {
-            by_start[(size_t)c * n + i] = x->across[e][i % ROWS][c];
+            by_start[(size_t)c * n + i] = x->across[e][i % (size_t)rows][c];
         }
     }
-    ad_dense_lu_solve(n, ROWS, matrix, pivots, by_start);
-    for (int c = 0; c < ROWS; c++) {
-        double end[ROWS];
-        for (int r = 0; r < ROWS; r++) {
+    ad_dense_lu_solve(n, (size_t)rows, matrix, pivots, by_start);
+    for (int c = 0; c < rows; c++) {
+        double end[STATIC_ROWS_MAX];
+        for (int r = 0; r < rows; r++) {
             end[r] = x->across[e][r][c];
         }
         add_end(x, e, by_start + (size_t)c * n, end);
-        for (int r = 0; r < ROWS; r++) {
+        for (int r = 0; r < rows; r++) {
             put(x, row + r, column + c, -end[r]);
-            put(x, row + r, column + ROWS + c, r == c);
+            put(x, row + r, column + rows + c, r == c);
         }
     }
     return 0;
@@ -254,16 +259,17 @@ static int factor_element(static_system *x, int e)
 
 int static_system_factor(static_system *x)
 {
-    int size = (x->elements + 1) * ROWS, last = size - ROWS;
+    const int rows = x->rows;
+    int size = (x->elements + 1) * rows, last = size - rows;
     for (int c = 0; c < size; c++) {
-        memset(x->band[c], 0, (ABOVE + LOWER + 1) * sizeof **x->band);
+        memset(x->band[c], 0, (size_t)(x->above + x->lower + 1) * sizeof **x->band);
     }
-    for (int c = 0; c < ROWS; c++) {
-        for (int r = 0; r < STATIC_START_ROWS; r++) {
+    for (int c = 0; c < rows; c++) {
+        for (int r = 0; r < x->start_rows; r++) {
             put(x, r, c, x->start[r][c]);
         }
-        for (int r = 0; r < STATIC_END_ROWS; r++) {
-            put(x, last + STATIC_START_ROWS + r, last + c, x->end[r][c]);
+        for (int r = 0; r < x->end_rows; r++) {
+            put(x, last + x->start_rows + r, last + c, x->end[r][c]);
         }
     }
     for (int e = 0; e < x->elements; e++) {
@@ -271,34 +277,35 @@ int static_system_factor(static_system *x)
             return 1;
         }
     }
-    return SUNDlsMat_bandGBTRF(x->band, size, UPPER, LOWER, ABOVE, x->band_pivots) != 0;
+    return SUNDlsMat_bandGBTRF(x->band, size, x->above - x->lower, x->lower, x->above,
+                               x->band_pivots) != 0;
 }
 
 void static_system_solve(static_system *x, const double *right, double *step)
 {
-    size_t n = inner_rows(x);
-    int size = (x->elements + 1) * ROWS;
-    const double *from = right + STATIC_START_ROWS;
-    double *to = x->right + STATIC_START_ROWS;
-    memcpy(x->right, right, STATIC_START_ROWS * sizeof *right);
-    for (int e = 0; e < x->elements; e++, from += n + ROWS, to += ROWS) {
+    size_t n = inner_rows(x), rows = (size_t)x->rows;
+    int size = (x->elements + 1) * x->rows;
+    const double *from = right + x->start_rows;
+    double *to = x->right + x->start_rows;
+    memcpy(x->right, right, (size_t)x->start_rows * sizeof *right);
+    for (int e = 0; e < x->elements; e++, from += n + rows, to += rows) {
         double *inner = x->inner + (size_t)e * n;
         memcpy(inner, from, n * sizeof *from);
         ad_dense_lu_solve(n, 1, x->factor + (size_t)e * n * n, x->pivots + (size_t)e * n, inner);
-        memcpy(to, from + n, ROWS * sizeof *from);
+        memcpy(to, from + n, rows * sizeof *from);
         add_end(x, e, inner, to);
     }
-    memcpy(to, from, STATIC_END_ROWS * sizeof *from);
-    SUNDlsMat_bandGBTRS(x->band, size, ABOVE, LOWER, x->band_pivots, x->right);
+    memcpy(to, from, (size_t)x->end_rows * sizeof *from);
+    SUNDlsMat_bandGBTRS(x->band, size, x->above, x->lower, x->band_pivots, x->right);
     for (int e = 0; e <= x->elements; e++) {
-        const double *start = x->right + (size_t)e * ROWS;
-        memcpy(step + edge(x, e), start, ROWS * sizeof *start);
+        const double *start = x->right + (size_t)e * rows;
+        memcpy(step + edge(x, e), start, rows * sizeof *start);
         for (size_t i = 0; e < x->elements && i < n; i++) {
             double sum = x->inner[(size_t)e * n + i];
-            for (int c = 0; c < ROWS; c++) {
-                sum += x->by_start[((size_t)e * ROWS + (size_t)c) * n + i] * start[c];
+            for (size_t c = 0; c < rows; c++) {
+                sum += x->by_start[((size_t)e * rows + c) * n + i] * start[c];
             }
-            step[edge(x, e) + ROWS + i] = sum;
+            step[edge(x, e) + rows + i] = sum;
         }
     }
 }

@@ -131,11 +131,15 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     }
     bool couples = along.couple > 0 || along.moment > 0 || single.turns;
     double couple = along.softness[0] * along.couple, spread = along.softness[2] * along.spread;
+    double tubes = rod_numbers_of(&rod->scene).tubes, turned = 0;
+    for (int i = 0; i < rod->scene.tube_count; i++) {
+        turned = fmax(turned, fabs(rod->scene.tubes[i].turned.number));
+    }
     moment = along.softness[0] * (moment + pull.moment);
     force *= along.softness[1];
     path->twists = along.round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
-                                3 * single.pulled);
+                                3 * single.pulled + tubes + turned);
     bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;
     path->may_snap = path->squeezed && !path->known && path->perturbation == 0 &&
                      (!straight || loaded || path->first < 0);
@@ -147,7 +151,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     path->turn = held_turn(rod);
     double founded = pow(rod_numbers_of(&rod->scene).foundation / 4, 0.25); /* Hetenyi's */
     path->wavenumber = path->turn + along.curvature + moment + sqrt(force) + cbrt(spread) + couple +
-                       pull.winding + founded;
+                       pull.winding + founded + 2 * tubes;
     return AD_OK;
 }
 
@@ -203,6 +207,7 @@ bool static_path_is_true(const path_shape *path)
 /* Solutions that the path went through, the newest last. */
 typedef struct path_history {
     int count;
+    size_t rows; /* of y at one place */
     double parameter[HISTORY], *y[HISTORY], *memory;
 } path_history;
 
@@ -237,11 +242,11 @@ static void extrapolate(const path_history *past, double parameter, double *y, s
     }
 }
 
-double static_path_distance(size_t unknowns, const double *a, const double *b)
+double static_path_distance(size_t rows, size_t unknowns, const double *a, const double *b)
 {
     double result = 0;
     for (size_t k = 0; k < unknowns && !isnan(result); k++) {
-        double off = k % STATIC_ROWS < STATIC_N ? fabs(a[k] - (b ? b[k] : 0)) : 0;
+        double off = k % rows < STATIC_N ? fabs(a[k] - (b ? b[k] : 0)) : 0;
         result = off <= result ? result : off;
     }
     return result;
@@ -251,7 +256,7 @@ double static_path_distance(size_t unknowns, const double *a, const double *b)
 static bool is_leap(const path_history *past, const double *y, double off, size_t unknowns)
 {
     enum { SMOOTH = 3 }; /* so many points show where the path goes */
-    double moved = static_path_distance(unknowns, y, past->y[past->count - 1]);
+    double moved = static_path_distance(past->rows, unknowns, y, past->y[past->count - 1]);
     return past->count >= SMOOTH && moved > LEAP_LEAST && off > LEAP_SHARE * moved;
 }
 
@@ -259,7 +264,8 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
                              double *y, bool *leaps, solve_report *report, ad_error *error)
 {
     size_t unknowns = static_system_unknowns(system);
-    path_history past = {.memory = malloc((HISTORY + 1) * unknowns * sizeof(double))};
+    path_history past = {.rows = (size_t)static_system_rows(system),
+                         .memory = malloc((HISTORY + 1) * unknowns * sizeof(double))};
     if (!past.memory) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory");
     }
@@ -285,7 +291,7 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
             here = static_path_at(path, next);
             static_system_set(system, &here);
             bool solved = static_newton_solve(newton, y, &report->newton_steps);
-            double off = solved ? static_path_distance(unknowns, y, guess) : 1;
+            double off = solved ? static_path_distance(past.rows, unknowns, y, guess) : 1;
             accepted = solved && off <= PATH_OFF_MAX;
             *leaps = *leaps || (accepted && is_leap(&past, y, off, unknowns));
             double factor = accepted ? pow(OFF_AIM / fmax(off, 1e-9), 1.0 / past.count) : 0.4;

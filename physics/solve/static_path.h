@@ -40,7 +40,7 @@ bool static_path_is_true(const path_shape *path);
 
 /* Largest difference of position and quaternion of a, b [unknowns]; of a itself where b is NULL;
  * not a number where one is none. */
-double static_path_distance(size_t unknowns, const double *a, const double *b);
+double static_path_distance(size_t rows, size_t unknowns, const double *a, const double *b);
 
 /* y [unknowns]: receives the solution at the end of the path, or where it stops: report->
  * load_fraction is then below 1. *leaps: whether a step went elsewhere than those before it, as

@@ -52,10 +52,19 @@ void static_body_force(const double *y, double *force)
     to_body(rotation, y + STATIC_N, force);
 }
 
+solve_actuation static_actuation(const static_point *at, const double *y)
+{
+    solve_actuation pulling = at->actuation;
+    pulling.shape = at->rest.curvature;
+    pulling.tubes = y + STATIC_TUBES;
+    return pulling;
+}
+
 /* v and u at a section where n and m are known, and their derivatives by n and m where that is not
  * NULL. */
-static void strains_under(const static_point *at, const double *force, const double *moment,
-                          double strains[ACTUATION_ROWS], double (*by_wrench)[ACTUATION_ROWS])
+static void strains_under(const static_point *at, const solve_actuation *pulling,
+                          const double *force, const double *moment, double strains[ACTUATION_ROWS],
+                          double (*by_wrench)[ACTUATION_ROWS])
 {
     double rest[ACTUATION_ROWS], compliance[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
     for (int i = 0; i < 3; i++) {
@@ -66,14 +75,15 @@ static void strains_under(const static_point *at, const double *force, const dou
         wrench[i] = force[i];
         wrench[3 + i] = moment[i];
     }
-    solve_actuation_strains(&at->actuation, rest, compliance, wrench, strains, by_wrench);
+    solve_actuation_strains(pulling, rest, compliance, wrench, strains, by_wrench);
 }
 
 void static_strains(const static_point *at, const double *y, double *strain, double *curvature)
 {
     double force[3], strains[ACTUATION_ROWS];
     static_body_force(y, force);
-    strains_under(at, force, y + STATIC_M, strains, NULL);
+    const solve_actuation pulling = static_actuation(at, y);
+    strains_under(at, &pulling, force, y + STATIC_M, strains, NULL);
     memcpy(strain, strains, 3 * sizeof *strain);
     memcpy(curvature, strains + 3, 3 * sizeof *curvature);
 }
@@ -85,17 +95,19 @@ typedef struct turned_state {
     double n[3], strains[ACTUATION_ROWS];             /* v, u */
     double by_wrench[ACTUATION_ROWS][ACTUATION_ROWS]; /* of v, u by n, m */
     const double *m;
+    double tubes[SCENE_TUBES_MAX][2][5]; /* theta', m_i' by u, theta, m_i */
 } turned_state;
 
-/* What changes with one of the unknowns: n and m, and of R, which else stays (NULL), dR. */
+/* What changes with one of the unknowns: n and m, and of R, which else stays (NULL), dR; and the
+ * moment that tubes add. */
 typedef struct unknown_change {
-    double wrench[ACTUATION_ROWS];
+    double wrench[ACTUATION_ROWS], tubes[3];
     double (*turned)[3];
 } unknown_change;
 
 /* A column of the jacobian, without dq (0, u)/2. */
 static void add_column(const static_point *at, turned_state *x, unknown_change *change, int index,
-                       double (*jacobian)[STATIC_ROWS])
+                       double (*jacobian)[STATIC_ROWS_MAX])
 {
     double strained[ACTUATION_ROWS], moved[3], turning[3] = {0}, load[3] = {0}, body[3] = {0};
     double terms[4][3], *dn = change->wrench, *dm = dn + 3, *dv = strained, *du = strained + 3;
@@ -103,6 +115,9 @@ static void add_column(const static_point *at, turned_state *x, unknown_change *
         strained[i] = 0;
         for (int k = 0; k < ACTUATION_ROWS; k++) {
             strained[i] += x->by_wrench[i][k] * change->wrench[k];
+        }
+        for (int k = 0; k < 3 && at->tubes > 0; k++) {
+            strained[i] -= x->by_wrench[i][3 + k] * change->tubes[k];
         }
     }
     to_world(x->rotation, dv, moved);
@@ -125,13 +140,34 @@ static void add_column(const static_point *at, turned_state *x, unknown_change *
         const double *left = x->left[i];
         jacobian[STATIC_Q + i][index] = (left[0] * du[0] + left[1] * du[1] + left[2] * du[2]) / 2;
     }
+    for (int i = 0; i < 2 * at->tubes; i++) {
+        jacobian[STATIC_TUBES + i][index] = vector_dot(x->tubes[i / 2][i % 2], du);
+    }
+}
+
+/* Columns of theta and m_i, which add to the moment by themselves. */
+static void add_tubes(const static_point *at, turned_state *x, double (*jacobian)[STATIC_ROWS_MAX])
+{
+    int first = at->actuation.count - at->tubes;
+    for (int i = 0; i < at->tubes; i++) {
+        double(*by)[5] = x->tubes[i];
+        int row = STATIC_TUBES + 2 * i;
+        unknown_change turned = {.tubes = {by[1][0], by[1][1], 0}}, twisted = {.turned = NULL};
+        twisted.tubes[2] = solve_tube_is_here(&at->actuation, first + i);
+        add_column(at, x, &turned, row, jacobian);
+        add_column(at, x, &twisted, row + 1, jacobian);
+        for (int k = 0; k < 2; k++) {
+            jacobian[row + k][row] += by[k][3];
+            jacobian[row + k][row + 1] += by[k][4];
+        }
+    }
 }
 
 static void differentiate(const static_point *at, const double *y, turned_state *x,
-                          double (*jacobian)[STATIC_ROWS])
+                          double (*jacobian)[STATIC_ROWS_MAX])
 {
     const double *u = x->strains + 3;
-    memset(jacobian, 0, STATIC_ROWS * sizeof *jacobian);
+    memset(jacobian, 0, (size_t)(STATIC_TUBES + 2 * at->tubes) * sizeof *jacobian);
     for (int k = 0; k < 4; k++) {
         unknown_change change = {.turned = x->by_q[k]};
         to_body(x->by_q[k], y + STATIC_N, change.wrench);
@@ -150,17 +186,19 @@ static void differentiate(const static_point *at, const double *y, turned_state 
         jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + j] += u[l] / 2;
         jacobian[STATIC_Q + 1 + k][STATIC_Q + 1 + l] += -u[j] / 2;
     }
+    add_tubes(at, x, jacobian);
 }
 
 void static_rate(const static_point *at, const double *y, double *rate,
-                 double (*jacobian)[STATIC_ROWS])
+                 double (*jacobian)[STATIC_ROWS_MAX])
 {
     turned_state x = {.m = y + STATIC_M};
     double *v = x.strains, *u = x.strains + 3, load[3], body[3], bending[3], shearing[3];
     rotation_of(y + STATIC_Q, x.rotation, x.by_q);
     left_product(y + STATIC_Q, x.left);
     to_body(x.rotation, y + STATIC_N, x.n);
-    strains_under(at, x.n, x.m, x.strains, jacobian ? x.by_wrench : NULL);
+    const solve_actuation pulling = static_actuation(at, y);
+    strains_under(at, &pulling, x.n, x.m, x.strains, jacobian ? x.by_wrench : NULL);
     to_world(x.rotation, v, rate + STATIC_R);
     to_world(x.rotation, at->load.body_force, body);
     to_body(x.rotation, at->load.moment, load);
@@ -176,6 +214,10 @@ void static_rate(const static_point *at, const double *y, double *rate,
         rate[STATIC_N + i] = pull - at->load.force[i] - body[i];
         rate[STATIC_M + i] = -bending[i] - shearing[i] - load[i] - at->load.body_moment[i];
     }
+    for (int i = 0; i < at->tubes; i++) {
+        solve_tube_rate(&pulling, pulling.count - at->tubes + i, u, rate + STATIC_TUBES + 2 * i,
+                        jacobian ? x.tubes[i] : NULL);
+    }
     if (jacobian) {
         differentiate(at, y, &x, jacobian);
         for (int i = 0; i < 3 && at->foundation; i++) {
@@ -188,7 +230,7 @@ void static_rate(const static_point *at, const double *y, double *rate,
 
 /* 2 vec(p* q) times factor [3] added to three rows. */
 static void add_turn(const double *p, const double *q, const double *factor, double *rows,
-                     double (*jacobian)[STATIC_ROWS])
+                     double (*jacobian)[STATIC_ROWS_MAX])
 {
     for (int i = 0; i < 3; i++) {
         int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -206,7 +248,7 @@ static void add_turn(const double *p, const double *q, const double *factor, dou
 
 /* y[first ..] - given, or with the given turned by R or R^T. */
 static void add_difference(const double *given, int turn, int first, const double *y, double *rows,
-                           double (*jacobian)[STATIC_ROWS])
+                           double (*jacobian)[STATIC_ROWS_MAX])
 {
     matrix3 rotation, by_q[4];
     double value[3];
@@ -228,8 +270,9 @@ static void add_difference(const double *given, int turn, int first, const doubl
 }
 
 /* Three rows of the position and three of the force, each as far as the end holds or frees it. */
-static void add_hold(const scene_hold *hold, double values[2][3], double by_y[2][3][STATIC_ROWS],
-                     double *rows, double (*jacobian)[STATIC_ROWS])
+static void add_hold(const scene_hold *hold, double values[2][3],
+                     double by_y[2][3][STATIC_ROWS_MAX], double *rows,
+                     double (*jacobian)[STATIC_ROWS_MAX])
 {
     double held[2][3];
     scene_hold_part(hold, values[0], held[0]);
@@ -237,7 +280,7 @@ static void add_hold(const scene_hold *hold, double values[2][3], double by_y[2]
     for (int i = 0; i < 3; i++) {
         rows[i] = held[0][i] + values[1][i] - held[1][i];
     }
-    for (int c = 0; c < STATIC_ROWS; c++) {
+    for (int c = 0; c < STATIC_TUBES; c++) {
         const double moved[3] = {by_y[0][0][c], by_y[0][1][c], by_y[0][2][c]};
         const double pulled[3] = {by_y[1][0][c], by_y[1][1][c], by_y[1][2][c]};
         scene_hold_part(hold, moved, held[0]);
@@ -249,13 +292,13 @@ static void add_hold(const scene_hold *hold, double values[2][3], double by_y[2]
 }
 
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
-                         double (*jacobian)[STATIC_ROWS])
+                         double (*jacobian)[STATIC_ROWS_MAX])
 {
     const double *q = y + STATIC_Q, ones[3] = {1, 1, 1};
-    int count = end ? STATIC_END_ROWS : STATIC_START_ROWS;
+    int own = end ? STATIC_END_ROWS : STATIC_START_ROWS, count = own + at->tubes;
     memset(rows, 0, (size_t)count * sizeof *rows);
     memset(jacobian, 0, (size_t)count * sizeof *jacobian);
-    double values[2][3] = {{0}}, by_y[2][3][STATIC_ROWS] = {{{0}}};
+    double values[2][3] = {{0}}, by_y[2][3][STATIC_ROWS_MAX] = {{{0}}};
     add_difference(at->position, 0, STATIC_R, y, values[0], by_y[0]);
     add_difference(at->force, at->kind.force_is_body, STATIC_N, y, values[1], by_y[1]);
     add_hold(&at->kind.hold, values, by_y, rows, jacobian);
@@ -274,13 +317,19 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
             jacobian[6][STATIC_Q + k] = 2 * q[k];
         }
     }
+    for (int i = 0; i < at->tubes; i++) {
+        const double *theta = y + STATIC_TUBES + 2 * i, *torsion = theta + 1;
+        rows[own + i] = end ? *torsion : *theta - at->turned[i] - at->softness[i] * *torsion;
+        jacobian[own + i][STATIC_TUBES + 2 * i] = end ? 0 : 1;
+        jacobian[own + i][STATIC_TUBES + 2 * i + 1] = end ? 1 : -at->softness[i];
+    }
 }
 
 /* ---- single places ------------------------------------------------------------------------- */
 
 /* F in the world and T in the body from a spring, and what they change with y. */
 static void add_spring(const solve_spring *x, const double *anchor, const double *y, double *force,
-                       double *moment, double (*by_y)[STATIC_ROWS])
+                       double *moment, double (*by_y)[STATIC_ROWS_MAX])
 {
     const double *q = y + STATIC_Q, *k = x->turning;
     double pull[3], turning[3], by_turn[3][3];
@@ -311,7 +360,7 @@ static void add_spring(const solve_spring *x, const double *anchor, const double
 
 /* What comes after a joint: the rows of q times the turn from the right, those of m in its frame.
  */
-static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_ROWS])
+static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_ROWS_MAX])
 {
     matrix3 rotation, unused[4];
     double q[4], m[3];
@@ -320,7 +369,7 @@ static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_R
     to_body(rotation, after + STATIC_M, m);
     memcpy(after + STATIC_Q, q, sizeof q);
     memcpy(after + STATIC_M, m, sizeof m);
-    for (int c = 0; c < STATIC_ROWS && by_y; c++) {
+    for (int c = 0; c < STATIC_TUBES && by_y; c++) {
         double column_q[4], column_m[3];
         for (int i = 0; i < 4; i++) {
             column_q[i] = by_y[STATIC_Q + i][c];
@@ -340,7 +389,7 @@ static void turn_rows(const double *turn, double *after, double (*by_y)[STATIC_R
 }
 
 void static_jump_over(const static_jump *at, const double *before, double *after,
-                      double (*by_y)[STATIC_ROWS])
+                      double (*by_y)[STATIC_ROWS_MAX])
 {
     const solve_load *load = &at->load;
     matrix3 rotation, by_q[4];
@@ -348,8 +397,8 @@ void static_jump_over(const static_jump *at, const double *before, double *after
     rotation_of(before + STATIC_Q, rotation, by_q);
     to_world(rotation, load->body_force, force);
     to_body(rotation, load->moment, moment);
-    for (int r = 0; r < STATIC_ROWS && by_y; r++) {
-        for (int c = 0; c < STATIC_ROWS; c++) {
+    for (int r = 0; r < at->rows && by_y; r++) {
+        for (int c = 0; c < at->rows; c++) {
             by_y[r][c] = r == c;
         }
     }
@@ -365,7 +414,7 @@ void static_jump_over(const static_jump *at, const double *before, double *after
     for (int i = 0; i < at->springs; i++) {
         add_spring(at->spring[i], at->anchor[i], before, force, moment, by_y);
     }
-    memcpy(after, before, STATIC_ROWS * sizeof *after);
+    memcpy(after, before, (size_t)at->rows * sizeof *after);
     for (int i = 0; i < 3; i++) {
         after[STATIC_N + i] -= load->force[i] + force[i];
         after[STATIC_M + i] -= load->body_moment[i] + moment[i];

@@ -4,17 +4,32 @@
  *
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
  *
- * (Antman, Nonlinear Problems of Elasticity, ch. 8; physics/rod.h). A locked strain is a compliance
- * of 0, and a foundation is a part -K (r - r0) of f. |q| is constant along any solution, so one end
- * of the rod sets it to 1. */
+ * and of each tube theta_i', m_i' of physics/rod.h (Antman, Nonlinear Problems of Elasticity, ch.
+ * 8; physics/rod.h). A locked strain is a compliance of 0, and a foundation is a part -K (r - r0)
+ * of f. |q| is constant along any solution, so one end of the rod sets it to 1. */
 #ifndef PHYSICS_SOLVE_STATIC_ROD_H
 #define PHYSICS_SOLVE_STATIC_ROD_H
 
 #include "physics/solve/actuation.h"
 
-/* y: r, q, N, m. */
-enum { STATIC_R = 0, STATIC_Q = 3, STATIC_N = 7, STATIC_M = 10, STATIC_ROWS = 13 };
-enum { STATIC_START_ROWS = 7, STATIC_END_ROWS = 6 }; /* conditions at s = 0, 1 */
+/* y: r, q, N, m; then theta, m_i of each tube. */
+enum { STATIC_R = 0, STATIC_Q = 3, STATIC_N = 7, STATIC_M = 10, STATIC_TUBES = 13 };
+enum { STATIC_ROWS_MAX = STATIC_TUBES + 2 * SCENE_TUBES_MAX };
+
+/* Conditions at s = 0, 1; and one of each tube. */
+enum { STATIC_START_ROWS = 7, STATIC_END_ROWS = 6 };
+enum { STATIC_END_ROWS_MAX = STATIC_START_ROWS + SCENE_TUBES_MAX };
+
+/* Rows of y, of the conditions at an end (0, 1). */
+static inline int static_rows(const solve_rod *rod)
+{
+    return STATIC_TUBES + 2 * rod->tubes;
+}
+
+static inline int static_end_rows(const solve_rod *rod, int end)
+{
+    return (end ? STATIC_END_ROWS : STATIC_START_ROWS) + rod->tubes;
+}
 
 /* What the equations need at one s. */
 typedef struct static_point {
@@ -23,11 +38,15 @@ typedef struct static_point {
     const solve_foundation *foundation;                     /* NULL: none */
     const double *strain_compliance, *curvature_compliance; /* [3]; 0: locked */
     solve_actuation actuation;
+    int tubes; /* of the actuators */
 } static_point;
+
+/* What pulls there at state y, which must outlive it, as the point must. */
+solve_actuation static_actuation(const static_point *at, const double *y);
 
 /* y_s, and d y_s/d y where jacobian is not NULL. */
 void static_rate(const static_point *at, const double *y, double *rate,
-                 double (*jacobian)[STATIC_ROWS]);
+                 double (*jacobian)[STATIC_ROWS_MAX]);
 
 /* What an end is held to. Springs about the directors turn a rod, whose rotation no end holds, to
  * `upright`. */
@@ -35,16 +54,19 @@ typedef struct static_end {
     solve_end kind;
     double position[3], rotation[4], force[3], moment[3];
     double spring[3], upright[4];
+    int tubes;
+    double turned[SCENE_TUBES_MAX], softness[SCENE_TUBES_MAX]; /* theta = turned + softness m_i */
 } static_end;
 
-/* rows [STATIC_START_ROWS or STATIC_END_ROWS], 0 where the end (0, 1) is met, and their derivatives
+/* rows [static_end_rows], 0 where the end (0, 1) is met, and their derivatives
  * by y. */
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
-                         double (*jacobian)[STATIC_ROWS]);
+                         double (*jacobian)[STATIC_ROWS_MAX]);
 
-/* What acts at one place, by the path to the full load. A joint without a turn and no springs: NULL
- * and 0. */
+/* What acts at one place, by the path to the full load, on a state of so many rows. A joint without
+ * a turn and no springs: NULL and 0. */
 typedef struct static_jump {
+    int rows;
     const double *turn; /* quaternion [4] or NULL */
     solve_load load;
     int springs;
@@ -55,7 +77,7 @@ typedef struct static_jump {
 /* y just after the place from y just before it, and the derivative by that where by_y is not NULL
  * (physics/solve/jump.h). */
 void static_jump_over(const static_jump *at, const double *before, double *after,
-                      double (*by_y)[STATIC_ROWS]);
+                      double (*by_y)[STATIC_ROWS_MAX]);
 
 /* v and u of a state y. */
 void static_strains(const static_point *at, const double *y, double *strain, double *curvature);

@@ -1,6 +1,7 @@
 #include "physics/solve/static_system_internal.h"
 
 #include "autodiff/dense.h"
+#include "physics/rod_internal.h"
 #include "physics/solve/mesh.h"
 #include "physics/solve/quaternion.h"
 
@@ -12,7 +13,7 @@ enum { CHORDS = 256 }; /* of the arc along which a turned end moves; any number 
 
 size_t static_system_unknowns(const static_system *x)
 {
-    return ROWS + (size_t)x->elements * (inner_rows(x) + ROWS);
+    return (size_t)x->rows + edge(x, x->elements);
 }
 
 int static_system_elements(const static_system *x)
@@ -28,6 +29,11 @@ const double *static_system_edges(const static_system *x)
 const gauss_rule *static_system_rule(const static_system *x)
 {
     return &x->rule;
+}
+
+int static_system_rows(const static_system *x)
+{
+    return x->rows;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -66,7 +72,7 @@ void static_system_free(static_system *x)
 static bool allocate(static_system *x)
 {
     size_t elements = (size_t)x->elements, points = elements * (size_t)x->stages;
-    size_t inner = inner_rows(x), edges = (elements + 1) * ROWS;
+    size_t inner = inner_rows(x), rows = (size_t)x->rows, edges = (elements + 1) * rows;
     x->edges = malloc((elements + 1) * sizeof *x->edges);
     x->jump = malloc((elements + 1) * sizeof *x->jump);
     x->jump_load = calloc((size_t)x->rod->jumps.count + 1, sizeof *x->jump_load);
@@ -78,14 +84,14 @@ static bool allocate(static_system *x)
     x->load = malloc(points * sizeof *x->load);
     x->below = malloc(points * sizeof *x->below);
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
-    x->rate = malloc(points * ROWS * sizeof *x->rate);
+    x->rate = malloc(points * rows * sizeof *x->rate);
     x->by_y = malloc(points * sizeof *x->by_y);
     x->across = malloc(elements * sizeof *x->across);
     x->factor = malloc(elements * inner * inner * sizeof *x->factor);
     x->pivots = malloc(elements * inner * sizeof *x->pivots);
-    x->by_start = malloc(elements * inner * ROWS * sizeof *x->by_start);
+    x->by_start = malloc(elements * inner * rows * sizeof *x->by_start);
     x->inner = malloc(elements * inner * sizeof *x->inner);
-    x->band = SUNDlsMat_newBandMat((sunindextype)edges, ABOVE, LOWER);
+    x->band = SUNDlsMat_newBandMat((sunindextype)edges, x->above, x->lower);
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
@@ -143,6 +149,24 @@ static void turned_arc(const static_system *x, double share, double *sum)
     }
 }
 
+/* The bases of tubes, behind which straight parts twist. */
+static ad_status set_bases(static_system *x, ad_error *error)
+{
+    const solve_rod *rod = x->rod;
+    int tubes = rod->tubes, first = rod->actuators - tubes;
+    solve_actuator at[SOLVE_ACTUATORS_MAX];
+    ad_status status = tubes > 0 ? solve_rod_actuators(rod, 1, (double[]){0}, 0, at, error) : AD_OK;
+    for (int end = 0; end < 2 && status == AD_OK; end++) {
+        x->full[end].tubes = tubes;
+        for (int i = 0; i < tubes; i++) {
+            const solve_extent *extent = &rod->extents[first + i];
+            x->full[end].turned[i] = extent->turned;
+            x->full[end].softness[i] = extent->transmission * at[first + i].softness;
+        }
+    }
+    return status;
+}
+
 /* Of an end that a rotation vector turns. */
 static ad_status set_turn(static_system *x, ad_error *error)
 {
@@ -189,6 +213,7 @@ static ad_status set_jumps(static_system *x, ad_error *error)
     for (int k = 0; k < given->count; k++) {
         const solve_jump *from = &given->at[k];
         static_jump *to = &x->jumps[k];
+        to->rows = x->rows;
         to->turn = from->turns ? from->turn : NULL;
         to->springs = from->spring_count;
         for (int i = 0; i < from->spring_count; i++) {
@@ -230,10 +255,16 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     }
     static_system *x = calloc(1, sizeof *x);
     if (x) {
+        int rows = static_rows(rod), first = static_end_rows(rod, 0);
         *x = (static_system){.rod = rod,
                              .rule = solve_gauss_rule_of(stages),
                              .elements = elements,
-                             .stages = stages};
+                             .stages = stages,
+                             .rows = rows,
+                             .start_rows = first,
+                             .end_rows = static_end_rows(rod, 1),
+                             .lower = first + rows - 1,
+                             .above = 3 * rows - 2}; /* and 2 rows - 1 - first without pivoting */
     }
     if (!x || !allocate(x)) {
         static_system_free(x);
@@ -244,6 +275,7 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
     if (status == AD_OK) {
         status = set_ends(x, error);
     }
+    status = status == AD_OK ? set_bases(x, error) : status;
     status = status == AD_OK ? set_turn(x, error) : status;
     if (status == AD_OK) {
         status = set_jumps(x, error);
@@ -271,7 +303,7 @@ void static_system_points(const static_system *x, double *s)
 
 ad_status static_system_guess(const static_system *x, double *y, ad_error *error)
 {
-    size_t count = static_system_unknowns(x) / ROWS;
+    size_t rows = (size_t)x->rows, count = static_system_unknowns(x) / rows;
     double *s = malloc(count * sizeof *s);
     solve_initial *shape = malloc(count * sizeof *shape);
     solve_end_state *exact = calloc(count, sizeof *exact);
@@ -284,7 +316,8 @@ ad_status static_system_guess(const static_system *x, double *y, ad_error *error
         status = solve_rod_manufactured(x->rod, count, s, 0, exact, error);
     }
     for (size_t i = 0; status == AD_OK && i < count; i++) {
-        double *to = y + i * ROWS;
+        double *to = y + i * rows;
+        memset(to, 0, rows * sizeof *to);
         memcpy(to + STATIC_R, shape[i].position, sizeof shape[i].position);
         memcpy(to + STATIC_Q, shape[i].rotation, sizeof shape[i].rotation);
         memcpy(to + STATIC_N, exact[i].force, sizeof exact[i].force);
@@ -369,6 +402,9 @@ void static_system_set(static_system *x, const static_path *path)
             at->force[i] = load * full->force[i];
             at->moment[i] = load * full->moment[i];
         }
+        for (int i = 0; i < at->tubes; i++) {
+            at->turned[i] = rod_tube_turn_share(load) * full->turned[i];
+        }
     }
     if (x->chords) {
         turn_end(x, load, &x->ends[1]);
@@ -400,4 +436,9 @@ solve_actuation static_system_actuation(const static_system *x, const solve_actu
 double static_system_imperfection(const static_system *x)
 {
     return x->path.imperfection;
+}
+
+double static_system_load(const static_system *x)
+{
+    return x->path.load;
 }

@@ -26,6 +26,7 @@ ad_status static_system_create(const solve_rod *rod, int stages, int elements, c
                                static_system **result, ad_error *error);
 void static_system_free(static_system *x);
 
+int static_system_rows(const static_system *x); /* of y at one place */
 int static_system_elements(const static_system *x);
 const double *static_system_edges(const static_system *x);
 const gauss_rule *static_system_rule(const static_system *x);
@@ -34,7 +35,7 @@ const gauss_rule *static_system_rule(const static_system *x);
  * at an edge (physics/solve/jump.h) that y is the one before it, at s = 0 outside of the rod. */
 size_t static_system_unknowns(const static_system *x);
 
-/* s of all of them, [unknowns/STATIC_ROWS]. */
+/* s of all of them, [unknowns/rows]. */
 void static_system_points(const static_system *x, double *s);
 
 /* y of the unstressed rod; of a manufactured scene its solution. */
@@ -43,11 +44,12 @@ ad_status static_system_guess(const static_system *x, double *y, ad_error *error
 /* Which of rod->jumps is at an edge; -1: none. */
 int static_system_jump(const static_system *x, int edge);
 
-/* start [STATIC_ROWS]: y with which an element begins, beyond what acts there. */
+/* start [rows]: y with which an element begins, beyond what acts there. */
 void static_system_start(const static_system *x, const double *y, int element, double *start);
 
 void static_system_set(static_system *x, const static_path *path);
 double static_system_imperfection(const static_system *x); /* of that path */
+double static_system_load(const static_system *x);         /* the same */
 
 const solve_rod *static_system_rod(const static_system *x);
 
@@ -66,7 +68,7 @@ void static_system_excess(const static_system *x, const double *y, double *exces
  * s = 1. */
 void static_system_residual(static_system *x, const double *y, double *residual);
 
-/* y_s [n][STATIC_ROWS] for y at any s [n] in [0, 1], where the path is. */
+/* y_s [n][rows] for y at any s [n] in [0, 1], where the path is. */
 ad_status static_system_rates(const static_system *x, size_t n, const double *s, const double *y,
                               double *rate, ad_error *error);
 

@@ -7,14 +7,14 @@
 
 #include <sundials/sundials_band.h>
 
-enum { ROWS = STATIC_ROWS, LOWER = 19, UPPER = 18, ABOVE = LOWER + UPPER };
-
-typedef double jacobian[ROWS][ROWS];
+typedef double jacobian[STATIC_ROWS_MAX][STATIC_ROWS_MAX];
 
 struct static_system {
     const solve_rod *rod;
     gauss_rule rule;
     int elements, stages;
+    int rows, start_rows, end_rows; /* of y, of the conditions at s = 0, 1 */
+    int lower, above;          /* diagonals of the band below, and above with those of pivoting */
     double *edges;             /* [elements + 1] */
     double *points;            /* [elements][stages], s */
     solve_section *sections;   /* the same points; with the stretch of the path */
@@ -34,22 +34,22 @@ struct static_system {
     static_jump *jumps;        /* the same, where the path is */
     static_path path;
     double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given */
-    double *rate;                         /* [elements][stages][ROWS] */
+    double *rate;                         /* [elements][stages][rows] */
     jacobian *by_y;                       /* [elements][stages] */
     double *factor;                       /* [elements][inner][inner], column-major */
     int *pivots;                          /* [elements][inner] */
-    double *by_start; /* [elements][ROWS][inner]: how the inner y follow the start */
+    double *by_start; /* [elements][rows][inner]: how the inner y follow the start */
     double *inner;    /* [elements][inner] */
     jacobian *across; /* [elements] of y beyond the edge where an element begins */
-    double start[STATIC_START_ROWS][ROWS], end[STATIC_END_ROWS][ROWS];
+    double start[STATIC_END_ROWS_MAX][STATIC_ROWS_MAX], end[STATIC_END_ROWS_MAX][STATIC_ROWS_MAX];
     realtype **band; /* of y at the edges */
     sunindextype *band_pivots;
-    double *right; /* [elements + 1][ROWS] */
+    double *right; /* [elements + 1][rows] */
 };
 
 static inline size_t inner_rows(const static_system *x)
 {
-    return (size_t)x->stages * ROWS;
+    return (size_t)(x->stages * x->rows);
 }
 
 static inline double width(const static_system *x, int element)
@@ -60,7 +60,7 @@ static inline double width(const static_system *x, int element)
 /* Index of the y at edge `element`; the inner ones of the element follow. */
 static inline size_t edge(const static_system *x, int element)
 {
-    return (size_t)element * (inner_rows(x) + ROWS);
+    return (size_t)element * (inner_rows(x) + (size_t)x->rows);
 }
 
 static inline solve_load part_of(const solve_load *full, double share)

@@ -22,10 +22,11 @@ void static_trace_free(static_trace *x)
 
 ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
 {
-    enum { N = STABILITY_POINTS, COLUMNS = offsetof(solve_state, velocity) / sizeof(double) };
-    double s[N], values[COLUMNS * N], units[sizeof(solve_state) / sizeof(double)];
+    enum { N = STABILITY_POINTS, COLUMNS = sizeof(solve_state) / sizeof(double) };
+    double s[N], values[COLUMNS * N], units[COLUMNS];
     solve_state states[N];
     scene given = x->rod->scene;
+    int columns = solution_columns(&given);
     given.motion = x->rod->motion;
     stability_points(&given, s);
     for (int i = 0; i < N; i++) {
@@ -36,13 +37,13 @@ ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    solve_rod_units(&x->rod->scales, units);
-    for (int c = 0; c < COLUMNS; c++) {
+    solve_rod_units(x->rod, units);
+    for (int c = 0; c < columns; c++) {
         for (int i = 0; i < N; i++) {
             values[c * N + i] = ((const double *)&states[i])[c] * units[c];
         }
     }
-    return stability_count(&given, values, count, error);
+    return stability_count_at(&given, static_system_load(x->system), values, count, error);
 }
 
 /* ---- meshes -------------------------------------------------------------------------------- */

@@ -231,7 +231,7 @@ static bool leave(tracer *x)
                 x->here.tangent[k] = sign * x->side[k];
             }
             bool found = static_arc_correct(x->arc, x->side, to->at, x->steps) &&
-                         static_path_distance(x->size - 1, to->at, x->here.at) <= aside &&
+                         static_arc_distance(x->arc, to->at, x->here.at) <= aside &&
                          static_arc_tangent(x->arc, x->here.tangent, to);
             /* of two that are alike the first */
             if (found && load_of(x, to) > load + 1e-9) {
@@ -293,7 +293,7 @@ static ad_status cross(tracer *x, double length, bool *done, ad_error *error)
     adopt(x, x->trial.at);
     double *y = x->mesh->y;
     if (!static_newton_solve(x->mesh->newton, y, x->steps) ||
-        static_path_distance(x->size - 1, y, x->trial.at) > 1e-3) {
+        static_arc_distance(x->arc, y, x->trial.at) > 1e-3) {
         return AD_OK;
     }
     memcpy(x->trial.at, y, (x->size - 1) * sizeof *y);
@@ -376,7 +376,7 @@ static void set_home(tracer *x)
 /* Whether the path is closed: its next step ends where it began. */
 static bool comes_home(const tracer *x)
 {
-    double off = fmax(static_path_distance(x->size - 1, x->next.at, x->home),
+    double off = fmax(static_arc_distance(x->arc, x->next.at, x->home),
                       fabs(load_of(x, &x->next) - x->home[x->size - 1]));
     return x->arclength - x->since_home > 5 * LONGEST && off < x->length;
 }

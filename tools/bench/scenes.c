@@ -143,7 +143,7 @@ enum { NUMBERS = 6 };
 static int equations_inside(const scene *scene)
 {
     int rows = 0;
-    for (int kind = ROD_STRAIN; kind <= ROD_MOMENT; kind++) {
+    for (int kind = ROD_STRAIN; kind <= ROD_TORSION; kind++) {
         rows += scene_physics_of(scene)->residual_rows(scene, (rod_residual_kind)kind);
     }
     return rows;

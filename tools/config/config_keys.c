@@ -131,6 +131,8 @@ const config_key config_keys[] = {
 
     SCENE_CHAMBER_ROWS(SCENE_QUANTITY, "chambers[].", chambers[0].)
 
+    SCENE_TUBE_ROWS(SCENE_QUANTITY, "tubes[].", tubes[0].)
+
     SCENE_BEAM_ROWS(SCENE_QUANTITY)
     SCENE_BEAM_POINT_ROWS(SCENE_QUANTITY, "beam.points[].", beam.points[0].)
 
@@ -397,6 +399,7 @@ const config_list config_lists[] = {
          scene.tendon_count),
     LIST("chambers", "chamber", "chambers", NULL, 0, SCENE_CHAMBERS_MAX, scene.chambers,
          scene.chamber_count),
+    LIST("tubes", "tube", "tubes", NULL, 0, SCENE_TUBES_MAX, scene.tubes, scene.tube_count),
     LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,
          scene.beam.point_count),
 };

@@ -183,6 +183,7 @@ static void print_scene(const solving *x)
     print_number("point force F L^2/EI", n.point_force);
     print_number("point moment T L/EI", n.point_moment);
     print_number("actuation T L/EI", n.actuation);
+    print_number("curvature of tubes k L", n.tubes);
     print_number("duration", n.duration);
     putchar('\n');
 }

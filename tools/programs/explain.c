@@ -186,6 +186,7 @@ static void print_numbers(FILE *file, const scene *scene)
         {"point force", "F L^2/EI", n.point_force, VERDICTS(end_force), n.point_force > 0},
         {"point moment", "T L/EI", n.point_moment, VERDICTS(end_moment), n.point_moment > 0},
         {"actuation", "T L/EI", n.actuation, VERDICTS(end_moment), n.actuation > 0},
+        {"curvature of tubes", "k L", n.tubes, VERDICTS(end_moment), n.tubes > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
         {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),
          moving && n.strain_damping > 0},

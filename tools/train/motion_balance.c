@@ -38,7 +38,7 @@ motion_balance experiment_motion_balance(const experiment *e)
         times[i] = domain_window_time(d, i) * d->coordinates[d->time].scale;
     }
     if (motion_balance_of(e->scene, e->window + 2, times, learnt_motion, &motion, &balance,
-                         &ignored) != AD_OK) {
+                          &ignored) != AD_OK) {
         balance = (motion_balance){NAN, NAN};
     }
     field_free(motion.field);

@@ -163,7 +163,8 @@ static double bandwidth_at_rest(const scene *rod_scene)
     double force = numbers.tip_force + numbers.distributed_force + numbers.weight;
     force += numbers.point_force;
     double moment = numbers.tip_moment + numbers.distributed_moment;
-    double turns = moment + numbers.point_moment + numbers.actuation + 2 * sqrt(force);
+    double turns =
+        moment + numbers.point_moment + numbers.actuation + numbers.tubes + 2 * sqrt(force);
     turns += pow(numbers.foundation, 0.25); /* waves of bending on it */
     return fmin(AT_REST_MOST, fmax(AT_REST, MARGIN + turns / 2));
 }

@@ -16,8 +16,8 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
-#include "tools/train/motion_balance.h"
 #include "tools/train/history.h"
+#include "tools/train/motion_balance.h"
 #include "tools/train/reference.h"
 
 #ifdef __cplusplus
@@ -55,11 +55,11 @@ typedef struct trainer_info {
     double points;       /* per evaluation */
     const char *ended;   /* why the last stage ended, or NULL */
     bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
-    const char *account;   /* what its optimiser has to say of its steps; may be empty */
-    double held_out_ratio; /* held-out over training loss at the last row, both by the weights of
-                            * the settings alone */
-    bool interpolates;     /* the ratio is so large that the points are fitted, not the equations:
-                            * above stop.held_out_ratio of the stage, or 100 where that is 0 */
+    const char *account;    /* what its optimiser has to say of its steps; may be empty */
+    double held_out_ratio;  /* held-out over training loss at the last row, both by the weights of
+                             * the settings alone */
+    bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
+                             * above stop.held_out_ratio of the stage, or 100 where that is 0 */
     motion_balance balance; /* of a rod's motion when training is over; else NaN */
 } trainer_info;
 

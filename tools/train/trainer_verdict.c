@@ -23,7 +23,7 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
     rod_numbers n = rod_numbers_of(rod_scene);
     double load = fmax(fmax(n.tip_force, n.tip_moment),
                        fmax(fmax(n.distributed_force, n.distributed_moment), n.weight));
-    load = fmax(fmax(load, n.actuation), fmax(n.point_force, n.point_moment));
+    load = fmax(fmax(load, fmax(n.actuation, n.tubes)), fmax(n.point_force, n.point_moment));
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
     t->size = size > 0 && size < 1 ? size : 1;
