@@ -11,7 +11,7 @@
 
 /* One row per observable of a rod: name and unit of the column, member of rod_observables, its row,
  * whether only motion has it. */
-#define ROD_REST_COLUMN_LIST(X)                                                                         \
+#define ROD_REST_COLUMN_LIST(X)                                                                    \
     X("x", "m", position, 0, false)                                                                \
     X("y", "m", position, 1, false)                                                                \
     X("z", "m", position, 2, false)                                                                \
@@ -42,10 +42,14 @@
 #define COLUMN(name, unit, member, row, of_motion) {name, unit, of_motion},
 static const model_column rod_columns[] = {ROD_REST_COLUMN_LIST(COLUMN)
                                                ROD_MOTION_COLUMN_LIST(COLUMN)};
-static const model_column tube_columns[] = {
-    ROD_REST_COLUMN_LIST(COLUMN){"theta1", "rad", false}, {"mt1", "N m", false},
-    {"theta2", "rad", false}, {"mt2", "N m", false},      {"theta3", "rad", false},
-    {"mt3", "N m", false},    {"theta4", "rad", false},   {"mt4", "N m", false}};
+static const model_column tube_columns[] = {ROD_REST_COLUMN_LIST(COLUMN){"theta1", "rad", false},
+                                            {"mt1", "N m", false},
+                                            {"theta2", "rad", false},
+                                            {"mt2", "N m", false},
+                                            {"theta3", "rad", false},
+                                            {"mt3", "N m", false},
+                                            {"theta4", "rad", false},
+                                            {"mt4", "N m", false}};
 #undef COLUMN
 
 static rod_state rod_state_of(const physics_model *m, const ad_value *fields)

@@ -126,7 +126,8 @@ enum { SCENE_FIELDS = 4 }; /* and one more of tubes */
 
 typedef struct scene_physics {
     const char *fields[SCENE_FIELDS]; /* symbols */
-    const model_column *columns; /* those of motion last, or of a rod with tubes theta, m_i of each */
+    const model_column
+        *columns; /* those of motion last, or of a rod with tubes theta, m_i of each */
     int column_count, position_columns, rotation_columns;
     int (*network_outputs)(const scene *scene);
     int (*state_rows)(const scene *scene);

@@ -232,7 +232,7 @@ int rod_going_degree(const scene *scene, const double *state);
     X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
     X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows; mixed: about d3              \
                                      times EI/GJ, where that is > 1 */                             \
-    X(ROD_TWIST, "twist")         /* theta_i' + u_3 - k_3 - m_i/G_i of tubes; theta_i' beyond */    \
+    X(ROD_TWIST, "twist")         /* theta_i' + u_3 - k_3 - m_i/G_i of tubes; theta_i' beyond */   \
     X(ROD_TORSION, "torsion")     /* balance of m_i of tubes, 1 row each as above */               \
     X(ROD_START, "start")         /* conditions at s = 0 that the ansatz does not enforce */       \
     X(ROD_END, "end")             /* the same at s = 1 */                                          \

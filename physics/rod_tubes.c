@@ -32,11 +32,10 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
     quantity torsion = made.curvature_stiffness[2];
     bool locked = scene_locks(torsion);
     return (rod_tube){
-        .bending =
-            rod_quantities(rod, 2, made.curvature_stiffness, none, 1 / unit, rod->s, rod->t),
-        .softness = locked ? ad_scalar(rod->tape, 0)
-                           : ad_scale(ad_reciprocal(rod_quantity(rod, torsion, rod->s, rod->t)),
-                                      unit),
+        .bending = rod_quantities(rod, 2, made.curvature_stiffness, none, 1 / unit, rod->s, rod->t),
+        .softness = locked
+                        ? ad_scalar(rod->tape, 0)
+                        : ad_scale(ad_reciprocal(rod_quantity(rod, torsion, rod->s, rod->t)), unit),
         .rest = rod_quantities(rod, 3, given->rod.rest_curvature, none, length, rod->s, rod->t),
         .end = scene_tube_end(rod->scene, index) / length,
         .turned = given->turned.number,
@@ -47,9 +46,8 @@ rod_tube rod_tube_of(const rod_context *rod, int index)
 static ad_value tube_within(const rod_context *rod, const rod_tube *tube, ad_value y,
                             ad_value otherwise)
 {
-    return tube->end < 1
-               ? ad_select(ad_sub(rod->s, ad_scalar(rod->tape, tube->end)), otherwise, y)
-               : y;
+    return tube->end < 1 ? ad_select(ad_sub(rod->s, ad_scalar(rod->tape, tube->end)), otherwise, y)
+                         : y;
 }
 
 /* ---- the equations --------------------------------------------------------------------------- */
@@ -114,8 +112,8 @@ ad_value rod_tube_weight(const rod_context *rod)
         for (int k = 0; k < 3; k++) {
             pull[k] = quantity_multiply(made.mass_per_length, rod->scene->loads.gravity[k]);
         }
-        ad_value weight = rod_quantities(rod, 3, pull, none, length / rod->scales.force, rod->s,
-                                         rod->t);
+        ad_value weight =
+            rod_quantities(rod, 3, pull, none, length / rod->scales.force, rod->s, rod->t);
         sum = ad_add(sum, tube_within(rod, &tube, weight, nothing));
     }
     return sum;
@@ -129,9 +127,8 @@ ad_value rod_tube_stiffening(const rod_context *rod, ad_value compliance)
         ad_value mean = ad_scale(ad_add(ad_row(tube.bending, 0), ad_row(tube.bending, 1)), 0.5);
         sum = ad_add(sum, tube_within(rod, &tube, mean, none));
     }
-    const ad_value rows[3] = {
-        ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 0), sum))),
-        ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 1), sum))), one};
+    const ad_value rows[3] = {ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 0), sum))),
+                              ad_reciprocal(ad_add(one, ad_mul(ad_row(compliance, 1), sum))), one};
     return ad_stack(3, rows);
 }
 
@@ -171,12 +168,15 @@ ad_value rod_tube_residual(const rod_context *rod, rod_state state, bool torsion
 ad_value rod_tube_ansatz(const rod_context *rod, ad_value outputs)
 {
     ad_value rows[2 * SCENE_TUBES_MAX], zero = ad_scalar(rod->tape, 0);
+    if (rod->scene->tube_count == 0) {
+        return outputs;
+    }
     ad_value rise = domain_vanish(&rod->at, 0), fall = domain_vanish(&rod->at, 1);
     for (int i = 0; i < rod->scene->tube_count; i++) {
         rod_tube tube = rod_tube_of(rod, i);
         ad_value share = ad_square(rod->at.load_factor);
-        ad_value torsion = ad_mul(fall, ad_scale(ad_row(outputs, 2 * i + 1),
-                                                 tube_torsion_unit(rod, i)));
+        ad_value torsion =
+            ad_mul(fall, ad_scale(ad_row(outputs, 2 * i + 1), tube_torsion_unit(rod, i)));
         ad_value theta = ad_add(ad_scale(share, tube.turned), ad_mul(rise, ad_row(outputs, 2 * i)));
         if (tube.transmission > 0) {
             ad_value twisted = ad_substitute(ad_mul(tube.softness, torsion), rod->s, zero);

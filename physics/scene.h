@@ -369,7 +369,8 @@ scene_piece scene_piece_of(const scene *rod_scene, int index);
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
 
-/* Of one tube: bending and torsional stiffness (curvature_stiffness), mass; and where it ends, m. */
+/* Of one tube: bending and torsional stiffness (curvature_stiffness), mass; and where it ends, m.
+ */
 scene_properties scene_tube_properties(const scene_tube *tube);
 double scene_tube_end(const scene *rod_scene, int index);
 

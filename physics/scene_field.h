@@ -105,8 +105,8 @@ const scene_list *scene_field_list(const scene_field *field, int *index);
 /* [count]; those of an entry beyond the length of its list are not given. */
 const quantity *scene_field_of(const scene *rod_scene, const scene_field *field);
 
-/* Whether it holds for a part of the rod alone, that of its segment, tendon, chamber or tube; from, to in
- * m. */
+/* Whether it holds for a part of the rod alone, that of its segment, tendon, chamber or tube; from,
+ * to in m. */
 bool scene_field_span(const scene *rod_scene, const scene_field *field, double *from, double *to);
 
 /* The key of a quantity within the scene. */

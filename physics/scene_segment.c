@@ -113,8 +113,7 @@ scene_properties scene_tube_properties(const scene_tube *tube)
 double scene_tube_end(const scene *rod_scene, int index)
 {
     double length = scene_length(rod_scene);
-    return fmin(length,
-                quantity_or(rod_scene->tubes[index].end, quantity_number(length)).number);
+    return fmin(length, quantity_or(rod_scene->tubes[index].end, quantity_number(length)).number);
 }
 
 /* ---- the whole rod --------------------------------------------------------------------------- */

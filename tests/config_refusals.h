@@ -37,12 +37,13 @@ static const refusal refusals[] = {
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
      "tables, rod, segments, loads, bodies, springs, tendons, chambers, "
-     "beam, boundary, initial, time, manufactured, formulation, motion, enforcement, network, "
+     "tubes, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
+     "network, "
      "losses, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
-     "segments, loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, "
+     "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, formulation, motion, enforcement, "
      "network, losses, training, checkpoint, output, reference"},
     {"rod:\n"
@@ -74,7 +75,8 @@ static const refusal refusals[] = {
      NULL,
      "scene.yaml:1:1: a: unknown key; allowed in the file: name, parameters, tables, rod, "
      "segments, "
-     "loads, bodies, springs, tendons, chambers, beam, boundary, initial, time, manufactured, "
+     "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
+     "manufactured, "
      "formulation, motion, enforcement, network, "
      "losses, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},

@@ -1,5 +1,5 @@
-/* Lists of a scene that are refused - segments, points, bodies, springs, tendons, chambers - and
- * the exact line each is refused with. */
+/* Lists of a scene that are refused - segments, points, bodies, springs, tendons, chambers, tubes -
+ * and the exact line each is refused with. */
 #ifndef TESTS_CONFIG_REFUSALS_LISTS_H
 #define TESTS_CONFIG_REFUSALS_LISTS_H
 
@@ -10,6 +10,12 @@
     "rod:\n"                                                                                       \
     "  section: {shape: circle, radius: 0.01}\n"                                                   \
     "  material: {youngs_modulus: 1e6, poissons_ratio: 0.5, density: 1000}\n"
+
+/* The innermost of tubes; what follows begins on line 4. */
+#define CONCENTRIC                                                                                 \
+    "rod: {model: kirchhoff,\n"                                                                    \
+    "  length: 1,\n"                                                                               \
+    "  stiffness: {bending: [1, 1], torsion: 1}}\n"
 
 static const refusal list_refusals[] = {
     {BASE "segments: {length: 1}\n", NULL,
@@ -120,6 +126,46 @@ static const refusal list_refusals[] = {
     {BASE "tendons: [{offset: [0.01, 0], tension: 1, friction: -0.1}]\n", NULL,
      "scene.yaml:4:53: tendons[0].friction: is -0.1, which is out of range; allowed: a number or a "
      "formula >= 0"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}, end: 1.01}]\n", NULL,
+     "scene.yaml:4:57: tubes[0].end: is not on the rod, which reaches farther than every tube; "
+     "allowed: above 0 up to its length"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 0], torsion: 1}}]\n", NULL,
+     "scene.yaml:4:35: tubes[0].stiffness.bending[1]: is 0, which is out of range; allowed: a "
+     "number or a formula > 0, in N m^2"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1]}}]\n", NULL,
+     "scene.yaml:4:21: tubes[0].stiffness.torsion: missing; give section and material, or this "
+     "stiffness itself"},
+    {CONCENTRIC "tubes: [{section: {radius: 0.01}}]\n", NULL,
+     "scene.yaml:4:19: tubes[0].section.inner_radius: missing; a tube has a radius and an "
+     "inner_radius"},
+    {CONCENTRIC "tubes: [{section: {radius: 0.01, inner_radius: 0.01}}]\n", NULL,
+     "scene.yaml:4:48: tubes[0].section.inner_radius: must be less than the tube's radius"},
+    {CONCENTRIC "tubes: [{section: {radius: 0.01, inner_radius: 0.009}}]\n", NULL,
+     "scene.yaml:4:9: tubes[0].material.youngs_modulus: missing; the stiffness of the section "
+     "follows from it"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
+                "loads: {gravity: [0, 0, -9.81]}\n",
+     "rod.inertia.mass_per_length=1",
+     "scene.yaml:4:9: tubes[0].inertia.mass_per_length: missing; loads.gravity needs the mass of "
+     "every tube"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
+                "time: {duration: 1}\n",
+     "rod.inertia={mass_per_length: 1, rotary: [0, 0, 0]}",
+     "scene.yaml:5:18: time.duration: moves, but tubes are for rods at rest; allowed: no time, or "
+     "no tubes"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
+                "boundary: {start: {type: pinned}}\n",
+     NULL,
+     "scene.yaml:5:26: boundary.start.type: tubes are turned against a base that is held; allowed "
+     "with tubes: clamped"},
+    {CONCENTRIC "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n"
+                "segments: [{length: 0.5}, {length: 0.5, turn: [1, 0, 0]}]\n",
+     NULL,
+     "scene.yaml:5:47: segments[1].turn: tubes do not go round a corner; allowed with tubes: no "
+     "turn"},
+    {BASE "tubes: [{stiffness: {bending: [1, 1], torsion: 1}}]\n", NULL,
+     "scene.yaml:2:3: rod.model: tubes slide on the rod and take no shear and stretch from it; "
+     "allowed with tubes: kirchhoff"},
     {BASE "chambers: [{offset: [0.01, 0], pressure: 1}]\n", NULL,
      "scene.yaml:4:12: chambers[0].area: missing; the area of the chamber's cross-section in m^2"},
     {BASE "chambers: [{offset: [0.01, 0], area: 1}]\n", NULL,

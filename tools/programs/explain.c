@@ -186,7 +186,7 @@ static void print_numbers(FILE *file, const scene *scene)
         {"point force", "F L^2/EI", n.point_force, VERDICTS(end_force), n.point_force > 0},
         {"point moment", "T L/EI", n.point_moment, VERDICTS(end_moment), n.point_moment > 0},
         {"actuation", "T L/EI", n.actuation, VERDICTS(end_moment), n.actuation > 0},
-        {"curvature of tubes", "k L", n.tubes, VERDICTS(end_moment), n.tubes > 0},
+        {"tubes", "k L", n.tubes, VERDICTS(end_moment), n.tubes > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", n.rotary_inertia, VERDICTS(slenderness), moving},
         {"strain damping", "B L^2/(EI T)", n.strain_damping, VERDICTS(strain_rate),
          moving && n.strain_damping > 0},
@@ -289,6 +289,10 @@ static void print_form(FILE *file, const scene *scene)
         fprintf(file, "r[%d] position, %s", planar ? 2 : 3, rod_head_of(scene)->name);
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
+        }
+        if (scene->tube_count > 0) {
+            fprintf(file, ", theta, m_i of %d tube%s", scene->tube_count,
+                    scene->tube_count > 1 ? "s" : "");
         }
     }
     fprintf(file, " of s%s\n", moving ? " and t" : "");

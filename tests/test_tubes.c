@@ -1,0 +1,305 @@
+/* Concentric tubes at rest: against closed forms, an independent program, and the equations on the
+ * tape against those in C. */
+#include "tendon_testing.h"
+
+#include "physics/solve/stability.h"
+#include "physics/solve/static_rod.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static scene rod_of(double first, double second, double torsion)
+{
+    scene made;
+    scene_defaults(&made);
+    made.rod.model = SCENE_KIRCHHOFF;
+    made.rod.length = Q(1.0);
+    made.rod.bending_stiffness[0] = Q(first);
+    made.rod.bending_stiffness[1] = Q(second);
+    made.rod.torsional_stiffness = Q(torsion);
+    return made;
+}
+
+static scene_tube *add_tube(scene *given, double first, double second, double torsion,
+                            const char *const curvature[3])
+{
+    scene_tube *tube = &given->tubes[given->tube_count++];
+    tube->rod.bending_stiffness[0] = Q(first);
+    tube->rod.bending_stiffness[1] = Q(second);
+    tube->rod.torsional_stiffness = Q(torsion);
+    set_quantities(tube->rod.rest_curvature, 3, curvature);
+    return tube;
+}
+
+/* theta, m_i of each tube at s. */
+static void tubes_at(const solved *x, int count, double s, double *values)
+{
+    enum { FIRST = 19 };
+    double all[MODEL_COLUMNS_MAX];
+    ad_error error;
+    assert_int_equal(solution_evaluate(x->solution, FIRST + 2 * count, 1, &s, NULL, all, &error),
+                     AD_OK);
+    memcpy(values, all + FIRST, 2 * (size_t)count * sizeof *values);
+}
+
+/* ---- two equal tubes: a pendulum ------------------------------------------------------------- */
+
+static const double NU = 0.3;
+
+/* Two equal tubes with L sqrt(c) = x, theta'' = c sin(theta), c = (1 + nu) k^2 (Dupont et al. 2010,
+ * eq. 36; GJ = EI/(1 + nu)); `opposed`: curved to different sides. */
+static scene pair_of(double x, double turned, bool opposed)
+{
+    scene given = rod_of(1, 1, 1 / (1 + NU));
+    char text[2][32];
+    snprintf(text[0], sizeof text[0], "%.17g", x / sqrt(1 + NU));
+    snprintf(text[1], sizeof text[1], "%s%.17g", opposed ? "-" : "", x / sqrt(1 + NU));
+    const char *const curved[3] = {text[0], "0", "0"}, *const other[3] = {text[1], "0", "0"};
+    set_quantities(given.rod.rest_curvature, 3, curved);
+    add_tube(&given, 1, 1, 1 / (1 + NU), other)->turned = Q(turned);
+    return given;
+}
+
+/* cos(turned/2) = k cd(x, k), k = cos(theta(L)/2): the amplitude of the pendulum. Evaluated by
+ * Jacobi's functions of scipy 1.11. The last is past half a turn, where slow turning has not
+ * snapped yet. */
+static void test_pendulum(void **state)
+{
+    (void)state;
+    static const struct {
+        double x, turned, tip;
+    } rows[] = {{1, 0.7572202079256661, 0.5}, {1, 1.9975529917880808, 1.5},
+                {1, 2.779023887305531, 2.5},  {2, 1.090623728396162, 0.3},
+                {2, 2.8027502334245034, 1},   {2, -2.8027502334245034, -1},
+                {2, 3.427204138661337, 1.8}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        scene given = pair_of(rows[i].x, rows[i].turned, false);
+        solved x = solve(&given, 0, NULL, 1e-10);
+        double tube[2];
+        tubes_at(&x, 1, 1, tube);
+        assert_near(tube[0], rows[i].tip, 1e-9); /* measured: 1e-11, for the last near the fold */
+        assert_near(tube[1], 0, 1e-11);
+        assert_true(x.report.estimate < 1e-9);
+        solution_free(x.solution);
+    }
+}
+
+/* Slowly turned by more than the S-curve has, tubes snap; its limit point is that of the closed
+ * form, the largest angle of the base over all of the tip, 3.452010181781879 for x = 2 (minimised
+ * numerically, flat to 1e-14). The load factor stands for the square root of the angle. */
+static void test_snap(void **state)
+{
+    (void)state;
+    const double turned = 4;
+    scene given = pair_of(2, turned, false);
+    solved x = solve(&given, 0, NULL, 1e-10);
+    double share = x.report.limit_load * x.report.limit_load, tube[2];
+    assert_true(x.report.snapped);
+    /* on the way the tubes are not all of their shape: 1 - (1 - 0.929)^4 = 1 - 2.5e-5 of it */
+    assert_near(turned * share, 3.452010181781879, 1e-4);
+    tubes_at(&x, 1, 1, tube);
+    assert_true(tube[0] > PI && tube[0] < 2 * PI); /* near the other way round */
+    solution_free(x.solution);
+}
+
+/* Equal tubes bent to different sides are straight, and unstable where L sqrt(c) > pi/2. */
+static void test_bifurcation(void **state)
+{
+    (void)state;
+    static const struct {
+        double factor;
+        int unstable;
+    } rows[] = {{0.999, 0}, {1.001, 1}, {2.9, 1}, {3.1, 2}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        double at[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+        scene given = pair_of(rows[i].factor * PI / 2, 0, true);
+        solve_settings settings = {.tolerance = 1e-10, .nodes = 24};
+        solve_report report;
+        solution *x;
+        ad_error error;
+        int unstable;
+        assert_int_equal(solution_create(&given, &settings, 0, NULL, &x, &report, &error), AD_OK);
+        stability_points(&given, at);
+        assert_int_equal(solution_evaluate(x, solution_columns(&given), STABILITY_POINTS, at, NULL,
+                                           values, &error),
+                         AD_OK);
+        assert_near(values[STABILITY_POINTS - 1], 0, 1e-9); /* x: straight */
+        assert_int_equal(stability_count(&given, values, &unstable, &error), AD_OK);
+        assert_int_equal(unstable, rows[i].unstable);
+        solution_free(x);
+    }
+}
+
+/* Where it becomes so on the way: the shape is a share a of the way from one side to the other,
+ * c = -(2 a - 1) x^2, a = 1 - (1 - load)^4. */
+static void test_bifurcation_load(void **state)
+{
+    (void)state;
+    const double x = 2, ratio = PI / (2 * x), share = (1 + ratio * ratio) / 2;
+    scene given = pair_of(x, 0, true);
+    solved y = solve(&given, 0, NULL, 1e-10);
+    assert_near(y.report.bifurcation_load, 1 - pow(1 - share, 0.25), 1e-7);
+    solution_free(y.solution);
+}
+
+/* ---- an independent program ------------------------------------------------------------------ */
+
+/* Shooting from s = 0 in a frame that does not twist, with the moment in the world and the balance
+ * of moments of each tube about the tangent, by an eighth-order Runge-Kutta method to 1e-12
+ * (scipy); unknown moments to 1e-14. */
+static scene helical_scene(void)
+{
+    scene given = rod_of(1, 1.3, 0.7);
+    const char *const rod[3] = {"0.8*cos(4*s)", "0.8*sin(4*s)", "0.3"},
+                      *const first[3] = {"where(s-0.3,-1.5,0)", "0.5", "0"},
+                      *const second[3] = {"1.2*s*(1+s)", "-0.6", "0.2"},
+                      *const gravity[3] = {"0.3", "-0.2", "-0.4"},
+                      *const force[3] = {"0.4", "-0.3", "0.5"},
+                      *const moment[3] = {"0.1", "0.2", "-0.15"};
+    set_quantities(given.rod.rest_curvature, 3, rod);
+    set_quantities(given.loads.gravity, 3, gravity);
+    set_quantities(given.loads.tip.force, 3, force);
+    set_quantities(given.loads.tip.moment, 3, moment);
+    given.end.type = SCENE_LOADED;
+    given.rod.mass_per_length = Q(0.5);
+    scene_tube *tube = add_tube(&given, 2.5, 2, 1.8, first);
+    tube->end = Q(0.7);
+    tube->turned = Q(2.0);
+    tube->transmission = Q(0.4);
+    tube->rod.mass_per_length = Q(0.8);
+    tube = add_tube(&given, 5, 5, 4, second);
+    tube->end = Q(0.45);
+    tube->turned = Q(-1.3);
+    tube->rod.mass_per_length = Q(1.1);
+    return given;
+}
+
+static void test_helical(void **state)
+{
+    (void)state;
+    scene given = helical_scene();
+    solved x = solve(&given, 0, NULL, 1e-11);
+    double pose[7], tubes[4];
+    pose_at(&x, 1, 0, pose);
+    assert_near(pose[0], -0.1688114553025431, 1e-11);
+    assert_near(pose[1], 0.1267177828128434, 1e-11);
+    assert_near(pose[2], 0.9654364243231169, 1e-11);
+    tubes_at(&x, 2, 0.7, tubes);
+    assert_near(tubes[0], 1.6728911255833427, 1e-11);
+    tubes_at(&x, 2, 0.45, tubes);
+    assert_near(tubes[2], -1.3715587342471471, 1e-11);
+    tubes_at(&x, 2, 0, tubes);
+    assert_near(tubes[1], -0.2262558789779209, 1e-11);
+    assert_near(tubes[3], -0.0016844104535971, 1e-11);
+    solution_free(x.solution);
+}
+
+static void test_follower(void **state)
+{
+    (void)state;
+    scene given = rod_of(1, 1, 0.8);
+    const char *const rod[3] = {"0.9", "0", "0"}, *const outer[3] = {"0", "1.4", "0"},
+                      *const force[3] = {"0.5", "-0.4", "-0.6"};
+    set_quantities(given.rod.rest_curvature, 3, rod);
+    set_quantities(given.loads.tip.force, 3, force);
+    given.loads.tip.frame = SCENE_FOLLOWER;
+    given.end.type = SCENE_LOADED;
+    scene_tube *tube = add_tube(&given, 3, 3, 2.2, outer);
+    tube->end = Q(0.6);
+    tube->turned = Q(-2.5);
+    tube->transmission = Q(0.2);
+    solved x = solve(&given, 0, NULL, 1e-11);
+    double pose[7], tubes[2];
+    pose_at(&x, 1, 0, pose);
+    assert_near(pose[0], -0.26086225028116744, 1e-11);
+    assert_near(pose[1], -0.4376978526921206, 1e-11);
+    assert_near(pose[2], 0.803114538750439, 1e-11);
+    tubes_at(&x, 1, 0.6, tubes);
+    assert_near(tubes[0], -2.271659944139531, 1e-11);
+    solution_free(x.solution);
+}
+
+/* ---- the tape -------------------------------------------------------------------------------- */
+
+/* A state and its rates by the equations in C: on the tape what goes through it at these rates has
+ * no residual there. */
+static void check_tape(const scene *given, double s, double load_factor)
+{
+    enum { ROWS = STATIC_TUBES + 4 };
+    solve_rod *rod;
+    ad_error error;
+    solve_section section;
+    solve_rest rest;
+    solve_load load;
+    solve_actuator actuators[SOLVE_ACTUATORS_MAX];
+    double y[ROWS] = {0.1, 0.2, 0.3,  0.7, -0.1, 0.5,  0.5, -1.1, 0.9,
+                      0.6, 0.3, -0.8, 0.5, 1.3,  -0.4, 2.2, 0.6},
+           rate[ROWS];
+    assert_int_equal(solve_rod_create(given, &rod, &error), AD_OK);
+    assert_int_equal(static_rows(rod), ROWS);
+    assert_int_equal(solve_rod_sections(rod, 1, &s, &section, &error), AD_OK);
+    assert_int_equal(solve_rod_rest(rod, 1, &s, 0, &rest, &error), AD_OK);
+    assert_int_equal(solve_rod_load(rod, 1, &s, 0, &load, &error), AD_OK);
+    assert_int_equal(solve_rod_actuators(rod, 1, &s, 0, actuators, &error), AD_OK);
+    for (int i = 0; i < 12; i++) {
+        (i < 3   ? load.force
+         : i < 6 ? load.moment
+         : i < 9 ? load.body_force
+                 : load.body_moment)[i % 3] *= load_factor;
+    }
+    static_point at = {.rest = rest,
+                       .load = load,
+                       .strain_compliance = section.strain_compliance,
+                       .curvature_compliance = section.curvature_compliance,
+                       .actuation = solve_actuation_at(rod, actuators, 0, s, load_factor),
+                       .tubes = rod->tubes};
+    static_rate(&at, y, rate, NULL);
+    recorded r = begin(given);
+    domain_place place = r.at;
+    place.load_factor = ad_scalar(r.tape, load_factor);
+    ad_value rows[ROWS];
+    for (int i = 0; i < ROWS; i++) {
+        ad_value away = ad_sub(r.s, ad_scalar(r.tape, s));
+        rows[i] = ad_add(ad_scalar(r.tape, y[i]), ad_scale(away, rate[i]));
+    }
+    rod_state taped = {.position = ad_stack(3, rows + STATIC_R),
+                       .rotation = ad_stack(4, rows + STATIC_Q),
+                       .force = ad_stack(3, rows + STATIC_N),
+                       .moment = ad_stack(3, rows + STATIC_M),
+                       .tubes = ad_stack(4, rows + STATIC_TUBES)};
+    for (int kind = ROD_STRAIN; kind <= ROD_TORSION; kind++) {
+        ad_value residual = rod_residual(given, (rod_residual_kind)kind, taped, &place);
+        double t = 0, *values = evaluate_at(residual, 1, &s, &t, NULL);
+        for (int i = 0; i < rod_residual_rows(given, (rod_residual_kind)kind); i++) {
+            assert_near(values[i], 0, 1e-13);
+        }
+        free(values);
+    }
+    ad_tape_free(r.tape);
+    solve_rod_free(rod);
+}
+
+/* With both tubes, with one, and beyond; with a tendon, too; and on the way to the load. */
+static void test_tape(void **state)
+{
+    (void)state;
+    static const double s[] = {0.2, 0.6, 0.8};
+    scene given = helical_scene();
+    add_tendon(&given, 0.05, 40, 3);
+    for (int i = 0; i < 3; i++) {
+        check_tape(&given, s[i], 1);
+        check_tape(&given, s[i], 0.6);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_snap),
+        cmocka_unit_test(test_bifurcation), cmocka_unit_test(test_bifurcation_load),
+        cmocka_unit_test(test_helical),     cmocka_unit_test(test_follower),
+        cmocka_unit_test(test_tape)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
