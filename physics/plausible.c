@@ -172,6 +172,21 @@ static void check_loads(scene_warnings *all, const scene *rod_scene)
     }
 }
 
+/* The rod is inside of its tubes. */
+static void check_tubes(scene_warnings *all, const scene *rod_scene)
+{
+    const quantity radius = rod_scene->rod.radius;
+    for (int i = 0; i < rod_scene->tube_count && radius.is_given; i++) {
+        const quantity inner = rod_scene->tubes[i].rod.inner_radius;
+        double end = scene_tube_end(rod_scene, i);
+        quantity gap = quantity_subtract(inner, radius);
+        if (inner.is_given && scene_range_within(rod_scene, gap, 0, end).low < 0) {
+            warn(all, "tubes[%d].section.inner_radius: is less than the radius of the rod inside",
+                 i);
+        }
+    }
+}
+
 /* A quaternion is the same for a turn and for what is left to a whole one. */
 static void check_turn(scene_warnings *all, const scene *rod_scene)
 {
@@ -200,6 +215,7 @@ scene_warnings scene_implausible(const scene *rod_scene)
     if (!scene_is_beam(rod_scene)) {
         check_loads(&all, rod_scene);
         check_actuators(&all, rod_scene);
+        check_tubes(&all, rod_scene);
         check_turn(&all, rod_scene);
     }
     return all;

@@ -81,9 +81,9 @@ static void test_pendulum(void **state)
     (void)state;
     static const struct {
         double x, turned, tip;
-    } rows[] = {{1, 0.7572202079256661, 0.5}, {1, 1.9975529917880808, 1.5},
-                {1, 2.779023887305531, 2.5},  {2, 1.090623728396162, 0.3},
-                {2, 2.8027502334245034, 1},   {2, -2.8027502334245034, -1},
+    } rows[] = {{1, 0.7572202079256661, 0.5},
+                {1, 2.779023887305531, 2.5},
+                {2, -2.8027502334245034, -1},
                 {2, 3.427204138661337, 1.8}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         scene given = pair_of(rows[i].x, rows[i].turned, false);
