@@ -9,6 +9,11 @@
 /* A place where something acts is looked at from before, s less this. */
 static const double BEFORE = 1e-13;
 
+/* Panels follow what is given, not the shape, on which followers and foundations depend: they are
+ * taken in more and more parts, until what is missing is rounding or stays the same by a tenth. */
+enum { PARTS_MAX = 64 };
+static const double ROUNDING = 1e-12, SAME = 0.1;
+
 /* ---- the shape ------------------------------------------------------------------------------ */
 
 /* Where a shape has to be known: points of the quadrature, `places` where something acts, and both
@@ -17,6 +22,7 @@ typedef struct samples {
     size_t count, panels, places;
     int columns;
     double *s;      /* [count], by the length */
+    double *weight; /* [panels] of the integral along the rod */
     double *values; /* [columns][count], dimensionless */
     double *work;   /* [count]: s in m */
 } samples;
@@ -24,27 +30,31 @@ typedef struct samples {
 static void samples_free(samples *x)
 {
     free(x->s);
+    free(x->weight);
     free(x->values);
     free(x->work);
 }
 
-/* places [x->places]; units [columns] of the values. */
-static ad_status sample(const solve_quadrature *along, const double *places, double length,
-                        const double *units, solve_shape *shape, const void *context, samples *x,
-                        ad_error *error)
+/* Every panel in so many parts; places [x->places]; units [columns] of the values. */
+static ad_status sample(const solve_quadrature *along, int parts, const double *places,
+                        double length, const double *units, solve_shape *shape, const void *context,
+                        samples *x, ad_error *error)
 {
     size_t k = 0;
-    x->panels = (size_t)along->count * QUADRATURE_POINTS;
+    x->panels = (size_t)along->count * (size_t)parts * QUADRATURE_POINTS;
     x->count = x->panels + x->places + 2;
     x->s = malloc(x->count * sizeof *x->s);
+    x->weight = malloc((x->panels + 1) * sizeof *x->weight);
     x->work = malloc(x->count * sizeof *x->work);
     x->values = malloc(x->count * (size_t)x->columns * sizeof *x->values);
-    if (!x->s || !x->work || !x->values) {
+    if (!x->s || !x->weight || !x->work || !x->values) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->count);
     }
-    for (int i = 0; i < along->count; i++) {
-        double from = along->edges[i], width = along->edges[i + 1] - from;
+    for (int i = 0; i < along->count * parts; i++) {
+        const double *edge = along->edges + i / parts;
+        double width = (edge[1] - edge[0]) / parts, from = edge[0] + width * (i % parts);
         for (int j = 0; j < QUADRATURE_POINTS; j++) {
+            x->weight[k] = width * along->rule.weights[j];
             x->s[k++] = from + width * along->rule.nodes[j];
         }
     }
@@ -63,17 +73,16 @@ static ad_status sample(const solve_quadrature *along, const double *places, dou
     return status;
 }
 
-static double weight_at(const solve_quadrature *along, size_t point)
-{
-    size_t panel = point / QUADRATURE_POINTS;
-    return (along->edges[panel + 1] - along->edges[panel]) *
-           along->rule.weights[point % QUADRATURE_POINTS];
-}
-
 /* The rest of a sum by the size of its parts; small loads are compared with what bends a rod. */
 static double relative(double rest, double size)
 {
     return rest / (1 + size);
+}
+
+/* Whether more parts may tell more; before: of half as many, NaN at first. */
+static bool may_be_finer(int parts, double balance, double before)
+{
+    return parts < PARTS_MAX && balance > ROUNDING && !(fabs(balance - before) <= SAME * balance);
 }
 
 /* ---- rods ----------------------------------------------------------------------------------- */
@@ -212,15 +221,23 @@ static double largest(const double a[3])
 static ad_status add_all(const solve_rod *rod, const samples *x, total *sum, ad_error *error)
 {
     solve_load load[QUADRATURE_POINTS];
+    solve_foundation below[QUADRATURE_POINTS] = {{{0}, {0}}};
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
         size_t within = i % QUADRATURE_POINTS;
         if (within == 0) {
             status = solve_rod_load(rod, QUADRATURE_POINTS, x->s + i, 0, load, error);
         }
+        if (within == 0 && rod->is_founded && status == AD_OK) {
+            status = solve_rod_foundation(rod, QUADRATURE_POINTS, x->s + i, below, error);
+        }
         posed at = pose_of(x, i);
         if (status == AD_OK) {
-            add_load(sum, weight_at(rod->quadrature, i), &at, &load[within]);
+            for (int k = 0; k < 3; k++) {
+                const solve_foundation *here = &below[within];
+                load[within].force[k] -= here->stiffness[k] * (at.r[k] - here->place[k]);
+            }
+            add_load(sum, x->weight[i], &at, &load[within]);
         }
     }
     status = status == AD_OK ? add_jumps(rod, x, sum, error) : status;
@@ -234,16 +251,21 @@ static ad_status add_all(const solve_rod *rod, const samples *x, total *sum, ad_
 ad_status solve_balance_rod(const solve_rod *rod, solve_shape *shape, const void *context,
                             double *balance, ad_error *error)
 {
-    samples x = {.places = (size_t)rod->jumps.count, .columns = solution_columns(&rod->scene)};
-    double units[MODEL_COLUMNS_MAX], places[SOLVE_JUMPS_MAX];
-    total sum = {.size = 0};
+    double units[MODEL_COLUMNS_MAX], places[SOLVE_JUMPS_MAX], before = NAN;
+    ad_status status = AD_OK;
     solve_rod_units(rod, units);
     solve_jump_places(&rod->jumps, places);
-    ad_status status =
-        sample(rod->quadrature, places, rod->scales.length, units, shape, context, &x, error);
-    status = status == AD_OK ? add_all(rod, &x, &sum, error) : status;
-    *balance = relative(fmax(largest(sum.force), largest(sum.moment)), sum.size);
-    samples_free(&x);
+    *balance = INFINITY;
+    for (int parts = 1; status == AD_OK && may_be_finer(parts / 2, *balance, before); parts *= 2) {
+        samples x = {.places = (size_t)rod->jumps.count, .columns = solution_columns(&rod->scene)};
+        total sum = {.size = 0};
+        before = *balance;
+        status = sample(rod->quadrature, parts, places, rod->scales.length, units, shape, context,
+                        &x, error);
+        status = status == AD_OK ? add_all(rod, &x, &sum, error) : status;
+        *balance = relative(fmax(largest(sum.force), largest(sum.moment)), sum.size);
+        samples_free(&x);
+    }
     return status;
 }
 
@@ -313,7 +335,7 @@ static ad_status add_beam_loads(const solve_beam *beam, const samples *x, beam_t
                          : status;
         }
         if (status == AD_OK) {
-            add_beam(sum, weight_at(beam->quadrature, i), x->s[i],
+            add_beam(sum, x->weight[i], x->s[i],
                      load[k].force - section[k].foundation * column(x, 0, i), load[k].moment);
         }
     }
@@ -323,20 +345,25 @@ static ad_status add_beam_loads(const solve_beam *beam, const samples *x, beam_t
 ad_status solve_balance_beam(const solve_beam *beam, solve_shape *shape, const void *context,
                              double *balance, ad_error *error)
 {
-    samples x = {.places = (size_t)beam->jump_count, .columns = 4};
-    double units[MODEL_COLUMNS_MAX], places[BEAM_JUMPS_MAX];
-    beam_total sum = {.size = 0};
+    double units[MODEL_COLUMNS_MAX], places[BEAM_JUMPS_MAX], before = NAN;
+    ad_status status = AD_OK;
     solve_beam_units(beam, units);
     for (int i = 0; i < beam->jump_count; i++) {
         places[i] = beam->jumps[i].s;
     }
-    ad_status status =
-        sample(beam->quadrature, places, beam->scales.length, units, shape, context, &x, error);
-    status = status == AD_OK ? add_beam_loads(beam, &x, &sum, error) : status;
-    status = status == AD_OK ? add_beam_jumps(beam, &x, &sum, error) : status;
-    status = status == AD_OK ? add_beam_ends(beam, &x, &sum, error) : status;
-    *balance = relative(fmax(fabs(sum.force), fabs(sum.moment)), sum.size);
-    samples_free(&x);
+    *balance = INFINITY;
+    for (int parts = 1; status == AD_OK && may_be_finer(parts / 2, *balance, before); parts *= 2) {
+        samples x = {.places = (size_t)beam->jump_count, .columns = 4};
+        beam_total sum = {.size = 0};
+        before = *balance;
+        status = sample(beam->quadrature, parts, places, beam->scales.length, units, shape, context,
+                        &x, error);
+        status = status == AD_OK ? add_beam_loads(beam, &x, &sum, error) : status;
+        status = status == AD_OK ? add_beam_jumps(beam, &x, &sum, error) : status;
+        status = status == AD_OK ? add_beam_ends(beam, &x, &sum, error) : status;
+        *balance = relative(fmax(fabs(sum.force), fabs(sum.moment)), sum.size);
+        samples_free(&x);
+    }
     return status;
 }
 
