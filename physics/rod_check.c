@@ -169,10 +169,11 @@ static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_
     bool chosen = scene_is_dynamic(rod_scene) || scene_is_manufactured(rod_scene);
     for (int i = 0; i < rod_scene->tendon_count; i++) {
         const scene_tendon *tendon = &rod_scene->tendons[i];
-        if (quantity_is_something(tendon->friction)) {
+        if (quantity_is_something(tendon->friction) && chosen) {
             *key = scene_key_of(rod_scene, &tendon->friction);
             return ad_fail(error, AD_BAD_INPUT,
-                           "the tension of a tendon is the same all along here; allowed: 0");
+                           "of rods at rest alone, as tendons that are let go slide the other way; "
+                           "allowed: 0");
         }
         if (tendon->displacement.is_given && chosen) {
             *key = scene_key_of(rod_scene, &tendon->displacement);

@@ -190,6 +190,16 @@ bool scene_has_displaced_tendons(const scene *rod_scene)
     return false;
 }
 
+bool scene_has_rubbing_tendons(const scene *rod_scene)
+{
+    for (int i = 0; i < rod_scene->tendon_count; i++) {
+        if (quantity_is_something(rod_scene->tendons[i].friction)) {
+            return true;
+        }
+    }
+    return false;
+}
+
 bool scene_is_imperfect(const scene *rod_scene)
 {
     scene_rest rest = scene_rest_of(rod_scene);

@@ -377,6 +377,9 @@ double scene_tube_end(const scene *rod_scene, int index);
 /* Whether a tendon is given by its displacement, so that its tension is not known. */
 bool scene_has_displaced_tendons(const scene *rod_scene);
 
+/* Whether a tendon has friction, so that its tension falls along it. */
+bool scene_has_rubbing_tendons(const scene *rod_scene);
+
 /* Whether any stiffness is infinite: that strain has no constitutive law. Of the properties of one
  * piece, as those of several may be infinite in some of them; and of a scene, in any piece. */
 bool scene_is_locked(const scene_properties *properties);

@@ -10,7 +10,7 @@
 
 enum { ROWS = ACTUATION_ROWS, STEPS_MAX = 60 };
 
-/* How strongly actuator i pulls here, and r. */
+/* How strongly actuator i pulls here, by Euler's and Eytelwein's law of a rope, and r. */
 static double pull_of(const solve_actuation *a, int i, double offset[3])
 {
     const solve_extent *extent = &a->extents[i];
@@ -19,6 +19,7 @@ static double pull_of(const solve_actuation *a, int i, double offset[3])
     offset[1] = at->offset[1];
     offset[2] = 0;
     double pull = a->factor * at->pull + (a->tensions ? a->tensions[i] : 0);
+    pull *= a->rubbed[i] > 0 ? exp(-a->rubbed[i]) : 1;
     return extent->start <= a->s && a->s <= extent->end ? pull : 0;
 }
 
@@ -222,13 +223,23 @@ double solve_actuation_energy(const solve_actuation *a, const double *strains)
     return sum;
 }
 
+double solve_actuation_tangent(const solve_actuation *a, int i, const double *strains,
+                               double tangent[3])
+{
+    const double offset[3] = {a->actuators[i].offset[0], a->actuators[i].offset[1], 0};
+    direction_of(&a->actuators[i], offset, strains, tangent);
+    double length = sqrt(vector_dot(tangent, tangent));
+    for (int k = 0; k < 3; k++) {
+        tangent[k] /= length;
+    }
+    return length;
+}
+
 double solve_actuation_length(const solve_actuation *a, int i, const double *strains)
 {
     const solve_extent *extent = &a->extents[i];
-    const double offset[3] = {a->actuators[i].offset[0], a->actuators[i].offset[1], 0};
-    double along[3];
-    direction_of(&a->actuators[i], offset, strains, along);
-    return extent->start <= a->s && a->s <= extent->end ? sqrt(vector_dot(along, along)) : 0;
+    double tangent[3], length = solve_actuation_tangent(a, i, strains, tangent);
+    return extent->start <= a->s && a->s <= extent->end ? length : 0;
 }
 
 /* ---- strains under a wrench ---------------------------------------------------------------- */

@@ -17,6 +17,7 @@ typedef struct solve_actuation {
     const double *tensions; /* [count] of tendons whose length is given, 0 of others; NULL: none */
     const double *shape; /* u* of the rod, from which tubes set out on their way to the load; and */
     const double *tubes; /* theta, m_i of each, the last of the actuators; NULL: not looked at */
+    double rubbed[SOLVE_ACTUATORS_MAX]; /* [count] friction times the angle turned up to here */
 } solve_actuation;
 
 /* Those of a point at s, the `point`th of `all` [..][rod->actuators]. */
@@ -65,6 +66,10 @@ double solve_tube_variation(const solve_actuation *a, int i, const double *curva
 /* The potential energy per length of tendons and chambers, of which their wrench is the gradient:
  * tension times the length of a tendon, minus pressure times the volume of a chamber. */
 double solve_actuation_energy(const solve_actuation *a, const double *strains);
+
+/* tangent [3] = p'/|p'| of tendon i, body, and |p'|; also beyond its ends. */
+double solve_actuation_tangent(const solve_actuation *a, int i, const double *strains,
+                               double tangent[3]);
 
 /* |p'| of tendon i, 0 beyond its ends and of tubes. */
 double solve_actuation_length(const solve_actuation *a, int i, const double *strains);

@@ -145,6 +145,18 @@ static ad_status record(solve_rod *rod, ad_error *error)
     return status;
 }
 
+/* What tendons have besides what chambers have. */
+static void set_tendon(solve_rod *rod, const scene_tendon *given, solve_extent *extent)
+{
+    extent->friction = quantity_value(given->friction, 0, 0);
+    rod->frictions += extent->friction > 0;
+    if (given->displacement.is_given) {
+        extent->has_length = true;
+        rod->lengths++;
+        extent->displacement = quantity_value(given->displacement, 0, 0) / rod->scales.length;
+    }
+}
+
 /* Rows of solve_actuator for one actuator after the other. */
 static ad_status record_actuators(solve_rod *rod, ad_error *error)
 {
@@ -166,11 +178,8 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
         all[i] = STACK(one.offset, one.slope, one.pull, ad_scalar(tape, 0));
         rod->extents[i] =
             (solve_extent){.start = one.start, .end = one.end, .is_chamber = one.is_chamber};
-        if (i < rod->scene.tendon_count && rod->scene.tendons[i].displacement.is_given) {
-            quantity pulled_out = rod->scene.tendons[i].displacement;
-            rod->extents[i].has_length = true;
-            rod->lengths++;
-            rod->extents[i].displacement = quantity_value(pulled_out, 0, 0) / rod->scales.length;
+        if (i < rod->scene.tendon_count) {
+            set_tendon(rod, &rod->scene.tendons[i], &rod->extents[i]);
         }
     }
     for (int i = 0; i < rod->tubes; i++) {

@@ -46,7 +46,9 @@ typedef struct solve_extent {
     double start, end; /* within [0, 1] */
     bool is_chamber, is_tube;
     bool has_length;             /* a tendon whose tension is sought: */
-    double displacement;         /* its length is that in the unstressed rod less this */
+    double displacement;         /* its length is that in the unstressed rod less this, */
+    double compliance;           /* more by this times its tension */
+    double friction;             /* Coulomb's, of a tendon against its guides */
     double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
@@ -67,6 +69,7 @@ typedef struct solve_rod {
     int actuators;      /* tendons, then chambers, then tubes */
     int tubes;          /* of them; at rest alone */
     int lengths;        /* of them, whose length is given */
+    int frictions;      /* of them, with friction */
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
     solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */

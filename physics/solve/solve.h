@@ -85,7 +85,7 @@ solve_settings solve_settings_default(const scene *rod_scene);
 
 /* Of the whole rod, J. At rest `work` is that of dead forces, at their full size all along the way
  * from the unstressed rod, and of tendons and chambers: minus their potential; NaN under moments
- * and follower loads, which have none. */
+ * and follower loads, which have none, and with friction. */
 typedef struct solve_energy {
     double kinetic, strain; /* bodies and springs among them */
     double work;            /* of loads, and of what moves ends and rest shape, since t = 0 */

@@ -40,7 +40,7 @@ typedef struct variation {
 } variation;
 
 /* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
- * whose displacement is given. */
+ * whose displacement is given, or that rubs. */
 static bool is_asked(const scene *rod_scene, bool planar)
 {
     const scene_loads *loads = &rod_scene->loads;
@@ -57,7 +57,8 @@ static bool is_asked(const scene *rod_scene, bool planar)
     bool turns = !scene_end_holds_rotation(rod_scene->start.type) &&
                  !scene_end_holds_rotation(rod_scene->end.type);
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) && !followers &&
-           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene);
+           (planar || (!moments && !turns)) && !scene_has_displaced_tendons(rod_scene) &&
+           !scene_has_rubbing_tendons(rod_scene);
 }
 
 /* R(q)^T R(p) e_k */

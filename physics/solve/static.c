@@ -4,6 +4,7 @@
 #include "physics/solve/quaternion.h"
 #include "physics/solve/static_defect.h"
 #include "physics/solve/static_energy.h"
+#include "physics/solve/static_friction.h"
 #include "physics/solve/static_internal.h"
 #include "physics/solve/static_trace.h"
 
@@ -84,15 +85,7 @@ static void interpolate(const static_solution *x, double s, double *y)
     const gauss_rule *rule = static_system_rule(x->system);
     const double *edges = static_system_edges(x->system);
     double weights[GAUSS_STAGES_MAX + 2];
-    int first = 0, last = static_system_elements(x->system) - 1;
-    while (first < last) {
-        int middle = (first + last + 1) / 2;
-        if (edges[middle] < s) {
-            first = middle;
-        } else {
-            last = middle - 1;
-        }
-    }
+    int first = static_system_element(x->system, s);
     solve_gauss_lagrange(rule, (s - edges[first]) / (edges[first + 1] - edges[first]), weights);
     double values[GAUSS_STAGES_MAX + 2][STATIC_ROWS_MAX];
     element_values(x, first, values);
@@ -171,6 +164,7 @@ static ad_status refine(const static_solution *coarse, double threshold, static_
     static_system_points((*fine)->system, *points);
     memcpy(static_system_tensions((*fine)->system), static_system_tensions(coarse->system),
            SOLVE_ACTUATORS_MAX * sizeof(double));
+    static_friction_refine(coarse->system, (*fine)->system);
     for (size_t i = 0; i < count; i++) {
         interpolate(coarse, (*points)[i], (*fine)->y + i * rows_of(coarse));
     }
@@ -293,7 +287,7 @@ static ad_status trace(static_solution **x, const solve_settings *settings, path
     static_trace *way = NULL;
     static_solution *end = NULL;
     ad_status status = AD_OK;
-    if ((*x)->rod->lengths == 0) { /* tensions that are sought have no arc length */
+    if ((*x)->rod->lengths + (*x)->rod->frictions == 0) { /* these tensions have no arc length */
         status = static_trace_create((*x)->rod, settings, path, goal, &way, &end, report, error);
     }
     if (status == AD_OK && way) {

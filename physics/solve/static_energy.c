@@ -110,6 +110,7 @@ static double density(const at_points *p, size_t i, const static_system *system,
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
     if (static_system_rod(system)->actuators > 0) {
         *work += take_actuation(p, i, system, y, wrench, &sum);
+        *work = static_system_rod(system)->frictions > 0 ? NAN : *work; /* it depends on the way */
     }
     for (int k = 0; k < 3; k++) {
         double off = y[STATIC_R + k] - p->below[i].place[k];

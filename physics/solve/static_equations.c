@@ -25,7 +25,7 @@ static static_point point_from(const static_system *x, double s, const solve_sec
     return at;
 }
 
-static static_point point_of(const static_system *x, size_t i)
+static_point static_system_point(const static_system *x, size_t i)
 {
     return point_from(x, x->points[i], &x->sections[i], &x->rest[i], &x->load[i], &x->below[i],
                       x->actuators + i * (size_t)x->rod->actuators);
@@ -68,7 +68,7 @@ ad_status static_system_rates(const static_system *x, size_t n, const double *s,
 static void add_length(const static_system *x, size_t point, double weight, const double *y,
                        double *excess)
 {
-    static_point at = point_of(x, point);
+    static_point at = static_system_point(x, point);
     double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS];
     static_strains(&at, y, strains, strains + 3);
     memcpy(rest, x->rest[point].strain, 3 * sizeof *rest);
@@ -151,7 +151,7 @@ void static_system_residual(static_system *x, const double *y, double *residual)
         double start[STATIC_ROWS_MAX], h = width(x, e), *rate = x->rate + (size_t)e * inner_rows(x);
         jump_over(x, e, y + edge(x, e), start, NULL);
         for (int i = 0; i < x->stages; i++) {
-            static_point at = point_of(x, (size_t)(e * x->stages + i));
+            static_point at = static_system_point(x, (size_t)(e * x->stages + i));
             static_rate(&at, inner + i * rows, rate + i * rows, NULL);
         }
         for (int i = 0; i <= x->stages; i++) { /* the last is the end of the element */
@@ -178,7 +178,7 @@ void static_system_linearise(static_system *x, const double *y)
         const double *inner = y + edge(x, e) + x->rows;
         for (int i = 0; i < x->stages; i++) {
             size_t p = (size_t)(e * x->stages + i);
-            static_point at = point_of(x, p);
+            static_point at = static_system_point(x, p);
             static_rate(&at, inner + i * x->rows, rate, x->by_y[p]);
         }
     }

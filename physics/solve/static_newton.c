@@ -1,5 +1,6 @@
 #include "physics/solve/static_newton.h"
 
+#include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
 
 #include <kinsol/kinsol.h>
@@ -20,6 +21,7 @@ struct static_newton {
     void *kinsol;
     N_Vector y, ones;
     double *right, *step, *moved;
+    static_friction *friction; /* NULL: no tendon has any */
 };
 
 /* ---- what KINSOL calls --------------------------------------------------------------------- */
@@ -132,6 +134,11 @@ ad_status static_newton_create(static_system *system, static_newton **result, ad
         static_newton_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
     }
+    if (static_system_rod(system)->frictions > 0 &&
+        !(x->friction = static_friction_create(system, x->context))) {
+        static_newton_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
+    }
     *result = x;
     return AD_OK;
 }
@@ -139,6 +146,7 @@ ad_status static_newton_create(static_system *system, static_newton **result, ad
 void static_newton_free(static_newton *x)
 {
     if (x) {
+        static_friction_free(x->friction);
         KINFree(&x->kinsol);
         if (x->y) {
             N_VDestroy(x->y);
@@ -210,8 +218,16 @@ static void step_pulled(void *context, const double *y, double *moved)
     }
 }
 
-bool static_newton_solve(static_newton *x, double *y, long *steps)
+/* Of given angles of tendons with friction. */
+static bool solve_rubbed(void *context, double *y, long *steps)
 {
+    static_newton *x = context;
     const static_tension_newton given = {solve_pulled, step_pulled, x};
     return static_tension_solve(x->system, &given, y, x->moved, steps);
+}
+
+bool static_newton_solve(static_newton *x, double *y, long *steps)
+{
+    return x->friction ? static_friction_solve(x->friction, solve_rubbed, x, y, steps)
+                       : solve_rubbed(x, y, steps);
 }

@@ -307,7 +307,8 @@ ad_status static_path_follow(static_system *system, static_newton *newton, const
     }
     here = static_path_at(path, at);
     static_system_set(system, &here);
-    if (status == AD_OK && !going && past.count > 0 && static_system_rod(system)->lengths > 0) {
+    if (status == AD_OK && !going && past.count > 0 &&
+        static_system_rod(system)->lengths + static_system_rod(system)->frictions > 0) {
         /* and the tensions to what they were */
         static_newton_solve(newton, y, &report->newton_steps);
     }

@@ -52,6 +52,7 @@ void static_system_free(static_system *x)
         free(x->load);
         free(x->below);
         free(x->actuators);
+        free(x->angles);
         free(x->rate);
         free(x->by_y);
         free(x->across);
@@ -84,6 +85,7 @@ static bool allocate(static_system *x)
     x->load = malloc(points * sizeof *x->load);
     x->below = malloc(points * sizeof *x->below);
     x->actuators = malloc((points * (size_t)x->rod->actuators + 1) * sizeof *x->actuators);
+    x->angles = calloc((points + 2 * elements) * (size_t)x->rod->frictions + 1, sizeof *x->angles);
     x->rate = malloc(points * rows * sizeof *x->rate);
     x->by_y = malloc(points * sizeof *x->by_y);
     x->across = malloc(elements * sizeof *x->across);
@@ -95,8 +97,8 @@ static bool allocate(static_system *x)
     x->band_pivots = malloc(edges * sizeof *x->band_pivots);
     x->right = malloc(edges * sizeof *x->right);
     return x->edges && x->jump && x->jump_load && x->jumps && x->points && x->sections &&
-           x->axial && x->rest && x->load && x->below && x->actuators && x->rate && x->by_y &&
-           x->across && x->factor && x->pivots && x->by_start && x->inner && x->band &&
+           x->axial && x->rest && x->load && x->below && x->actuators && x->angles && x->rate &&
+           x->by_y && x->across && x->factor && x->pivots && x->by_start && x->inner && x->band &&
            x->band_pivots && x->right;
 }
 
@@ -425,11 +427,44 @@ double *static_system_tensions(static_system *x)
     return x->tensions;
 }
 
+int static_system_element(const static_system *x, double s)
+{
+    int first = 0, last = x->elements - 1;
+    while (first < last) {
+        int middle = (first + last + 1) / 2;
+        if (x->edges[middle] < s) {
+            first = middle;
+        } else {
+            last = middle - 1;
+        }
+    }
+    return first;
+}
+
+/* Of the angles, by the polynomials of the element. */
+static void set_rubbed(const static_system *x, double s, double *rubbed)
+{
+    int e = static_system_element(x, s), points = x->stages + 2, count = x->rod->frictions;
+    const double *angles = x->angles + e * points * count;
+    double weights[GAUSS_STAGES_MAX + 2];
+    solve_gauss_lagrange(&x->rule, (s - x->edges[e]) / width(x, e), weights);
+    for (int i = 0, k = 0; i < x->rod->actuators; i++) {
+        double friction = x->rod->extents[i].friction;
+        for (int j = 0; j < points && friction > 0; j++) {
+            rubbed[i] += friction * weights[j] * angles[j * count + k];
+        }
+        k += friction > 0;
+    }
+}
+
 solve_actuation static_system_actuation(const static_system *x, const solve_actuator *actuators,
                                         size_t point, double s)
 {
     solve_actuation pulling = solve_actuation_at(x->rod, actuators, point, s, x->path.load);
     pulling.tensions = x->tensions;
+    if (x->rod->frictions > 0) {
+        set_rubbed(x, s, pulling.rubbed);
+    }
     return pulling;
 }
 

@@ -60,6 +60,9 @@ double *static_system_tensions(static_system *x);
 solve_actuation static_system_actuation(const static_system *x, const solve_actuator *actuators,
                                         size_t point, double s);
 
+/* The element that ends at s or goes on there. */
+int static_system_element(const static_system *x, double s);
+
 /* excess [actuators of the rod]: by how much a tendon whose length is given is longer at y, 0 of
  * the others. */
 void static_system_excess(const static_system *x, const double *y, double *excess);

@@ -34,10 +34,13 @@ struct static_system {
     static_jump *jumps;        /* the same, where the path is */
     static_path path;
     double tensions[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given */
-    double *rate;                         /* [elements][stages][rows] */
-    jacobian *by_y;                       /* [elements][stages] */
-    double *factor;                       /* [elements][inner][inner], column-major */
-    int *pivots;                          /* [elements][inner] */
+    /* [elements][stages + 2][frictions of the rod]: angles that tendons with friction have turned
+     * at the beginning of an element, at its points, at its end (static_friction.h) */
+    double *angles;
+    double *rate;     /* [elements][stages][rows] */
+    jacobian *by_y;   /* [elements][stages] */
+    double *factor;   /* [elements][inner][inner], column-major */
+    int *pivots;      /* [elements][inner] */
     double *by_start; /* [elements][rows][inner]: how the inner y follow the start */
     double *inner;    /* [elements][inner] */
     jacobian *across; /* [elements] of y beyond the edge where an element begins */
@@ -62,6 +65,9 @@ static inline size_t edge(const static_system *x, int element)
 {
     return (size_t)element * (inner_rows(x) + (size_t)x->rows);
 }
+
+/* What is given at the i-th of the points. */
+static_point static_system_point(const static_system *x, size_t i);
 
 static inline solve_load part_of(const solve_load *full, double share)
 {
