@@ -91,6 +91,7 @@ int beam_residual_rows(const scene *beam_scene, rod_residual_kind kind)
         return !scene_is_dynamic(beam_scene) || beam_scene->initial_enforcement == SCENE_HARD ? 0
                : turns                                                                        ? 4
                                                                                               : 2;
+    case ROD_TENDON:
     case ROD_TWIST:
     case ROD_TORSION:
     case ROD_RESIDUAL_COUNT:

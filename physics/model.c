@@ -56,8 +56,12 @@ static rod_state rod_state_of(const physics_model *m, const ad_value *fields)
 {
     rod_state state = {
         .position = fields[0], .rotation = fields[1], .force = fields[2], .moment = fields[3]};
+    fields += SCENE_FIELDS;
+    if (rod_residual_rows(&m->scene, ROD_TENDON) > 0) {
+        state.tendons = *fields++;
+    }
     if (m->scene.tube_count > 0) {
-        state.tubes = fields[4];
+        state.tubes = *fields;
     }
     return state;
 }
@@ -68,8 +72,12 @@ static void rod_fields(const physics_model *m, rod_state state, ad_value *fields
     fields[1] = state.rotation;
     fields[2] = state.force;
     fields[3] = state.moment;
+    fields += SCENE_FIELDS;
+    if (rod_residual_rows(&m->scene, ROD_TENDON) > 0) {
+        *fields++ = state.tendons;
+    }
     if (m->scene.tube_count > 0) {
-        fields[4] = state.tubes;
+        *fields = state.tubes;
     }
 }
 
@@ -261,14 +269,16 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
         return status;
     }
     m->field_count = SCENE_FIELDS;
-    m->unknowns = mixed ? SCENE_FIELDS : SCENE_FIELDS / 2;
-    for (int i = 0; i < SCENE_FIELDS; i++) {
+    for (int i = 0; i < m->field_count; i++) {
         snprintf(m->symbols[i], sizeof m->symbols[i], "%s", physics->fields[i]);
     }
-    if (scene->tube_count > 0) { /* of the mixed form alone */
-        snprintf(m->symbols[SCENE_FIELDS], sizeof *m->symbols, "tubes");
-        m->unknowns = ++m->field_count;
+    if (physics->residual_rows(scene, ROD_TENDON) > 0) {
+        snprintf(m->symbols[m->field_count++], sizeof *m->symbols, "tau");
     }
+    if (physics->residual_rows(scene, ROD_TWIST) > 0) {
+        snprintf(m->symbols[m->field_count++], sizeof *m->symbols, "tubes");
+    }
+    m->unknowns = mixed ? m->field_count : 2;
     m->outputs = physics->network_outputs(scene);
     m->columns = physics->columns;
     m->column_count = physics->column_count;

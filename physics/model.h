@@ -122,7 +122,7 @@ struct physics_model {
 };
 
 /* What is known of the rods or the beams that a scene may have, whatever its numbers. */
-enum { SCENE_FIELDS = 4 }; /* and one more of tubes */
+enum { SCENE_FIELDS = 4 }; /* and one more of tendons, of tubes: of rods with such */
 
 typedef struct scene_physics {
     const char *fields[SCENE_FIELDS]; /* symbols */

@@ -37,6 +37,16 @@
  * derivative of its energy by theta_i). On the way to the full load, a load factor x below 1, its
  * rest shape is a share 1 - (1 - x)^4 of the way from that of the rod, and it is turned by x^2 of
  * its angle: nearly as in a robot whose tubes are in one another before they are turned.
+ * With friction mu the tension falls along a tendon that is pulled, by Coulomb's law:
+ *
+ *   tau = tau_0 exp(-mu phi),   phi_s = |dt/ds|, t in the world, phi = 0 at its beginning.
+ *
+ * One that is pulled by a displacement d, of stiffness k, has an unknown tau_0, the same all along,
+ * and the field l, by how much it is longer up to s than in the unstressed rod:
+ *
+ *   l_s = |p'| - |p'| of v*, u*,   l = 0 at its beginning, l = tau_0/k - d at its end,
+ *
+ * or there l is less and tau_0 = 0: then it is slack.
  * Kse, Kbt, Bse, Bbt, rhoA, rhoJ and drag may vary with s, the rest shape v*, u* with s and t,
  * gravity with t. Damping follows the rate of the strain itself, v_t and u_t, also where the rest
  * shape moves (Kelvin and Voigt): a rod that takes on a new rest shape is damped against the space
@@ -153,8 +163,8 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 
 /* ---- network and state --------------------------------------------------------------------- */
 
-/* r[3], rotation, N[3], m[3]; displacement form: r, rotation. Planar, in the plane's frame without
- * the rows that vanish: r[2], rotation, N[2], m[1]. Then theta, m_i of each tube. */
+/* r[3], rotation, N[3], m[3], tendons, tubes; displacement form: r, rotation. Planar, in the
+ * plane's frame without the rows that vanish: r[2], rotation, N[2], m[1]. */
 int rod_network_outputs(const scene *scene);
 
 /* How the network's numbers for the rotation become one. */
@@ -188,6 +198,8 @@ typedef struct rod_state {
     ad_value rotation; /* q [4], unit */
     ad_value force;    /* N [3], world */
     ad_value moment;   /* m [3], body */
+    ad_value tendons;  /* of each tendon in turn: tau_0 and l where its length is given, phi with
+                        * friction; there only where the scene has such */
     ad_value tubes;    /* [2 tube_count] theta, m_i of each; without tubes nothing */
 } rod_state;
 
@@ -232,6 +244,8 @@ int rod_going_degree(const scene *scene, const double *state);
     X(ROD_FORCE, "force")         /* balance of force, world, 3 rows */                            \
     X(ROD_MOMENT, "moment")       /* balance of moment, body, 3 rows; mixed: about d3              \
                                      times EI/GJ, where that is > 1 */                             \
+    X(ROD_TENDON, "tendons")      /* tau_0s, l_s - |p'| + |p'| unstressed where a length is given, \
+                                     phi_s - |t_s| with friction; mixed */                         \
     X(ROD_TWIST, "twist")         /* theta_i' + u_3 - k_3 - m_i/G_i of tubes; theta_i' beyond */   \
     X(ROD_TORSION, "torsion")     /* balance of m_i of tubes, 1 row each as above */               \
     X(ROD_START, "start")         /* conditions at s = 0 that the ansatz does not enforce */       \

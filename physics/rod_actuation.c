@@ -52,10 +52,16 @@ rod_actuator rod_actuator_of(const rod_context *rod, int index)
                : rod_chamber(rod, &given->chambers[index - given->tendon_count]);
 }
 
-/* The pull where the actuator is, 0 before and behind. */
-static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actuator)
+ad_value rod_tendon_path(const rod_actuator *tendon, ad_value strain, ad_value curvature)
 {
-    ad_value pull = actuator->pull, none = ad_scalar(rod->tape, 0);
+    ad_value along = ad_add(strain, ad_cross(curvature, ad_pad(tendon->offset, 0, 3)));
+    return ad_add(along, ad_pad(tendon->slope, 0, 3));
+}
+
+/* The pull where the actuator is, 0 before and behind. */
+static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actuator, ad_value pull)
+{
+    ad_value none = ad_scalar(rod->tape, 0);
     if (actuator->start > 0) {
         ad_value before = ad_sub(ad_scalar(rod->tape, actuator->start), rod->s);
         pull = ad_select(before, none, pull);
@@ -64,37 +70,34 @@ static ad_value rod_pull_within(const rod_context *rod, const rod_actuator *actu
         ad_value behind = ad_sub(rod->s, ad_scalar(rod->tape, actuator->end));
         pull = ad_select(behind, none, pull);
     }
-    return ad_mul(rod->at.load_factor, pull);
+    return pull;
 }
 
 /* pull d and r x pull d, d being the unit tangent of a tendon, d3 of a chamber. */
 static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator *actuator,
-                                      const rod_kinematics *k)
+                                      ad_value pull, const rod_kinematics *k)
 {
     ad_value offset = ad_pad(actuator->offset, 0, 3), direction;
     if (actuator->is_chamber) {
         direction = ad_vector_constant(rod->tape, 0, 0, 1);
     } else {
-        ad_value along = ad_add(k->strain, ad_cross(k->curvature, offset));
-        direction = ad_normalize(ad_add(along, ad_pad(actuator->slope, 0, 3)));
+        direction = ad_normalize(rod_tendon_path(actuator, k->strain, k->curvature));
     }
-    ad_value force = ad_mul(rod_pull_within(rod, actuator), direction);
+    ad_value force = ad_mul(rod_pull_within(rod, actuator, pull), direction);
     return (rod_wrench){.force = force, .moment = ad_cross(offset, force)};
 }
 
-rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k)
+rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_value tendons)
 {
     rod_wrench sum = {ad_zeros(rod->tape, 3), ad_zeros(rod->tape, 3)};
     int count = rod_actuator_count(rod->scene);
     for (int i = 0; i < count; i++) {
-        if (i < rod->scene->tendon_count && rod->scene->tendons[i].displacement.is_given) {
-            ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
-                         "tendons[%d].displacement: its tension depends on the whole rod; only the "
-                         "classical solver at rest finds it, a network needs tendons[%d].tension",
-                         i, i);
-        }
         rod_actuator actuator = rod_actuator_of(rod, i);
-        rod_wrench one = rod_actuator_wrench(rod, &actuator, k);
+        ad_value pull = ad_mul(rod->at.load_factor, actuator.pull);
+        if (i < rod->scene->tendon_count) {
+            pull = rod_tendon_pull(rod, tendons, i, pull);
+        }
+        rod_wrench one = rod_actuator_wrench(rod, &actuator, pull, k);
         sum.force = ad_add(sum.force, one.force);
         sum.moment = ad_add(sum.moment, one.moment);
     }

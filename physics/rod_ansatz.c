@@ -19,7 +19,9 @@ int rod_network_outputs(const scene *rod_scene)
 {
     rod_plane plane = rod_plane_of(rod_scene);
     int vector = rod_vector_rows(&plane), pose = vector + rod_head_of(rod_scene)->outputs;
-    int wrench = rod_scene->formulation == SCENE_MIXED ? vector + rod_axial_rows(&plane) : 0;
+    int wrench = rod_scene->formulation == SCENE_MIXED
+                     ? vector + rod_axial_rows(&plane) + rod_tendon_rows(rod_scene)
+                     : 0;
     return pose + wrench + 2 * rod_scene->tube_count;
 }
 
@@ -35,8 +37,12 @@ static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
         raw.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
         raw.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
     }
+    int row = pose + vector + axial, tendons = rod_tendon_rows(rod->scene);
+    if (tendons > 0) {
+        raw.tendons = ad_slice(outputs, row, tendons);
+    }
     if (rod->scene->tube_count > 0) {
-        raw.tubes = ad_slice(outputs, pose + vector + axial, 2 * rod->scene->tube_count);
+        raw.tubes = ad_slice(outputs, row + tendons, 2 * rod->scene->tube_count);
     }
     return raw;
 }
@@ -392,11 +398,15 @@ rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value ou
     ad_value moment = ad_scale(raw.moment, rod_moment_scale(rod_scene));
     rod_jumps jumps = rod_jumps_of(&rod, &pose);
     rod_wrench wrench = rod_ansatz_wrench(&rod, &straight, &jumps, force, moment);
-    return (rod_state){.position = pose.position,
+    rod_state state = {.position = pose.position,
                        .rotation = pose.rotation,
                        .force = wrench.force,
                        .moment = rod_moment_at_joints(&rod, wrench.moment, rod.s),
                        .tubes = rod_tube_ansatz(&rod, raw.tubes)};
+    if (rod_tendon_rows(rod_scene) > 0) {
+        state.tendons = rod_tendon_ansatz(&rod, raw.tendons);
+    }
+    return state;
 }
 
 int rod_state_rows(const scene *rod_scene)

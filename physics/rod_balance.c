@@ -172,7 +172,7 @@ rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_v
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *k)
 {
     rod_coefficients c = rod_coefficients_of(rod);
-    rod_wrench pull = rod_actuation(rod, k);
+    rod_wrench pull = rod_actuation(rod, k, (ad_value){0});
     ad_value force = ad_mul(c.strain_stiffness, ad_sub(k->strain, c.rest_strain));
     ad_value moment = ad_mul(c.curvature_stiffness, ad_sub(k->curvature, c.rest_curvature));
     force = ad_add(force, ad_mul(c.strain_damping, k->strain_rate));

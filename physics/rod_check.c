@@ -175,11 +175,16 @@ static ad_status rod_check_tendons(const scene *rod_scene, const char **key, ad_
                            "of rods at rest alone, as tendons that are let go slide the other way; "
                            "allowed: 0");
         }
-        if (tendon->displacement.is_given && chosen) {
+        if (tendon->displacement.is_given && scene_is_manufactured(rod_scene)) {
             *key = scene_key_of(rod_scene, &tendon->displacement);
             return ad_fail(error, AD_BAD_INPUT,
-                           "tensions are found from displacements of rods at rest alone; give "
-                           "tension");
+                           "a manufactured scene does not find tensions; give tension");
+        }
+        if (tendon->displacement.is_given && chosen && !tendon->stiffness.is_given) {
+            *key = scene_key_of(rod_scene, &tendon->displacement);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "a tendon that keeps its length has a tension at rest alone; in motion "
+                           "give its stiffness, too");
         }
     }
     return AD_OK;

@@ -233,11 +233,25 @@ ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
 
+/* rod_tendons.c. The rows of rod_state.tendons, 0 in displacement form; from what the network says;
+ * their residuals; the tension of a tendon at its beginning and what is left of it here. */
+int rod_tendon_rows(const scene *scene);
+ad_value rod_tendon_ansatz(const rod_context *rod, ad_value raw);
+ad_value rod_tendon_residual(const rod_context *rod, rod_state state);
+ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given);
+
+/* rod_scale.c: the largest distance of a tendon from the axis, m. */
+double rod_tendon_lever(const scene *scene, int index);
+
 /* rod_actuation.c: all tendons and then all chambers of the scene. */
 int rod_actuator_count(const scene *scene);
 rod_actuator rod_actuator_of(const rod_context *rod, int index);
-/* Their part of n and m, constant zeros where there are none; see physics/rod.h. */
-rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics);
+/* p' = v + u x r + r' of a tendon. */
+ad_value rod_tendon_path(const rod_actuator *tendon, ad_value strain, ad_value curvature);
+/* Their part of n and m, constant zeros where there are none; see physics/rod.h. `tendons`: those
+ * of the state. */
+rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics,
+                         ad_value tendons);
 
 /* rod_tubes.c. A tube at the s of the rod; stiffness and rest shape also beyond its end. */
 typedef struct rod_tube {

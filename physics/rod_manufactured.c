@@ -32,7 +32,7 @@ rod_state rod_manufactured(const scene *rod_scene, ad_value s, ad_value t)
                      "stiffness must be finite (model cosserat)");
     }
     const double none[3] = {0, 0, 0};
-    rod_state exact;
+    rod_state exact = {0};
     exact.position = rod_quantities(&rod, 3, rod_scene->manufactured.position, none,
                                     1 / rod.scales.length, s, t);
     exact.rotation = rod_manufactured_rotation(&rod);

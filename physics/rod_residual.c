@@ -12,7 +12,7 @@ static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
     ad_value elastic = ad_sub(force, ad_mul(c.strain_damping, k.strain_rate));
-    elastic = ad_sub(elastic, rod_actuation(rod, &k).force);
+    elastic = ad_sub(elastic, rod_actuation(rod, &k, state.tendons).force);
     return ad_sub(ad_sub(k.strain, c.rest_strain), ad_mul(c.strain_compliance, elastic));
 }
 
@@ -22,7 +22,7 @@ static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
-    elastic = ad_sub(elastic, rod_actuation(rod, &k).moment);
+    elastic = ad_sub(elastic, rod_actuation(rod, &k, state.tendons).moment);
     bool tubes = rod->scene->tube_count > 0;
     if (tubes) {
         elastic = ad_sub(elastic, rod_tube_moment(rod, state.tubes, k.curvature));
@@ -171,6 +171,7 @@ double rod_weight_of(const rod_weights *weights, rod_residual_kind kind)
     case ROD_STRAIN:
         return weights->strain;
     case ROD_CURVATURE:
+    case ROD_TENDON:
     case ROD_TWIST:
         return weights->curvature;
     case ROD_FORCE:
@@ -209,6 +210,8 @@ int rod_residual_rows(const scene *rod_scene, rod_residual_kind kind)
         return vector;
     case ROD_MOMENT:
         return axial;
+    case ROD_TENDON:
+        return rod_tendon_rows(rod_scene);
     case ROD_TWIST:
     case ROD_TORSION:
         return rod_scene->tube_count;
@@ -241,6 +244,8 @@ ad_value rod_residual(const scene *rod_scene, rod_residual_kind kind, rod_state 
     case ROD_FORCE:
     case ROD_MOMENT:
         return rod_balance_residual(&rod, kind == ROD_FORCE, state);
+    case ROD_TENDON:
+        return rod_tendon_residual(&rod, state);
     case ROD_TWIST:
     case ROD_TORSION:
         return rod_tube_residual(&rod, state, kind == ROD_TORSION);

@@ -178,6 +178,12 @@ static double rod_offset(const scene *rod_scene, const quantity offset[2], quant
     return hypot(size[0], size[1]);
 }
 
+double rod_tendon_lever(const scene *rod_scene, int index)
+{
+    const scene_tendon *tendon = &rod_scene->tendons[index];
+    return rod_offset(rod_scene, tendon->offset, tendon->start, tendon->end);
+}
+
 static double rod_most(const scene *rod_scene, quantity q)
 {
     scene_range range = scene_range_of(rod_scene, q);
@@ -191,7 +197,7 @@ static double rod_actuation_moment(const scene *rod_scene, const rod_scales *sca
     double sum = 0;
     for (int i = 0; i < rod_scene->tendon_count; i++) {
         const scene_tendon *tendon = &rod_scene->tendons[i];
-        double lever = rod_offset(rod_scene, tendon->offset, tendon->start, tendon->end);
+        double lever = rod_tendon_lever(rod_scene, i);
         if (tendon->tension.is_given) {
             sum += rod_most(rod_scene, tendon->tension) * lever / scale->moment;
         } else if (lever > 0) {

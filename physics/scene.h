@@ -192,12 +192,14 @@ typedef struct scene_spring {
  * >= 0, at its beginning. friction: against the guides, of Coulomb, so that the tension falls as
  * exp(-friction times the angle that the tendon has turned); default 0. In place of the tension its
  * displacement may be given: by how much it is pulled out of the rod against its unstressed length;
- * formula of t, m. */
+ * formula of t, m; and its stiffness, the tension that lengthens it by 1 m; default: it keeps its
+ * length. */
 typedef struct scene_tendon {
     quantity offset[2]; /* m */
     quantity start, end;
     quantity tension;      /* N */
     quantity displacement; /* m */
+    quantity stiffness;    /* N/m, > 0 */
     quantity friction;
 } scene_tendon;
 

@@ -231,6 +231,10 @@ static ad_status check_tendons(const scene_checker *check)
                                      both ? "given beside tension; allowed: one of the two"
                                           : "missing; give tension or displacement");
         }
+        if (status == AD_OK && tendon->stiffness.is_given && !tendon->displacement.is_given) {
+            status = scene_refuse_at(check, &tendon->stiffness,
+                                     "is that of a tendon with a displacement; leave it out");
+        }
     }
     return status;
 }

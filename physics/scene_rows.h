@@ -300,10 +300,13 @@ extern "C" {
       NOTHING, NULL,                                                                               \
       "Or by how much it is pulled out of the rod, against its length in the unstressed rod; "     \
       "formula of t.")                                                                             \
+    X(of "stiffness", 1, in stiffness, LISTS, ONE_NUMBER, POSITIVE, SCALAR, WORLD, "N/m",         \
+      NOTHING, "it keeps its length",                                                              \
+      "Of a tendon with a displacement: its tension over how much longer it is.")                  \
     X(of "friction", 1, in friction, LISTS, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, NULL, ZERO,  \
       NULL,                                                                                        \
-      "Coulomb's coefficient against the guides: the tension falls by exp(-friction angle) with "  \
-      "the angle that the tendon has turned.")
+      "Coulomb's coefficient against the guides: pulled, its tension falls by exp(-friction angle) " \
+      "with the angle that its path has turned. At rest only.")
 
 #define SCENE_CHAMBER_ROWS(X, of, in)                                                              \
     SCENE_ALONG_ROWS(X, of, in,                                                                    \

@@ -154,6 +154,10 @@ static void set_tendon(solve_rod *rod, const scene_tendon *given, solve_extent *
         extent->has_length = true;
         rod->lengths++;
         extent->displacement = quantity_value(given->displacement, 0, 0) / rod->scales.length;
+        if (given->stiffness.is_given) {
+            double unit = rod->scales.force / rod->scales.length;
+            extent->compliance = unit / quantity_value(given->stiffness, 0, 0);
+        }
     }
 }
 

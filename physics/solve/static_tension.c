@@ -35,7 +35,8 @@ static void measure(const tensions *t, const double *y, double *excess)
     double all[SOLVE_ACTUATORS_MAX];
     static_system_excess(t->system, y, all);
     for (int i = 0; i < t->count; i++) {
-        excess[i] = all[t->which[i]];
+        const solve_extent *extent = &static_system_rod(t->system)->extents[t->which[i]];
+        excess[i] = all[t->which[i]] - extent->compliance * t->all[t->which[i]];
     }
 }
 

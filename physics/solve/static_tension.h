@@ -1,6 +1,6 @@
 /* Tensions of tendons whose displacement is given: the length over the rod, int |p'| ds, is that in
- * the unstressed rod less the displacement; or the tendon is slack, shorter than that and without
- * tension. */
+ * the unstressed rod less the displacement, and more by tension over stiffness; or the tendon is
+ * slack, shorter than that and without tension. */
 #ifndef PHYSICS_SOLVE_STATIC_TENSION_H
 #define PHYSICS_SOLVE_STATIC_TENSION_H
 

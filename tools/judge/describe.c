@@ -65,11 +65,11 @@ void judge_left_out(const scene *rod_scene, judge_method method, char text[64])
 void judge_describe(const session *s, judge_row *row)
 {
     const scene *scene = s->e->scene;
-    static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE,
-                                               ROD_MOMENT, ROD_TWIST,     ROD_TORSION};
+    static const rod_residual_kind inside[] = {ROD_STRAIN, ROD_CURVATURE, ROD_FORCE,  ROD_MOMENT,
+                                               ROD_TENDON, ROD_TWIST,     ROD_TORSION};
     row->unknowns = scene_physics_of(scene)->network_outputs(scene);
     row->equations = row->instructions = 0;
-    for (int i = 0; i < 4; i++) {
+    for (size_t i = 0; i < sizeof inside / sizeof *inside; i++) {
         row->equations += scene_physics_of(scene)->residual_rows(scene, inside[i]);
     }
     for (int i = 0; i < problem_sets(s->problem); i++) {
