@@ -384,7 +384,7 @@ ad_status solve_actuation_measure(const solve_rod *rod, size_t n, const double *
             double distance = hypot(at->offset[0], at->offset[1]);
             moment += fabs(at->pull) * distance;
             if (rod->extents[j].has_length && distance > 0) {
-                moment += fabs(rod->extents[j].displacement) / distance;
+                moment += fabs(solve_rod_displacement(rod, (int)j, t)) / distance;
             }
             size->winding = fmax(size->winding,
                                  distance > 0 ? hypot(at->slope[0], at->slope[1]) / distance : 0);

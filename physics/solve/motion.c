@@ -325,6 +325,9 @@ ad_status motion_at(motion *m, double t, ad_error *error)
     if (status == AD_OK && m->is_pulled) {
         status = solve_rod_actuators(m->rod, m->points, m->point_s, t, m->actuators, error);
     }
+    for (int i = 0; i < m->rod->actuators && status == AD_OK; i++) {
+        m->displacement[i] = solve_rod_displacement(m->rod, i, t);
+    }
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         if (is_first || m->rod->ends[end].moves) {
             status = solve_rod_end(m->rod, end, t, &m->ends[end], error);

@@ -134,20 +134,55 @@ FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
     }
 }
 
+/* Tendons and chambers at point k of an element, and its strains. */
+static solve_actuation actuation_at(const motion *m, int element, int k, double *strains)
+{
+    const motion_block *at = motion_block_of(m, element, k);
+    const int lane = k % LANES;
+    const size_t point = (size_t)(element * (m->degree + 1) + k);
+    solve_actuation pulling = solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
+    pulling.tensions = m->tensions;
+    for (int i = 0; i < 3; i++) {
+        strains[i] = at->v[i][lane];
+        strains[3 + i] = at->u[i][lane];
+    }
+    return pulling;
+}
+
+/* Tensions of tendons whose length is given, by how much longer they are; none pushes. */
+static void set_tensions(motion *m)
+{
+    double longer[SOLVE_ACTUATORS_MAX] = {0};
+    for (size_t point = 0; point < m->points; point++) {
+        int element = (int)point / (m->degree + 1), k = (int)point % (m->degree + 1);
+        double strains[ACTUATION_ROWS], rest[ACTUATION_ROWS];
+        const solve_actuation pulling = actuation_at(m, element, k, strains);
+        memcpy(rest, m->rest[point].strain, 3 * sizeof *rest);
+        memcpy(rest + 3, m->rest[point].curvature, 3 * sizeof *rest);
+        for (int i = 0; i < m->rod->actuators; i++) {
+            if (m->rod->extents[i].has_length) {
+                longer[i] +=
+                    m->point_weight[point] * (solve_actuation_length(&pulling, i, strains) -
+                                              solve_actuation_length(&pulling, i, rest));
+            }
+        }
+    }
+    for (int i = 0; i < m->rod->actuators; i++) {
+        if (m->rod->extents[i].has_length) {
+            m->tensions[i] =
+                fmax(0, (longer[i] + m->displacement[i]) / m->rod->extents[i].compliance);
+        }
+    }
+}
+
 /* n and m of tendons and chambers of an element. */
 static void pull_element(motion *m, int element)
 {
     for (int k = 0; k <= m->degree; k++) {
         motion_block *at = motion_block_of(m, element, k);
         const int lane = k % LANES;
-        const size_t point = (size_t)(element * (m->degree + 1) + k);
-        const solve_actuation pulling =
-            solve_actuation_at(m->rod, m->actuators, point, m->point_s[point], 1);
         double strains[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
-        for (int i = 0; i < 3; i++) {
-            strains[i] = at->v[i][lane];
-            strains[3 + i] = at->u[i][lane];
-        }
+        const solve_actuation pulling = actuation_at(m, element, k, strains);
         solve_actuation_wrench(&pulling, strains, wrench, NULL);
         for (int i = 0; i < 3; i++) {
             at->pull_n[i][lane] = wrench[i];
@@ -239,6 +274,11 @@ static void pull_nodes(motion *m)
     clear_forces(m);
     for (int e = 0; e < m->elements; e++) {
         strain_element(m, e);
+    }
+    if (m->rod->lengths > 0 && !m->holds_tensions) {
+        set_tensions(m);
+    }
+    for (int e = 0; e < m->elements; e++) {
         pull_element(m, e);
         for (int b = e * m->blocks; b < (e + 1) * m->blocks; b++) {
             memcpy(m->block[b].n, m->block[b].pull_n, sizeof m->block[b].n);

@@ -41,10 +41,11 @@ struct motion {
     int elements, degree;
     int blocks; /* of an element */
     size_t nodes, points;
-    bool is_damped; /* Bse or Bbt */
-    bool is_pulled; /* by tendons or chambers */
-    bool is_loaded; /* distributed loads are not 0 everywhere at this time */
-    bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
+    bool is_damped;      /* Bse or Bbt */
+    bool is_pulled;      /* by tendons or chambers */
+    bool is_loaded;      /* distributed loads are not 0 everywhere at this time */
+    bool holds_tensions; /* tensions stay as they are */
+    bool has_time;       /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
     bool lacks_memory;
@@ -67,9 +68,11 @@ struct motion {
     solve_load *node_load;     /* [nodes] times weights, summed over elements */
     double *mass;              /* [nodes] rhoA likewise */
     double (*inertia)[3];      /* [nodes] rhoJ likewise */
-    double *by_mass, (*by_inertia)[3]; /* [nodes] 1 over them */
-    solve_end_state ends[2];           /* at s = 0, 1 */
-    motion_place *places;              /* [rod->jumps.count] */
+    double *by_mass, (*by_inertia)[3];        /* [nodes] 1 over them */
+    solve_end_state ends[2];                  /* at s = 0, 1 */
+    double displacement[SOLVE_ACTUATORS_MAX]; /* of tendons whose length is given, by L */
+    double tensions[SOLVE_ACTUATORS_MAX];     /* of them, by EI/L^2 */
+    motion_place *places;                     /* [rod->jumps.count] */
     const double *(*frame)[2]; /* [elements] of the first and last point; NULL: the node's */
 
     motion_block *block;      /* [elements][blocks] */

@@ -153,12 +153,19 @@ static void set_tendon(solve_rod *rod, const scene_tendon *given, solve_extent *
     if (given->displacement.is_given) {
         extent->has_length = true;
         rod->lengths++;
-        extent->displacement = quantity_value(given->displacement, 0, 0) / rod->scales.length;
         if (given->stiffness.is_given) {
             double unit = rod->scales.force / rod->scales.length;
             extent->compliance = unit / quantity_value(given->stiffness, 0, 0);
         }
     }
+}
+
+double solve_rod_displacement(const solve_rod *rod, int i, double t)
+{
+    return rod->extents[i].has_length
+               ? quantity_value(rod->scene.tendons[i].displacement, 0, t * rod->scales.time) /
+                     rod->scales.length
+               : 0;
 }
 
 /* Rows of solve_actuator for one actuator after the other. */

@@ -45,10 +45,10 @@ typedef struct solve_state {
 typedef struct solve_extent {
     double start, end; /* within [0, 1] */
     bool is_chamber, is_tube;
-    bool has_length;             /* a tendon whose tension is sought: */
-    double displacement;         /* its length is that in the unstressed rod less this, */
-    double compliance;           /* more by this times its tension */
-    double friction;             /* Coulomb's, of a tendon against its guides */
+    bool has_length;   /* a tendon whose tension is sought: its length is that in the unstressed rod
+                        * less its displacement, */
+    double compliance; /* more by this times its tension; 0: no more */
+    double friction;   /* Coulomb's, of a tendon against its guides */
     double turned, transmission; /* of a tube; rad, of the length */
 } solve_extent;
 
@@ -168,6 +168,9 @@ ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
 /* Of rods with actuators: out [n][actuators]. */
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
                               solve_actuator *out, ad_error *error);
+
+/* By how much actuator i, a tendon whose length is given, is pulled out; 0 of others. */
+double solve_rod_displacement(const solve_rod *rod, int i, double t);
 
 /* All that a rod at rest is given along it, at t = 0. The rod must outlive it. */
 solve_given solve_rod_given(const solve_rod *rod);

@@ -84,7 +84,7 @@ static void add_length(const static_system *x, size_t point, double weight, cons
 void static_system_excess(const static_system *x, const double *y, double *excess)
 {
     for (int i = 0; i < x->rod->actuators; i++) {
-        excess[i] = x->path.load * x->rod->extents[i].displacement;
+        excess[i] = x->path.load * solve_rod_displacement(x->rod, i, 0);
     }
     for (int e = 0; e < x->elements; e++) {
         for (int i = 0; i < x->stages; i++) {
