@@ -115,6 +115,20 @@ static const refusal list_refusals[] = {
      "scene.yaml:4:11: tendons[0].tension: missing; give tension or displacement"},
     {BASE "tendons: [{offset: [0.01, 0], tension: 1, displacement: 0.1}]\n", NULL,
      "scene.yaml:4:57: tendons[0].displacement: given beside tension; allowed: one of the two"},
+    {BASE "tendons: [{offset: [0.01, 0], tension: 1, stiffness: 5}]\n", NULL,
+     "scene.yaml:4:54: tendons[0].stiffness: is that of a tendon with a displacement; leave it "
+     "out"},
+    {BASE "tendons: [{offset: [0.01, 0], displacement: 1, stiffness: 0}]\n", NULL,
+     "scene.yaml:4:59: tendons[0].stiffness: is 0, which is out of range; allowed: a number > 0, "
+     "in "
+     "N/m"},
+    {DYNAMIC "tendons: [{offset: [0.01, 0], displacement: 0.01}]\n", NULL,
+     "scene.yaml:6:45: tendons[0].displacement: a tendon that keeps its length has a tension at "
+     "rest alone; in motion give its stiffness, too"},
+    {DYNAMIC "tendons: [{offset: [0.01, 0], tension: 1, friction: 0.1}]\n", NULL,
+     "scene.yaml:6:53: tendons[0].friction: of rods at rest alone, as tendons that are let go "
+     "slide "
+     "the other way; allowed: 0"},
     {BASE "tendons: [{offset: [0.01, 0], tension: -1}]\n", NULL,
      "scene.yaml:4:40: tendons[0].tension: is -1, which is out of range; allowed: a number or a "
      "formula >= 0, in N"},

@@ -196,6 +196,76 @@ static void test_lengths_and_load(void **state)
     solution_free(y.solution);
 }
 
+/* ---- friction ------------------------------------------------------------------------------ */
+
+/* A tendon at (0, y) in a rod without other loads stays parallel to it, so that the angle theta of
+ * both is that of the rod: theta_s = T y/EI, T = T_0 exp(-mu theta), with the solution
+ * theta = log(1 + mu T_0 y/EI s)/mu. */
+static void test_friction(void **state)
+{
+    (void)state;
+    const double friction[2] = {0.3, 1.5}, length = 0.2, pull = 2, lever = 0.008, radius = 0.0005;
+    double area = PI * radius * radius, stretch = 60e9 * area;
+    double rate = pull * lever / (stretch * radius * radius / 4);
+    for (int i = 0; i < 2; i++) {
+        enum { POINTS = 2000 };
+        const double mu = friction[i];
+        scene given = robot(length, 60e9, 60e9 / 2.6, radius);
+        add_tendon(&given, lever, 90, pull);
+        given.tendons[0].friction = Q(mu);
+        solved x = solve(&given, 0, NULL, 1e-11);
+        double tip[7], y = 0, z = 0;
+        for (int k = 0; k < POINTS; k++) { /* Gauss, two points */
+            for (int g = -1; g <= 1; g += 2) {
+                double s = (k + 0.5 + g / sqrt(12)) * length / POINTS;
+                double angle = log(1 + mu * rate * s) / mu;
+                double v = (1 - pull * exp(-mu * angle) / stretch) * length / (2 * POINTS);
+                y += v * sin(angle);
+                z += v * cos(angle);
+            }
+        }
+        pose_at(&x, length, 0, tip);
+        print_message("off by %.1e, %.1e m, estimate %.1e\n", tip[1] - y, tip[2] - z,
+                      x.report.estimate);
+        assert_near(tip[1], y, 1e-12);
+        assert_near(tip[2], z, 1e-12);
+        solution_free(x.solution);
+    }
+}
+
+/* Two tendons with friction, of which one winds and one ends, and a force at the tip; where that
+ * one ends the other has a kink. By Rucker and Webster's equations with T' = -mu |t'| T, which have
+ * second derivatives of the routing, shot with Dormand and Prince's method in Python, to 1e-12. */
+static void test_friction_wound(void **state)
+{
+    (void)state;
+    const double kse[3] = {80, 80, 100}, kbt[3] = {0.03, 0.04, 0.02};
+    scene given = stiff_scene(0.3, kse, kbt, 1, kbt), smooth;
+    given.end.type = SCENE_LOADED;
+    set_numbers(given.loads.tip.force, 3, (const double[]){0.1, -0.05, 0.08});
+    given.tendon_count = 1;
+    given.tendons[0] =
+        (scene_tendon){.offset = {Q("0.012*cos(20*s)"), Q("0.012*sin(20*s)")}, .tension = Q(3.0)};
+    add_tendon(&given, 0.01, -90, 2);
+    given.tendons[1].end = Q(0.18);
+    smooth = given;
+    given.tendons[0].friction = Q(0.3);
+    given.tendons[1].friction = Q(0.2);
+    check_tip(&given, (const double[]){0.021203153571571102, -0.01827811096096332, 0.28769304730907425}, (const double[]){0.9948024713315664, 0.07554279105305145, 0.04734781782686028, -0.049188554558530224});
+    /* Without friction, and with next to none. */
+    double pose[2][7];
+    for (int i = 0; i < 2; i++) {
+        smooth.tendons[0].friction = Q(i * 1e-9);
+        solved x = solve(&smooth, 0, NULL, 1e-12);
+        pose_at(&x, 0.3, 0, pose[i]);
+        solution_free(x.solution);
+    }
+    for (int k = 0; k < 3; k++) {
+        assert_near(pose[0][k], pose[1][k], 1e-9);
+    }
+    assert_true(fabs(pose[0][0] - pose[1][0]) > 1e-12);
+}
+
 /* ---- Rucker and Webster -------------------------------------------------------------------- */
 
 /* Their equations, which have second derivatives of the rod: of v and u, in the notation of
@@ -502,6 +572,7 @@ int main(void)
         cmocka_unit_test(test_two_segments),     cmocka_unit_test(test_constant),
         cmocka_unit_test(test_webster),          cmocka_unit_test(test_lengths),
         cmocka_unit_test(test_lengths_and_load), cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_friction),         cmocka_unit_test(test_friction_wound),
         cmocka_unit_test(test_manufactured),     cmocka_unit_test(test_strip),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -3,6 +3,7 @@
 #include "tendon_testing.h"
 
 #include "physics/solve/motion.h"
+#include "physics/solve/quaternion.h"
 
 #include <string.h>
 
@@ -33,6 +34,8 @@ static void test_refusals(void **state)
     given.tendons[0].displacement = Q(0.01);
     assert_int_equal(rod_check(&given, &key, &error), AD_BAD_INPUT);
     assert_string_equal(key, "tendons[0].displacement");
+    given.tendons[0].stiffness = Q(100.0);
+    assert_int_equal(rod_check(&given, &key, &error), AD_OK);
 }
 
 /* ---- in motion ------------------------------------------------------------------------------- */
@@ -112,6 +115,78 @@ static scene chosen_motion(void)
     return given;
 }
 
+/* The tension of a tendon of stiffness k that is pulled by d, by its length in a state. */
+static double tension_in(motion *m, const double *state, const double offset[2], double k, double d)
+{
+    enum { NODES_MAX = 64 };
+    const double *s = motion_points(m), *weights = motion_weights(m);
+    solve_state at[NODES_MAX];
+    double longer = d;
+    motion_samples(m, state, motion_nodes(m), s, at);
+    for (size_t i = 0; i < motion_nodes(m); i++) {
+        const double r[3] = {offset[0], offset[1], 0};
+        double p[3];
+        vector_cross(at[i].curvature, r, p);
+        for (int j = 0; j < 3; j++) {
+            p[j] += at[i].strain[j];
+        }
+        longer += weights[i] * (sqrt(vector_dot(p, p)) - 1);
+    }
+    return k * fmax(0, longer);
+}
+
+/* What a tendon of stiffness k puts into the rod while it is held is what its own energy T^2/(2 k)
+ * loses; a slack one does nothing. By differences of fourth order along the motion. */
+static void test_stiffness(void **state)
+{
+    (void)state;
+    enum { DEGREE = 16, NODES = DEGREE + 1, ROWS = MOTION_ROWS };
+    const double displacement[2] = {0.01, -0.05};
+    for (int slack = 0; slack < 2; slack++) {
+        scene given = soft_arm();
+        given.tendons[0].tension = Q(NULL);
+        given.tendons[0].displacement = Q(displacement[slack]);
+        given.tendons[0].stiffness = Q(80.0);
+        given.motion = SCENE_SPATIAL;
+        ad_error error = {.message = ""};
+        solve_rod *rod;
+        motion *m;
+        double now[NODES * ROWS], rate[NODES * ROWS], moved[NODES * ROWS], change = 0;
+        assert_int_equal(solve_rod_create(&given, &rod, &error), AD_OK);
+        assert_int_equal(motion_create(rod, 1e8, 1, NULL, DEGREE, &m, &error), AD_OK);
+        const double k = 80 * rod->scales.length / rod->scales.force;
+        const double d = displacement[slack] / rod->scales.length;
+        const double offset[2] = {0.008 / rod->scales.length, 0};
+        assert_int_equal(motion_at(m, 0, &error), AD_OK);
+        assert_int_equal(motion_initial(m, now, &error), AD_OK);
+        for (int i = 0; i < NODES; i++) { /* somewhere, and moving */
+            double s = motion_points(m)[i], *to = now + i * ROWS;
+            to[MOTION_R] += 0.1 * s * s;
+            to[MOTION_Q + 2] += 0.05 * s;
+            to[MOTION_V] += s * s;
+            to[MOTION_V + 1] += 0.3 * s * s;
+            to[MOTION_W] += 0.2 * s;
+            to[MOTION_W + 1] += 2 * s;
+        }
+        motion_prescribe(m, now);
+        motion_rate(m, now, rate);
+        for (int i = 0; i < 4; i++) {
+            static const double by[4] = {-2, -1, 1, 2}, weights[4] = {1, -8, 8, -1};
+            const double step = 1e-4;
+            for (int j = 0; j < NODES * ROWS; j++) {
+                moved[j] = now[j] + step * by[i] * rate[j];
+            }
+            double tension = tension_in(m, moved, offset, k, d);
+            change += weights[i] * tension * tension / (2 * k) / (12 * step);
+        }
+        double power = motion_power_of(m, now).load;
+        assert_true((fabs(power) > 0.1) == !slack);
+        assert_near(power, -change, 1e-8 * fmax(1, fabs(power)));
+        motion_free(m);
+        solve_rod_free(rod);
+    }
+}
+
 /* In the state of that motion the accelerations are those of that motion, and power is the rate of
  * energy: by differences of fourth order along the motion that the rate begins. */
 static void test_rate(void **state)
@@ -157,6 +232,7 @@ static void test_rate(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_refusals), cmocka_unit_test(test_ramp),
-                                       cmocka_unit_test(test_rate)};
+                                       cmocka_unit_test(test_rate),
+                                       cmocka_unit_test(test_stiffness)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

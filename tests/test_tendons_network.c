@@ -30,8 +30,9 @@ static void test_robots(void **state)
                 {"configs/robots/soft_arm_three_chambers.yaml", "enforcement.boundary=soft",
                  1e-11},                                                    /* 2e-13 */
                 {"configs/robots/catheter_routed_tendon.yaml", NULL, 1e-8}, /* 4e-10 */
+                {"configs/robots/tendon_pulled.yaml", NULL, 1e-10},    /* 2e-12 */
                 {"configs/robots/concentric.yaml", NULL, 1e-10},       /* 2e-12, of the reference */
-                {"configs/robots/tendon_in_motion.yaml", NULL, 1e-6}}; /* 6e-7 */
+                {"configs/robots/tendon_in_motion.yaml", NULL, 1e-6}}; /* 4e-7 */
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         assert_true(trained_error(rows[i].path, rows[i].change) < rows[i].tolerance);
     }
@@ -46,23 +47,29 @@ static void test_displacement_form(void **state)
     assert_true(error < 1e-2); /* measured: 2e-3, as rods that stretch have in this form */
 }
 
-/* The tension that belongs to a displacement depends on all of the rod. */
-static void test_displaced(void **state)
+/* A path that has a kink, and a form without tensions of its own. */
+static void test_refused(void **state)
 {
     (void)state;
-    ad_error error = {AD_OK, ""};
-    problem *made = NULL;
-    experiment *e = experiment_of("configs/robots/tendon_one_segment.yaml", NULL,
-                                  "tendons=[{offset: [0, 0.008], displacement: 0.01}]");
-    assert_int_not_equal(experiment_problem(e, &made, &error), AD_OK);
-    assert_non_null(strstr(error.message, "tendons[0].displacement"));
-    experiment_free(e);
+    static const char *const rows[][3] = {
+        {"configs/robots/tendon_two_segments.yaml", "tendons[3].friction=0.1",
+         "tendons[3].friction: at s = 0.2 m"},
+        {"configs/robots/tendon_pulled.yaml", "formulation=displacement",
+         "tendons[0].displacement: the tension"}};
+    for (int i = 0; i < 2; i++) {
+        ad_error error = {AD_OK, ""};
+        problem *made = NULL;
+        experiment *e = experiment_of(rows[i][0], NULL, rows[i][1]);
+        assert_int_not_equal(experiment_problem(e, &made, &error), AD_OK);
+        assert_non_null(strstr(error.message, rows[i][2]));
+        experiment_free(e);
+    }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_robots),
                                        cmocka_unit_test(test_displacement_form),
-                                       cmocka_unit_test(test_displaced)};
+                                       cmocka_unit_test(test_refused)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

@@ -275,7 +275,7 @@ static void pull_nodes(motion *m)
     for (int e = 0; e < m->elements; e++) {
         strain_element(m, e);
     }
-    if (m->rod->lengths > 0 && !m->holds_tensions) {
+    if (m->rod->lengths > 0) {
         set_tensions(m);
     }
     for (int e = 0; e < m->elements; e++) {

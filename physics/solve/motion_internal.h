@@ -44,7 +44,6 @@ struct motion {
     bool is_damped;      /* Bse or Bbt */
     bool is_pulled;      /* by tendons or chambers */
     bool is_loaded;      /* distributed loads are not 0 everywhere at this time */
-    bool holds_tensions; /* tensions stay as they are */
     bool has_time;       /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 

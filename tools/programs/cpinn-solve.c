@@ -215,7 +215,7 @@ static void print_reference(const solving *x)
 /* What was found of tendons whose displacement is given. */
 static void print_tensions(const solving *x)
 {
-    for (int i = 0; i < x->scene->tendon_count; i++) {
+    for (int i = 0; i < x->scene->tendon_count && !scene_is_dynamic(x->scene); i++) {
         if (x->scene->tendons[i].displacement.is_given) {
             char name[32];
             snprintf(name, sizeof name, "tendons[%d].tension", i);
