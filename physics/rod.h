@@ -198,8 +198,8 @@ typedef struct rod_state {
     ad_value rotation; /* q [4], unit */
     ad_value force;    /* N [3], world */
     ad_value moment;   /* m [3], body */
-    ad_value tendons;  /* of each tendon in turn: tau_0 and l where its length is given, phi with
-                        * friction; there only where the scene has such */
+    ad_value tendons;  /* of each tendon in turn what tau_0 and l are made of where its length is
+                        * given, and phi with friction; only where the scene has such */
     ad_value tubes;    /* [2 tube_count] theta, m_i of each; without tubes nothing */
 } rod_state;
 

@@ -398,15 +398,12 @@ rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value ou
     ad_value moment = ad_scale(raw.moment, rod_moment_scale(rod_scene));
     rod_jumps jumps = rod_jumps_of(&rod, &pose);
     rod_wrench wrench = rod_ansatz_wrench(&rod, &straight, &jumps, force, moment);
-    rod_state state = {.position = pose.position,
+    return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
                        .force = wrench.force,
                        .moment = rod_moment_at_joints(&rod, wrench.moment, rod.s),
+                       .tendons = raw.tendons,
                        .tubes = rod_tube_ansatz(&rod, raw.tubes)};
-    if (rod_tendon_rows(rod_scene) > 0) {
-        state.tendons = rod_tendon_ansatz(&rod, raw.tendons);
-    }
-    return state;
 }
 
 int rod_state_rows(const scene *rod_scene)

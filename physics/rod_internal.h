@@ -233,10 +233,9 @@ ad_value rod_rate(ad_value rotation, ad_value derivative); /* 2 vec(q* dq) */
 rod_kinematics rod_kinematics_of(const rod_context *rod, ad_value position, ad_value rotation);
 rod_wrench rod_constitutive(const rod_context *rod, const rod_kinematics *kinematics);
 
-/* rod_tendons.c. The rows of rod_state.tendons, 0 in displacement form; from what the network says;
- * their residuals; the tension of a tendon at its beginning and what is left of it here. */
+/* rod_tendons.c. The rows of rod_state.tendons, 0 in displacement form; their residuals; what is
+ * left here of the tension of a tendon, `given` where the scene gives it. */
 int rod_tendon_rows(const scene *scene);
-ad_value rod_tendon_ansatz(const rod_context *rod, ad_value raw);
 ad_value rod_tendon_residual(const rod_context *rod, rod_state state);
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given);
 

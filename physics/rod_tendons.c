@@ -32,19 +32,26 @@ int rod_tendon_rows(const scene *rod_scene)
     return rod_scene->formulation == SCENE_MIXED ? rows : 0;
 }
 
-static int first_row(const scene *rod_scene, int index)
-{
-    int rows = 0;
-    for (int i = 0; i < index; i++) {
-        rows += tendon_rows(rod_scene, i);
-    }
-    return rows;
-}
-
 /* Of what it turns the rod by, and so of changes of its length; 1 over it of tensions. */
 static double lever_of(const rod_context *rod, int i)
 {
     return fmax(rod_tendon_lever(rod->scene, i) / rod->scales.length, LEVER_LEAST);
+}
+
+/* What of them is sought, rows of rod_state.tendons. Fields of a tendon have kinks at its ends and
+ * what the network says has none: these are made of it in the tendon, and beyond it goes on as it
+ * is. */
+typedef struct tendon_rows_at {
+    int tension, length, angle;
+} tendon_rows_at;
+
+static tendon_rows_at rows_of(const scene *rod_scene, int index)
+{
+    int row = 0;
+    for (int i = 0; i < index; i++) {
+        row += tendon_rows(rod_scene, i);
+    }
+    return (tendon_rows_at){row, row + 1, row + 2 * has_length(rod_scene, index)};
 }
 
 /* `inside` where the tendon is, else `outside`. */
@@ -69,9 +76,16 @@ static ad_value share_of(const rod_context *rod, const rod_actuator *tendon)
 
 /* ---- from the network ------------------------------------------------------------------------ */
 
-/* By how much it is longer at its end than in the unstressed rod: of a number x above 0 the tension
- * by its scale, below 0 by how much it is slack, by the lever. So it pulls or is slack, never both.
- */
+/* tau_0, by 1 over the lever: below 0 by how much it is slack. The network starts with taut ones,
+ * as nothing says how hard a slack one is pulled. */
+static ad_value tension_of(const rod_context *rod, ad_value tendons, int i)
+{
+    ad_value said = ad_row(tendons, rows_of(rod->scene, i).tension);
+    return ad_scale(ad_add(said, ad_scalar(rod->tape, 1)), 1 / lever_of(rod, i));
+}
+
+/* l at its end. A tension below 0 stands for the length, by the lever, by which it is slack. So it
+ * pulls or is slack, never both. */
 static ad_value end_length(const rod_context *rod, int i, ad_value tension)
 {
     const scene_tendon *given = &rod->scene->tendons[i];
@@ -111,40 +125,27 @@ static void refuse_kinks(const rod_context *rod, int i, const rod_actuator *tend
     }
 }
 
-/* tau_0 as x of end_length by 1 over the lever; l as if it went in proportion to its end, and what
- * the network says; phi. Beyond the ends of a tendon the last two are what the network says. */
-ad_value rod_tendon_ansatz(const rod_context *rod, ad_value raw)
+/* l, in proportion to that at its end, and what the network says; phi. */
+static ad_value length_of(const rod_context *rod, const rod_actuator *tendon, ad_value tendons,
+                          int i)
 {
-    ad_value rows[3 * SCENE_TENDONS_MAX], one = ad_scalar(rod->tape, 1);
-    int count = 0;
-    for (int i = 0; i < rod->scene->tendon_count; i++) {
-        rod_actuator tendon = rod_actuator_of(rod, i);
-        double lever = lever_of(rod, i), range = tendon.end - tendon.start;
-        ad_value share = share_of(rod, &tendon);
-        if (has_length(rod->scene, i)) {
-            ad_value tension = ad_scale(ad_add(ad_row(raw, count), one), 1 / lever);
-            ad_value said = ad_scale(ad_row(raw, count + 1), lever);
-            ad_value bow = ad_mul(ad_mul(share, ad_sub(one, share)), said);
-            ad_value along = ad_add(ad_mul(share, end_length(rod, i, tension)), bow);
-            rows[count++] = tension;
-            rows[count++] = where_is(rod, &tendon, along, said);
-        }
-        if (has_friction(rod->scene, i)) {
-            ad_value said = ad_row(raw, count);
-            ad_value rise = ad_scale(share, range);
-            refuse_kinks(rod, i, &tendon);
-            rows[count++] = where_is(rod, &tendon, ad_mul(rise, said), said);
-        }
-    }
-    return ad_stack(count, rows);
+    ad_value share = share_of(rod, tendon), one = ad_scalar(rod->tape, 1);
+    ad_value said = ad_scale(ad_row(tendons, rows_of(rod->scene, i).length), lever_of(rod, i));
+    ad_value end = end_length(rod, i, tension_of(rod, tendons, i));
+    return ad_mul(share, ad_add(end, ad_mul(ad_sub(one, share), said)));
+}
+
+static ad_value angle_of(const rod_context *rod, const rod_actuator *tendon, ad_value tendons,
+                         int i)
+{
+    ad_value rise = ad_sub(rod->s, ad_scalar(rod->tape, tendon->start));
+    return ad_mul(rise, ad_row(tendons, rows_of(rod->scene, i).angle));
 }
 
 /* ---- what follows ---------------------------------------------------------------------------- */
 
 ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad_value given)
 {
-    int row = first_row(rod->scene, index);
-    const scene_tendon *tendon = &rod->scene->tendons[index];
     if (tendon_rows(rod->scene, index) == 0) {
         return given;
     }
@@ -156,43 +157,59 @@ ad_value rod_tendon_pull(const rod_context *rod, ad_value tendons, int index, ad
         return given;
     }
     if (has_length(rod->scene, index)) {
-        given = ad_max(ad_row(tendons, row), ad_scalar(rod->tape, 0));
-        row += 2;
+        given = ad_max(tension_of(rod, tendons, index), ad_scalar(rod->tape, 0));
     }
     if (has_friction(rod->scene, index)) {
-        double friction = quantity_value(tendon->friction, 0, 0);
-        given = ad_mul(given, ad_exp(ad_scale(ad_row(tendons, row), -friction)));
+        rod_actuator tendon = rod_actuator_of(rod, index);
+        double friction = quantity_value(rod->scene->tendons[index].friction, 0, 0);
+        ad_value angle = angle_of(rod, &tendon, tendons, index);
+        given = ad_mul(given, ad_exp(ad_scale(angle, -friction)));
     }
     return given;
 }
 
-/* Beyond the ends of a tendon its fields are to be 0. */
+/* tau_0s, and l_s - |p'| + |p'| unstressed. */
+static void length_residual(const rod_context *rod, int i, const rod_actuator *tendon,
+                            ad_value path, ad_value tendons, ad_value *rows)
+{
+    rod_coefficients c = rod_coefficients_of(rod);
+    tendon_rows_at at = rows_of(rod->scene, i);
+    double lever = lever_of(rod, i);
+    ad_value rest = rod_tendon_path(tendon, c.rest_strain, c.rest_curvature);
+    ad_value longer = ad_sub(ad_norm(path), ad_norm(rest));
+    ad_value length = length_of(rod, tendon, tendons, i);
+    ad_value off = ad_scale(ad_sub(rod_space_derivative(rod, length), longer), 1 / lever);
+    ad_value going_on = rod_space_derivative(rod, ad_row(tendons, at.length));
+    rows[at.tension] = rod_space_derivative(rod, ad_row(tendons, at.tension));
+    rows[at.length] = where_is(rod, tendon, off, going_on);
+}
+
+/* phi_s - |t_s|, t in the world. */
+static void angle_residual(const rod_context *rod, int i, const rod_actuator *tendon, ad_value path,
+                           rod_state state, ad_value *rows)
+{
+    int row = rows_of(rod->scene, i).angle;
+    ad_value tangent = ad_rotate(state.rotation, ad_normalize(path));
+    ad_value turning = ad_norm(rod_space_derivative(rod, tangent));
+    ad_value angle = angle_of(rod, tendon, state.tendons, i);
+    ad_value going_on = rod_space_derivative(rod, ad_row(state.tendons, row));
+    refuse_kinks(rod, i, tendon);
+    rows[row] = where_is(rod, tendon, ad_sub(rod_space_derivative(rod, angle), turning), going_on);
+}
+
 ad_value rod_tendon_residual(const rod_context *rod, rod_state state)
 {
     ad_value rows[3 * SCENE_TENDONS_MAX];
-    rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
-    int count = 0;
     for (int i = 0; i < rod->scene->tendon_count; i++) {
         rod_actuator tendon = rod_actuator_of(rod, i);
-        double lever = lever_of(rod, i);
         ad_value path = rod_tendon_path(&tendon, k.strain, k.curvature);
         if (has_length(rod->scene, i)) {
-            ad_value rest = rod_tendon_path(&tendon, c.rest_strain, c.rest_curvature);
-            ad_value longer = ad_sub(ad_norm(path), ad_norm(rest));
-            ad_value length = ad_row(state.tendons, count + 1);
-            ad_value off = ad_sub(rod_space_derivative(rod, length), longer);
-            rows[count] = ad_scale(rod_space_derivative(rod, ad_row(state.tendons, count)), lever);
-            rows[count + 1] = ad_scale(where_is(rod, &tendon, off, length), 1 / lever);
-            count += 2;
+            length_residual(rod, i, &tendon, path, state.tendons, rows);
         }
         if (has_friction(rod->scene, i)) {
-            ad_value angle = ad_row(state.tendons, count);
-            ad_value tangent = ad_rotate(state.rotation, ad_normalize(path));
-            ad_value turning = ad_norm(rod_space_derivative(rod, tangent));
-            ad_value off = ad_sub(rod_space_derivative(rod, angle), turning);
-            rows[count++] = where_is(rod, &tendon, off, angle);
+            angle_residual(rod, i, &tendon, path, state, rows);
         }
     }
-    return ad_stack(count, rows);
+    return ad_stack(rod_tendon_rows(rod->scene), rows);
 }

@@ -119,9 +119,8 @@ static const refusal list_refusals[] = {
      "scene.yaml:4:54: tendons[0].stiffness: is that of a tendon with a displacement; leave it "
      "out"},
     {BASE "tendons: [{offset: [0.01, 0], displacement: 1, stiffness: 0}]\n", NULL,
-     "scene.yaml:4:59: tendons[0].stiffness: is 0, which is out of range; allowed: a number > 0, "
-     "in "
-     "N/m"},
+     "scene.yaml:4:59: tendons[0].stiffness: is 0, which is out of range; allowed: a number or a "
+     "formula > 0, in N/m"},
     {DYNAMIC "tendons: [{offset: [0.01, 0], displacement: 0.01}]\n", NULL,
      "scene.yaml:6:45: tendons[0].displacement: a tendon that keeps its length has a tension at "
      "rest alone; in motion give its stiffness, too"},
