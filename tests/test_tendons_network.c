@@ -1,11 +1,12 @@
 /* Robots with tendons, chambers and tubes by networks, against references of another kind. */
 #include "trainer_testing.h"
 
-/* Relative error of positions against the reference that the scene names. */
-static double trained_error(const char *path, const char *change)
+/* Relative error of positions against the reference that the scene names; text: NULL for that of
+ * the file. */
+static double trained_error_of(const char *path, const char *text, const char *change)
 {
     ad_error error = {AD_OK, ""};
-    run r = {.made = {experiment_of(path, NULL, change), NULL}};
+    run r = {.made = {experiment_of(path, text, change), NULL}};
     if (experiment_problem(r.made.e, &r.made.p, &error) != AD_OK ||
         reference_create(r.made.e, &r.known, &error) != AD_OK ||
         trainer_create(r.made.e, r.made.p, r.known, 0, &r.trainer, &error) != AD_OK) {
@@ -16,6 +17,11 @@ static double trained_error(const char *path, const char *change)
     print_message("%s: %.1e\n", path, result);
     stop(&r);
     return result;
+}
+
+static double trained_error(const char *path, const char *change)
+{
+    return trained_error_of(path, NULL, change);
 }
 
 static void test_robots(void **state)
@@ -47,6 +53,31 @@ static void test_displacement_form(void **state)
     assert_true(error < 1e-2); /* measured: 2e-3, as rods that stretch have in this form */
 }
 
+/* Friction of a tendon that ends within the rod, and a motor that winds a tendon up, against the
+ * classical solver, which has angles and lengths from integrals along the rod. */
+static void test_sought(void **state)
+{
+    (void)state;
+    static const char ends[] = "rod:\n"
+                               "  length: 0.3\n"
+                               "  stiffness: {shear: [80, 80], axial: 100, bending: [0.03, 0.04], "
+                               "torsion: 0.02}\n"
+                               "tendons: [{offset: [\"0.01*cos(9*s)\", \"0.01*sin(9*s)\"], "
+                               "start: 0.05, end: 0.2, tension: 3, friction: 0.4}]\n"
+                               "loads: {tip: {force: [0.1, -0.05, 0.08]}}\n"
+                               "reference: solve\n";
+    static const char wound[] =
+        "rod:\n"
+        "  length: 0.2\n"
+        "  section: {shape: circle, radius: 0.005}\n"
+        "  material: {youngs_modulus: 1.0e6, poissons_ratio: 0.45, density: 1100}\n"
+        "time: {duration: 0.1, windows: 4}\n"
+        "tendons: [{offset: [0.008, 0], displacement: \"0.006*sin(5*pi*t)^2\", stiffness: 200}]\n"
+        "reference: solve\n";
+    assert_true(trained_error_of("ends.yaml", ends, NULL) < 1e-9);
+    assert_true(trained_error_of("wound.yaml", wound, NULL) < 1e-5); /* measured: 2e-6 */
+}
+
 /* A path that has a kink, and a form without tensions of its own. */
 static void test_refused(void **state)
 {
@@ -68,8 +99,8 @@ static void test_refused(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_robots),
-                                       cmocka_unit_test(test_displacement_form),
-                                       cmocka_unit_test(test_refused)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_robots), cmocka_unit_test(test_displacement_form),
+        cmocka_unit_test(test_sought), cmocka_unit_test(test_refused)};
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

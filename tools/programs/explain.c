@@ -264,9 +264,10 @@ static void print_motion(FILE *file, const scene *scene)
     fprintf(file, "  %-15s ", "motion");
     if (plane.is_planar) {
         plane_text(&plane, where);
+        int tendons = rod_residual_rows(scene, ROD_TENDON);
         fprintf(file, "planar, %s by symmetry: %d unknowns of %d, %d equations of %d\n", where,
-                rod_network_outputs(scene), rod_network_outputs(&spatial), mixed ? 6 : 3,
-                mixed ? 12 : 6);
+                rod_network_outputs(scene), rod_network_outputs(&spatial),
+                (mixed ? 6 : 3) + tendons, (mixed ? 12 : 6) + tendons);
     } else if (strcmp(plane.leaves, "motion") == 0 || scene_is_manufactured(scene)) {
         fprintf(file, "spatial: %s\n",
                 scene_is_manufactured(scene) ? "a manufactured solution is not looked into"
@@ -289,6 +290,9 @@ static void print_form(FILE *file, const scene *scene)
         fprintf(file, "r[%d] position, %s", planar ? 2 : 3, rod_head_of(scene)->name);
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
+        }
+        if (rod_residual_rows(scene, ROD_TENDON) > 0) {
+            fprintf(file, ", tau[%d] of tendons", rod_residual_rows(scene, ROD_TENDON));
         }
         if (scene->tube_count > 0) {
             fprintf(file, ", theta, m_i of %d tube%s", scene->tube_count,
