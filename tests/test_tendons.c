@@ -251,7 +251,10 @@ static void test_friction_wound(void **state)
     smooth = given;
     given.tendons[0].friction = Q(0.3);
     given.tendons[1].friction = Q(0.2);
-    check_tip(&given, (const double[]){0.021203153571571102, -0.01827811096096332, 0.28769304730907425}, (const double[]){0.9948024713315664, 0.07554279105305145, 0.04734781782686028, -0.049188554558530224});
+    check_tip(&given,
+              (const double[]){0.021203153571571102, -0.01827811096096332, 0.28769304730907425},
+              (const double[]){0.9948024713315664, 0.07554279105305145, 0.04734781782686028,
+                               -0.049188554558530224});
     /* Without friction, and with next to none. */
     double pose[2][7];
     for (int i = 0; i < 2; i++) {

@@ -41,10 +41,10 @@ struct motion {
     int elements, degree;
     int blocks; /* of an element */
     size_t nodes, points;
-    bool is_damped;      /* Bse or Bbt */
-    bool is_pulled;      /* by tendons or chambers */
-    bool is_loaded;      /* distributed loads are not 0 everywhere at this time */
-    bool has_time;       /* loads, ends and a rest shape that moves are those of `time` */
+    bool is_damped; /* Bse or Bbt */
+    bool is_pulled; /* by tendons or chambers */
+    bool is_loaded; /* distributed loads are not 0 everywhere at this time */
+    bool has_time;  /* loads, ends and a rest shape that moves are those of `time` */
     double time;
 
     bool lacks_memory;
