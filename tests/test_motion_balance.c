@@ -12,7 +12,7 @@
     " inertia: {mass_per_length: 1, rotary: [0.0006, 0.0006, 0.0012]}%s}\n"
 
 static motion_balance balance_of(const scene *given, int count, const double *times,
-                                solve_known_motion *motion, void *context)
+                                 solve_known_motion *motion, void *context)
 {
     ad_error error;
     motion_balance result;

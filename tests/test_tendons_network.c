@@ -36,7 +36,7 @@ static void test_robots(void **state)
                 {"configs/robots/soft_arm_three_chambers.yaml", "enforcement.boundary=soft",
                  1e-11},                                                    /* 2e-13 */
                 {"configs/robots/catheter_routed_tendon.yaml", NULL, 1e-8}, /* 4e-10 */
-                {"configs/robots/tendon_pulled.yaml", NULL, 1e-10},    /* 2e-12 */
+                {"configs/robots/tendon_pulled.yaml", NULL, 1e-10},         /* 2e-12 */
                 {"configs/robots/concentric.yaml", NULL, 1e-10},       /* 2e-12, of the reference */
                 {"configs/robots/tendon_in_motion.yaml", NULL, 1e-6}}; /* 4e-7 */
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {

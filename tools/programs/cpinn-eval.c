@@ -3,8 +3,8 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
-#include "tools/train/motion_balance.h"
 #include "tools/train/clock.h"
+#include "tools/train/motion_balance.h"
 #include "tools/train/report.h"
 
 #include <math.h>
@@ -66,7 +66,7 @@ typedef struct evaluation {
     verdict verdict; /* of training, where it is judged */
     reference_errors errors;
     motion_balance balance; /* to the end of what is trained; NaN: not of a rod's motion */
-    double rate;           /* evaluations per second; NaN: not asked for */
+    double rate;            /* evaluations per second; NaN: not asked for */
 } evaluation;
 
 static void evaluation_free(evaluation *x)
