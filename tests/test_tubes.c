@@ -285,6 +285,9 @@ static void check_tape(const scene *given, double s, double load_factor)
                        .moment = ad_stack(3, rows + STATIC_M),
                        .tubes = ad_stack(4, rows + STATIC_TUBES)};
     for (int kind = ROD_STRAIN; kind <= ROD_TORSION; kind++) {
+        if (rod_residual_rows(given, (rod_residual_kind)kind) == 0) {
+            continue;
+        }
         ad_value residual = rod_residual(given, (rod_residual_kind)kind, taped, &place);
         double t = 0, *values = evaluate_at(residual, 1, &s, &t, NULL);
         for (int i = 0; i < rod_residual_rows(given, (rod_residual_kind)kind); i++) {
