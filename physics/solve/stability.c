@@ -1,10 +1,10 @@
 #include "physics/solve/stability.h"
 
-#include "autodiff/dense.h"
 #include "physics/breaks.h"
 #include "physics/rod_internal.h"
 #include "physics/solve/actuation.h"
 #include "physics/solve/quaternion.h"
+#include "physics/solve/stability_matrix.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -13,19 +13,14 @@
 
 enum { ELEMENTS = STABILITY_POINTS };
 
-/* The unknowns of a node: turns about the directors `axis`, a displacement in the directors of the
- * base, the force in the element behind it, of which the last node has none, and phi of each tube.
- */
-enum { NODE_MAX = 9 + SCENE_TUBES_MAX };
-
-/* The second variation as a matrix of blocks, in which nodes meet their neighbours. */
+/* The second variation. The unknowns of a node: turns about the directors `axis`, a displacement in
+ * the directors of the base, the force in the element behind it, of which the last node has none,
+ * and phi of each tube. */
 typedef struct variation {
     int axes, axis[3]; /* the rod turns about these directors */
     int dims;          /* components of a displacement: 2 or 3 */
     int tubes;
-    int size;     /* unknowns of a node */
-    double *own;  /* [ELEMENTS + 1][size][size] symmetric */
-    double *next; /* [ELEMENTS][size][size] rows of a node, columns of the one behind */
+    stability_matrix matrix; /* of so many nodes as edges */
     double load_factor;
     double base[3][3];         /* R where the rod begins */
     double stiffness[3][3];    /* K of the element, with that of tendons */
@@ -123,43 +118,28 @@ static double middle(const double *edges, int k)
 
 static int row_of_turn(const variation *x, int node)
 {
-    return node * x->size;
+    return node * x->matrix.size;
 }
 
 static int row_of_displacement(const variation *x, int node)
 {
-    return node * x->size + x->axes;
+    return node * x->matrix.size + x->axes;
 }
 
 static int row_of_force(const variation *x, int node)
 {
-    return node * x->size + x->axes + x->dims;
+    return node * x->matrix.size + x->axes + x->dims;
 }
 
 static int row_of_tube(const variation *x, int tube, int node)
 {
-    return node * x->size + x->axes + 2 * x->dims + tube;
+    return node * x->matrix.size + x->axes + 2 * x->dims + tube;
 }
 
 /* The director of the base along which component j of a displacement is. */
 static int displaced(const variation *x, int j)
 {
     return x->axes == 1 && j >= x->axis[0] ? j + 1 : j; /* within the plane */
-}
-
-/* Of nodes that are the same or neighbours. */
-static void add_entry(variation *x, int row, int column, double value)
-{
-    int node = row / x->size, other = column / x->size, n = x->size;
-    size_t block = (size_t)n * (size_t)n * (size_t)node;
-    if (node > other) {
-        add_entry(x, column, row, value);
-    } else if (node < other) {
-        x->next[block + (size_t)(row % n * n + column % n)] += value;
-    } else {
-        x->own[block + (size_t)(row % n * n + column % n)] += value;
-        x->own[block + (size_t)(column % n * n + row % n)] += row == column ? 0 : value;
-    }
 }
 
 /* Stiffness K, in the world, against displacements of two nodes, or of one. */
@@ -173,8 +153,8 @@ static void add_stiffness(variation *x, int node, int other, double K[3][3], dou
                     sum += x->base[v][displaced(x, i)] * K[v][w] * x->base[w][displaced(x, j)];
                 }
             }
-            add_entry(x, row_of_displacement(x, node) + i, row_of_displacement(x, other) + j,
-                      factor * sum);
+            stability_matrix_add(&x->matrix, row_of_displacement(x, node) + i,
+                                 row_of_displacement(x, other) + j, factor * sum);
         }
     }
 }
@@ -302,8 +282,8 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
         direction *d = &all[count++];
         *d = (direction){.place = row_of_force(x, k) + j, .tube = -1};
         turned(base, state->rotation, displaced(x, j), d->pull);
-        add_entry(x, d->place, row_of_displacement(x, k + 1) + j, 1);
-        add_entry(x, d->place, row_of_displacement(x, k) + j, -1);
+        stability_matrix_add(&x->matrix, d->place, row_of_displacement(x, k + 1) + j, 1);
+        stability_matrix_add(&x->matrix, d->place, row_of_displacement(x, k) + j, -1);
     }
     for (int i = 0; i < 2 * x->tubes; i++) {
         int side = i % 2;
@@ -315,7 +295,7 @@ static void add_element(variation *x, int k, const solve_state *state, const dou
         for (int j = i; j < count; j++) {
             double energy = energy_of(x, state, &all[i], &all[j]) +
                             energy_of_tubes(x, &pulling, state, &all[i], &all[j]);
-            add_entry(x, all[i].place, all[j].place, x->step * energy);
+            stability_matrix_add(&x->matrix, all[i].place, all[j].place, x->step * energy);
         }
     }
 }
@@ -335,7 +315,8 @@ static void hold_end(variation *x, const scene_end *end, int node)
     }
     add_stiffness(x, node, node, K, by_length / (length * length));
     for (int j = 0; j < x->axes && scene_end_holds_rotation(end->type); j++) {
-        add_entry(x, row_of_turn(x, node) + j, row_of_turn(x, node) + j, by_length);
+        stability_matrix_add(&x->matrix, row_of_turn(x, node) + j, row_of_turn(x, node) + j,
+                             by_length);
     }
 }
 
@@ -348,11 +329,11 @@ static void hold_tubes(variation *x, const scene *rod_scene)
         quantity torsion = scene_tube_properties(tube).curvature_stiffness[2];
         double softness = tube->transmission.number / quantity_value(torsion, 0, 0);
         int base = row_of_tube(x, i, 0);
-        add_entry(x, base, base, softness > 0 ? 1 / softness : held);
+        stability_matrix_add(&x->matrix, base, base, softness > 0 ? 1 / softness : held);
         for (int node = 1; node <= ELEMENTS; node++) {
             int row = row_of_tube(x, i, node);
             bool beyond = middle(x->edge, node - 1) > scene_tube_end(rod_scene, i);
-            add_entry(x, row, row, beyond ? held : 0);
+            stability_matrix_add(&x->matrix, row, row, beyond ? held : 0);
         }
     }
 }
@@ -399,8 +380,8 @@ static void add_turning(variation *x, solve_spring spring, const scene_spring *g
                 }
             }
             sum *= weight[i / x->axes] * weight[j / x->axes];
-            add_entry(x, row_of_turn(x, k + i / x->axes) + i % x->axes,
-                      row_of_turn(x, k + j / x->axes) + j % x->axes, sum);
+            stability_matrix_add(&x->matrix, row_of_turn(x, k + i / x->axes) + i % x->axes,
+                                 row_of_turn(x, k + j / x->axes) + j % x->axes, sum);
         }
     }
 }
@@ -520,53 +501,14 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
         add_element(x, k, &state, base, joints);
     }
     for (int j = 0; j < x->dims; j++) { /* no element, no force: one direction, that counts */
-        add_entry(x, row_of_force(x, ELEMENTS) + j, row_of_force(x, ELEMENTS) + j, -1);
+        stability_matrix_add(&x->matrix, row_of_force(x, ELEMENTS) + j,
+                             row_of_force(x, ELEMENTS) + j, -1);
     }
     hold_end(x, &rod_scene->start, 0);
     hold_end(x, &rod_scene->end, ELEMENTS);
     hold_tubes(x, rod_scene);
     add_foundation(x, rod_scene);
     return add_springs(x, rod_scene, values, error);
-}
-
-/* How many negative directions there are, by elimination of one node after the other: the inertia
- * of what is left of each block adds up (Haynsworth 1968). -1 where a block is singular. */
-static int negative_directions(const variation *x)
-{
-    const int n = x->size;
-    const size_t block = (size_t)n * (size_t)n;
-    int sum = 0, pivots[NODE_MAX];
-    double left[NODE_MAX * NODE_MAX], copy[NODE_MAX * NODE_MAX], solved[NODE_MAX * NODE_MAX];
-    memcpy(left, x->own, block * sizeof *left);
-    for (int node = 0; node <= ELEMENTS; node++) {
-        const double *next = x->next + block * (size_t)node,
-                     *own = x->own + block * (size_t)(node + 1);
-        memcpy(copy, left, block * sizeof *copy);
-        sum += ad_dense_negative(n, copy, pivots);
-        if (node == ELEMENTS) {
-            break;
-        }
-        memcpy(copy, left, block * sizeof *copy); /* symmetric: by columns as by rows */
-        for (int c = 0; c < n; c++) {
-            for (int r = 0; r < n; r++) {
-                solved[c * n + r] = next[r * n + c];
-            }
-        }
-        if (ad_dense_lu(n, copy, pivots) != 0) {
-            return -1;
-        }
-        ad_dense_lu_solve(n, n, copy, pivots, solved);
-        for (int i = 0; i < n; i++) {
-            for (int j = 0; j <= i; j++) {
-                double taken = 0;
-                for (int r = 0; r < n; r++) {
-                    taken += next[r * n + i] * solved[j * n + r];
-                }
-                left[i * n + j] = left[j * n + i] = own[i * n + j] - taken;
-            }
-        }
-    }
-    return sum;
 }
 
 static void set_shape(variation *x, const scene *rod_scene)
@@ -604,13 +546,9 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
                    .dims = plane.is_planar ? 2 : 3,
                    .tubes = rod_scene->tube_count,
                    .load_factor = load_factor};
-    x.size = x.axes + 2 * x.dims + x.tubes;
     place_elements(rod_scene, x.edge);
-    x.own = calloc((ELEMENTS + 1) * (size_t)(x.size * x.size), sizeof *x.own);
-    x.next = calloc(ELEMENTS * (size_t)(x.size * x.size), sizeof *x.next);
     ad_status status =
-        x.own && x.next ? ad_dense_load(error)
-                        : ad_fail(error, AD_NO_MEMORY, "out of memory for %d elements", ELEMENTS);
+        stability_matrix_create(ELEMENTS + 1, x.axes + 2 * x.dims + x.tubes, &x.matrix, error);
     solve_rod *rod = NULL;
     if (status == AD_OK && rod_scene->tendon_count + rod_scene->tube_count > 0) {
         double s[ELEMENTS];
@@ -621,11 +559,10 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
     }
     status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {
-        int found = negative_directions(&x); /* each force has one of its own */
+        int found = stability_matrix_negative(&x.matrix); /* each force has one of its own */
         *count = found < 0 ? -1 : found - x.dims * (ELEMENTS + 1);
     }
-    free(x.own);
-    free(x.next);
+    stability_matrix_free(&x.matrix);
     free(x.actuators);
     solve_rod_free(rod);
     return status;
