@@ -35,7 +35,7 @@ static int count_ways(const experiment *e)
     int ways = -2;
     field *shape;
     ad_error error;
-    stability_points(rod_scene, at);
+    assert_int_equal(stability_points(rod_scene, at, NULL), AD_OK);
     assert_int_equal(field_create(e->model, e->mlp, false, e->pool, &shape, &error), AD_OK);
     assert_int_equal(field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                     (const double *const[]){at}, values, &error),

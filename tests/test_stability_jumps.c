@@ -23,7 +23,7 @@ static int ways_of(const scene *given)
     double at[STABILITY_POINTS], values[sizeof(rod_values) / sizeof(double) * STABILITY_POINTS];
     int columns = sizeof(rod_values) / sizeof(double), ways = -2;
     solved x = solve_rest_of(given);
-    stability_points(given, at);
+    assert_int_equal(stability_points(given, at, NULL), AD_OK);
     assert_int_equal(
         solution_evaluate(x.solution, columns, STABILITY_POINTS, at, NULL, values, NULL), AD_OK);
     assert_int_equal(stability_count(given, values, &ways, NULL), AD_OK);
@@ -122,7 +122,7 @@ static int ways_of_ring(double B, double C, double twist)
     scene given = slender_scene(1, B, C);
     given.end = given.start;
     given.motion = SCENE_SPATIAL;
-    stability_points(&given, s);
+    assert_int_equal(stability_points(&given, s, NULL), AD_OK);
     for (int i = 0; i < N; i++) {
         double a = cos(k * s[i] / 2), b = sin(k * s[i] / 2); /* bent about x, then twisted */
         double c = cos(twist * s[i] / 2), d = sin(twist * s[i] / 2);

@@ -548,7 +548,7 @@ static int ways_of(double load, double tension)
     given.chambers[0] =
         (scene_chamber){.offset = {Q(0.0), Q(0.0)}, .pressure = Q(100.0), .area = Q(1.0)};
     solved x = solve(&given, 0, NULL, 1e-10);
-    stability_points(&given, at);
+    assert_int_equal(stability_points(&given, at, NULL), AD_OK);
     assert_int_equal(solution_evaluate(x.solution, solution_columns(&given), STABILITY_POINTS, at,
                                        NULL, values, &error),
                      AD_OK);

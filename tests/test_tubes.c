@@ -136,7 +136,7 @@ static void test_bifurcation(void **state)
         solved x = solve_on(&given, 20);
         ad_error error;
         int unstable;
-        stability_points(&given, at);
+        assert_int_equal(stability_points(&given, at, NULL), AD_OK);
         assert_int_equal(solution_evaluate(x.solution, solution_columns(&given), STABILITY_POINTS,
                                            at, NULL, values, &error),
                          AD_OK);

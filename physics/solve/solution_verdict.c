@@ -11,8 +11,8 @@ static int unstable_modes(const solution *x, const scene *rod_scene)
     double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     ad_error ignored;
     int modes = -1;
-    stability_points(rod_scene, s);
     if (!scene_is_dynamic(rod_scene) && !scene_is_beam(rod_scene) &&
+        stability_points(rod_scene, s, &ignored) == AD_OK &&
         solution_evaluate(x, solution_columns(rod_scene), STABILITY_POINTS, s, NULL, values,
                           &ignored) == AD_OK) {
         stability_count(rod_scene, values, &modes, &ignored);

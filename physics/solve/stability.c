@@ -67,16 +67,21 @@ static void turned(const double p[4], const double q[4], int k, double result[3]
     }
 }
 
+/* Every break is an edge. */
+_Static_assert((int)BREAKS_MAX < (int)ELEMENTS, "more breaks than elements");
+
 /* edges [ELEMENTS + 1] of elements, m: those between two places where something acts or jumps are
  * alike, and as many as make the longest of all shortest. */
-static void place_elements(const scene *rod_scene, double *edges)
+static ad_status place_elements(const scene *rod_scene, double *edges, ad_error *error)
 {
     double length = scene_length(rod_scene), ends[ELEMENTS + 1] = {0};
     int parts[ELEMENTS], pieces = 1;
     scene_breaks breaks;
-    ad_error ignored;
-    bool known = scene_breaks_of(rod_scene, "s", &breaks, &ignored) == AD_OK;
-    for (int i = 0; known && breaks.count < ELEMENTS && i < breaks.count; i++) {
+    ad_status status = scene_breaks_of(rod_scene, "s", &breaks, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (int i = 0; i < breaks.count; i++) {
         ends[pieces++] = breaks.place[i];
     }
     ends[pieces] = length;
@@ -97,6 +102,7 @@ static void place_elements(const scene *rod_scene, double *edges)
         }
     }
     *edges = length;
+    return AD_OK;
 }
 
 /* The element that ends at s or holds it. */
@@ -521,13 +527,14 @@ static void set_shape(variation *x, const scene *rod_scene)
     }
 }
 
-void stability_points(const scene *rod_scene, double *s)
+ad_status stability_points(const scene *rod_scene, double *s, ad_error *error)
 {
     double edges[ELEMENTS + 1];
-    place_elements(rod_scene, edges);
-    for (int k = 0; k < ELEMENTS; k++) {
+    ad_status status = place_elements(rod_scene, edges, error);
+    for (int k = 0; k < ELEMENTS && status == AD_OK; k++) {
         s[k] = middle(edges, k);
     }
+    return status;
 }
 
 ad_status stability_count_at(const scene *rod_scene, double load_factor, const double *values,
@@ -546,13 +553,17 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
                    .dims = plane.is_planar ? 2 : 3,
                    .tubes = rod_scene->tube_count,
                    .load_factor = load_factor};
-    place_elements(rod_scene, x.edge);
-    ad_status status =
-        stability_matrix_create(ELEMENTS + 1, x.axes + 2 * x.dims + x.tubes, &x.matrix, error);
+    ad_status status = place_elements(rod_scene, x.edge, error);
+    if (status == AD_OK) {
+        status =
+            stability_matrix_create(ELEMENTS + 1, x.axes + 2 * x.dims + x.tubes, &x.matrix, error);
+    }
     solve_rod *rod = NULL;
     if (status == AD_OK && rod_scene->tendon_count + rod_scene->tube_count > 0) {
         double s[ELEMENTS];
-        stability_points(rod_scene, s);
+        for (int k = 0; k < ELEMENTS; k++) {
+            s[k] = middle(x.edge, k);
+        }
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         x.rod = rod;
         set_shape(&x, rod_scene);

@@ -11,8 +11,8 @@ extern "C" {
 enum { STABILITY_POINTS = 512 };
 
 /* Where the shape has to be known: s [STABILITY_POINTS], m, the middles of elements whose edges
- * hold every place where the scene jumps. */
-void stability_points(const scene *rod_scene, double *s);
+ * hold every place where the scene jumps. AD_NO_MEMORY. */
+ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
 
 /* The number of independent ways in which the shape of a static scene gives way, of which values
  * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/model.h), in SI; 0: it

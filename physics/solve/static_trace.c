@@ -28,12 +28,12 @@ ad_status static_unstable(const static_solution *x, int *count, ad_error *error)
     scene given = x->rod->scene;
     int columns = solution_columns(&given);
     given.motion = x->rod->motion;
-    stability_points(&given, s);
-    for (int i = 0; i < N; i++) {
+    *count = -1;
+    ad_status status = stability_points(&given, s, error);
+    for (int i = 0; i < N && status == AD_OK; i++) {
         s[i] /= x->rod->scales.length;
     }
-    *count = -1;
-    ad_status status = static_at(x, N, s, states, error);
+    status = status == AD_OK ? static_at(x, N, s, states, error) : status;
     if (status != AD_OK) {
         return status;
     }

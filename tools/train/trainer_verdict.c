@@ -69,8 +69,9 @@ int trainer_unstable_modes(const trainer *t)
     if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
         return modes;
     }
-    stability_points(rod_scene, s);
-    ad_status status = field_create(e->model, e->mlp, false, e->pool, &shape, &ignored);
+    ad_status status = stability_points(rod_scene, s, &ignored);
+    status =
+        status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
         field_load(shape, t->info.part);
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
