@@ -298,14 +298,16 @@ static bool find(const solve_actuation *a, const double *rest, const double *com
     return false;
 }
 
-/* (1 + compliance d actuation/d x)^-1 compliance */
-static void differentiate(const solve_actuation *a, const double *compliance, const double *x,
+/* (1 + compliance d actuation/d x)^-1 compliance; false: it does not exist. */
+static bool differentiate(const solve_actuation *a, const double *compliance, const double *x,
                           double (*by_wrench)[ROWS])
 {
     double unused[ROWS], factor[ROWS * ROWS], columns[ROWS * ROWS] = {0};
     int pivots[ROWS];
     miss(a, x, compliance, x, x, unused, factor);
-    ad_dense_lu(ROWS, factor, pivots);
+    if (ad_dense_lu(ROWS, factor, pivots) != 0) {
+        return false;
+    }
     for (int k = 0; k < ROWS; k++) {
         columns[k * ROWS + k] = compliance[k];
     }
@@ -315,6 +317,14 @@ static void differentiate(const solve_actuation *a, const double *compliance, co
             by_wrench[k][c] = columns[c * ROWS + k];
         }
     }
+    return true;
+}
+
+static void fill_nan(size_t count, double *x)
+{
+    for (size_t k = 0; k < count; k++) {
+        x[k] = NAN;
+    }
 }
 
 void solve_actuation_strains(const solve_actuation *a, const double *rest, const double *compliance,
@@ -323,20 +333,18 @@ void solve_actuation_strains(const solve_actuation *a, const double *rest, const
     for (int k = 0; k < ROWS; k++) {
         strains[k] = rest[k] + compliance[k] * wrench[k];
     }
-    bool found = a->count == 0 || find(a, rest, compliance, wrench, strains);
-    for (int k = 0; k < ROWS && !found; k++) {
-        strains[k] = NAN;
-    }
-    if (!by_wrench) {
-        return;
-    }
     if (a->count > 0) {
-        differentiate(a, compliance, strains, by_wrench);
-        return;
-    }
-    memset(by_wrench, 0, ROWS * sizeof *by_wrench);
-    for (int k = 0; k < ROWS; k++) {
-        by_wrench[k][k] = compliance[k];
+        bool found = find(a, rest, compliance, wrench, strains) &&
+                     (!by_wrench || differentiate(a, compliance, strains, by_wrench));
+        if (!found) {
+            fill_nan(ROWS, strains);
+            fill_nan(by_wrench ? ROWS * ROWS : 0, (double *)by_wrench);
+        }
+    } else if (by_wrench) {
+        memset(by_wrench, 0, ROWS * sizeof *by_wrench);
+        for (int k = 0; k < ROWS; k++) {
+            by_wrench[k][k] = compliance[k];
+        }
     }
 }
 
@@ -354,8 +362,11 @@ void solve_actuation_stiffen(const solve_actuation *a, const double *strains,
         }
         soft[i * 3 + i] = softness[i][i];
     }
-    ad_dense_lu(3, factor, pivots);
-    ad_dense_lu_solve(3, 3, factor, pivots, soft);
+    if (ad_dense_lu(3, factor, pivots) == 0) {
+        ad_dense_lu_solve(3, 3, factor, pivots, soft);
+    } else {
+        fill_nan(9, soft);
+    }
     for (int i = 0; i < 9; i++) {
         softness[i % 3][i / 3] = soft[i];
     }

@@ -76,13 +76,15 @@ double solve_actuation_length(const solve_actuation *a, int i, const double *str
 
 /* The strains x with x = rest + compliance (wrench - actuation(x)), which are those of a minimum of
  * a convex energy, and their derivatives by the wrench. Not a number where Newton's method finds
- * none: tendons that shorten the section to nothing. */
+ * none, as where tendons shorten the section to nothing, and where the derivatives that are asked
+ * for do not exist. */
 void solve_actuation_strains(const solve_actuation *a, const double *rest, const double *compliance,
                              const double *wrench, double *strains,
                              double (*by_wrench)[ACTUATION_ROWS]);
 
 /* With T, the second derivatives of their energy by v and u: stiffness K + T_uu, softness
- * (1 + C T_vv)^-1 C, coupling T_vu. K and C are given in their diagonals. */
+ * (1 + C T_vv)^-1 C, coupling T_vu. K and C are given in their diagonals. The softness is not
+ * a number where the section gives way by itself. */
 void solve_actuation_stiffen(const solve_actuation *a, const double *strains,
                              double stiffness[3][3], double softness[3][3], double coupling[3][3]);
 

@@ -17,8 +17,8 @@ ad_status stability_points(const scene *rod_scene, double *s, ad_error *error);
 /* The number of independent ways in which the shape of a static scene gives way, of which values
  * [columns][STABILITY_POINTS] are the columns of the scene's model (physics/model.h), in SI; 0: it
  * is stable, -1: not asked, as the scene moves or its loads have no energy: followers and, in
- * space, moments; or a tendon has a length in place of a tension, or friction. Counted among
- * motions in the plane where the scene is planar.
+ * space, moments; or a tendon has a length in place of a tension, or friction; or a section gives
+ * way by itself. Counted among motions in the plane where the scene is planar.
  *
  * The second variation of the energy over rotations R exp(eta^), the strains at their best
  * (Antman, Nonlinear Problems of Elasticity, ch. 9; with a = eta_s + u x eta, C = Kse^-1),
