@@ -224,7 +224,8 @@ static ad_status check_support(const scene_checker *check)
         turning = turning || (spring && quantity_is_something(spring->turning[0]));
     }
     scene_range range = scene_range_of(given, quantity_or(foundation, quantity_number(0)));
-    if (scene_is_dynamic(given) || (turning && first <= last) || first < last || range.high > 0) {
+    bool apart = last - first > PLACE_ROUNDING * scene_length(given);
+    if (scene_is_dynamic(given) || (turning && first <= last) || apart || range.high > 0) {
         return AD_OK;
     }
     return scene_refuse(check, "boundary",

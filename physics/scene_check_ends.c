@@ -197,7 +197,8 @@ static bool spins_in_place(const scene *given)
 /* Motions of the whole rod, t + w x r with r by its length, against which something holds it. */
 typedef struct held {
     double gram[6][6]; /* of t and w: sum of squares of what is held */
-    int places;        /* of ends and springs */
+    int places;        /* of ends and springs: none, one, or several that are apart */
+    double first[3];   /* of them */
     bool rotation;
 } held;
 
@@ -225,7 +226,13 @@ static void hold_place(held *holds, const scene_hold *hold, const double r[3])
         hold_row(holds, (double[6]){e[0], e[1], e[2], r[1] * e[2] - r[2] * e[1],
                                     r[2] * e[0] - r[0] * e[2], r[0] * e[1] - r[1] * e[0]});
     }
-    holds->places += hold->directions > 0;
+    double off[3] = {r[0] - holds->first[0], r[1] - holds->first[1], r[2] - holds->first[2]};
+    if (hold->directions > 0 && holds->places == 0) {
+        memcpy(holds->first, r, sizeof holds->first);
+        holds->places = 1;
+    } else if (hold->directions > 0 && norm(off) > PLACE_ROUNDING) {
+        holds->places = 2;
+    }
 }
 
 static void hold_rotation(held *holds)

@@ -5,9 +5,6 @@
 #include <math.h>
 #include <stddef.h>
 
-/* Of lengths and places that are sums of decimals. */
-static const double PLACE_ROUNDING = 1e-9;
-
 /* ---- the extent ------------------------------------------------------------------------------ */
 
 ad_status scene_check_counts(const scene_checker *check)

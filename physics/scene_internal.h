@@ -4,6 +4,9 @@
 
 #include "physics/scene_field.h"
 
+/* Of the length: places that are closer are one, as they are sums of decimals. */
+static const double PLACE_ROUNDING = 1e-9;
+
 typedef struct scene_checker {
     const scene *scene;
     const scene_piece *piece; /* at which it looks, and its segment; NULL and -1: the whole */
