@@ -132,6 +132,7 @@ typedef struct yaml_writer {
     bool help;
     bool as_written;    /* formulas; else the same however they were written */
     const char *before; /* path of the row written last */
+    bool *explained;    /* [config_key_count] of lists: not again with the next entry */
 } yaml_writer;
 
 static void indent(FILE *file, int depth)
@@ -246,8 +247,7 @@ static void write_row(yaml_writer *writer, const config_key *key)
 }
 
 /* Entry `index` of the list whose keys are neighbours in the table, from `first` to `end`. */
-static void write_entry_of(const yaml_writer *outer, int first, int end, int index, int depth,
-                           bool *explained)
+static void write_entry_of(const yaml_writer *outer, int first, int end, int index, int depth)
 {
     yaml_writer writer = *outer;
     size_t prefix = (size_t)(strstr(config_keys[first].path, "[].") + 3 - config_keys[first].path);
@@ -259,10 +259,10 @@ static void write_entry_of(const yaml_writer *outer, int first, int end, int ind
             continue;
         }
         int inner = i == first ? depth + 1 : open_sections(&writer, path, depth + 1, &name);
-        if (writer.help && !explained[i]) {
+        if (writer.help && !writer.explained[i]) {
             write_comment(writer.file, key, inner);
         }
-        explained[i] = true;
+        writer.explained[i] = true;
         indent(writer.file, i == first ? depth : inner);
         fprintf(writer.file, "%s%s: ", i == first ? "- " : "", name);
         config_write_value(writer.file, key, config_key_base(writer.experiment, key, index),
@@ -278,7 +278,6 @@ static int write_list(yaml_writer *writer, int first)
 {
     const config_list *list = config_list_of(config_keys[first].path);
     int end = first, count = config_list_length(writer->experiment, list);
-    bool *explained = calloc((size_t)config_key_count, sizeof *explained);
     const char *name = NULL;
     while (end < config_key_count && config_list_of(config_keys[end].path) == list) {
         end++;
@@ -287,10 +286,9 @@ static int write_list(yaml_writer *writer, int first)
     int depth = open_sections(writer, list->path, 0, &name);
     indent(writer->file, depth);
     fprintf(writer->file, "%s:%s\n", name, count ? "" : " []");
-    for (int i = 0; i < count && explained; i++) {
-        write_entry_of(writer, first, end, i, depth + 1, explained);
+    for (int i = 0; i < count; i++) {
+        write_entry_of(writer, first, end, i, depth + 1);
     }
-    free(explained);
     writer->before = config_keys[end - 1].path;
     return end;
 }
@@ -328,21 +326,24 @@ static ad_status write_experiment(const config *experiment, FILE *file, bool hel
 {
     locale_t c_locale = newlocale(LC_NUMERIC_MASK, "C", (locale_t)0);
     config *derived = malloc(sizeof *derived);
-    if (!c_locale || !derived) {
+    bool *explained = calloc((size_t)config_key_count, sizeof *explained);
+    if (!c_locale || !derived || !explained) {
         if (c_locale) {
             freelocale(c_locale);
         }
         free(derived);
+        free(explained);
         return AD_NO_MEMORY;
     }
     *derived = *experiment;
     config_fill_stiffness(&derived->scene);
-    yaml_writer writer = {file, experiment, derived, help, !physics_alone, ""};
+    yaml_writer writer = {file, experiment, derived, help, !physics_alone, "", explained};
     locale_t before = uselocale(c_locale);
     write_keys(&writer, physics_alone);
     uselocale(before);
     freelocale(c_locale);
     free(derived);
+    free(explained);
     return ferror(file) ? AD_IO : AD_OK;
 }
 
