@@ -252,6 +252,16 @@ static const refusal list_refusals[] = {
      NULL,
      "scene.yaml:4:11: boundary: one place that is held leaves the rotation of a static rod open; "
      "clamp one end, or give springs.turning"},
+    {BASE "boundary: {start: {type: free}}\n"
+          "springs: [{at: 0.3, stiffness: [1, 1, 1]}, {at: 0.1 + 0.2, stiffness: [1, 1, 1]}]\n",
+     NULL,
+     "scene.yaml:4:11: boundary: one place that is held leaves the rotation of a static rod open; "
+     "clamp one end, or give springs.turning"},
+    {BEAM "boundary: {start: {type: free}}\n"
+          "springs: [{at: 0.3, stiffness: [0, 1, 0]}, {at: 0.1 + 0.2, stiffness: [0, 1, 0]}]\n",
+     NULL,
+     "scene.yaml:5:11: boundary: a static beam with these ends is free to move; clamp one, pin "
+     "both, or give beam.foundation"},
     {BEAM "tendons: [{offset: [0.01, 0], tension: 1}]\n", NULL,
      "scene.yaml:5:20: tendons[0].offset: belongs to a rod in space; leave it out, or take another "
      "rod.model"},
