@@ -133,20 +133,20 @@ static ad_status create(const refined *at, dynamic_solution **result, ad_error *
     return AD_OK;
 }
 
-/* The largest energy, and the largest mismatch over it. */
+/* The largest energy, and the largest mismatch over it; not a number if one is none. */
 static void take_energies(dynamic_solution *x, solve_report *report)
 {
     double mismatch = 0, largest = 0;
     for (size_t i = 0; i < x->at.count; i++) {
         const solve_energy *e = &x->at.energies[i];
-        mismatch = fmax(mismatch, fabs(e->mismatch));
+        mismatch = motion_larger(mismatch, fabs(e->mismatch));
         largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
     }
     for (size_t i = 0; i < x->given; i++) {
         x->energies[i] = x->at.energies[x->which[i]];
     }
     report->energy = largest;
-    report->energy_mismatch = mismatch > 0 ? mismatch / largest : 0;
+    report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
 }
 
 /* ---- refining ------------------------------------------------------------------------------ */

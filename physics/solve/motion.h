@@ -24,6 +24,8 @@
 #include "physics/solve/rod_model.h"
 #include "physics/solve/solve.h"
 
+#include <math.h>
+
 /* Rows of the state of a node: [nodes][MOTION_ROWS]. */
 enum { MOTION_R = 0, MOTION_Q = 3, MOTION_V = 7, MOTION_W = 10, MOTION_ROWS = 13 };
 
@@ -54,6 +56,12 @@ void motion_rate(motion *m, const double *state, double *rate);
 
 /* Put what the ends prescribe into the state, and make quaternions unit. */
 void motion_prescribe(const motion *m, double *state);
+
+/* The larger of two; not a number if one is none, which fmax would forget. */
+static inline double motion_larger(double a, double b)
+{
+    return a > b || isnan(a) ? a : b;
+}
 
 typedef struct motion_energy {
     double kinetic, strain;

@@ -184,9 +184,8 @@ static void compare(balance *b, double energy)
     }
     double mismatch = fabs(energy - b->energy_at_start + b->dissipated - b->work);
     b->largest = fmax(b->largest, fmax(energy, fmax(fabs(b->work), b->dissipated)));
-    b->energy_missing =
-        mismatch > b->energy_missing || isnan(mismatch) ? mismatch : b->energy_missing;
-    b->momentum_missing = fmax(b->momentum_missing, sqrt(vector_dot(missing, missing)));
+    b->energy_missing = motion_larger(b->energy_missing, mismatch);
+    b->momentum_missing = motion_larger(b->momentum_missing, sqrt(vector_dot(missing, missing)));
 }
 
 /* To where a stretch of time begins: at the first, and where a rest shape may jump. */
@@ -250,6 +249,12 @@ static bool can_be_known(const solve_rod *rod)
            !(moves && scene_locks_strains(&rod->scene));
 }
 
+/* Of a motion that is not a number nothing balances. */
+static double or_infinite(double missing)
+{
+    return isnan(missing) ? INFINITY : missing;
+}
+
 ad_status motion_balance_of(const scene *rod_scene, int count, const double *times,
                             solve_known_motion *motion, void *context, motion_balance *result,
                             ad_error *error)
@@ -262,8 +267,8 @@ ad_status motion_balance_of(const scene *rod_scene, int count, const double *tim
         status = balance_all(&b, count, times, error);
         if (status == AD_OK) {
             double size = b.largest + ROUNDING_ENERGY;
-            result->energy = b.energy_missing / size;
-            result->momentum = b.momentum_missing / sqrt(2 * b.mass * size);
+            result->energy = or_infinite(b.energy_missing / size);
+            result->momentum = or_infinite(b.momentum_missing / sqrt(2 * b.mass * size));
         }
     }
     balance_free(&b);

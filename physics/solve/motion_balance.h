@@ -13,7 +13,8 @@
 extern "C" {
 #endif
 
-/* The largest that is missing at any time since the first; NaN: not known. */
+/* The largest that is missing at any time since the first; infinite where the motion is not a
+ * number; NaN: not known. */
 typedef struct motion_balance {
     double energy; /* kinetic + strain + dissipated - work, as in solve_energy, over the largest */
     double momentum; /* less the impulses of loads, springs and of what holds ends, over what a rod

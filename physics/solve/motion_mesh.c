@@ -90,7 +90,8 @@ static ad_status find_frequency(motion *m, double *frequency, ad_error *error)
                : status;
 }
 
-/* Steps that are too long for what the motion becomes show as energy from nowhere. */
+/* Steps that are too long for what the motion becomes show as energy from nowhere, or as none that
+ * is a number. */
 static bool is_unstable(const motion_record *x)
 {
     const double beyond = 0.1;     /* of the largest energy; where steps suit it is below 1e-4 */
@@ -99,7 +100,7 @@ static bool is_unstable(const motion_record *x)
     for (size_t i = 0; i < x->count; i++) {
         const solve_energy *e = &x->energies[i];
         largest = fmax(largest, fmax(e->kinetic + e->strain, fabs(e->work)));
-        mismatch = fmax(mismatch, fabs(e->mismatch));
+        mismatch = motion_larger(mismatch, fabs(e->mismatch));
     }
     return !(mismatch <= beyond * largest + rounding);
 }
