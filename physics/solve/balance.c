@@ -3,6 +3,7 @@
 #include "physics/solve/quaternion.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,11 +17,21 @@ static const double ROUNDING = 1e-12, SAME = 0.1;
 
 /* ---- the shape ------------------------------------------------------------------------------ */
 
+/* A rod or beam, and the shape that it is said to have. */
+typedef struct asked {
+    const void *model; /* solve_rod or solve_beam */
+    const solve_quadrature *along;
+    double length, units[MODEL_COLUMNS_MAX], places[SOLVE_JUMPS_MAX];
+    size_t place_count; /* where something acts */
+    int columns;
+    solve_shape *shape;
+    const void *context;
+} asked;
+
 /* Where a shape has to be known: points of the quadrature, `places` where something acts, and both
  * ends. */
 typedef struct samples {
     size_t count, panels, places;
-    int columns;
     double *s;      /* [count], by the length */
     double *weight; /* [panels] of the integral along the rod */
     double *values; /* [columns][count], dimensionless */
@@ -35,54 +46,66 @@ static void samples_free(samples *x)
     free(x->work);
 }
 
-/* Every panel in so many parts; places [x->places]; units [columns] of the values. */
-static ad_status sample(const solve_quadrature *along, int parts, const double *places,
-                        double length, const double *units, solve_shape *shape, const void *context,
-                        samples *x, ad_error *error)
+/* Every panel in so many parts. */
+static ad_status sample(const asked *of, int parts, samples *x, ad_error *error)
 {
-    size_t k = 0;
-    x->panels = (size_t)along->count * (size_t)parts * QUADRATURE_POINTS;
+    size_t k = 0, columns = (size_t)of->columns;
+    x->panels = (size_t)of->along->count * (size_t)parts * QUADRATURE_POINTS;
+    x->places = of->place_count;
     x->count = x->panels + x->places + 2;
     x->s = malloc(x->count * sizeof *x->s);
     x->weight = malloc((x->panels + 1) * sizeof *x->weight);
     x->work = malloc(x->count * sizeof *x->work);
-    x->values = malloc(x->count * (size_t)x->columns * sizeof *x->values);
+    x->values = malloc(x->count * columns * sizeof *x->values);
     if (!x->s || !x->weight || !x->work || !x->values) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->count);
     }
-    for (int i = 0; i < along->count * parts; i++) {
-        const double *edge = along->edges + i / parts;
+    for (int i = 0; i < of->along->count * parts; i++) {
+        const double *edge = of->along->edges + i / parts;
         double width = (edge[1] - edge[0]) / parts, from = edge[0] + width * (i % parts);
         for (int j = 0; j < QUADRATURE_POINTS; j++) {
-            x->weight[k] = width * along->rule.weights[j];
-            x->s[k++] = from + width * along->rule.nodes[j];
+            x->weight[k] = width * of->along->rule.weights[j];
+            x->s[k++] = from + width * of->along->rule.nodes[j];
         }
     }
     for (size_t i = 0; i < x->places; i++) {
-        x->s[k++] = fmax(0, places[i] - BEFORE);
+        x->s[k++] = fmax(0, of->places[i] - BEFORE);
     }
     x->s[k++] = 0;
     x->s[k] = 1;
     for (size_t i = 0; i < x->count; i++) {
-        x->work[i] = x->s[i] * length;
+        x->work[i] = x->s[i] * of->length;
     }
-    ad_status status = shape(context, x->count, x->work, x->values, error);
-    for (size_t i = 0; i < x->count * (size_t)x->columns && status == AD_OK; i++) {
-        x->values[i] /= units[i / x->count];
+    ad_status status = of->shape(of->context, x->count, x->work, x->values, error);
+    for (size_t i = 0; i < x->count * columns && status == AD_OK; i++) {
+        x->values[i] /= of->units[i / x->count];
     }
     return status;
 }
 
-/* The rest of a sum by the size of its parts; small loads are compared with what bends a rod. */
-static double relative(double rest, double size)
-{
-    return rest / (1 + size);
-}
+/* The largest force or moment that is left of all, and the sum of their absolute values. */
+typedef ad_status add_up(const void *model, const samples *x, double *rest, double *size,
+                         ad_error *error);
 
-/* Whether more parts may tell more; before: of half as many, NaN at first. */
-static bool may_be_finer(int parts, double balance, double before)
+/* The rest by the size; small loads are compared with what bends a rod. On more parts as long as
+ * they may tell more. */
+static ad_status find_rest(const asked *of, add_up *add, double *balance, ad_error *error)
 {
-    return parts < PARTS_MAX && balance > ROUNDING && !(fabs(balance - before) <= SAME * balance);
+    double before, found = INFINITY;
+    bool finer = true;
+    ad_status status = AD_OK;
+    for (int parts = 1; finer && parts <= PARTS_MAX && status == AD_OK; parts *= 2) {
+        double rest = 0, size = 0;
+        samples x = {.count = 0};
+        before = found;
+        status = sample(of, parts, &x, error);
+        status = status == AD_OK ? add(of->model, &x, &rest, &size, error) : status;
+        found = rest / (1 + size);
+        finer = found > ROUNDING && !(fabs(found - before) <= SAME * found);
+        samples_free(&x);
+    }
+    *balance = isnan(found) ? INFINITY : found;
+    return status;
 }
 
 /* ---- rods ----------------------------------------------------------------------------------- */
@@ -102,7 +125,7 @@ static posed pose_of(const samples *x, size_t point)
     solve_state state, *at = &state;
     posed result;
     memset(at, 0, sizeof *at);
-    for (size_t c = 0; c < (size_t)x->columns; c++) {
+    for (size_t c = 0; c < offsetof(solve_state, velocity) / sizeof(double); c++) {
         ((double *)at)[c] = x->values[c * x->count + point];
     }
     memcpy(result.r, at->position, sizeof result.r);
@@ -137,42 +160,46 @@ static void add_load(total *sum, double weight, posed *at, const solve_load *loa
     add(sum, weight, at, force, moment);
 }
 
-/* Whether the scene says which force (moment) acts on an end; else the support takes it. */
-static bool force_is_given(const solve_rod *rod, int end)
-{
-    scene_end_type type = end ? rod->scene.end.type : rod->scene.start.type;
-    return type == SCENE_FREE || type == SCENE_LOADED;
-}
-
-static bool moment_is_given(const solve_rod *rod, int end)
-{
-    return !scene_end_holds_rotation(end ? rod->scene.end.type : rod->scene.start.type);
-}
-
-/* What the outside does to an end: what the scene says, or, where it holds the end, what the shape
- * says, in which all that acts at this place is counted. */
+/* What the outside does to an end: what the scene says, and what holds the end, by the shape there,
+ * in which all that acts at this place is counted. */
 static ad_status add_end(const solve_rod *rod, int end, posed *at, total *sum, ad_error *error)
 {
-    double sign = end ? 1 : -1, force[3], moment[3];
+    const solve_end *kind = &rod->ends[end];
+    double sign = end ? 1 : -1, force[3], held[3], moment[3];
     solve_end_state given;
     ad_status status = solve_rod_end(rod, end, 0, &given, error);
     if (status != AD_OK) {
         return status;
     }
-    memcpy(force, force_is_given(rod, end) ? given.force : at->force, sizeof force);
-    memcpy(moment, moment_is_given(rod, end) ? given.moment : at->moment, sizeof moment);
-    if (force_is_given(rod, end) && rod->ends[end].force_is_body) {
-        to_world(at->rotation, given.force, force);
-    }
-    if (moment_is_given(rod, end) && rod->ends[end].moment_is_body) {
+    solve_end_forces(kind, at->rotation, given.force, at->force, force, held);
+    memcpy(moment, kind->holds_rotation ? at->moment : given.moment, sizeof moment);
+    if (!kind->holds_rotation && kind->moment_is_body) {
         to_world(at->rotation, given.moment, moment);
     }
     for (int i = 0; i < 3; i++) {
-        force[i] *= sign;
+        force[i] = sign * (force[i] + held[i]);
         moment[i] *= sign;
     }
     add(sum, 1, at, force, moment);
     return AD_OK;
+}
+
+/* Without what the support of an end takes. */
+static void take_off(const solve_end *end, posed *at, solve_load *load)
+{
+    double turned[3], held[3];
+    to_world(at->rotation, load->body_force, turned);
+    for (int k = 0; k < 3; k++) {
+        load->force[k] += turned[k];
+        load->body_force[k] = 0;
+    }
+    scene_hold_part(&end->hold, load->force, held);
+    for (int k = 0; k < 3; k++) {
+        load->force[k] -= held[k];
+        if (end->holds_rotation) {
+            load->moment[k] = load->body_moment[k] = 0;
+        }
+    }
 }
 
 static void add_springs(const solve_rod *rod, const solve_jump *jump, posed *at, solve_load *load)
@@ -197,16 +224,9 @@ static ad_status add_jumps(const solve_rod *rod, const samples *x, total *sum, a
     for (size_t i = 0; i < x->places && status == AD_OK; i++) {
         const solve_jump *jump = &rod->jumps.at[i];
         posed at = pose_of(x, x->panels + i);
-        int end = jump->s == 1;
-        bool inside = jump->s > 0 && jump->s < 1;
         add_springs(rod, jump, &at, &load[i]);
-        for (int k = 0; k < 3; k++) {
-            if (!inside && !force_is_given(rod, end)) {
-                load[i].force[k] = load[i].body_force[k] = 0;
-            }
-            if (!inside && !moment_is_given(rod, end)) {
-                load[i].moment[k] = load[i].body_moment[k] = 0;
-            }
+        if (jump->s == 0 || jump->s == 1) {
+            take_off(&rod->ends[jump->s == 1], &at, &load[i]);
         }
         add_load(sum, 1, &at, &load[i]);
     }
@@ -218,8 +238,11 @@ static double largest(const double a[3])
     return fmax(fabs(a[0]), fmax(fabs(a[1]), fabs(a[2])));
 }
 
-static ad_status add_all(const solve_rod *rod, const samples *x, total *sum, ad_error *error)
+static ad_status add_up_rod(const void *model, const samples *x, double *rest, double *size,
+                            ad_error *error)
 {
+    const solve_rod *rod = model;
+    total sum = {.size = 0};
     solve_load load[QUADRATURE_POINTS];
     solve_foundation below[QUADRATURE_POINTS] = {{{0}, {0}}};
     ad_status status = AD_OK;
@@ -237,36 +260,32 @@ static ad_status add_all(const solve_rod *rod, const samples *x, total *sum, ad_
                 const solve_foundation *here = &below[within];
                 load[within].force[k] -= here->stiffness[k] * (at.r[k] - here->place[k]);
             }
-            add_load(sum, x->weight[i], &at, &load[within]);
+            add_load(&sum, x->weight[i], &at, &load[within]);
         }
     }
-    status = status == AD_OK ? add_jumps(rod, x, sum, error) : status;
+    status = status == AD_OK ? add_jumps(rod, x, &sum, error) : status;
     for (int end = 0; end < 2 && status == AD_OK; end++) {
         posed at = pose_of(x, x->count - 2 + (size_t)end);
-        status = add_end(rod, end, &at, sum, error);
+        status = add_end(rod, end, &at, &sum, error);
     }
+    *rest = fmax(largest(sum.force), largest(sum.moment));
+    *size = sum.size;
     return status;
 }
 
 ad_status solve_balance_rod(const solve_rod *rod, solve_shape *shape, const void *context,
                             double *balance, ad_error *error)
 {
-    double units[MODEL_COLUMNS_MAX], places[SOLVE_JUMPS_MAX], before = NAN;
-    ad_status status = AD_OK;
-    solve_rod_units(rod, units);
-    solve_jump_places(&rod->jumps, places);
-    *balance = INFINITY;
-    for (int parts = 1; status == AD_OK && may_be_finer(parts / 2, *balance, before); parts *= 2) {
-        samples x = {.places = (size_t)rod->jumps.count, .columns = solution_columns(&rod->scene)};
-        total sum = {.size = 0};
-        before = *balance;
-        status = sample(rod->quadrature, parts, places, rod->scales.length, units, shape, context,
-                        &x, error);
-        status = status == AD_OK ? add_all(rod, &x, &sum, error) : status;
-        *balance = relative(fmax(largest(sum.force), largest(sum.moment)), sum.size);
-        samples_free(&x);
-    }
-    return status;
+    asked of = {.model = rod,
+                .along = rod->quadrature,
+                .length = rod->scales.length,
+                .place_count = (size_t)rod->jumps.count,
+                .columns = solution_columns(&rod->scene),
+                .shape = shape,
+                .context = context};
+    solve_rod_units(rod, of.units);
+    solve_jump_places(&rod->jumps, of.places);
+    return find_rest(&of, add_up_rod, balance, error);
 }
 
 /* ---- beams ---------------------------------------------------------------------------------- */
@@ -320,11 +339,13 @@ static ad_status add_beam_jumps(const solve_beam *beam, const samples *x, beam_t
     return status;
 }
 
-static ad_status add_beam_loads(const solve_beam *beam, const samples *x, beam_total *sum,
-                                ad_error *error)
+static ad_status add_up_beam(const void *model, const samples *x, double *rest, double *size,
+                             ad_error *error)
 {
+    const solve_beam *beam = model;
     beam_load load[QUADRATURE_POINTS];
     beam_section section[QUADRATURE_POINTS];
+    beam_total sum = {.size = 0};
     ad_status status = AD_OK;
     for (size_t i = 0; i < x->panels && status == AD_OK; i++) {
         size_t k = i % QUADRATURE_POINTS;
@@ -335,36 +356,32 @@ static ad_status add_beam_loads(const solve_beam *beam, const samples *x, beam_t
                          : status;
         }
         if (status == AD_OK) {
-            add_beam(sum, x->weight[i], x->s[i],
+            add_beam(&sum, x->weight[i], x->s[i],
                      load[k].force - section[k].foundation * column(x, 0, i), load[k].moment);
         }
     }
+    status = status == AD_OK ? add_beam_jumps(beam, x, &sum, error) : status;
+    status = status == AD_OK ? add_beam_ends(beam, x, &sum, error) : status;
+    *rest = fmax(fabs(sum.force), fabs(sum.moment));
+    *size = sum.size;
     return status;
 }
 
 ad_status solve_balance_beam(const solve_beam *beam, solve_shape *shape, const void *context,
                              double *balance, ad_error *error)
 {
-    double units[MODEL_COLUMNS_MAX], places[BEAM_JUMPS_MAX], before = NAN;
-    ad_status status = AD_OK;
-    solve_beam_units(beam, units);
+    asked of = {.model = beam,
+                .along = beam->quadrature,
+                .length = beam->scales.length,
+                .place_count = (size_t)beam->jump_count,
+                .columns = 4,
+                .shape = shape,
+                .context = context};
+    solve_beam_units(beam, of.units);
     for (int i = 0; i < beam->jump_count; i++) {
-        places[i] = beam->jumps[i].s;
+        of.places[i] = beam->jumps[i].s;
     }
-    *balance = INFINITY;
-    for (int parts = 1; status == AD_OK && may_be_finer(parts / 2, *balance, before); parts *= 2) {
-        samples x = {.places = (size_t)beam->jump_count, .columns = 4};
-        beam_total sum = {.size = 0};
-        before = *balance;
-        status = sample(beam->quadrature, parts, places, beam->scales.length, units, shape, context,
-                        &x, error);
-        status = status == AD_OK ? add_beam_loads(beam, &x, &sum, error) : status;
-        status = status == AD_OK ? add_beam_jumps(beam, &x, &sum, error) : status;
-        status = status == AD_OK ? add_beam_ends(beam, &x, &sum, error) : status;
-        *balance = relative(fmax(fabs(sum.force), fabs(sum.moment)), sum.size);
-        samples_free(&x);
-    }
-    return status;
+    return find_rest(&of, add_up_beam, balance, error);
 }
 
 /* ---- scenes --------------------------------------------------------------------------------- */

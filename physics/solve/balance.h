@@ -1,6 +1,7 @@
 /* Whether all loads on a whole rod or beam at rest and the forces and moments at its ends add up to
  * nothing. The loads are those of the scene, integrated by quadrature of their own
- * (physics/solve/quadrature.h), so that it also sees what lies between the points of a solution. */
+ * (physics/solve/quadrature.h), so that it also sees what lies between the points of a solution.
+ * Motions have energy and momentum instead: physics/solve/motion_balance.h. */
 #ifndef PHYSICS_SOLVE_BALANCE_H
 #define PHYSICS_SOLVE_BALANCE_H
 

@@ -2,6 +2,7 @@
 
 #include "physics/rod_internal.h"
 #include "physics/solve/formula.h"
+#include "physics/solve/quaternion.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -417,6 +418,19 @@ ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state
 {
     double s = end;
     return solve_formula_evaluate(rod->formula->ends[end], 1, &s, t, (double *)out, error);
+}
+
+void solve_end_forces(const solve_end *end, double R[3][3], const double given[3],
+                      const double N[3], double load[3], double held[3])
+{
+    double turned[3], beyond[3];
+    to_world(R, given, turned);
+    for (int i = 0; i < 3; i++) {
+        load[i] = end->force_is_body ? turned[i] : given[i];
+        load[i] = end->hold.directions == 3 ? 0 : load[i];
+        beyond[i] = N[i] - load[i];
+    }
+    scene_hold_part(&end->hold, beyond, held);
 }
 
 ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,

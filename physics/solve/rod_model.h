@@ -197,6 +197,12 @@ ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state
 ad_status solve_rod_ends(const solve_rod *rod, int end, size_t n, const double *s, const double *t,
                          solve_end_state *out, ad_error *error);
 
+/* Forces at an end whose section is turned by R, in the world and with the sign of N: load [3], by
+ * the scene, of which `given` is the force, 0 where the position is held in all directions; and
+ * held [3], by what holds the position: what N has beyond the load in the directions held. */
+void solve_end_forces(const solve_end *end, double R[3][3], const double given[3],
+                      const double N[3], double load[3], double held[3]);
+
 /* The solution that the author of a manufactured scene chose: all of solve_end_state, anywhere. */
 ad_status solve_rod_manufactured(const solve_rod *rod, size_t n, const double *s, double t,
                                  solve_end_state *out, ad_error *error);

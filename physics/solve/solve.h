@@ -133,9 +133,9 @@ typedef ad_status solve_shape(const void *context, size_t n, const double *s, do
  * moments, by EI/L^2 and EI/L (of a beam that is as much smaller as it deflects), over 1 and the
  * sum of their absolute values. The loads are those of the scene, followers and springs where the
  * shape has brought them, integrated on panels of their own between all places where they jump; the
- * force and the moment of a support are those of the shape at that end. Of a scene at rest that
- * passes scene_check and the check of its model. AD_NO_MEMORY, what the tape says of a formula,
- * what the shape returns. */
+ * force and the moment of a support are those of the shape at that end. Infinite where the shape is
+ * not a number. Of a scene at rest that passes scene_check and the check of its model.
+ * AD_NO_MEMORY, what the tape says of a formula, what the shape returns. */
 ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *context,
                         double *balance, ad_error *error);
 
