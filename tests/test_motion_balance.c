@@ -142,6 +142,12 @@ static void test_all_that_acts(void **state)
         " rotation: ['cos(t^2)', 0, 'sin(t^2)', 0]}}\ntime: {duration: 0.3}\n",
         /* a joint, and a rest shape that changes */
         "segments: [{length: 0.5}, {length: 0.5, turn: [0, 1, 0]}]\n"
+        "loads: {gravity: [0, -2, 0]}\ntime: {duration: 0.3}\n",
+        /* bodies and a spring at ends that are held in all directions and in two */
+        "boundary: {start: {type: driven, position: [0, 't^2', 0], rotation: [1, 0, 0, 0]},"
+        " end: {type: roller, position: [0, 0, 1], along: [0, 1, 0]}}\n"
+        "bodies: [{at: 0, mass: 0.2}, {at: 1, mass: 0.3}]\n"
+        "springs: [{at: 1, stiffness: [3, 4, 5]}]\n"
         "loads: {gravity: [0, -2, 0]}\ntime: {duration: 0.3}\n"};
     for (size_t i = 0; i < sizeof scenes / sizeof *scenes; i++) {
         motion_balance found = of_solver(scenes[i]);

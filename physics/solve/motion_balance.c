@@ -118,24 +118,30 @@ static ad_status go_to(balance *b, double t, ad_error *error)
     return status;
 }
 
-/* The force of what holds an end: what minus N at s = 0 and N at s = 1, by the motion, have beyond
- * its load in the directions that are held. */
+/* The force of what holds an end: by N of the motion, which also bears what acts at this place and
+ * moves a body there. */
 static void add_reaction(balance *b, int end)
 {
-    const solve_end *given = &b->rod->ends[end];
-    if (given->hold.directions > 0) {
-        solve_state known = known_at(b, motion_end_node(b->m, end));
-        const double *load = b->m->ends[end].force;
-        double R[3][3], force[3], turned[3], held[3];
-        rotation_matrix(known.rotation, R);
-        to_world(R, known.force, force);
-        to_world(R, load, turned);
-        for (int i = 0; i < 3 && given->hold.directions < 3; i++) {
-            force[i] -= given->force_is_body ? turned[i] : load[i];
-        }
-        scene_hold_part(&given->hold, force, held);
-        for (int i = 0; i < 3; i++) {
-            b->outer[i] += end ? held[i] : -held[i];
+    const motion *m = b->m;
+    const solve_end *kind = &b->rod->ends[end];
+    solve_state known = known_at(b, motion_end_node(m, end));
+    double R[3][3], force[3], load[3], held[3], part[3];
+    rotation_matrix(known.rotation, R);
+    to_world(R, known.force, force);
+    solve_end_forces(kind, R, m->ends[end].force, force, load, held);
+    for (int i = 0; i < 3; i++) {
+        b->outer[i] += end ? held[i] : -held[i];
+    }
+    for (int k = 0; k < b->rod->jumps.count; k++) {
+        if (m->places[k].node == motion_end_node(m, end)) {
+            motion_place_force(m, k, force);
+            for (int i = 0; i < 3; i++) {
+                force[i] -= b->rod->jumps.at[k].mass * m->ends[end].acceleration[i];
+            }
+            scene_hold_part(&kind->hold, force, part);
+            for (int i = 0; i < 3; i++) {
+                b->outer[i] -= part[i];
+            }
         }
     }
 }

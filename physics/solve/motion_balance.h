@@ -3,7 +3,7 @@
  *
  * Position, rotation and their rates are sampled at the nodes of motion.h, and energy, power and
  * forces are those of its equations. So neither the points of a network nor its equations have any
- * part in it. */
+ * part in it. What is at rest has loads that add up to nothing instead: solve_balance (solve.h). */
 #ifndef PHYSICS_SOLVE_MOTION_BALANCE_H
 #define PHYSICS_SOLVE_MOTION_BALANCE_H
 

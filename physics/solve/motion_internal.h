@@ -157,6 +157,10 @@ const double *motion_frame_of(const motion *m, int element, int k);
 void motion_jump_loads(motion *m);
 void motion_spring_forces(motion *m);
 double motion_spring_energy(const motion *m);
+
+/* The force of loads and springs of place k, world, of nodes that are set. */
+void motion_place_force(const motion *m, int k, double force[3]);
+
 /* What tendons and chambers put in, of nodes whose internal forces are known. */
 double motion_pull_power(const motion *m);
 

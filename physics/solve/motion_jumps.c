@@ -236,6 +236,26 @@ void motion_spring_forces(motion *m)
     }
 }
 
+void motion_place_force(const motion *m, int k, double force[3])
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    const solve_load *load = &m->places[k].load;
+    double q[4], R[3][3], pulled[3];
+    rotation_before(m, k, q);
+    rotation_matrix(q, R);
+    to_world(R, load->body_force, force);
+    for (int c = 0; c < 3; c++) {
+        force[c] += load->force[c];
+    }
+    for (int i = 0; i < jumps->at[k].spring_count; i++) {
+        const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+        solve_spring_force(spring, spring->anchor, m->pose[m->places[k].node], pulled);
+        for (int c = 0; c < 3; c++) {
+            force[c] += pulled[c];
+        }
+    }
+}
+
 double motion_spring_energy(const motion *m)
 {
     const solve_jumps *jumps = &m->rod->jumps;
