@@ -299,7 +299,7 @@ static void print_report(const evaluation *x)
         verdict_print(stdout, "verdict on training: ", &x->verdict);
     }
     print_tip(x);
-    double balance = experiment_balance(x->e);
+    double balance = experiment_load_balance(x->e);
     if (isfinite(balance)) {
         printf("loads: out of balance by %.1e\n", balance);
     }
@@ -350,7 +350,7 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_number(&to, "training_seconds", x->progress.seconds);
     json_integer(&to, "parameters", (int64_t)x->e->count);
     print_json_tip(&to, x);
-    json_number(&to, "loads_out_of_balance", experiment_balance(x->e));
+    json_number(&to, "loads_out_of_balance", experiment_load_balance(x->e));
     json_number(&to, "energy_out_of_balance", x->balance.energy);
     json_number(&to, "momentum_out_of_balance", x->balance.momentum);
     report_reference(&to, x->known, &x->errors);

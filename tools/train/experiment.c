@@ -156,7 +156,7 @@ static ad_status shape_at(const void *context, size_t n, const double *s, double
                           values, error);
 }
 
-double experiment_balance(const experiment *e)
+double experiment_load_balance(const experiment *e)
 {
     shape x = {.e = e};
     double balance = NAN;

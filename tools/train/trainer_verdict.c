@@ -131,9 +131,9 @@ static void judge_estimate(const trainer *t, verdict *result)
 }
 
 /* Where errors are estimated; those of deep networks are larger. */
-static void judge_loads(const trainer *t, verdict *result)
+static void judge_load_balance(const trainer *t, verdict *result)
 {
-    double estimate = trainer_estimate(t), balance = experiment_balance(t->e);
+    double estimate = trainer_estimate(t), balance = experiment_load_balance(t->e);
     if (!isnan(estimate) && !isnan(balance)) {
         solve_judge_balance(balance, estimate, result);
     }
@@ -158,7 +158,7 @@ static void judge_held_out(const trainer *t, verdict *result)
 /* Of a motion that is out of balance by more nothing is known, however small it is. */
 static const double BALANCE_ALLOWED = 0.1;
 
-static void judge_balance(const motion_balance *balance, verdict *result)
+static void judge_motion_balance(const motion_balance *balance, verdict *result)
 {
     if (balance->energy > BALANCE_ALLOWED || balance->momentum > BALANCE_ALLOWED) {
         verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
@@ -189,7 +189,7 @@ void trainer_verdict(const trainer *t, verdict *result)
     }
     judge_held_out(t, result);
     judge_estimate(t, result);
-    judge_loads(t, result);
+    judge_load_balance(t, result);
     if (problem_unresolved(t->problem)) {
         verdict_add(result, VERDICT_UNRESOLVED,
                     "%s jumps in more places than are found, or along a curve of s and t, or "
@@ -197,7 +197,7 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "was computed; try fewer jumps, or a smoother formula",
                     problem_unresolved(t->problem));
     }
-    judge_balance(&info->balance, result);
+    judge_motion_balance(&info->balance, result);
     int modes = trainer_unstable_modes(t);
     if (modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,
