@@ -4,10 +4,10 @@
 #include "tools/config/config_experiment.h"
 #include "tools/files/file_bytes.h"
 #include "tools/files/table_file.h"
-#include "tools/judge/sweep.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
+#include "tools/programs/work_precision.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
 
@@ -140,13 +140,17 @@ static bool reached(const solving *x)
     return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
 }
 
+static solve_settings settings_of(const options *o)
+{
+    return (solve_settings){o->tolerance, o->nodes, o->perturbation, o->branch};
+}
+
 /* With --work-precision the tolerance is only that of the solution that others are compared with.
  */
 static void judge(solving *x)
 {
-    const options *o = &x->asked;
-    const solve_settings settings = {o->tolerance, o->work_precision ? x->report.nodes : o->nodes,
-                                     o->perturbation, o->branch};
+    solve_settings settings = settings_of(&x->asked);
+    settings.nodes = x->asked.work_precision ? x->report.nodes : settings.nodes;
     solution_verdict(x->solved, x->scene, &settings, &x->report, &x->verdict);
 }
 
@@ -322,99 +326,17 @@ static ad_status write_json(const solving *x, ad_error *error)
     return json_end(&to, x->asked.json, error);
 }
 
-/* ---- work and precision -------------------------------------------------------------------- */
-
-enum { SWEEP_MAX = 32 };
-/* Errors are shown as at least this much, because curves are drawn over logarithms. */
-static const double SMALLEST = 1e-16;
-
-typedef struct sweep {
-    solving *x;
-    double *exact; /* [numbers] positions on the grid, by the finest solution */
-    size_t numbers;
-    int count;
-    double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
-} sweep;
-
-/* Relative L2 of positions, as cpinn-bench measures it. */
-static double distance(const double *values, size_t numbers, const double *exact)
-{
-    double off = 0, size = 0;
-    for (size_t i = 0; i < numbers; i++) {
-        off += (values[i] - exact[i]) * (values[i] - exact[i]);
-        size += exact[i] * exact[i];
-    }
-    return sqrt(off / size);
-}
-
-static double sweep_row(void *context, int nodes, double seconds, const solution *solved)
-{
-    sweep *rows = context;
-    samples *grid = &rows->x->grid;
-    ad_error ignored; /* no memory: the table ends there */
-    if (rows->count == SWEEP_MAX || evaluate(solved, grid, &ignored) != AD_OK) {
-        return NAN;
-    }
-    double error = distance(grid->values, rows->numbers, rows->exact);
-    rows->nodes[rows->count] = nodes;
-    rows->seconds[rows->count] = seconds;
-    rows->errors[rows->count++] = fmax(SMALLEST, error);
-    return error;
-}
-
-static ad_status sweep_write(const solving *x, const sweep *rows, ad_error *error)
-{
-    static const char *const names[3] = {"seconds", "error", "nodes"};
-    static const char *const units[3] = {"s", "", ""};
-    const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
-    if (!x->asked.quiet) {
-        printf("%6s %10s %12s\n", "nodes", "ms", "error");
-        for (int i = 0; i < rows->count; i++) {
-            printf("%6.0f %10.3f %12.2e\n", rows->nodes[i], 1e3 * rows->seconds[i],
-                   rows->errors[i]);
-        }
-    }
-    const table_source table = {.names = names,
-                                .columns = columns,
-                                .ncols = 3,
-                                .nrows = (size_t)rows->count,
-                                .units = units};
-    return table_write(x->asked.work_precision, &table, error);
-}
-
-static ad_status work_precision(solving *x, ad_error *error)
-{
-    sweep rows = {.x = x};
-    rows.numbers =
-        (size_t)scene_physics_of(x->scene)->position_columns * x->grid.count; /* come first */
-    rows.exact = malloc(rows.numbers * sizeof *rows.exact);
-    if (!rows.exact) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", x->grid.count);
-    }
-    ad_status status = evaluate(x->solved, &x->grid, error);
-    if (status == AD_OK) {
-        memcpy(rows.exact, x->grid.values, rows.numbers * sizeof *rows.exact);
-        status = solve_sweep(x->scene, x->asked.perturbation, x->grid.count, x->grid.t, sweep_row,
-                             &rows, error);
-    }
-    if (status == AD_OK) {
-        status = sweep_write(x, &rows, error);
-    }
-    free(rows.exact);
-    return status;
-}
-
 /* ---- the program --------------------------------------------------------------------------- */
 
 /* A reference needs the experiment around the scene. */
 static ad_status open_reference(solving *x, ad_error *error)
 {
-    if (x->settings->settings.reference == TRAIN_REFERENCE_NONE &&
-        !x->settings->settings.reference_file &&
-        !x->settings->settings.reference_deflection.is_given) {
+    config *settings = x->settings;
+    const train_settings *given = &settings->settings;
+    if (given->reference == TRAIN_REFERENCE_NONE && !given->reference_file &&
+        !given->reference_deflection.is_given) {
         return AD_OK;
     }
-    config *settings = x->settings;
     x->settings = NULL;
     ad_status status = config_experiment_create(settings, 1, &x->e, error);
     if (status == AD_OK) {
@@ -438,8 +360,7 @@ static void choose_tolerance(solving *x)
 
 static ad_status solve(solving *x, ad_error *error)
 {
-    const options *o = &x->asked;
-    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation, o->branch};
+    const solve_settings settings = settings_of(&x->asked);
     double start = train_seconds();
     ad_status status = solution_create(x->scene, &settings, x->time_count, x->times, &x->solved,
                                        &x->report, error);
@@ -451,21 +372,17 @@ static ad_status solve(solving *x, ad_error *error)
 static ad_status prepare(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    const char *const tables[] = {o->out, o->work_precision, o->path};
+    ad_status status = AD_OK;
+    for (int i = 0; i < 3 && status == AD_OK; i++) {
+        status = tables[i] ? table_check_path(tables[i], error) : AD_OK;
+    }
     if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
         status = file_bytes_check(o->json, error);
     }
-    if (status == AD_OK && o->work_precision) {
-        status = table_check_path(o->work_precision, error);
-    }
-    if (status == AD_OK && o->path) {
-        status = table_check_path(o->path, error);
-    }
-    if (status != AD_OK) {
-        return status;
-    }
-    status =
-        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
+    status = status == AD_OK ? config_read(o->config, NULL, o->overrides.count, o->overrides.texts,
+                                           &x->settings, error)
+                             : status;
     if (status != AD_OK) {
         return status;
     }
@@ -484,7 +401,7 @@ static ad_status prepare(solving *x, ad_error *error)
 static ad_status follow_path(solving *x, ad_error *error)
 {
     const options *o = &x->asked;
-    const solve_settings settings = {o->tolerance, o->nodes, o->perturbation, o->branch};
+    const solve_settings settings = settings_of(o);
     ad_error why;
     ad_status status = solution_path_create(x->scene, &settings, &x->path, error);
     if (status == AD_OK) {
@@ -530,7 +447,8 @@ static ad_status run(solving *x, ad_error *error)
         }
     }
     if (status == AD_OK && o->work_precision) {
-        status = work_precision(x, error);
+        status = work_precision_write(x->scene, o->perturbation, x->solved, &x->grid,
+                                      o->work_precision, !o->quiet, error);
     }
     return status;
 }

@@ -1,0 +1,90 @@
+#include "tools/programs/work_precision.h"
+
+#include "tools/files/table_file.h"
+#include "tools/judge/sweep.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SWEEP_MAX = 32 };
+/* Errors are shown as at least this much, because curves are drawn over logarithms. */
+static const double SMALLEST = 1e-16;
+
+typedef struct sweep {
+    samples *grid;
+    double *exact; /* [numbers] positions on the grid, by the finest solution */
+    size_t numbers;
+    int count;
+    double nodes[SWEEP_MAX], seconds[SWEEP_MAX], errors[SWEEP_MAX];
+} sweep;
+
+/* Relative L2 of positions, as cpinn-bench measures it. */
+static double distance(const double *values, size_t numbers, const double *exact)
+{
+    double off = 0, size = 0;
+    for (size_t i = 0; i < numbers; i++) {
+        off += (values[i] - exact[i]) * (values[i] - exact[i]);
+        size += exact[i] * exact[i];
+    }
+    return sqrt(off / size);
+}
+
+static ad_status evaluate(const solution *solved, samples *p, ad_error *error)
+{
+    return solution_evaluate(solved, p->columns, p->count, p->s, p->t, p->values, error);
+}
+
+static double sweep_row(void *context, int nodes, double seconds, const solution *solved)
+{
+    sweep *rows = context;
+    samples *grid = rows->grid;
+    ad_error ignored; /* no memory: the table ends there */
+    if (rows->count == SWEEP_MAX || evaluate(solved, grid, &ignored) != AD_OK) {
+        return NAN;
+    }
+    double error = distance(grid->values, rows->numbers, rows->exact);
+    rows->nodes[rows->count] = nodes;
+    rows->seconds[rows->count] = seconds;
+    rows->errors[rows->count++] = fmax(SMALLEST, error);
+    return error;
+}
+
+static ad_status write_rows(const sweep *rows, const char *path, bool prints, ad_error *error)
+{
+    static const char *const names[3] = {"seconds", "error", "nodes"};
+    static const char *const units[3] = {"s", "", ""};
+    const double *columns[3] = {rows->seconds, rows->errors, rows->nodes};
+    if (prints) {
+        printf("%6s %10s %12s\n", "nodes", "ms", "error");
+        for (int i = 0; i < rows->count; i++) {
+            printf("%6.0f %10.3f %12.2e\n", rows->nodes[i], 1e3 * rows->seconds[i],
+                   rows->errors[i]);
+        }
+    }
+    const table_source table = {.names = names,
+                                .columns = columns,
+                                .ncols = 3,
+                                .nrows = (size_t)rows->count,
+                                .units = units};
+    return table_write(path, &table, error);
+}
+
+ad_status work_precision_write(const scene *scene, double perturbation, const solution *finest,
+                               samples *grid, const char *path, bool prints, ad_error *error)
+{
+    sweep rows = {.grid = grid};
+    rows.numbers = (size_t)scene_physics_of(scene)->position_columns * grid->count; /* come first */
+    rows.exact = malloc(rows.numbers * sizeof *rows.exact);
+    if (!rows.exact) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", grid->count);
+    }
+    ad_status status = evaluate(finest, grid, error);
+    if (status == AD_OK) {
+        memcpy(rows.exact, grid->values, rows.numbers * sizeof *rows.exact);
+        status = solve_sweep(scene, perturbation, grid->count, grid->t, sweep_row, &rows, error);
+    }
+    status = status == AD_OK ? write_rows(&rows, path, prints, error) : status;
+    free(rows.exact);
+    return status;
+}
