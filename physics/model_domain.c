@@ -15,7 +15,6 @@ enum { DEGREE = 14 };
 static const double MISFIT = 1e-7;
 
 enum {
-    FORMULAS_MAX = 64,
     TIMES = 5,        /* at which formulas of t are looked at, too */
     PLACES = 3,       /* of a part of a panel */
     PARTS = 4,        /* of a panel, between which it may be divided */
@@ -25,12 +24,16 @@ enum {
 /* Of the range: in motion only where there are shorter panels a piece is divided. */
 static const double SHORT = 1.0 / 32;
 
+typedef struct given_formula {
+    quantity q;
+    quantity_interval counts; /* where along the rod */
+    double size;
+} given_formula;
+
 typedef struct dividing {
     double duration;
     int formula_count;
-    quantity formula[FORMULAS_MAX];
-    quantity_interval counts[FORMULAS_MAX]; /* where along the rod */
-    double size[FORMULAS_MAX];
+    given_formula *formulas;
     const scene_panels *panels; /* divided into parts */
     int parts;
     int pieces, most; /* so far, and with those that are `to_come` */
@@ -59,21 +62,15 @@ static double panel_place(const scene_panels *panels, int panel, int i)
 static void take_formula(void *context, const char *key, quantity q, quantity_interval s)
 {
     dividing *in = context;
-    int index = in->formula_count;
+    given_formula *formula = &in->formulas[in->formula_count++];
     (void)key;
-    if (index == FORMULAS_MAX) {
-        return;
-    }
-    in->formula[index] = q;
-    in->counts[index] = s;
-    in->size[index] = 0;
+    *formula = (given_formula){.q = q, .counts = s};
     for (int i = 0; i < in->panels->count * PLACES; i++) {
         double at = panel_place(in->panels, i / PLACES, i % PLACES);
         for (int k = 0; k < times(in, q) && at >= s.low && at <= s.high; k++) {
-            in->size[index] = fmax(in->size[index], fabs(quantity_value(q, at, time_of(in, k))));
+            formula->size = fmax(formula->size, fabs(quantity_value(q, at, time_of(in, k))));
         }
     }
-    in->formula_count++;
 }
 
 /* ---- polynomials --------------------------------------------------------------------------- */
@@ -101,17 +98,18 @@ static double interpolate(const double *values, double low, double high, double 
     return above / below;
 }
 
-static bool fits_formula(const dividing *in, int index, double t, int first, int last)
+static bool fits_formula(const dividing *in, const given_formula *formula, double t, int first,
+                         int last)
 {
     double low = in->panels->edges[first], high = in->panels->edges[last], values[DEGREE + 1];
-    quantity q = in->formula[index];
+    quantity q = formula->q;
     for (int j = 0; j <= DEGREE; j++) {
         values[j] = quantity_value(q, chebyshev_point(low, high, j), t);
     }
     for (int i = first * PLACES; i < last * PLACES; i++) {
         double s = panel_place(in->panels, i / PLACES, i % PLACES);
         double off = interpolate(values, low, high, s) - quantity_value(q, s, t);
-        if (!(fabs(off) <= MISFIT * in->size[index])) {
+        if (!(fabs(off) <= MISFIT * formula->size)) {
             return false;
         }
     }
@@ -125,9 +123,10 @@ static bool fits(const dividing *in, int first, int last)
 {
     double low = in->panels->edges[first], high = in->panels->edges[last];
     for (int i = 0; i < in->formula_count; i++) {
-        bool counts = low < in->counts[i].high && high > in->counts[i].low;
-        for (int k = 0; counts && k < times(in, in->formula[i]); k++) {
-            if (!fits_formula(in, i, time_of(in, k), first, last)) {
+        const given_formula *formula = &in->formulas[i];
+        bool counts = low < formula->counts.high && high > formula->counts.low;
+        for (int k = 0; counts && k < times(in, formula->q); k++) {
+            if (!fits_formula(in, formula, time_of(in, k), first, last)) {
                 return false;
             }
         }
@@ -211,10 +210,15 @@ static ad_status divide_length(const scene *scene, domain *d, ad_error *error)
     status = scene_panels_of(scene, "s", &panels, error);
     in.parts = panels.count <= PARTED_MOST ? PARTS : 1;
     status = status == AD_OK ? part_panels(&panels, in.parts, error) : status;
+    in.formulas = malloc((scene_walk_formulas(scene, "s") + 1) * sizeof *in.formulas);
+    if (status == AD_OK && !in.formulas) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the formulas of a scene");
+    }
     if (status == AD_OK) {
         scene_walk(scene, "s", &walker);
         divide_stretches(&in, &breaks);
     }
+    free(in.formulas);
     scene_panels_free(&panels);
     d->pieces = in.pieces > 1 ? in.pieces : 0;
     for (int i = 1; i < d->pieces; i++) {

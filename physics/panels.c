@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5, SEEN_MAX = 64 };
+enum { PANELS_MAX = 8192, SAMPLES = 6, OTHERS = 5 };
 
 /* A formula is seen where the slopes that it may have differ by no more than so many times those at
  * samples, or change it by no more than a share of all that it varies: the first, or where that
@@ -33,17 +33,19 @@ static const double SMOOTH = 1e-6;
  * breaks are. */
 static const double SHORTEST = 1e-11, INSIDE = 1e-13;
 
+typedef struct seen_formula {
+    quantity q;
+    quantity_interval s; /* where it counts */
+    double variation;
+} seen_formula;
+
 typedef struct dividing {
     bool along_s;
     double end;
     quantity_interval s, t; /* of the coordinate: its whole range */
     scene_panels *result;
     int seen_count;
-    struct {
-        quantity q;
-        quantity_interval s; /* where it counts */
-        double variation;
-    } seen[SEEN_MAX];
+    seen_formula *seen; /* [those of the scene] */
     /* the formula at hand */
     quantity q;
     double variation;
@@ -171,11 +173,7 @@ static void look_into(void *context, const char *key, quantity q, quantity_inter
     in->q = q;
     in->key = key;
     in->variation = variation_of(in);
-    if (in->seen_count < SEEN_MAX) {
-        in->seen[in->seen_count].q = q;
-        in->seen[in->seen_count].s = s;
-        in->seen[in->seen_count++].variation = in->variation;
-    }
+    in->seen[in->seen_count++] = (seen_formula){q, s, in->variation};
     for (int i = 0; i < before; i++) {
         double low = panels->edges[i], high = panels->edges[i + 1];
         if (!in->along_s || (low < s.high && high > s.low)) {
@@ -242,8 +240,7 @@ static void join(dividing *in, const scene_breaks *breaks)
             next++;
         }
         bool is_break = next < breaks->count && breaks->place[next] == edges[kept];
-        bool joins = kept > 0 && !is_break && in->seen_count < SEEN_MAX &&
-                     may_join(in, edges[kept - 1], edges[kept], edges[i]);
+        bool joins = kept > 0 && !is_break && may_join(in, edges[kept - 1], edges[kept], edges[i]);
         kept += !joins;
         edges[kept] = edges[i];
     }
@@ -284,11 +281,13 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
                    .result = result};
     in.end = in.along_s ? in.s.high : in.t.high;
     *result = (scene_panels){.edges = calloc(PANELS_MAX + 1, sizeof *result->edges)};
-    if (!result->edges) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
-    }
-    ad_status status = scene_breaks_of(rod_scene, coordinate, &breaks, error);
+    in.seen = malloc((scene_walk_formulas(rod_scene, coordinate) + 1) * sizeof *in.seen);
+    ad_status status =
+        result->edges && in.seen
+            ? scene_breaks_of(rod_scene, coordinate, &breaks, error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", PANELS_MAX);
     if (status != AD_OK) {
+        free(in.seen);
         scene_panels_free(result);
         return status;
     }
@@ -299,6 +298,7 @@ ad_status scene_panels_of(const scene *rod_scene, const char *coordinate, scene_
     if (!result->unresolved) {
         join(&in, &breaks);
     }
+    free(in.seen);
     return AD_OK;
 }
 

@@ -32,3 +32,19 @@ void scene_walk(const scene *rod_scene, const char *coordinate, const scene_walk
         walker->place(walker->context, "segments", scene_joint(rod_scene, i));
     }
 }
+
+static void count_formula(void *context, const char *key, quantity q, quantity_interval s)
+{
+    size_t *count = context;
+    (void)key;
+    (void)q;
+    (void)s;
+    ++*count;
+}
+
+size_t scene_walk_formulas(const scene *rod_scene, const char *coordinate)
+{
+    size_t count = 0;
+    scene_walk(rod_scene, coordinate, &(scene_walker){.formula = count_formula, .context = &count});
+    return count;
+}

@@ -15,4 +15,7 @@ typedef struct scene_walker {
 /* coordinate: "s" or "t" */
 void scene_walk(const scene *rod_scene, const char *coordinate, const scene_walker *walker);
 
+/* How many formulas it comes by. */
+size_t scene_walk_formulas(const scene *rod_scene, const char *coordinate);
+
 #endif
