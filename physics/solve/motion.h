@@ -7,9 +7,12 @@
  * q_t) (body). Strains follow from nodal values by differentiation, in each element: v = R^T r_s, u
  * = 2 vec(q* q_s). With potential energy W(r, q), the sum over the quadrature points of
  * 1/2 (v - v*) Kse (v - v*) + 1/2 (u - u*) Kbt (u - u*), the equations of motion at node j are
- * those of Lagrange, whose mass is diagonal: weight_j rhoA V_t = -dW/dr_j + loads weight_j (rhoJ
- * w_t + w x rhoJ w) = -(derivative of W by a rotation of node j about its body axes) + loads so
- * that without damping and loads the discrete rod conserves energy, momentum and angular momentum
+ * those of Lagrange, whose mass is diagonal:
+ *
+ *   weight_j rhoA V_t                    = -dW/dr_j + loads
+ *   weight_j (rhoJ w_t + w x rhoJ w)     = -(derivative of W by a turn of node j, body) + loads
+ *
+ * Without damping and loads the discrete rod conserves energy, momentum and angular momentum
  * exactly, and ends that give force and moment are natural. Damping acts on v_t and u_t, which are
  * linear in V and w, through the same derivatives, so that it can only dissipate; tendons and
  * chambers, whose wrench is one of the strains, act through them, too, and do exact work. q and r

@@ -145,9 +145,9 @@ void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
 /* What speaks against a solution: that it is not that of the whole load, that its estimated error
  * is above the tolerance (where nodes are not prescribed) or may be too small, as there are jumps
- * that were not resolved, that the energy of a motion is out of
- * balance, or that the shape at rest is not stable (physics/solve/stability.h). And the remark that
- * there may be other equilibria. */
+ * that were not resolved, that loads at rest or the energy of a motion are out of balance, or that
+ * the shape at rest is not stable (physics/solve/stability.h). And the remark that there may be
+ * other equilibria. */
 void solution_verdict(const solution *x, const scene *rod_scene, const solve_settings *settings,
                       const solve_report *report, verdict *result);
 

@@ -1,12 +1,12 @@
 /* The static rod as a first-order system in s, written out in plain C, and its conditions at the
- * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m,
- * where tendons and chambers pull the strains of actuation.h,
+ * ends. With n = R^T N, v = v* + Kse^-1 n, u = u* + Kbt^-1 m, or where tendons, chambers and tubes
+ * pull the strains of actuation.h,
  *
  *   r_s = R v,   q_s = q (0, u)/2,   N_s = -f,   m_s = -u x m - v x n - R^T l
  *
  * and of each tube theta_i', m_i' of physics/rod.h (Antman, Nonlinear Problems of Elasticity, ch.
- * 8; physics/rod.h). A locked strain is a compliance of 0, and a foundation is a part -K (r - r0)
- * of f. |q| is constant along any solution, so one end of the rod sets it to 1. */
+ * 8). A locked strain is a compliance of 0, and a foundation is a part -K (r - r0) of f. |q| is
+ * constant along any solution, so one end of the rod sets it to 1. */
 #ifndef PHYSICS_SOLVE_STATIC_ROD_H
 #define PHYSICS_SOLVE_STATIC_ROD_H
 
@@ -58,8 +58,7 @@ typedef struct static_end {
     double turned[SCENE_TUBES_MAX], softness[SCENE_TUBES_MAX]; /* theta = turned + softness m_i */
 } static_end;
 
-/* rows [static_end_rows], 0 where the end (0, 1) is met, and their derivatives
- * by y. */
+/* rows [static_end_rows], 0 where the end (0, 1) is met, and their derivatives by y. */
 void static_end_residual(const static_end *at, int end, const double *y, double *rows,
                          double (*jacobian)[STATIC_ROWS_MAX]);
 
