@@ -4,6 +4,8 @@
 #include "near.h"
 #include "physics/breaks.h"
 #include "physics/constants.h"
+#include "physics/model.h"
+#include "physics/scene_walk.h"
 #include "random_numbers.h"
 
 #include <float.h>
@@ -258,6 +260,42 @@ static void test_narrow(void **unused)
     }
 }
 
+/* Formulas that vary little on their own length make neither panels nor pieces, however many they
+ * are, and hide none that does. */
+static void test_many_formulas(void **state)
+{
+    (void)state;
+    scene few = rod_of_length(1);
+    few.chamber_count = SCENE_CHAMBERS_MAX;
+    few.chambers[SCENE_CHAMBERS_MAX - 1].offset[1] = Q("0.01*exp(-((s-0.3)/1e-3)^2)");
+    scene many = few;
+    many.rod.density = Q("1000+s");
+    many.tendon_count = SCENE_TENDONS_MAX;
+    for (int i = 0; i < SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX - 1; i++) {
+        quantity *offset = i < SCENE_TENDONS_MAX ? many.tendons[i].offset
+                                                 : many.chambers[i - SCENE_TENDONS_MAX].offset;
+        offset[0] = Q("0.01*cos(s)");
+        offset[1] = Q("0.01*sin(s)");
+    }
+    for (int i = 0; i < 3; i++) {
+        many.rod.rest_curvature[i] = Q("0.1*s^2");
+        many.loads.force[i] = Q("sin(s)");
+        many.loads.moment[i] = Q("exp(s)");
+    }
+    assert_true(scene_walk_formulas(&many, "s") > 64);
+    scene_panels of_few, of_many;
+    domain pieces_few, pieces_many;
+    assert_int_equal(scene_panels_of(&few, "s", &of_few, NULL), AD_OK);
+    assert_int_equal(scene_panels_of(&many, "s", &of_many, NULL), AD_OK);
+    assert_int_equal(of_many.count, of_few.count);
+    assert_int_equal(model_domain_of(&few, &pieces_few, NULL), AD_OK);
+    assert_int_equal(model_domain_of(&many, &pieces_many, NULL), AD_OK);
+    assert_true(pieces_few.pieces > 2);
+    assert_int_equal(pieces_many.pieces, pieces_few.pieces);
+    scene_panels_free(&of_few);
+    scene_panels_free(&of_many);
+}
+
 /* Every change of sign that samples show of random conditions is among the places. */
 static void test_none_missed(void **unused)
 {
@@ -318,12 +356,13 @@ static void test_rise_time(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places),      cmocka_unit_test(test_none),
-        cmocka_unit_test(test_touching),    cmocka_unit_test(test_unresolved),
-        cmocka_unit_test(test_product),     cmocka_unit_test(test_lists),
-        cmocka_unit_test(test_in_time),     cmocka_unit_test(test_bands),
-        cmocka_unit_test(test_few_panels),  cmocka_unit_test(test_narrow),
-        cmocka_unit_test(test_none_missed), cmocka_unit_test(test_rise_time),
+        cmocka_unit_test(test_places),        cmocka_unit_test(test_none),
+        cmocka_unit_test(test_touching),      cmocka_unit_test(test_unresolved),
+        cmocka_unit_test(test_product),       cmocka_unit_test(test_lists),
+        cmocka_unit_test(test_in_time),       cmocka_unit_test(test_bands),
+        cmocka_unit_test(test_few_panels),    cmocka_unit_test(test_narrow),
+        cmocka_unit_test(test_none_missed),   cmocka_unit_test(test_rise_time),
+        cmocka_unit_test(test_many_formulas),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
