@@ -74,6 +74,14 @@ static void test_places(void **state)
     given = slender_scene(1, 1, 1);
     load_tip(&given, F, T);
     assert_rest(&given, 0.3, fabs(0.2 - 0.3), 0.3 + 0.3 + 0.2);
+    for (int held = 0; held < 2; held++) { /* an end that slides along the force, or across it */
+        given = slender_scene(1, 1, 1);
+        load_tip(&given, F, NULL);
+        given.end.type = SCENE_ROLLER;
+        set_numbers(given.end.position, 3, (double[]){0, 0, 1});
+        set_numbers(held ? given.end.across : given.end.along, 3, (double[]){0, 1, 0});
+        assert_rest(&given, held ? 0 : 0.3, held ? 0 : 0.3, held ? 0 : 0.6);
+    }
 }
 
 int main(void)
