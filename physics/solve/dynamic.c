@@ -263,20 +263,21 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
 
 /* Steps of time alone, where meshes are coarse and steps cheap: steps of two meshes differ, and
  * their errors would pass for errors of the mesh. What two tolerances of steps differ by is the
- * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Steps that are
- * composed of flows shorten with the mesh; nothing is to be done. */
+ * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Nor may steps
+ * damp so many waves that the energy is out of balance. Steps that are composed of flows shorten
+ * with the mesh; nothing is to be done. */
 static ad_status refine_time(refined *at, double tolerance, solve_report *report, apart *by_time,
                              ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
     const double finest = scene_locks_somewhere(&at->rod->scene) ? 1e-8 : 1e-12, of_time = 0.25;
     double *steps = &at->by.tolerance;
-    bool failed = false;
+    bool failed = false, is_met = at->by.is_composed;
     ad_status status = AD_OK;
     *by_time = at->by.is_composed ? NOTHING : UNKNOWN;
-    while (status == AD_OK && !is_within(*by_time, of_time * tolerance) && *steps > finest &&
-           affords(at, 2)) {
+    while (status == AD_OK && !is_met && *steps > finest && affords(at, 2)) {
         const double before = *steps;
+        const bool balances = solve_energy_is_met(report);
         *steps = fmax(before / 10, finest);
         status = solve_again(at, report, &failed, error);
         if (failed) {
@@ -284,7 +285,9 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
             break;
         }
         *by_time = at->by.is_composed ? NOTHING : at->distance;
-        *steps = is_within(at->distance, of_time * tolerance) ? before : *steps;
+        bool suffice = is_within(at->distance, of_time * tolerance);
+        *steps = suffice && balances ? before : *steps;
+        is_met = is_within(*by_time, of_time * tolerance) && solve_energy_is_met(report);
     }
     return status;
 }

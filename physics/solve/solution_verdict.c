@@ -28,6 +28,12 @@ static const double ALLOWED_MISMATCH = 100, ALLOWED_AT_MOST = 0.1;
 /* By EI/L: what rounding leaves of the energy of a rod at rest. */
 static const double ROUNDING_ENERGY = 1e-20;
 
+bool solve_energy_is_met(const solve_report *report)
+{
+    return report->energy_mismatch * report->energy <=
+           ALLOWED_AT_MOST * report->energy + ROUNDING_ENERGY;
+}
+
 /* An error d of the position, in lengths, changes the work of loads F by up to F L d, and stands
  * for a strain energy of the order of d^2 EI/L: small motions are only as exact as their tolerance.
  * Of a motion that is out of balance by more than a tenth nothing is known, however small it is: it

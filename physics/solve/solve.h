@@ -143,6 +143,9 @@ ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *
  * length, or of a beam's deflection allows. */
 void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
+/* Whether the energy of a motion balances to a tenth: else nothing is known of it. */
+bool solve_energy_is_met(const solve_report *report);
+
 /* What speaks against a solution: that it is not that of the whole load, that its estimated error
  * is above the tolerance (where nodes are not prescribed) or may be too small, as there are jumps
  * that were not resolved, that loads at rest or the energy of a motion are out of balance, or that
