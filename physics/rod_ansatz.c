@@ -189,7 +189,7 @@ static rod_pose rod_going_lift(const rod_context *rod, const rod_initial_data *i
 }
 
 /* The undeformed shape as if there were no joints, turned in proportion to s where an end is held
- * turned by a vector: what is left between the two is then no whole turn. */
+ * turned by a vector, or twisted: what is left between the two is then no whole turn. */
 static rod_pose rod_turned_shape(const rod_context *rod, ad_value s)
 {
     rod_pose pose = rod_undeformed(rod, s);
@@ -198,7 +198,7 @@ static rod_pose rod_turned_shape(const rod_context *rod, ad_value s)
         ad_value turn = ad_quaternion_exp(ad_mul(s, end.turn));
         pose.rotation = ad_quaternion_multiply(turn, pose.rotation);
     }
-    pose.rotation = rod_straightened(rod, pose.rotation, s);
+    pose.rotation = rod_twisted(rod, rod_straightened(rod, pose.rotation, s), s, rod->t);
     return pose;
 }
 

@@ -73,6 +73,17 @@ static void rod_loaded_end(const rod_context *rod, int end, ad_value t, rod_end_
     }
 }
 
+ad_value rod_twisted(const rod_context *rod, ad_value rotation, ad_value share, ad_value t)
+{
+    const scene_end *end = &rod->scene->end;
+    if (!end->twist.is_given || !scene_end_holds_rotation(end->type)) {
+        return rotation;
+    }
+    ad_value zero = ad_zeros(rod->tape, 1), one = ad_scalar(rod->tape, 1);
+    ad_value angle = ad_mul(share, rod_quantities(rod, 1, &end->twist, ROD_ZEROS, 1, one, t));
+    return ad_quaternion_multiply(rotation, ad_quaternion_exp(ad_vector(zero, zero, angle)));
+}
+
 rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
 {
     const scene_end *given = end ? &rod->scene->end : &rod->scene->start;
@@ -98,6 +109,7 @@ rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t)
         data.rotation = ad_normalize(rod_quantities(rod, 4, given->rotation, ROD_UPRIGHT, 1, s, t));
         data.rotation = rod_rotation_from_world(rod, data.rotation);
     }
+    data.rotation = end ? rod_twisted(rod, data.rotation, s, t) : data.rotation;
     if (scene_end_takes_force(given->type)) {
         rod_loaded_end(rod, end, t, &data);
     }

@@ -141,6 +141,8 @@ int rod_axial_rows(const rod_plane *plane);
 
 /* rod_ends.c. `end`: 0 or 1. */
 rod_end_data rod_end_of(const rod_context *rod, int end, ad_value t);
+/* q turned on about d3 by a share of the twist of the end s = 1. */
+ad_value rod_twisted(const rod_context *rod, ad_value rotation, ad_value share, ad_value t);
 rod_initial_data rod_initial_of(const rod_context *rod, ad_value s);
 /* The part of a vector in these directions, and the other directions. */
 ad_value rod_hold_part(const rod_context *rod, const rod_hold *hold, ad_value vector);

@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { PLANE_ITEMS_MAX = SCENE_FIELDS_MAX + 1 };
+enum { PLANE_ITEMS_MAX = SCENE_FIELDS_MAX + 2 };
 
 /* Rounding of numbers that the author wrote; what is exactly 0 there stays so. */
 static const double PLANE_ROUNDING = 1e-12;
@@ -133,6 +133,10 @@ static void plane_add_fields(plane_list *list, const scene *rod_scene, bool rota
             plane_add(list, field->key, field->geometry, plane_is_body(rod_scene, field),
                       scene_field_of(rod_scene, field), NULL);
         }
+    }
+    if (!rotations && scene_end_holds_rotation(rod_scene->end.type)) {
+        const quantity about_d3[3] = {[2] = rod_scene->end.twist};
+        plane_add(list, "boundary.end.twist", SCENE_AXIAL_VECTOR, true, about_d3, NULL);
     }
 }
 

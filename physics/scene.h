@@ -233,6 +233,10 @@ typedef struct scene_end {
     /* Of the end s = length, in place of rotation: the rotation vector by which it is turned from
      * where the unstressed rod ends, in the world's axes, so that turns count; rad. */
     quantity rotation_vector[3];
+    /* Of the same end: the angle by which it is turned on about its own d3, beyond what its
+     * rotation or rotation vector says, so that turns count; rad. It grows with the loads, after
+     * the bend. */
+    quantity twist;
     /* How the position of a guided or roller end slides, one of the two: along a direction, or
      * across one; in the world, of any length, numbers. A guided end with neither slides freely. */
     quantity along[3], across[3];

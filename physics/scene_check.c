@@ -187,7 +187,8 @@ static ad_status check_manufactured(const scene_checker *check)
                         quantity_any_given(3, initial->angular_velocity)},
         {"boundary.end", quantity_any_given(3, rod_scene->end.position) ||
                              quantity_any_given(4, rod_scene->end.rotation) ||
-                             quantity_any_given(3, rod_scene->end.rotation_vector)},
+                             quantity_any_given(3, rod_scene->end.rotation_vector) ||
+                             rod_scene->end.twist.is_given},
     };
     if (!scene_is_manufactured(rod_scene)) {
         return rotation || angles

@@ -198,6 +198,10 @@ extern "C" {
       "In place of rotation, for any number of turns: by how much the end is turned from where "   \
       "the unstressed rod ends; axis times angle, world frame. The other end is clamped or "       \
       "driven.")                                                                                   \
+    X("boundary.end.twist", 1, end.twist, END, HELD, ANY, SCALAR, WORLD, "rad", NOTHING, "0",      \
+      "By how much the end is turned on about its own d3, beyond its rotation or rotation_vector " \
+      "and for any number of turns. On the path of equilibria the ends bend the rod first, then "  \
+      "the twist grows with the loads.")                                                           \
     SCENE_SLIDE_ROWS(X, "boundary.end.", end., END)
 
 #define SCENE_INITIAL_ROWS(X)                                                                      \

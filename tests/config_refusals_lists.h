@@ -229,6 +229,15 @@ static const refusal list_refusals[] = {
      NULL,
      "scene.yaml:4:70: boundary.end.rotation_vector: is not held by an end of this type; leave it "
      "out, or take clamped, pinned (position) or driven"},
+    {BASE "boundary: {end: {type: pinned, position: [0, 0, 1], twist: 3}}\n", NULL,
+     "scene.yaml:4:60: boundary.end.twist: is not held by an end of this type; leave it out, or "
+     "take clamped, pinned (position) or driven"},
+    {BASE "motion: planar\n"
+          "boundary: {end: {type: clamped, position: [0, 0, 1], rotation: [1, 0, 0, 0], "
+          "twist: 3}}\n",
+     NULL,
+     "scene.yaml:4:9: motion: is planar, but boundary.end.twist leaves the plane; allowed: "
+     "automatic, spatial"},
     {BASE "beam: {points: [{at: 0.5, force: 1}]}\n", NULL,
      "scene.yaml:4:22: beam.points[0].at: belongs to a beam of small deflection; leave it out, or "
      "take rod.model euler_bernoulli or timoshenko"},

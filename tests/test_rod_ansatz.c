@@ -284,6 +284,35 @@ static void test_rotation_vector(void **state)
     ad_tape_free(r.tape);
 }
 
+/* A twist of several turns is met by the rod as it lies without a network, in proportion to s and
+ * in the frame that the rotation vector turns. */
+static void test_twist(void **state)
+{
+    (void)state;
+    scene given = ends_scene(SCENE_CLAMPED, SCENE_CLAMPED, false, SCENE_DEAD);
+    for (int i = 0; i < 4; i++) {
+        given.start.rotation[i] = given.end.rotation[i] = Q(NULL);
+    }
+    for (int i = 0; i < 3; i++) {
+        given.end.rotation_vector[i] = Q(i == 0 ? "3" : "0");
+        given.start.position[i] = Q("0");
+        given.end.position[i] = Q(i == 2 ? "0.7" : "0");
+    }
+    given.motion = SCENE_AUTOMATIC;
+    given.end.twist = Q("-17");
+    assert_false(rod_plane_of(&given).is_planar);
+    recorded r = begin(&given);
+    rod_state still = rod_ansatz(&given, &r.at, ad_zeros(r.tape, rod_network_outputs(&given)));
+    ad_value zero = ad_scalar(r.tape, 0);
+    ad_value bend = ad_quaternion_exp(ad_vector(ad_scale(r.s, 3), zero, zero));
+    ad_value twist = ad_quaternion_exp(ad_vector(zero, zero, ad_scale(r.s, -17)));
+    ad_value wanted = ad_quaternion_multiply(bend, twist);
+    assert_near(largest(ad_sub(still.rotation, wanted), unit_s, NULL), 0, 1e-14); /* rounding */
+    given.end.twist = Q("0");
+    assert_true(rod_plane_of(&given).is_planar);
+    ad_tape_free(r.tape);
+}
+
 static void test_soft_conditions(void **state)
 {
     (void)state;
@@ -546,6 +575,7 @@ int main(void)
         cmocka_unit_test(test_load_signs),
         cmocka_unit_test(test_displacement),
         cmocka_unit_test(test_rotation_vector),
+        cmocka_unit_test(test_twist),
         cmocka_unit_test(test_soft_conditions),
         cmocka_unit_test(test_between_pins),
         cmocka_unit_test(test_undeformed_shape),

@@ -278,6 +278,41 @@ static void test_twist(void **state)
     release(&x);
 }
 
+/* A straight rod bent into a ring about x, then twisted: it writhes beyond the twist
+ * 2 pi 3^(1/2) B/C (Zajac 1962, J. Appl. Mech. 29). Without the spring, which nothing pulls at, the
+ * whole ring could turn about its tangent where it is held. The
+ * path ends at 3^(1/2) times that twist, where more than three modes are unstable. Off by at most
+ * 5.4e-10, which is the mesh's. */
+static void test_ring(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {B: 2, C: 1}\n"
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [B, B], torsion: C}}\n"
+        "boundary:\n"
+        "  start: {type: clamped}\n"
+        "  end: {type: clamped, position: [0, 0, 0], rotation_vector: [2*pi, 0, 0],\n"
+        "        twist: 2*pi*3*B/C}\n"
+        "springs: [{at: 0.5, stiffness: [B, 0, 0]}]\n";
+    const solve_settings asked = {.tolerance = 1e-10, .nodes = 80};
+    for (int i = 0; i < 3; i++) {
+        solution_path *path = NULL;
+        size_t mark = 0;
+        config *settings =
+            read_with(text, (const char *[]){NULL, "parameters.C=1.6", "parameters.C=3"}[i]);
+        assert_int_equal(solution_path_create(&settings->scene, &asked, &path, NULL), AD_OK);
+        while (mark < path->count && path->points[mark].mark == SOLUTION_PLAIN) {
+            mark++;
+        }
+        assert_true(mark < path->count);
+        assert_int_equal(path->points[mark].mark, SOLUTION_BIFURCATION);
+        assert_int_equal(path->points[mark - 1].unstable_modes, 0);
+        assert_near(path->points[mark].load, 1 / sqrt(3), 1e-9);
+        solution_path_free(path);
+        config_free(settings);
+    }
+}
+
 /* ---- turned ends --------------------------------------------------------------------------- */
 
 #define TURNED                                                                                     \
@@ -397,7 +432,7 @@ int main(void)
         cmocka_unit_test(test_column),        cmocka_unit_test(test_leaning_column),
         cmocka_unit_test(test_twist),         cmocka_unit_test(test_turned_ends),
         cmocka_unit_test(test_quaternion),    cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_no_memory),
+        cmocka_unit_test(test_no_memory),     cmocka_unit_test(test_ring),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -35,7 +35,7 @@ static double norm(const double *x)
     return sqrt(vector_dot(x, x));
 }
 
-/* By how much a rotation vector turns the end that it holds; rad. */
+/* By how much a rotation vector, and the twist, turn the end that is held; rad. */
 static double held_turn(const solve_rod *rod)
 {
     const quantity *given = rod->scene.end.rotation_vector;
@@ -43,7 +43,7 @@ static double held_turn(const solve_rod *rod)
     for (int i = 0; i < 3 && rod->ends[1].holds_rotation && given[i].is_given; i++) {
         vector[i] = quantity_value(given[i], scene_length(&rod->scene), 0);
     }
-    return norm(vector);
+    return norm(vector) + fabs(static_twist(rod));
 }
 
 /* Loads at single places, and springs that are pulled from where the unstressed rod is. */
@@ -142,7 +142,7 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
                                 3 * single.pulled + tubes + turned);
     bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;
     path->may_snap = path->squeezed && !path->known && path->perturbation == 0 &&
-                     (!straight || loaded || path->first < 0);
+                     (!straight || loaded || scene_is_imperfect(&rod->scene));
     double compression = rod_numbers_of(&rod->scene).compression + single.compression;
     compression *= along.softness[1];
     path->may_buckle = held > 1 || compression > 1;
@@ -163,12 +163,14 @@ ad_status static_path_shape(const solve_rod *rod, const solve_settings *settings
     rod_plane plane = rod_plane_of(&given);
     const solve_end *ends = rod->ends;
     bool squeezed = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
+    bool twisted = static_twist(rod) != 0;
     *path = (path_shape){.known = scene_is_manufactured(&rod->scene),
-                         .first = scene_is_imperfect(&rod->scene) ? -1 : 0,
+                         .first = scene_is_imperfect(&rod->scene) || twisted ? -1 : 0,
                          .last = settings->perturbation == 0 ? 1 : 2,
                          .perturbation = settings->perturbation,
                          .spins = !ends[0].holds_rotation && !ends[1].holds_rotation,
                          .stretch = squeezed ? SOFT : 0,
+                         .twisted = twisted,
                          .planar = plane.is_planar,
                          .squeezed = squeezed,
                          .director = plane.is_planar && plane.director == 0};
@@ -179,6 +181,7 @@ static_path static_path_at(const path_shape *path, double parameter)
 {
     double along = fmax(0, parameter), load = fmin(1, along), rest = 1 - load;
     return (static_path){.load = load,
+                         .ahead = path->twisted ? fmin(1, 1 + parameter) : 0,
                          .imperfection = path->first < 0 ? fmin(1 + parameter, rest) : 0,
                          .perturbation = path->perturbation * along * (2 - along),
                          .director = path->director,
@@ -190,6 +193,7 @@ static_path static_path_at(const path_shape *path, double parameter)
 static_path static_path_of_load(const path_shape *path, double load)
 {
     return (static_path){.load = load,
+                         .ahead = path->twisted,
                          .imperfection = path->first < 0 ? 1 - load : 0,
                          .director = path->director,
                          .plane_spring = path->spins && !path->twists ? 1 : 0,

@@ -20,6 +20,7 @@ typedef struct path_shape {
     bool may_snap;         /* held at both ends and bent by its loads or its rest shape */
     bool known;            /* from a manufactured shape, at full load */
     bool spins, twists;    /* no end holds the rotation; and a round, straight rod may also twist */
+    bool twisted;          /* an end is: the ends bend the rod first, from -1 to 0 */
     bool planar, squeezed; /* stays in a plane; both ends hold the position */
     int director;
     double size;       /* of the loads: what turns the rod by so many radians */

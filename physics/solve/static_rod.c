@@ -325,6 +325,14 @@ void static_end_residual(const static_end *at, int end, const double *y, double 
     }
 }
 
+double static_twist(const solve_rod *rod)
+{
+    const quantity twist = rod->scene.end.twist;
+    return rod->ends[1].holds_rotation && twist.is_given
+               ? quantity_value(twist, scene_length(&rod->scene), 0)
+               : 0;
+}
+
 /* ---- single places ------------------------------------------------------------------------- */
 
 /* F in the world and T in the body from a spring, and what they change with y. */

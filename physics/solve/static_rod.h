@@ -31,6 +31,9 @@ static inline int static_end_rows(const solve_rod *rod, int end)
     return (end ? STATIC_END_ROWS : STATIC_START_ROWS) + rod->tubes;
 }
 
+/* By how much the end s = 1 is turned on about its d3 at t = 0; rad. */
+double static_twist(const solve_rod *rod);
+
 /* What the equations need at one s. */
 typedef struct static_point {
     solve_rest rest;

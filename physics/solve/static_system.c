@@ -102,6 +102,26 @@ static bool allocate(static_system *x)
            x->band_pivots && x->right;
 }
 
+/* exp(vector), half of whose angle is taken (the exponential of quaternions). */
+static void turn_of(const double *vector, double share, double *q)
+{
+    double half = share * sqrt(vector_dot(vector, vector)) / 2;
+    double factor = share / 2 * (half == 0 ? 1 : sin(half) / half);
+    q[0] = cos(half);
+    for (int i = 0; i < 3; i++) {
+        q[1 + i] = factor * vector[i];
+    }
+}
+
+/* Turns the end s = 1 on about its d3. */
+static void twist_end(double angle, double *rotation)
+{
+    double turn[4], from[4];
+    memcpy(from, rotation, sizeof from);
+    turn_of((double[]){0, 0, angle}, 1, turn);
+    quaternion_product(from, turn, rotation);
+}
+
 /* The unstressed rod is where held ends set out from, and where a spring pulls to. */
 static ad_status set_ends(static_system *x, ad_error *error)
 {
@@ -121,18 +141,11 @@ static ad_status set_ends(static_system *x, ad_error *error)
         memcpy(full->force, given.force, sizeof full->force);
         memcpy(full->moment, given.moment, sizeof full->moment);
     }
-    return status;
-}
-
-/* exp(vector), half of whose angle is taken (the exponential of quaternions). */
-static void turn_of(const double *vector, double share, double *q)
-{
-    double half = share * sqrt(vector_dot(vector, vector)) / 2;
-    double factor = share / 2 * (half == 0 ? 1 : sin(half) / half);
-    q[0] = cos(half);
-    for (int i = 0; i < 3; i++) {
-        q[1 + i] = factor * vector[i];
+    x->twist = static_twist(x->rod);
+    if (status == AD_OK && x->twist != 0) {
+        twist_end(-x->twist, x->full[1].rotation);
     }
+    return status;
 }
 
 /* The unstressed rod with each chord turned by share s of the vector: a straight rod becomes an arc
@@ -371,17 +384,23 @@ static void turn_end(const static_system *x, double share, static_end *at)
     }
 }
 
+/* Of held ends. */
+static double way_of(const static_path *path)
+{
+    return path->load + (1 - path->load) * path->ahead;
+}
+
 /* Springs do not grow with the load; the places that they pull to move as held ends do. */
 static void set_path_jumps(static_system *x)
 {
-    double load = x->path.load;
+    double load = x->path.load, way = way_of(&x->path);
     for (int k = 0; k < x->rod->jumps.count; k++) {
         static_jump *at = &x->jumps[k];
         at->load = part_of(&x->jump_load[k], load);
         for (int i = 0; i < at->springs; i++) {
             for (int c = 0; c < 3; c++) {
                 const solve_spring *spring = at->spring[i];
-                at->anchor[i][c] = (1 - load) * spring->unloaded[c] + load * spring->anchor[c];
+                at->anchor[i][c] = (1 - way) * spring->unloaded[c] + way * spring->anchor[c];
             }
         }
     }
@@ -389,7 +408,7 @@ static void set_path_jumps(static_system *x)
 
 void static_system_set(static_system *x, const static_path *path)
 {
-    double load = path->load;
+    double load = path->load, way = way_of(path);
     x->path = *path;
     for (int end = 0; end < 2; end++) {
         const static_end *bare = &x->bare[end], *full = &x->full[end];
@@ -398,9 +417,9 @@ void static_system_set(static_system *x, const static_path *path)
         at->spring[0] = at->spring[1] = path->spring;
         at->spring[path->director] += path->plane_spring;
         at->spring[2] = path->spring + path->twist_spring + path->plane_spring;
-        part_way(bare->rotation, full->rotation, load, at->rotation);
+        part_way(bare->rotation, full->rotation, way, at->rotation);
         for (int i = 0; i < 3; i++) {
-            at->position[i] = (1 - load) * bare->position[i] + load * full->position[i];
+            at->position[i] = (1 - way) * bare->position[i] + way * full->position[i];
             at->force[i] = load * full->force[i];
             at->moment[i] = load * full->moment[i];
         }
@@ -409,7 +428,10 @@ void static_system_set(static_system *x, const static_path *path)
         }
     }
     if (x->chords) {
-        turn_end(x, load, &x->ends[1]);
+        turn_end(x, way, &x->ends[1]);
+    }
+    if (x->twist != 0) {
+        twist_end(load * x->twist, x->ends[1].rotation);
     }
     set_path_jumps(x);
     for (int i = 0; i < x->elements * x->stages; i++) {

@@ -9,6 +9,7 @@
 /* Where the path from the unstressed rod to the loaded one has arrived. */
 typedef struct static_path {
     double load;         /* of the loads, and of the way of held ends from the unstressed shape */
+    double ahead;        /* share of that way that they have gone before the loads */
     double imperfection; /* factor of the one that the scene names */
     double perturbation; /* body force per length */
     int director;        /* along d1 (0) or d2 (1) */

@@ -27,6 +27,7 @@ struct static_system {
     static_end bare[2];        /* unstressed */
     static_end ends[2];        /* where the path is */
     double turn[3];            /* rotation vector of the end s = 1 at full load, world; 0: none */
+    double twist;              /* of the same end about its d3, beyond full[1]; rad */
     double (*chords)[3];       /* [CHORDS] of the unstressed rod, in turn; NULL without a turn */
     double arc[3];             /* their sum, turned in proportion to s */
     int *jump;                 /* [elements + 1] at each edge, index of the rod's; -1: none */

@@ -435,8 +435,18 @@ static ad_status set_out(tracer *x, bool *found, ad_error *error)
     static_path path = static_path_of_load(x->path, 0);
     double *y = x->mesh->y;
     ad_status status = static_system_guess(x->mesh->system, y, error);
+    solve_report report = {.load_fraction = 1};
+    if (status == AD_OK && x->path->twisted) { /* what the ends bend before they twist */
+        path_shape bend = *x->path;
+        bool leaps;
+        bend.last = 0;
+        status =
+            static_path_follow(x->mesh->system, x->mesh->newton, &bend, y, &leaps, &report, error);
+        *x->steps += report.newton_steps;
+    }
     static_system_set(x->mesh->system, &path);
-    *found = status == AD_OK && static_newton_solve(x->mesh->newton, y, x->steps);
+    *found = status == AD_OK && report.load_fraction == 1 &&
+             static_newton_solve(x->mesh->newton, y, x->steps);
     if (!*found) {
         return status;
     }

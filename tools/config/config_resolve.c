@@ -75,7 +75,8 @@ static ad_status resolve_end(config *experiment, scene_end *end, const char *nam
         int count;
     } rows[] = {{"position", position, end->position, 3},
                 {"rotation", rotation, end->rotation, 4},
-                {"rotation_vector", rotation, end->rotation_vector, 3}};
+                {"rotation_vector", rotation, end->rotation_vector, 3},
+                {"twist", rotation, &end->twist, 1}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         snprintf(path, sizeof path, "boundary.%s.%s", name, rows[i].key);
         if (!exact && !beam && rows[i].held) {
