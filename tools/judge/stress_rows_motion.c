@@ -21,7 +21,7 @@ static const stress_row rows[] = {
     {"step/between-windows", TIP("1e-3*step(t-0.1)"), .overrides = {"time.windows=10"},
      .write = stress_write_step, .seconds = 30, SOLVED_STEPPING(1e-5),
      BOTH(SOLVED(1e-5, DEFLECTION))},
-    {"step/within-window", TIP("1e-3*step(t-0.1)"), .write = stress_write_step,
+    {"step/within-window", TIP("1e-3*step(t-0.1)"), .write = stress_write_step, .seconds = 30,
      SOLVED_STEPPING(1e-5), BOTH(SOLVED(1e-5, DEFLECTION))},
     {"step/push", TIP("1e-2*(step(t-0.1)-step(t-0.2))"), .overrides = {"time.windows=10"},
      .write = stress_write_push, .seconds = 30, SOLVED_STEPPING(1e-5),
