@@ -3,8 +3,8 @@
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/samples.h"
+#include "tools/train/balance.h"
 #include "tools/train/clock.h"
-#include "tools/train/motion_balance.h"
 #include "tools/train/report.h"
 
 #include <math.h>
@@ -65,7 +65,7 @@ typedef struct evaluation {
     bool is_judged;
     verdict verdict; /* of training, where it is judged */
     reference_errors errors;
-    motion_balance balance; /* to the end of what is trained; NaN: not of a rod's motion */
+    learnt_balance balance; /* in motion to the end of what is trained */
     double rate;            /* evaluations per second; NaN: not asked for */
 } evaluation;
 
@@ -299,9 +299,8 @@ static void print_report(const evaluation *x)
         verdict_print(stdout, "verdict on training: ", &x->verdict);
     }
     print_tip(x);
-    double balance = experiment_load_balance(x->e);
-    if (isfinite(balance)) {
-        printf("loads: out of balance by %.1e\n", balance);
+    if (isfinite(x->balance.loads)) {
+        printf("loads: out of balance by %.1e\n", x->balance.loads);
     }
     if (!isnan(x->balance.energy)) {
         printf("energy out of balance by %.3e of the largest, momentum by %.3e\n",
@@ -350,7 +349,7 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_number(&to, "training_seconds", x->progress.seconds);
     json_integer(&to, "parameters", (int64_t)x->e->count);
     print_json_tip(&to, x);
-    json_number(&to, "loads_out_of_balance", experiment_load_balance(x->e));
+    json_number(&to, "loads_out_of_balance", x->balance.loads);
     json_number(&to, "energy_out_of_balance", x->balance.energy);
     json_number(&to, "momentum_out_of_balance", x->balance.momentum);
     report_reference(&to, x->known, &x->errors);
@@ -405,7 +404,7 @@ static ad_status run(evaluation *x, ad_error *error)
         status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
-        x->balance = experiment_motion_balance(x->e);
+        x->balance = experiment_balance(x->e);
         status = compare(x, error);
     }
     return status == AD_OK && o->speed ? measure(x, error) : status;

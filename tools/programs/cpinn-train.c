@@ -139,9 +139,8 @@ static void finish(training *t)
         progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
                      scene_is_beam(t->s.e->scene) ? "deflection" : "length");
     }
-    double balance = experiment_load_balance(t->s.e);
-    if (isfinite(balance)) {
-        progress_say(&t->progress, "loads out of balance by %.1e", balance);
+    if (isfinite(info.balance.loads)) {
+        progress_say(&t->progress, "loads out of balance by %.1e", info.balance.loads);
     }
     if (!isnan(info.balance.energy)) {
         progress_say(&t->progress, "energy out of balance by %.1e of the largest, momentum by %.1e",
@@ -272,7 +271,9 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
-        json_number(&to, "loads_out_of_balance", experiment_load_balance(t->s.e));
+        bool is_done = info.state == TRAINER_DONE;
+        json_number(&to, "loads_out_of_balance",
+                    is_done ? info.balance.loads : experiment_balance(t->s.e).loads);
         json_number(&to, "energy_out_of_balance", info.balance.energy);
         json_number(&to, "momentum_out_of_balance", info.balance.momentum);
         report_reference(&to, t->s.known, &info.errors);

@@ -1,8 +1,5 @@
 #include "tools/train/experiment.h"
 
-#include "physics/solve/solve.h"
-
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -140,34 +137,6 @@ char *experiment_text(const experiment *e)
 double *experiment_parameters(const experiment *e)
 {
     return e->parameters + (size_t)e->window * e->count;
-}
-
-/* A field and whose parameters it takes. */
-typedef struct shape {
-    const experiment *e;
-    field *field;
-} shape;
-
-static ad_status shape_at(const void *context, size_t n, const double *s, double *values,
-                          ad_error *error)
-{
-    const shape *x = context;
-    return field_evaluate(x->field, experiment_parameters(x->e), n, (const double *const[]){s},
-                          values, error);
-}
-
-double experiment_load_balance(const experiment *e)
-{
-    shape x = {.e = e};
-    double balance = NAN;
-    ad_error ignored;
-    if (!e->model->has_scene || scene_is_dynamic(e->scene)) {
-        return NAN;
-    }
-    ad_status status = field_create(e->model, e->mlp, false, e->pool, &x.field, &ignored);
-    status = status == AD_OK ? solve_balance(e->scene, shape_at, &x, &balance, &ignored) : status;
-    field_free(x.field);
-    return status == AD_OK ? balance : NAN;
 }
 
 const double *experiment_start(const experiment *e)

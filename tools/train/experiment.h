@@ -84,10 +84,6 @@ double *experiment_parameters(const experiment *e);
 
 const double *experiment_start(const experiment *e);
 
-/* solve_balance of the shape that the network has at rest under all loads; NaN of others, and where
- * memory runs out. Of motions: experiment_motion_balance (motion_balance.h). */
-double experiment_load_balance(const experiment *e);
-
 /* Go to the next window, from the state in which the one at work ends. */
 ad_status experiment_next_window(experiment *e, ad_error *error);
 

@@ -120,7 +120,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->info.held_out_ratio = NAN;
     t->best_held_out = INFINITY;
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
-    t->info.balance = (motion_balance){NAN, NAN};
+    t->info.balance = (learnt_balance){NAN, NAN, NAN};
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
@@ -434,7 +434,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
-    t->info.balance = experiment_motion_balance(t->e);
+    t->info.balance = experiment_balance(t->e);
     return AD_OK;
 }
 

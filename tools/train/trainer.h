@@ -16,8 +16,8 @@
 #define TOOLS_TRAIN_TRAINER_H
 
 #include "physics/verdict.h"
+#include "tools/train/balance.h"
 #include "tools/train/history.h"
-#include "tools/train/motion_balance.h"
 #include "tools/train/reference.h"
 
 #ifdef __cplusplus
@@ -60,7 +60,7 @@ typedef struct trainer_info {
                              * the settings alone */
     bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
                              * above stop.held_out_ratio of the stage, or 100 where that is 0 */
-    motion_balance balance; /* of a rod's motion when training is over; else NaN */
+    learnt_balance balance; /* when training is over; else NaN */
 } trainer_info;
 
 /* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the

@@ -133,7 +133,7 @@ static void judge_estimate(const trainer *t, verdict *result)
 /* Where errors are estimated; those of deep networks are larger. */
 static void judge_load_balance(const trainer *t, verdict *result)
 {
-    double estimate = trainer_estimate(t), balance = experiment_load_balance(t->e);
+    double estimate = trainer_estimate(t), balance = t->info.balance.loads;
     if (!isnan(estimate) && !isnan(balance)) {
         solve_judge_balance(balance, estimate, result);
     }
@@ -158,7 +158,7 @@ static void judge_held_out(const trainer *t, verdict *result)
 /* Of a motion that is out of balance by more nothing is known, however small it is. */
 static const double BALANCE_ALLOWED = 0.1;
 
-static void judge_motion_balance(const motion_balance *balance, verdict *result)
+static void judge_motion_balance(const learnt_balance *balance, verdict *result)
 {
     if (balance->energy > BALANCE_ALLOWED || balance->momentum > BALANCE_ALLOWED) {
         verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,

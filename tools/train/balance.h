@@ -1,0 +1,24 @@
+/* What a trained network leaves out of balance, by the equations of the classical solvers. */
+#ifndef TOOLS_TRAIN_BALANCE_H
+#define TOOLS_TRAIN_BALANCE_H
+
+#include "tools/train/experiment.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* NaN: of another scene, or not known. */
+typedef struct learnt_balance {
+    double loads;            /* at rest, under all loads: solve_balance (physics/solve/solve.h) */
+    double energy, momentum; /* of a rod's motion: physics/solve/motion_balance.h */
+} learnt_balance;
+
+/* Of the parameters at hand, in motion to the end of the window at work. */
+learnt_balance experiment_balance(const experiment *e);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
