@@ -287,7 +287,7 @@ static ad_status refine_time(refined *at, double tolerance, solve_report *report
         *by_time = at->by.is_composed ? NOTHING : at->distance;
         bool suffice = is_within(at->distance, of_time * tolerance);
         *steps = suffice && balances ? before : *steps;
-        is_met = is_within(*by_time, of_time * tolerance) && solve_energy_is_met(report);
+        is_met = at->by.is_composed || (suffice && solve_energy_is_met(report));
     }
     return status;
 }
