@@ -36,8 +36,6 @@ typedef struct refined {
     dynamic_solution *best;
     solve_state *seen[3]; /* [times][COMPARED] of the last solutions, the best first; NULL: none */
     apart distance;       /* between the last two */
-    double before, over;  /* L2 between the two before them; between the first and the last of these
-                           * three; 0: none */
     double total;         /* work of all */
 } refined;
 
@@ -253,10 +251,7 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
         status = look(at, error);
     }
     if (status == AD_OK) {
-        size_t count = next->at.count;
-        at->before = at->seen[2] ? at->distance.l2 : 0;
-        at->over = at->seen[2] ? compare(count, at->seen[0], at->seen[2]).l2 : 0;
-        at->distance = compare(count, at->seen[0], at->seen[1]);
+        at->distance = compare(next->at.count, at->seen[0], at->seen[1]);
     }
     return *failed ? AD_OK : status;
 }
@@ -313,10 +308,13 @@ static double left_over(int count, const double *distance)
 static double left_over_at_right_angles(const refined *at)
 {
     const double safe = 1.5, least = 0.5;
-    double last = at->distance.l2 * at->distance.l2, before = at->before * at->before;
-    double of_last = last + at->over * at->over - before; /* 2 e_3^2 */
-    bool points_apart = at->over * at->over < before + last;
-    if (!(at->before > at->distance.l2) || !points_apart) {
+    const size_t count = at->best->at.count;
+    double first = compare(count, at->seen[1], at->seen[2]).l2;
+    double over = compare(count, at->seen[0], at->seen[2]).l2;
+    double last = at->distance.l2 * at->distance.l2, before = first * first;
+    double of_last = last + over * over - before; /* 2 e_3^2 */
+    bool points_apart = over * over < before + last;
+    if (!(first > at->distance.l2) || !points_apart) {
         return INFINITY;
     }
     return fmin(1, fmax(least, safe * sqrt(fmax(0, of_last) / (2 * last))));

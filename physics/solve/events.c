@@ -100,15 +100,21 @@ static ad_status bisect(const solve_rod *rod, samples *x, int i, double *early, 
     return status;
 }
 
+static double largest_change(const samples *x)
+{
+    double largest = 0;
+    for (int i = 1; i < SAMPLES; i++) {
+        largest = fmax(largest, distance(x->numbers[i], x->numbers[0]));
+    }
+    return largest;
+}
+
 /* Jumps get two instants. */
 static ad_status choose(const solve_rod *rod, samples *x, size_t *count, double *times,
                         ad_error *error)
 {
-    double largest = 0, sum = 0;
+    double largest = largest_change(x), sum = 0;
     ad_status status = AD_OK;
-    for (int i = 1; i < SAMPLES; i++) {
-        largest = fmax(largest, distance(x->numbers[i], x->numbers[0]));
-    }
     for (int i = 0; status == AD_OK && i + 1 < SAMPLES && largest > 0; i++) {
         double next = distance(x->numbers[i + 1], x->numbers[i]);
         sum += next;
@@ -157,13 +163,10 @@ static ad_status find_narrow(const solve_rod *rod, const samples *x, int count, 
                              bool *narrow, ad_error *error)
 {
     enum { EACH = 2, BATCH = SAMPLES / EACH };
-    double largest = 0, *off = calloc((size_t)count, sizeof *off);
+    double largest = largest_change(x), *off = calloc((size_t)count, sizeof *off);
     samples *within = calloc(1, sizeof *within);
     ad_status status =
         off && within ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %d panels", count);
-    for (int i = 1; i < SAMPLES; i++) {
-        largest = fmax(largest, distance(x->numbers[i], x->numbers[0]));
-    }
     for (int first = 0; status == AD_OK && first < count; first += BATCH) {
         int here = count - first < BATCH ? count - first : BATCH;
         for (int i = 0; i < here * EACH; i++) {

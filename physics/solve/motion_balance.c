@@ -243,14 +243,9 @@ static ad_status balance_all(balance *b, int count, const double *times, ad_erro
     return status;
 }
 
-static bool end_moves(const solve_end *end)
-{
-    return end->moves && (end->hold.directions > 0 || end->holds_rotation);
-}
-
 static bool can_be_known(const solve_rod *rod)
 {
-    bool moves = end_moves(&rod->ends[0]) || end_moves(&rod->ends[1]);
+    bool moves = solve_end_is_driven(&rod->ends[0]) || solve_end_is_driven(&rod->ends[1]);
     return rod_numbers_of(&rod->scene).rotary_inertia > 0 &&
            !(moves && scene_locks_strains(&rod->scene));
 }

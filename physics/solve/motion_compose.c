@@ -199,8 +199,7 @@ static ad_status open_composition(composition *in, ad_error *error)
     const solve_rod *rod = motion_rod(in->motion);
     in->is_driven = rod->rest_moves || rod->actuators > 0;
     for (int end = 0; end < 2; end++) {
-        const solve_end *given = &rod->ends[end];
-        in->is_driven |= given->moves && (given->hold.directions > 0 || given->holds_rotation);
+        in->is_driven |= solve_end_is_driven(&rod->ends[end]);
     }
     in->state = malloc(motion_nodes(in->motion) * MOTION_ROWS * sizeof *in->state);
     ad_status status = in->state ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");

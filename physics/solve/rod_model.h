@@ -24,6 +24,12 @@ typedef struct solve_end {
     bool moves;          /* false: what it gives is the same at all times */
 } solve_end;
 
+/* Whether what it holds moves. */
+static inline bool solve_end_is_driven(const solve_end *end)
+{
+    return end->moves && (end->hold.directions > 0 || end->holds_rotation);
+}
+
 /* The rod at one (s, t): the columns of its model, see physics/model.h. */
 typedef struct solve_state {
     double position[3];  /* r, world */
