@@ -18,9 +18,6 @@ static const double PART = 1.0 / 32;
  * the stretch. Of s: a place is looked at so much before it. */
 static const double WITHIN = 1e-9, BEFORE = 1e-12;
 
-/* By EI/L: what rounding leaves of the energy of a rod at rest. */
-static const double ROUNDING_ENERGY = 1e-20;
-
 typedef struct balance {
     solve_rod *rod;
     motion *m;
@@ -267,7 +264,7 @@ ad_status motion_balance_of(const scene *rod_scene, int count, const double *tim
     if (status == AD_OK && can_be_known(b.rod)) {
         status = balance_all(&b, count, times, error);
         if (status == AD_OK) {
-            double size = b.largest + ROUNDING_ENERGY;
+            double size = b.largest + SOLVE_ENERGY_ROUNDING;
             result->energy = or_infinite(b.energy_missing / size);
             result->momentum = or_infinite(b.momentum_missing / sqrt(2 * b.mass * size));
         }

@@ -23,15 +23,17 @@ static int unstable_modes(const solution *x, const scene *rod_scene)
 /* What is allowed, in tolerances of the position, but at most a tenth of the energy. Motions whose
  * error is within their tolerance are out of balance by up to 10 tolerances
  * (configs/cases/travelling_helix.yaml, --tol 1e-6 and 1e-3), usually by less than one. */
-static const double ALLOWED_MISMATCH = 100, ALLOWED_AT_MOST = 0.1;
+static const double ALLOWED_MISMATCH = 100;
 
-/* By EI/L: what rounding leaves of the energy of a rod at rest. */
-static const double ROUNDING_ENERGY = 1e-20;
+/* How much energy may be missing, by EI/L. */
+static double allowed_energy(const solve_report *report)
+{
+    return SOLVE_ENERGY_ALLOWED * report->energy + SOLVE_ENERGY_ROUNDING;
+}
 
 bool solve_energy_is_met(const solve_report *report)
 {
-    return report->energy_mismatch * report->energy <=
-           ALLOWED_AT_MOST * report->energy + ROUNDING_ENERGY;
+    return report->energy_mismatch * report->energy <= allowed_energy(report);
 }
 
 /* An error d of the position, in lengths, changes the work of loads F by up to F L d, and stands
@@ -42,11 +44,10 @@ static void judge_energy(const scene *rod_scene, const solve_settings *settings,
                          const solve_report *report, verdict *result)
 {
     rod_numbers n = rod_numbers_of(rod_scene);
-    double share = fmin(ALLOWED_MISMATCH * settings->tolerance, ALLOWED_AT_MOST);
+    double share = fmin(ALLOWED_MISMATCH * settings->tolerance, SOLVE_ENERGY_ALLOWED);
     double loads = n.tip_force + n.tip_moment + n.distributed_force + n.distributed_moment +
                    n.weight + n.point_force + n.point_moment + n.actuation;
-    double limit = fmin(share * (report->energy + loads) + share * share,
-                        ALLOWED_AT_MOST * report->energy + ROUNDING_ENERGY);
+    double limit = fmin(share * (report->energy + loads) + share * share, allowed_energy(report));
     if (!(report->energy_mismatch * report->energy <= limit)) {
         verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
                     "energy, work and dissipation differ by %.2g of the largest, where a tolerance "

@@ -34,6 +34,10 @@ extern "C" {
 /* Errors of motions with kinks are this much larger at some places than they are in L2. */
 static const double SOLVE_PEAK = 10;
 
+/* What energy may be out of balance by at most, of the largest: of a motion with more nothing is
+ * known. And by EI/L what rounding leaves of the energy of a rod at rest. */
+static const double SOLVE_ENERGY_ALLOWED = 0.1, SOLVE_ENERGY_ROUNDING = 1e-20;
+
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
                           * largest, everywhere. Of rods in motion: of the position, or of a tenth

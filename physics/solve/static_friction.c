@@ -196,8 +196,8 @@ static int follow(N_Vector given, N_Vector found, void *context)
     return 0;
 }
 
-static void say_nothing(int code, const char *module, const char *function, char *text,
-                        void *context)
+void static_kinsol_say_nothing(int code, const char *module, const char *function, char *text,
+                               void *context)
 {
     (void)code, (void)module, (void)function, (void)text, (void)context;
 }
@@ -215,8 +215,8 @@ static_friction *static_friction_create(static_system *system, SUNContext sundia
     x->ones = N_VNew_Serial((sunindextype)x->count, sundials);
     x->kinsol = KINCreate(sundials);
     if (!x->before || !x->angles || !x->ones || !x->kinsol ||
-        KINSetErrHandlerFn(x->kinsol, say_nothing, NULL) != 0 || KINSetMAA(x->kinsol, DEPTH) != 0 ||
-        KINSetNumMaxIters(x->kinsol, STEPS_MAX) != 0 ||
+        KINSetErrHandlerFn(x->kinsol, static_kinsol_say_nothing, NULL) != 0 ||
+        KINSetMAA(x->kinsol, DEPTH) != 0 || KINSetNumMaxIters(x->kinsol, STEPS_MAX) != 0 ||
         KINInit(x->kinsol, follow, x->angles) != 0 || KINSetUserData(x->kinsol, x) != 0 ||
         KINSetFuncNormTol(x->kinsol, SMALL) != 0) {
         static_friction_free(x);

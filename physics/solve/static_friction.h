@@ -31,4 +31,8 @@ bool static_friction_solve(static_friction *x, static_friction_given *solve, voi
 /* The angles of a coarse system as those of one whose elements are parts of its elements. */
 void static_friction_refine(static_system *coarse, static_system *fine);
 
+/* A handler of KINSOL's errors: what it returns says all of them. */
+void static_kinsol_say_nothing(int code, const char *module, const char *function, char *text,
+                               void *context);
+
 #endif

@@ -80,12 +80,6 @@ static int do_nothing(SUNMatrix matrix)
     return 0;
 }
 
-static void say_nothing(int code, const char *module, const char *function, char *text,
-                        void *context)
-{
-    (void)code, (void)module, (void)function, (void)text, (void)context;
-}
-
 /* ---- making -------------------------------------------------------------------------------- */
 
 static bool allocate(static_newton *x)
@@ -115,7 +109,7 @@ static bool set_up(static_newton *x)
     x->solver->ops->solve = solve;
     N_VConst(1, x->ones);
     N_VSetArrayPointer(x->step, x->y); /* a vector to copy the kind from */
-    return KINSetErrHandlerFn(x->kinsol, say_nothing, NULL) == 0 &&
+    return KINSetErrHandlerFn(x->kinsol, static_kinsol_say_nothing, NULL) == 0 &&
            KINInit(x->kinsol, residual, x->y) == 0 && KINSetUserData(x->kinsol, x) == 0 &&
            KINSetLinearSolver(x->kinsol, x->solver, x->matrix) == 0 &&
            KINSetJacFn(x->kinsol, linearise) == 0 && KINSetMaxSetupCalls(x->kinsol, 1) == 0 &&

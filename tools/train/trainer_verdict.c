@@ -155,12 +155,9 @@ static void judge_held_out(const trainer *t, verdict *result)
     }
 }
 
-/* Of a motion that is out of balance by more nothing is known, however small it is. */
-static const double BALANCE_ALLOWED = 0.1;
-
 static void judge_motion_balance(const learnt_balance *balance, verdict *result)
 {
-    if (balance->energy > BALANCE_ALLOWED || balance->momentum > BALANCE_ALLOWED) {
+    if (balance->energy > SOLVE_ENERGY_ALLOWED || balance->momentum > SOLVE_ENERGY_ALLOWED) {
         verdict_add(result, VERDICT_ENERGY_OUT_OF_BALANCE,
                     "energy, work and dissipation of the motion differ by %.2g of the largest, "
                     "momentum and the impulses of all forces by %.2g, where a tenth is allowed: "
