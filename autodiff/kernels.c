@@ -1,143 +1,21 @@
-/* One loop per elementwise operation. Compiled several times with different target options;
- * AD_KERNEL_SET names the result. Transcendental functions but tanh come from the C library's
- * vector library (libmvec, at most 4 units in the last place). */
+/* One loop per elementwise operation of lanes.h. Compiled several times with different target
+ * options; AD_KERNEL_SET names the result. */
 #include "autodiff/kernels.h"
+#include "autodiff/lanes.h"
 
-#include <math.h>
 #include <string.h>
 
 /* HALVES: the first, and the second halves of two vectors, interleaved. */
 #if defined(__AVX512F__)
-#define LANES                       8
-#define FIRST_HALVES                0, 8, 1, 9, 2, 10, 3, 11
-#define SECOND_HALVES               4, 12, 5, 13, 6, 14, 7, 15
-#define VECTOR_ABI(arguments, name) _ZGVeN8##arguments##_##name
+#define FIRST_HALVES  0, 8, 1, 9, 2, 10, 3, 11
+#define SECOND_HALVES 4, 12, 5, 13, 6, 14, 7, 15
 #elif defined(__AVX2__)
-#define LANES                       4
-#define FIRST_HALVES                0, 4, 1, 5
-#define SECOND_HALVES               2, 6, 3, 7
-#define VECTOR_ABI(arguments, name) _ZGVdN4##arguments##_##name
+#define FIRST_HALVES  0, 4, 1, 5
+#define SECOND_HALVES 2, 6, 3, 7
 #else
-#define LANES                       2
-#define FIRST_HALVES                0, 2
-#define SECOND_HALVES               1, 3
-#define VECTOR_ABI(arguments, name) _ZGVbN2##arguments##_##name
+#define FIRST_HALVES  0, 2
+#define SECOND_HALVES 1, 3
 #endif
-
-#define INLINE static inline __attribute__((always_inline))
-
-typedef double vec __attribute__((vector_size(LANES * 8), may_alias));
-typedef int64_t bits __attribute__((vector_size(LANES * 8), may_alias));
-
-#if defined(__x86_64__) && defined(__GLIBC__)
-#define VECTOR_FUNCTION1(name)                                                                     \
-    vec VECTOR_ABI(v, name)(vec);                                                                  \
-    INLINE vec v_##name(vec a)                                                                     \
-    {                                                                                              \
-        return VECTOR_ABI(v, name)(a);                                                             \
-    }
-#define VECTOR_FUNCTION2(name)                                                                     \
-    vec VECTOR_ABI(vv, name)(vec, vec);                                                            \
-    INLINE vec v_##name(vec a, vec b)                                                              \
-    {                                                                                              \
-        return VECTOR_ABI(vv, name)(a, b);                                                         \
-    }
-#else
-#define VECTOR_FUNCTION1(name)                                                                     \
-    INLINE vec v_##name(vec a)                                                                     \
-    {                                                                                              \
-        for (int i = 0; i < LANES; i++) {                                                          \
-            a[i] = name(a[i]);                                                                     \
-        }                                                                                          \
-        return a;                                                                                  \
-    }
-#define VECTOR_FUNCTION2(name)                                                                     \
-    INLINE vec v_##name(vec a, vec b)                                                              \
-    {                                                                                              \
-        for (int i = 0; i < LANES; i++) {                                                          \
-            a[i] = name(a[i], b[i]);                                                               \
-        }                                                                                          \
-        return a;                                                                                  \
-    }
-#endif
-
-VECTOR_FUNCTION1(sin)
-VECTOR_FUNCTION1(cos)
-VECTOR_FUNCTION1(exp)
-VECTOR_FUNCTION1(log)
-VECTOR_FUNCTION1(erf)
-VECTOR_FUNCTION2(pow)
-VECTOR_FUNCTION2(atan2)
-
-INLINE vec splat(double number)
-{
-    vec zero = {0};
-    return number - zero; /* not zero + number: keeps -0 */
-}
-
-INLINE vec v_sqrt(vec a)
-{
-    for (int i = 0; i < LANES; i++) {
-        a[i] = sqrt(a[i]);
-    }
-    return a;
-}
-
-INLINE vec choose(bits where, vec a, vec b)
-{
-    return (vec)(((bits)a & where) | ((bits)b & ~where));
-}
-
-/* tanh, the function networks use most: at most 3 units in the last place, and faster than the
- * library's. tanh |a| = e / (e + 2), e = exp(2 |a|) - 1 = 2^k (r + r^2 q(r)) + (2^k - 1), where r =
- * 2 |a| - k ln 2 in two parts (Cody and Waite), |r| <= ln(2)/2; q interpolates (exp(r) - 1 - r)/r^2
- * at Chebyshev points to 2^-60, odd and even powers apart for half the latency. */
-INLINE vec v_tanh(vec a)
-{
-    const bits sign = (bits)a & INT64_MIN;
-    const vec x = (vec)((bits)a ^ sign);
-    const vec x2 = 2 * choose(x > 20, splat(20), x);          /* tanh rounds to 1; NaN stays */
-    const vec shifted = x2 * 0x1.71547652b82fep+0 + 0x1.8p52; /* k in the lowest bits */
-    const vec k = shifted - 0x1.8p52;
-    const vec r = (x2 - k * 0x1.62e42fefa3800p-1) - k * 0x1.ef35793c76730p-45;
-    const vec power = (vec)(((bits)shifted << 52) + (bits)splat(1)); /* 2^k */
-    const vec r2 = r * r;
-    vec even = r2 * 0x1.1f730349868cep-29 + 0x1.27e4db646b17ep-22;
-    vec odd = r2 * 0x1.af4de97ca4194p-26 + 0x1.71de0231960ebp-19;
-    even = even * r2 + 0x1.a01a01a6d889cp-16;
-    odd = odd * r2 + 0x1.a01a01abe7fe1p-13;
-    even = even * r2 + 0x1.6c16c16c162d4p-10;
-    odd = odd * r2 + 0x1.11111111100dcp-7;
-    even = even * r2 + 0x1.5555555555556p-5;
-    odd = odd * r2 + 0x1.5555555555557p-3;
-    even = even * r2 + 0.5;
-    const vec e = power * ((odd * r + even) * r2 + r) + (power - 1);
-    return (vec)((bits)(e / (e + 2)) | sign);
-}
-
-INLINE vec v_reciprocal_or_zero(vec a)
-{
-    return choose(a == 0, splat(0), 1 / a);
-}
-
-INLINE vec v_sign(vec a)
-{
-    return choose(a > 0, splat(1), choose(a < 0, splat(-1), splat(0)));
-}
-
-INLINE vec v_abs(vec a)
-{
-    return (vec)((bits)a & INT64_MAX);
-}
-
-INLINE vec v_stumpff(vec a, int whole)
-{
-    for (int i = 0; i < LANES; i++) {
-        double x = a[i];
-        a[i] = ad_op_evaluate(OP_STUMPFF, whole, 0, &x);
-    }
-    return a;
-}
 
 /* A loop over rows and points; `mask` and `arity` are known at compile time. Rows are short: what
  * counts is how little surrounds the inner loop. */
@@ -235,24 +113,24 @@ LOOP1(exp, v_exp(a))
 LOOP1(log, v_log(a))
 LOOP1(erf, v_erf(a))
 LOOP1(sqrt, v_sqrt(a))
-LOOP1(reciprocal, 1 / a)
+LOOP1(reciprocal, v_reciprocal(a))
 LOOP1(reciprocal_or_zero, v_reciprocal_or_zero(a))
-LOOP1(power, v_pow(a, splat(number)))
+LOOP1(power, v_power(a, number))
 LOOP1(abs, v_abs(a))
 LOOP1(sign, v_sign(a))
 LOOP2(atan2, v_atan2(a, b))
 LOOP1(stumpff, v_stumpff(a, whole))
-LOOP3(select, choose(a > 0, b, c))
+LOOP3(select, v_select(a, b, c))
 LOOP1(copy, a)
-LOOP3(mul_add, a *b + c)
-LOOP3(mul_sub, a *b - c)
-LOOP3(sub_mul, c - a * b)
-LOOP2(scaled_mul, number *(a *b))
-LOOP3(scaled_mul_add, number *(a *b) + c)
-LOOP3(scaled_mul_sub, number *(a *b) - c)
-LOOP4(pair_add, number *(a *b) + c * d)
-LOOP4(pair_sub, number *(a *b) - c * d)
-LOOP2(tanh_sum, v_tanh(a + b))
+LOOP3(mul_add, v_mul_add(a, b, c))
+LOOP3(mul_sub, v_mul_sub(a, b, c))
+LOOP3(sub_mul, v_sub_mul(a, b, c))
+LOOP2(scaled_mul, v_scaled_mul(a, b, number))
+LOOP3(scaled_mul_add, v_scaled_mul_add(a, b, c, number))
+LOOP3(scaled_mul_sub, v_scaled_mul_sub(a, b, c, number))
+LOOP4(pair_add, v_pair_add(a, b, c, d, number))
+LOOP4(pair_sub, v_pair_sub(a, b, c, d, number))
+LOOP2(tanh_sum, v_tanh_sum(a, b))
 
 static void sum_points(int rows, int points, double *sum, kernel_operand x)
 {
@@ -281,7 +159,7 @@ static void add_outer(int columns, int points, double *out, ptrdiff_t stride, co
         double *restrict to = out + k * stride;
         const double *restrict from = x.at + k * x.stride;
         for (int j = 0; j < points; j++) {
-            to[j] += y[j] * from[j];
+            to[j] = mul_add(y[j], from[j], to[j]);
         }
     }
 }

@@ -3,6 +3,7 @@
  * To add one: a code in tape.h, a row here (with its partial derivatives written in terms of other
  * operations), its scalar meaning in ad_op_evaluate, a loop in kernels.c. The table-driven test
  * picks it up. */
+#include "autodiff/stumpff.h"
 #include "autodiff/tape.h"
 
 #include <math.h>
@@ -216,34 +217,6 @@ const op_row ad_op_table[OP_COUNT] = {
     [OP_OUTER_SUM] = {"outer_sum", 2, BILINEAR, NULL, adjoint_outer},
 };
 
-/* The series where its terms fall from the start, |a| < max(1, k (k-1)); elsewhere the closed forms
- * of c_0 and c_1 and a c_(k+2) = 1/k! - c_k, which loses no digits there. */
-static double stumpff(int k, double a)
-{
-    double root = sqrt(fabs(a)), term = 1;
-    if (k == 0) {
-        return a > 0 ? cos(root) : cosh(root);
-    }
-    if (fabs(a) < 1 || fabs(a) < (double)k * (k - 1)) {
-        for (int i = 2; i <= k; i++) {
-            term /= i;
-        }
-        double sum = term;
-        for (int i = 1; fabs(term) > 1e-18 * fabs(sum); i++) {
-            term *= -a / ((double)(k + 2 * i - 1) * (k + 2 * i));
-            sum += term;
-        }
-        return sum;
-    }
-    if (k == 1) {
-        return a > 0 ? sin(root) / root : sinh(root) / root;
-    }
-    for (int i = 2; i <= k - 2; i++) {
-        term /= i;
-    }
-    return (term - stumpff(k - 2, a)) / a;
-}
-
 double ad_op_evaluate(int op, int whole, double number, const double *x)
 {
     switch (op) {
@@ -280,7 +253,7 @@ double ad_op_evaluate(int op, int whole, double number, const double *x)
     case OP_ATAN2:
         return atan2(x[0], x[1]);
     case OP_STUMPFF:
-        return stumpff(whole, x[0]);
+        return ad_stumpff_number(whole, x[0]);
     case OP_SELECT:
         return x[0] > 0 ? x[1] : x[2];
     case OP_REPEAT:
