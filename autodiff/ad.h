@@ -267,6 +267,15 @@ typedef struct ad_run {
  * result is the same to the last bit for any number of threads. */
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
+/* The elementwise groups of a program can be taken from C that is written for it and compiled by
+ * the command cc: the same bits, in a third of the time. Begin starts the compiler and returns, for
+ * runs over so many points (others go on as they are); compiled groups are kept in `folder`, which
+ * must belong to this user alone, and are taken from there the next time. Finish takes over what is
+ * ready, or waits for it; until then, and where there is no compiler, the program goes on as it is.
+ * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
+ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, ad_error *error);
+ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
+
 /* ---- normal equations ----------------------------------------------------------------------- */
 
 /* For residuals r_ij (row i of batch values, point j) the sums over rows and points that a
@@ -291,6 +300,7 @@ ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
 void ad_normal_free(ad_normal *normal);
 ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points);
 void ad_normal_print(const ad_normal *normal, FILE *file); /* its program and columns of J */
+ad_program *ad_normal_program(ad_normal *normal);          /* of the factors of the rows of J */
 
 /* Adds to jtj [parameters][parameters] (its upper triangle; the lower one is not touched), jtr
  * [parameters] and *rtr. run->outputs is not read. Allocates nothing after the first run with a

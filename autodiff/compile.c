@@ -491,6 +491,7 @@ void ad_program_free(ad_program *program)
     if (!program) {
         return;
     }
+    ad_fuse_clear(program);
     for (int s = 0; program->passes && s <= program->pass_count; s++) {
         free(program->passes[s].uniforms);
         free(program->passes[s].instructions);

@@ -241,7 +241,7 @@ static bool side_by_side(place a, place b) /* different columns of one panel */
            a.offset - a.column == b.offset - b.column;
 }
 
-static bool conflicts(const instruction *earlier, const instruction *later)
+bool ad_instructions_conflict(const instruction *earlier, const instruction *later)
 {
     for (int i = 0; i < AD_ARITY_MAX; i++) {
         place read = later->in[i], read_before = earlier->in[i];
@@ -265,7 +265,7 @@ static void split_groups(pass *p)
         for (int i = 1; now->pieces && i < now->count; i++) {
             for (int k = 0; k < i && now->pieces; k++) {
                 now->pieces =
-                    !conflicts(&p->instructions[now->first + k], &p->instructions[now->first + i]);
+                    !ad_instructions_conflict(&p->instructions[now->first + k], &p->instructions[now->first + i]);
             }
         }
     }

@@ -297,10 +297,14 @@ static void run_tile(tile_state *t, size_t number)
     t->valid = (int)minimum((size_t)t->tile, t->e->run->points - start);
     t->width = (t->valid + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
     read_inputs(t, start);
+    bool fused = t->tile == t->e->program->fused_tile;
     for (int g = 0; g < t->e->pass->group_count; g++) {
         const group *now = &t->e->pass->groups[g];
         const instruction *i = &t->e->pass->instructions[now->first];
-        if (op_is_elementwise(i->op)) {
+        if (fused && now->fused_count > 0) {
+            now->fused(t->workspace, t->e->program->uniform, t->e->run->parameters, t->width);
+            g += now->fused_count - 1;
+        } else if (op_is_elementwise(i->op)) {
             run_group(t, now);
         } else {
             run_other(t, i);

@@ -221,6 +221,7 @@ static void transpose(int rows, int points, double *out, ptrdiff_t stride, kerne
 
 const kernel_set AD_KERNEL_SET = {
     .name = AD_KERNEL_NAME,
+    .flags = AD_KERNEL_FLAGS,
     .loops =
         {
             [OP_ADD] = ROW2(add),

@@ -19,7 +19,7 @@ typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, cons
 enum { KERNEL_MASKS = 1 << AD_ARITY_MAX };
 
 typedef struct kernel_set {
-    const char *name;
+    const char *name, *flags; /* the compiler's, for this instruction set */
     /* by operation and by which operands are uniform: bit i set for operand i */
     kernel loops[OP_ELEMENTWISE_END][KERNEL_MASKS];
     /* sum[r] += sum over the first `points` of x[r], in an order fixed by `points` alone */

@@ -165,6 +165,11 @@ void ad_normal_print(const ad_normal *normal, FILE *file)
     ad_program_print(normal->program, file);
 }
 
+ad_program *ad_normal_program(ad_normal *normal)
+{
+    return normal->program;
+}
+
 /* ---- rows of J ------------------------------------------------------------------------------- */
 
 /* out += y x^T where a factor may be the same at every point. */

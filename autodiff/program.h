@@ -48,11 +48,16 @@ static inline size_t instruction_flops(const instruction *i)
                                   : 2 * (i->op == OP_OUTER_SUM ? a * b : a) * (size_t)i->columns;
 }
 
+/* Compiled groups: workspace, uniform memory, parameters; points, a multiple of 8. */
+typedef void (*fused_groups)(double *w, const double *u, const double *p, int points);
+
 /* instructions[first .. first+count-1]; elementwise ones of equal many rows are worked on piece by
  * piece, all instructions on one piece before the next. */
 typedef struct group {
     int first, count;
     bool pieces;
+    int fused_count; /* groups from this one on that `fused` does (native.c); 0: none */
+    fused_groups fused;
 } group;
 
 typedef struct batch_output {
@@ -93,6 +98,11 @@ struct ad_program {
     int outputs;
     int *output_ids; /* [outputs] */
 
+    bool fuse_begun;       /* fuse.c */
+    struct fusing *fusing; /* a compiler at work, else NULL */
+    void *library;         /* of fused groups, else NULL */
+    int fused_tile;        /* points per tile that they are made for */
+
     /* memory of a run */
     int tile;            /* largest */
     double **workspaces; /* per thread: tile * most_units numbers, then `scratch` */
@@ -127,6 +137,9 @@ typedef struct pass_plan {
 
 bool ad_plan_layout(pass_plan *plan, pass *p);
 bool ad_emit_pass(const pass_plan *plan, pass *p); /* emit.c */
+
+/* May the two not be worked on row by row, both on one row before the next? (emit.c) */
+bool ad_instructions_conflict(const instruction *earlier, const instruction *later);
 int ad_plan_argument(const pass_plan *plan, int id, int i);
 bool ad_plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
 
@@ -139,6 +152,8 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error);
 /* Evaluate the uniform nodes of a pass, in order (uniform.c). */
 void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
 const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run);
+
+void ad_fuse_clear(ad_program *program); /* fuse.c */
 
 /* Numbers of memory beside the workspace that an instruction needs while it runs (execute.c). */
 size_t ad_execute_scratch(const instruction *i);

@@ -259,6 +259,42 @@ void problem_print(const problem *p, FILE *file)
     }
 }
 
+enum { FUSED_PER_SET = 4 };
+
+/* Of a set, those that steps run: [FUSED_PER_SET], NULL where there is none. */
+static void list_programs(const problem_set *s, ad_program **programs)
+{
+    programs[0] = s->gradient;
+    programs[1] = s->value;
+    programs[2] = s->product;
+    programs[3] = s->normal ? ad_normal_program(s->normal) : NULL;
+}
+
+ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing *state,
+                       ad_error *error)
+{
+    ad_status first = AD_OK;
+    *state = (problem_fusing){0};
+    for (int i = 0; i < 2 * p->set_count * FUSED_PER_SET; i++) { /* begin all, then finish all */
+        ad_program *programs[FUSED_PER_SET];
+        bool begin = i < p->set_count * FUSED_PER_SET, fused = false;
+        const problem_set *s = &p->sets[i / FUSED_PER_SET % p->set_count];
+        list_programs(s, programs);
+        ad_program *now = programs[i % FUSED_PER_SET];
+        if (!now) {
+            continue;
+        }
+        size_t points = now == s->value ? s->held_out.count : s->trained.count;
+        ad_error *to = first == AD_OK ? error : NULL;
+        ad_status status = begin ? ad_fuse_begin(now, points, folder, to)
+                                 : ad_fuse_finish(now, wait, &fused, to);
+        first = first == AD_OK ? status : first;
+        state->programs += begin;
+        state->fused += fused;
+    }
+    return first;
+}
+
 const char *problem_derivatives(const problem *p)
 {
     return p->derivatives;

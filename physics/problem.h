@@ -101,6 +101,16 @@ typedef struct problem_compilations {
 
 problem_compilations problem_compiled(const problem *p);
 
+/* Have the programs of training as machine code, which gives the same bits (ad_fuse_begin): starts
+ * the compiler for those that have been made so far, and takes over what is ready, or waits for it.
+ * To be called again from time to time until all are. Errors as there; the first of them, once. */
+typedef struct problem_fusing {
+    int programs, fused;
+} problem_fusing;
+
+ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing *state,
+                       ad_error *error);
+
 size_t problem_parameters(const problem *p); /* length of x */
 
 /* The terms of this scene, in a fixed order, by index. */

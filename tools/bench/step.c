@@ -9,6 +9,7 @@
 #include "physics/sort.h"
 #include "tools/programs/cli.h"
 #include "tools/train/clock.h"
+#include "tools/train/run.h"
 
 #include <errno.h>
 #include <math.h>
@@ -129,7 +130,23 @@ static void tape_free(tape_side *t)
     *t = (tape_side){0};
 }
 
-static bool tape_create(tape_side *t, int points, int threads)
+/* The elementwise groups as machine code, where there is a compiler; else a word about it. */
+static void tape_fuse(const tape_side *t)
+{
+    char cache[3800], folder[3900];
+    problem_fusing state = {0, 0};
+    ad_error error = {AD_OK, "no cache folder"};
+    double start = train_seconds();
+    if (run_cache_folder(cache, sizeof cache, true)) {
+        snprintf(folder, sizeof folder, "%s/compiled", cache);
+        problem_fuse(t->c.problem, folder, true, &state, &error);
+    }
+    printf("groups of %d of %d programs compiled and loaded in %.2f s%s%s\n", state.fused,
+           state.programs, train_seconds() - start, error.status == AD_OK ? "" : ": ",
+           error.status == AD_OK ? "" : error.message);
+}
+
+static bool tape_create(tape_side *t, int points, int threads, bool fuse)
 {
     ad_error error;
     *t = (tape_side){0};
@@ -141,6 +158,8 @@ static bool tape_create(tape_side *t, int points, int threads)
     if (!t->gradient) {
         cli_fail(program, "out of memory");
         tape_free(t);
+    } else if (fuse) {
+        tape_fuse(t);
     }
     return t->gradient;
 }
@@ -401,17 +420,31 @@ static bool race_fused(report *to, const entrant *reference, const blas *library
     return ok;
 }
 
+static bool same_bits(report *to, const tape_side *a, const tape_side *b)
+{
+    bool same = a->loss == b->loss &&
+                memcmp(a->gradient, b->gradient, a->c.parameters * sizeof *a->gradient) == 0;
+    to->wrong |= !same;
+    return true;
+}
+
 /* The tape and the yardstick with one thread and with all, each against the tape with all; the
  * yardstick with one thread against the tape with one. */
 static bool race_ours(report *to, const blas *library, tape_side *all, double flops)
 {
     const int threads = to->o->threads;
     const entrant ours = {"tape", tape_step, all, NULL, threads};
-    tape_side single = {0};
+    tape_side plain = {0}, single = {0};
     bool ok = race_tape(to, &ours, &ours, all, flops) &&
               race_fused(to, &ours, library, all, threads, flops);
+    if (ok) {
+        const entrant interpreted = {"tape, interpreted", tape_step, &plain, NULL, threads};
+        ok = tape_create(&plain, to->o->points, threads, false) &&
+             race_tape(to, &ours, &interpreted, &plain, flops) && same_bits(to, all, &plain);
+        tape_free(&plain);
+    }
     if (ok && threads > 1) {
-        ok = tape_create(&single, to->o->points, 1);
+        ok = tape_create(&single, to->o->points, 1, true);
         const entrant one = {"tape", tape_step, &single, NULL, 1};
         ok = ok && race_tape(to, &ours, &one, &single, flops) &&
              race_fused(to, &one, library, &single, 1, flops);
@@ -423,7 +456,7 @@ static bool race_ours(report *to, const blas *library, tape_side *all, double fl
 static bool compare_gradients(report *to, const blas *library)
 {
     tape_side t;
-    if (!tape_create(&t, to->o->points, to->o->threads)) {
+    if (!tape_create(&t, to->o->points, to->o->threads, true)) {
         return false;
     }
     const ad_program_info info = problem_set_inspect(t.c.problem, 0).program;
@@ -496,7 +529,7 @@ static double peak_bytes(void)
 static bool peak_after(int points, int threads, double *peak, int *numbers)
 {
     tape_side t;
-    bool ok = tape_create(&t, points, threads);
+    bool ok = tape_create(&t, points, threads, false);
     if (ok) {
         ok = tape_step(&t);
         *numbers = FUSED_INPUTS + problem_set_inspect(t.c.problem, 0).fixed_rows;

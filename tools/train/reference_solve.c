@@ -46,22 +46,14 @@ static char *text_of(const request *r)
     return text;
 }
 
-/* A path that is not absolute does not count, says the specification. */
 static void name_files(request *r)
 {
-    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    bool given = cache && *cache == '/';
     uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, r->text, strlen(r->text));
-    if (!given && (!home || *home != '/')) {
-        return;
-    }
-    int length = snprintf(r->folder, sizeof r->folder, "%s%s/cpinn", given ? cache : home,
-                          given ? "" : "/.cache");
-    if (length < 0 || (size_t)length >= sizeof r->folder) {
+    if (run_cache_folder(r->folder, sizeof r->folder, false)) {
+        snprintf(r->path, sizeof r->path, "%s/%016" PRIx64 ".h5", r->folder, hash);
+    } else {
         r->folder[0] = '\0';
-        return;
     }
-    snprintf(r->path, sizeof r->path, "%s/%016" PRIx64 ".h5", r->folder, hash);
 }
 
 /* ---- the cache ----------------------------------------------------------------------------- */

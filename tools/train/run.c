@@ -63,6 +63,18 @@ ad_status run_make_folder(const char *path, ad_error *error)
     return AD_OK;
 }
 
+/* A path that is not absolute does not count, says the specification. */
+bool run_cache_folder(char *path, size_t room, bool make)
+{
+    const char *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    bool given = cache && *cache == '/';
+    if (!given && (!home || *home != '/')) {
+        return false;
+    }
+    int length = snprintf(path, room, "%s%s/cpinn", given ? cache : home, given ? "" : "/.cache");
+    return length > 0 && (size_t)length < room && (!make || run_make_folder(path, NULL) == AD_OK);
+}
+
 /* Header and rows so far as one file; what an interrupted process wrote beyond the checkpoint goes.
  */
 static ad_status write_history(const run_folder *run, const history *h, ad_error *error)

@@ -1,0 +1,291 @@
+/* The elementwise groups of a program as machine code: written as C (c_groups.c), compiled by `cc`
+ * in a process of its own while the program goes on as it is, kept in a folder by the hash of text
+ * and command, loaded. Both give the same bits, so it does not matter when the one takes over.
+ *
+ * What is loaded is code. So the folder and the file must belong to this user and be writable by
+ * nobody else, and the file ends with a checksum of what was compiled, which a damaged one fails.
+ */
+#include "autodiff/c_code.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <signal.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#define TABLE_NAME "cpinn_fused_groups"
+#define FLAGS      "-std=c11 -O2 -fPIC -shared -fno-math-errno -ffp-contract=off"
+
+enum { PATH_ROOM = 4096, ARGUMENTS_MAX = 32 };
+
+typedef struct fusing {
+    pid_t child; /* the compiler at work, 0: none */
+    char source[PATH_ROOM], made[PATH_ROOM], kept[PATH_ROOM];
+} fusing;
+
+typedef struct seal {
+    char mark[8];
+    uint64_t size, checksum;
+} seal;
+
+static const char seal_mark[8] = "cpinn 1";
+
+extern char **environ;
+
+static uint64_t hash_bytes(uint64_t hash, const char *bytes, size_t count)
+{
+    for (; count >= sizeof hash; bytes += sizeof hash, count -= sizeof hash) {
+        uint64_t word;
+        memcpy(&word, bytes, sizeof word);
+        hash = ad_hash_mix(hash, word);
+    }
+    for (size_t i = 0; i < count; i++) {
+        hash = ad_hash_mix(hash, (unsigned char)bytes[i]);
+    }
+    return hash;
+}
+
+/* ---- files ---------------------------------------------------------------------------------- */
+
+static bool is_private(const struct stat *s)
+{
+    return s->st_uid == geteuid() && (s->st_mode & (S_IWGRP | S_IWOTH)) == 0;
+}
+
+/* The bytes of a file that only this user could have written; NULL: it is none, or cannot be read.
+ */
+static char *read_private(const char *path, size_t *size)
+{
+    struct stat s;
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    char *bytes = NULL;
+    if (file >= 0 && fstat(file, &s) == 0 && S_ISREG(s.st_mode) && is_private(&s)) {
+        *size = (size_t)s.st_size;
+        bytes = malloc(*size + 1);
+        if (bytes && read(file, bytes, *size) != (ssize_t)*size) {
+            free(bytes);
+            bytes = NULL;
+        }
+    }
+    if (file >= 0) {
+        close(file);
+    }
+    return bytes;
+}
+
+static bool is_sealed(const char *path)
+{
+    size_t size = 0;
+    seal end;
+    char *bytes = read_private(path, &size);
+    bool ok = bytes && size > sizeof end;
+    if (ok) {
+        size -= sizeof end;
+        memcpy(&end, bytes + size, sizeof end);
+        ok = memcmp(end.mark, seal_mark, sizeof end.mark) == 0 && end.size == size &&
+             end.checksum == hash_bytes(0, bytes, size);
+    }
+    free(bytes);
+    return ok;
+}
+
+static bool seal_file(const char *path)
+{
+    size_t size = 0;
+    seal end;
+    char *bytes = read_private(path, &size);
+    FILE *file = bytes ? fopen(path, "ab") : NULL;
+    memcpy(end.mark, seal_mark, sizeof end.mark);
+    end.size = size;
+    end.checksum = bytes ? hash_bytes(0, bytes, size) : 0;
+    bool ok = file && fwrite(&end, sizeof end, 1, file) == 1;
+    ok = file && fclose(file) == 0 && ok;
+    free(bytes);
+    return ok;
+}
+
+static bool write_private(const char *path, const char *bytes, size_t size)
+{
+    int file = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NOFOLLOW, S_IRUSR | S_IWUSR);
+    FILE *stream = file >= 0 ? fdopen(file, "wb") : NULL;
+    bool ok = stream && fwrite(bytes, 1, size, stream) == size;
+    if (!stream && file >= 0) {
+        close(file);
+    }
+    return stream && fclose(stream) == 0 && ok;
+}
+
+/* ---- loading -------------------------------------------------------------------------------- */
+
+static ad_status load(ad_program *program, const char *path, ad_error *error)
+{
+    fused_groups *table = NULL;
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL), *found = NULL;
+    found = library ? dlsym(library, TABLE_NAME) : NULL;
+    if (!found) {
+        const char *why = dlerror();
+        if (library) {
+            dlclose(library);
+        }
+        return ad_fail(error, AD_IO, "%s: %s", path, why ? why : "no groups");
+    }
+    table = found;
+    for (int s = 0; s < program->pass_count; s++) {
+        pass *p = &program->passes[s];
+        for (int g = 0; g < p->group_count; g++) {
+            p->groups[g].fused_count = ad_c_run_length(p, g);
+            if (p->groups[g].fused_count > 0) {
+                p->groups[g].fused = *table++;
+                g += p->groups[g].fused_count - 1;
+            }
+        }
+    }
+    program->library = library;
+    return AD_OK;
+}
+
+/* ---- compiling ------------------------------------------------------------------------------ */
+
+/* cc FLAGS -mavx... -o MADE SOURCE -lmvec -lm, without a word. */
+static ad_status start_compiler(const ad_program *program, fusing *f, ad_error *error)
+{
+    char words[512], *arguments[ARGUMENTS_MAX] = {"cc"}, *rest = NULL;
+    int count = 1;
+    snprintf(words, sizeof words, "%s %s", FLAGS, program->kernels->flags);
+    for (char *word = strtok_r(words, " ", &rest); word && count < ARGUMENTS_MAX - 6;
+         word = strtok_r(NULL, " ", &rest)) {
+        arguments[count++] = word;
+    }
+    arguments[count++] = "-o";
+    arguments[count++] = f->made;
+    arguments[count++] = f->source;
+#if defined(__x86_64__) && defined(__GLIBC__)
+    arguments[count++] = "-lmvec";
+#endif
+    arguments[count++] = "-lm";
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    int failure = posix_spawnp(&f->child, "cc", &actions, NULL, arguments, environ);
+    posix_spawn_file_actions_destroy(&actions);
+    if (failure) {
+        f->child = 0;
+        return ad_fail(error, AD_IO, "no compiler: cc: %s", strerror(failure));
+    }
+    return AD_OK;
+}
+
+/* The compiler is stopped, its files are gone. */
+static void stop(ad_program *program)
+{
+    fusing *f = program->fusing;
+    if (f && f->child > 0) {
+        kill(f->child, SIGKILL);
+        waitpid(f->child, NULL, 0);
+    }
+    if (f) {
+        unlink(f->source);
+        unlink(f->made);
+    }
+    free(f);
+    program->fusing = NULL;
+}
+
+void ad_fuse_clear(ad_program *program)
+{
+    stop(program);
+    if (program->library) {
+        dlclose(program->library);
+    }
+    program->library = NULL;
+}
+
+static bool name_files(fusing *f, const char *folder, uint64_t hash)
+{
+    int room = PATH_ROOM, process = (int)getpid();
+    return snprintf(f->kept, PATH_ROOM, "%s/%016" PRIx64 ".so", folder, hash) < room &&
+           snprintf(f->made, PATH_ROOM, "%s/%016" PRIx64 ".%d.so", folder, hash, process) < room &&
+           snprintf(f->source, PATH_ROOM, "%s/%016" PRIx64 ".%d.c", folder, hash, process) < room;
+}
+
+static ad_status begin(ad_program *program, const char *text, size_t size, const char *folder,
+                       ad_error *error)
+{
+    struct stat s;
+    fusing *f = program->fusing = calloc(1, sizeof *f);
+    uint64_t hash = hash_bytes(0, FLAGS, strlen(FLAGS));
+    hash = hash_bytes(hash, program->kernels->flags, strlen(program->kernels->flags));
+    hash = hash_bytes(hash, text, size);
+    if (!f) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the names of files");
+    }
+    mkdir(folder, S_IRWXU); /* if it is missing */
+    if (stat(folder, &s) != 0 || !S_ISDIR(s.st_mode) || !is_private(&s)) {
+        return ad_fail(error, AD_IO, "%s: is no folder that only its user can write to", folder);
+    }
+    if (!name_files(f, folder, hash)) {
+        return ad_fail(error, AD_IO, "%s: too long a name", folder);
+    }
+    if (is_sealed(f->kept) && load(program, f->kept, NULL) == AD_OK) {
+        return AD_OK;
+    }
+    if (!write_private(f->source, text, size)) {
+        return ad_fail(error, AD_IO, "%s: %s", f->source, strerror(errno));
+    }
+    return start_compiler(program, f, error);
+}
+
+ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, ad_error *error)
+{
+    char *text = NULL;
+    size_t size = 0, tiles;
+    if (program->fuse_begun) {
+        return AD_OK;
+    }
+    program->fuse_begun = true;
+    ad_execute_cut(program, points, &program->fused_tile, &tiles);
+    FILE *file = open_memstream(&text, &size);
+    bool ok = file && ad_c_write_groups(program, program->fused_tile, TABLE_NAME, file);
+    ok = file && fclose(file) == 0 && ok;
+    ad_status status = ok ? begin(program, text, size, folder, error)
+                          : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+    free(text);
+    if (status != AD_OK || program->library) {
+        stop(program);
+    }
+    return status;
+}
+
+ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error)
+{
+    fusing *f = program->fusing;
+    int how = 0;
+    ad_status status = AD_OK;
+    *fused = program->library != NULL;
+    if (!f) {
+        return AD_OK;
+    }
+    pid_t ended = waitpid(f->child, &how, wait ? 0 : WNOHANG);
+    if (ended == 0) {
+        return AD_OK;
+    }
+    f->child = 0;
+    if (ended < 0 || !WIFEXITED(how) || WEXITSTATUS(how) != 0) {
+        status = ad_fail(error, AD_IO, "cc does not compile the groups of a program");
+    } else if (!seal_file(f->made) || rename(f->made, f->kept) != 0) {
+        status = ad_fail(error, AD_IO, "%s: %s", f->kept, strerror(errno));
+    } else {
+        status = load(program, f->kept, error);
+    }
+    stop(program);
+    *fused = program->library != NULL;
+    return status;
+}
