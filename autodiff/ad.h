@@ -276,6 +276,23 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, ad_error *error);
 ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
 
+/* The whole program as one C99 function without anything but libm, for `points` points at a call:
+ *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,
+ *               double *const *outputs)
+ * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where
+ * their numbers are given here and stand in the C instead. float in place of double where `single`.
+ * Sums and products are added up in another order than by ad_execute. Not while it runs. Errors:
+ * AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY; those of the file are the caller's to see. */
+typedef struct ad_c_options {
+    const char *name;              /* a C identifier of at most 30 characters */
+    size_t points;                 /* 1 to 1024 */
+    const double *parameters;      /* or NULL */
+    const double *const *uniforms; /* or NULL */
+    bool single;
+} ad_c_options;
+
+ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *file, ad_error *error);
+
 /* ---- normal equations ----------------------------------------------------------------------- */
 
 /* For residuals r_ij (row i of batch values, point j) the sums over rows and points that a

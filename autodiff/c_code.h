@@ -1,15 +1,17 @@
-/* A program written out as C. Private to autodiff. */
+/* A program written out as C: the elementwise groups for tiles of vectors (c_groups.c), or all of
+ * it for numbers (c_function.c). Private to autodiff. */
 #ifndef AD_C_CODE_H
 #define AD_C_CODE_H
 
 #include "autodiff/program.h"
 
-/* The texts of lanes.h and stumpff.h, which what is written needs (made by CMakeLists.txt). */
-extern const char *const ad_text_lanes[], *const ad_text_stumpff[]; /* lines, NULL at the end */
+/* The texts of lanes.h, stumpff.h and tanh.h (made by text.cmake): lines, NULL at the end. */
+extern const char *const ad_text_lanes[], *const ad_text_stumpff[], *const ad_text_tanh[];
+
 void ad_c_text(const char *const *lines, FILE *file);
 
 /* How many groups of elementwise instructions follow one another from `group` on: what one function
- * does (fused_run). */
+ * does. */
 int ad_c_run_length(const pass *p, int group);
 
 /* All elementwise groups of a program for tiles of `tile` points, one function for each run of
@@ -17,18 +19,58 @@ int ad_c_run_length(const pass *p, int group);
  * memory. */
 bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FILE *file);
 
-/* Which numbers of the workspace are read after each instruction (c_lives.c). */
-typedef struct lives {
-    bool *kept;    /* of all instructions' rows, one after the other: read after its segment */
-    size_t *first; /* [instructions] in `kept` */
-} lives;
+/* ---- elementwise instructions, for both (c_segments.c) -------------------------------------- */
 
-/* `end`[instruction]: the instruction after the last of its segment. False: out of memory; clear it
- * all the same. */
-bool ad_c_lives_create(const pass *p, const int *end, lives *l);
-void ad_c_lives_clear(lives *l);
+enum { C_OPERAND = 64, C_LOOP_MAX = 96 };
 
-/* A number as C: exact, and a double. */
-void ad_c_number(double number, FILE *file);
+/* What holds a block of rows: a variable of the segment at work. */
+typedef struct c_held {
+    place at;
+    int variable;
+} c_held;
+
+typedef struct c_writer {
+    const ad_program *program;
+    FILE *file;
+    bool vectors;       /* of LANES points, by the functions of lanes.h; else one number */
+    const char *type;   /* of a variable */
+    const char *suffix; /* of numbers and of libm's functions: "", or "f" */
+    int numbers;        /* points, when these are numbers */
+    const char *points; /* head of the loop over points, "": there is one */
+    /* a uniform value, its row or the one that `r` counts (row < 0): C_OPERAND characters */
+    void (*uniform)(const struct c_writer *w, place p, int row, char *text);
+    void *context;     /* of it */
+    const bool *known; /* [uniform memory] written as they are: numbers that stand in it */
+    /* a pass */
+    const pass *pass;
+    int *end;    /* [instructions] the one after its segment */
+    bool *kept;  /* of all instructions' rows, one after the other: read after its segment */
+    size_t *row; /* [instructions] its first in `kept` */
+    /* a segment */
+    int *holder; /* [units] variable of a row, -1: none */
+    c_held held[(AD_ARITY_MAX + 1) * C_LOOP_MAX];
+    int held_count, variables;
+} c_writer;
+
+/* Cut a pass into segments, find what each has to leave in memory. False: out of memory; end it all
+ * the same. */
+bool ad_c_begin_pass(c_writer *w, const pass *p);
+void ad_c_end_pass(c_writer *w);
+
+/* Instructions first .. end-1, all elementwise, whole segments. */
+void ad_c_write_segments(c_writer *w, int first, int end);
+
+/* The constants of a program, [uniform memory]; NULL: out of memory. */
+bool *ad_c_constants(const ad_program *program);
+
+/* "a + b", "v_tanh(a)" or, of numbers, "tanh(a)". */
+void ad_c_operation(const c_writer *w, int op, int whole, double number,
+                    char (*operands)[C_OPERAND]);
+
+/* A number as C, exact: C_OPERAND characters are enough. */
+void ad_c_number(const c_writer *w, double number, char *text);
+
+/* Mark what is read after each segment in w->kept (c_lives.c). */
+bool ad_c_find_lives(c_writer *w);
 
 #endif

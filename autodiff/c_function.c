@@ -1,0 +1,611 @@
+/* A whole program as one function of numbers in C99, without anything but libm: for a fixed number
+ * of points, passes one after the other, matrix products as loops. Parameters and uniform values
+ * that are given become constants, and with them all that follows from them. */
+#include "autodiff/c_code.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK_ROWS = 16, BLOCK_NUMBERS = 64 };
+
+/* Numbers that stand in the C as an array: rows of a uniform value, or a matrix [k][m] of one that
+ * is stored [m][k]. */
+typedef struct table {
+    place at;
+    int m, k; /* 0: not a matrix to be turned */
+} table;
+
+typedef struct function {
+    c_writer w;
+    ad_program *program;
+    const ad_c_options *options;
+    bool *known; /* [uniform memory] */
+    table *tables;
+    int table_count, table_capacity;
+    bool uses_u, uses_p, failed;
+} function;
+
+/* ---- numbers that are known ----------------------------------------------------------------- */
+
+static bool is_known(const function *f, place p)
+{
+    return p.kind == PLACE_PARAMETER ? f->options->parameters != NULL : f->known[p.offset];
+}
+
+static double number_at(const function *f, place p, int row)
+{
+    int at = p.offset + row * p.stride;
+    return p.kind == PLACE_PARAMETER ? f->options->parameters[at] : f->program->uniform[at];
+}
+
+/* Does a uniform node follow from what is given? Those before it have been looked at. */
+static bool follows(const function *f, int id)
+{
+    const ad_tape *tape = f->program->tape;
+    const node *n = &tape->nodes[id];
+    bool result = n->op != OP_UNIFORM || f->options->uniforms != NULL;
+    for (int i = 0; i < n->count; i++) {
+        result = result && is_known(f, f->program->places[tape->arguments[n->first + i]]);
+    }
+    return result;
+}
+
+/* Evaluates what follows from what is given, before the first pass. */
+static bool find_known(function *f)
+{
+    const pass *first = &f->program->passes[0];
+    const ad_run run = {.points = f->options->points,
+                        .uniforms = f->options->uniforms,
+                        .parameters = f->options->parameters};
+    int *list = malloc(((size_t)first->uniform_count + 1) * sizeof *list);
+    pass given = {.uniforms = list};
+    f->known = ad_c_constants(f->program);
+    for (int i = 0; list && f->known && i < first->uniform_count; i++) {
+        int id = first->uniforms[i];
+        place p = f->program->places[id];
+        if (follows(f, id)) {
+            list[given.uniform_count++] = id;
+            memset(f->known + p.offset, 1, (size_t)p.rows);
+        }
+    }
+    if (list && f->known) {
+        ad_uniform_evaluate(f->program, &given, &run);
+    }
+    free(list);
+    return list && f->known;
+}
+
+static int find_table(function *f, table wanted)
+{
+    for (int i = 0; i < f->table_count; i++) {
+        table t = f->tables[i];
+        if (t.at.kind == wanted.at.kind && t.at.offset == wanted.at.offset &&
+            t.at.rows == wanted.at.rows && t.m == wanted.m && t.k == wanted.k) {
+            return i;
+        }
+    }
+    if (!ad_tape_grow((void **)&f->tables, &f->table_capacity, f->table_count + 1,
+                      sizeof *f->tables)) {
+        f->failed = true;
+        return 0;
+    }
+    f->tables[f->table_count] = wanted;
+    return f->table_count++;
+}
+
+static void write_tables(const function *f, FILE *file)
+{
+    char text[C_OPERAND];
+    for (int i = 0; i < f->table_count; i++) {
+        table t = f->tables[i];
+        fprintf(file, "static const %s %s_%d[%d] = {", f->w.type, f->options->name, i, t.at.rows);
+        for (int row = 0; row < t.at.rows; row++) {
+            ad_c_number(&f->w, number_at(f, t.at, t.m ? row % t.m * t.k + row / t.m : row), text);
+            fprintf(file, "%s%s%s", row % 4 == 0 ? "\n    " : " ", text,
+                    row + 1 < t.at.rows ? "," : "};\n\n");
+        }
+    }
+}
+
+/* Where numbers stand and how far in: "u[13 + ", "eval_2[0 + ". */
+static void begin_index(function *f, table t, char *text)
+{
+    if (is_known(f, t.at)) {
+        snprintf(text, C_OPERAND, "%.30s_%d[", f->options->name, find_table(f, t));
+        return;
+    }
+    f->uses_u = f->uses_u || t.at.kind == PLACE_UNIFORM;
+    f->uses_p = f->uses_p || t.at.kind == PLACE_PARAMETER;
+    snprintf(text, C_OPERAND, "%c[%d + ", t.at.kind == PLACE_UNIFORM ? 'u' : 'p', t.at.offset);
+}
+
+static void put_uniform(const c_writer *w, place p, int row, char *text)
+{
+    function *f = w->context;
+    if (row >= 0 && is_known(f, p)) {
+        ad_c_number(w, number_at(f, p, row), text);
+    } else {
+        char start[C_OPERAND];
+        begin_index(f, (table){.at = p}, start);
+        snprintf(text, C_OPERAND - 8, row < 0 ? "%.40sr]" : "%.40s%d]", start, row * p.stride);
+    }
+}
+
+/* ---- uniform values that are not known ------------------------------------------------------ */
+
+static place argument_place(const function *f, const node *n, int i)
+{
+    return f->program->places[f->program->tape->arguments[n->first + i]];
+}
+
+/* "u[13 + r * step]" of an argument, as it is read in a loop over r. */
+static void argument_text(function *f, place p, int step, char *text)
+{
+    if (step == 0) {
+        put_uniform(&f->w, p, 0, text);
+    } else {
+        put_uniform(&f->w, p, -1, text);
+    }
+}
+
+static void write_copy(function *f, int to, place from)
+{
+    char text[C_OPERAND];
+    put_uniform(&f->w, from, -1, text);
+    fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = %s;\n    }\n",
+            from.rows, to, text);
+}
+
+static void write_zeros(function *f, int to, int rows)
+{
+    if (rows > 0) {
+        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = 0;\n    }\n",
+                rows, to);
+    }
+}
+
+/* u[out + i m..] = sum over k; W is stored [m][k], or [k][m] transposed. */
+static void write_uniform_product(function *f, const node *n, int out, bool transposed)
+{
+    char matrix[C_OPERAND], vector[C_OPERAND];
+    place x = argument_place(f, n, 1);
+    begin_index(f, (table){.at = argument_place(f, n, 0)}, matrix);
+    begin_index(f, (table){.at = x}, vector);
+    fprintf(f->w.file,
+            "    for (int i = 0; i < %d; i++) {\n        %s sum = 0;\n"
+            "        for (int k = 0; k < %d; k++) {\n            sum += %s%s * %d + %s] * %sk];\n"
+            "        }\n        u[%d + i] = sum;\n    }\n",
+            n->rows, f->w.type, x.rows, matrix, transposed ? "k" : "i",
+            transposed ? n->rows : x.rows, transposed ? "i" : "k", vector, out);
+}
+
+static void write_uniform_outer(function *f, const node *n, int out)
+{
+    char y[C_OPERAND], x[C_OPERAND];
+    place b = argument_place(f, n, 1);
+    begin_index(f, (table){.at = argument_place(f, n, 0)}, y);
+    begin_index(f, (table){.at = b}, x);
+    fprintf(f->w.file,
+            "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = %sr / %d] * %sr %% %d];\n"
+            "    }\n",
+            n->rows, out, y, b.rows, x, b.rows);
+}
+
+static void write_uniform_elementwise(function *f, const node *n, int out)
+{
+    char operands[AD_ARITY_MAX][C_OPERAND];
+    for (int i = 0; i < n->count; i++) {
+        place p = argument_place(f, n, i);
+        argument_text(f, p, p.rows > 1, operands[i]);
+    }
+    fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = ", n->rows, out);
+    ad_c_operation(&f->w, n->op, n->whole, n->number, operands);
+    fputs("    }\n", f->w.file);
+}
+
+static void write_joined(function *f, const node *n, int out)
+{
+    int row = n->op == OP_PAD ? n->whole : 0;
+    write_zeros(f, out, row);
+    for (int i = 0; i < n->count; i++) {
+        place p = argument_place(f, n, i);
+        write_copy(f, out + row, p);
+        row += p.rows;
+    }
+    write_zeros(f, out + row, n->rows - row);
+}
+
+static void write_uniform(function *f, int id)
+{
+    const node *n = &f->program->tape->nodes[id];
+    int out = f->program->places[id].offset;
+    char text[C_OPERAND];
+    f->uses_u = true;
+    switch (n->op) {
+    case OP_UNIFORM:
+        fprintf(f->w.file,
+                "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = uniforms[%d][r];\n    }\n",
+                n->rows, out, n->whole);
+        break;
+    case OP_STACK:
+    case OP_PAD:
+        write_joined(f, n, out);
+        break;
+    case OP_SUM_ROWS:
+        put_uniform(&f->w, argument_place(f, n, 0), -1, text);
+        fprintf(f->w.file,
+                "    u[%d] = 0;\n    for (int r = 0; r < %d; r++) {\n        u[%d] += %s;\n    }\n",
+                out, argument_place(f, n, 0).rows, out, text);
+        break;
+    case OP_MATVEC:
+    case OP_MATVEC_TRANSPOSED:
+        write_uniform_product(f, n, out, n->op == OP_MATVEC_TRANSPOSED);
+        break;
+    case OP_OUTER:
+        write_uniform_outer(f, n, out);
+        break;
+    default:
+        write_uniform_elementwise(f, n, out);
+    }
+}
+
+static void write_uniforms(function *f, const pass *p)
+{
+    for (int i = 0; i < p->uniform_count; i++) {
+        if (!f->known[f->program->places[p->uniforms[i]].offset]) {
+            write_uniform(f, p->uniforms[i]);
+        }
+    }
+}
+
+/* ---- products and sums ---------------------------------------------------------------------- */
+
+/* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. */
+static void write_block(function *f, const instruction *i, int first, int rows, int block,
+                        const char *matrix)
+{
+    int m = i->out.rows, k = i->in[1].rows;
+    bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
+    char entry[C_OPERAND];
+    snprintf(entry, sizeof entry, turned ? "k * %d + i + n" : "(i + n) * %d + k", turned ? m : k);
+    fprintf(f->w.file,
+            "    for (int i = %d; i < %d; i += %d) {\n"
+            "        %s sum[%d][%d] = {{0}};\n"
+            "        for (int k = 0; k < %d; k++) {\n"
+            "            for (int c = 0; c < %d; c++) {\n"
+            "                for (int n = 0; n < %d; n++) {\n"
+            "                    sum[c][n] += %s%s] * w[%d + k * %d + c];\n"
+            "                }\n            }\n        }\n"
+            "        for (int c = 0; c < %d; c++) {\n"
+            "            for (int n = 0; n < %d; n++) {\n"
+            "                w[%d + (i + n) * %d + c] = sum[c][n];\n"
+            "            }\n        }\n    }\n",
+            first, first + rows, block, f->w.type, i->columns, block, k, i->columns, block, matrix,
+            entry, i->in[1].offset, i->in[1].stride, i->columns, block, i->out.offset,
+            i->out.stride);
+}
+
+/* Columns of several points lie side by side. */
+static void write_wide(function *f, const instruction *i, const char *matrix)
+{
+    int m = i->out.rows, k = i->in[1].rows, width = i->columns * f->w.numbers;
+    bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
+    char entry[C_OPERAND];
+    snprintf(entry, sizeof entry, turned ? "k * %d + i" : "i * %d + k", turned ? m : k);
+    fprintf(f->w.file,
+            "    for (int i = 0; i < %d; i++) {\n"
+            "        %s sum[%d] = {0};\n"
+            "        for (int k = 0; k < %d; k++) {\n"
+            "            for (int n = 0; n < %d; n++) {\n"
+            "                sum[n] += %s%s] * w[(%d + k * %d) * %d + n];\n"
+            "            }\n        }\n"
+            "        for (int n = 0; n < %d; n++) {\n"
+            "            w[(%d + i * %d) * %d + n] = sum[n];\n        }\n    }\n",
+            m, f->w.type, width, k, width, matrix, entry, i->in[1].offset, i->in[1].stride,
+            f->w.numbers, width, i->out.offset, i->out.stride, f->w.numbers);
+}
+
+/* A matrix that is known stands turned in the C, so that sums go along its rows. */
+static void write_product(function *f, const instruction *i)
+{
+    int m = i->out.rows, k = i->in[1].rows, block = BLOCK_NUMBERS / i->columns;
+    bool natural = i->op == OP_MATVEC_TRANSPOSED;
+    char matrix[C_OPERAND];
+    table t = {.at = i->in[0]};
+    if (!natural) {
+        t.m = m;
+        t.k = k;
+    }
+    begin_index(f, t, matrix);
+    if (f->w.numbers > 1) {
+        write_wide(f, i, matrix);
+        return;
+    }
+    block = block > BLOCK_ROWS ? BLOCK_ROWS : block < 4 ? 4 : block / 4 * 4;
+    block = block > m ? m : block;
+    write_block(f, i, 0, m / block * block, block, matrix);
+    if (m % block > 0) {
+        write_block(f, i, m / block * block, m % block, m % block, matrix);
+    }
+}
+
+/* An entry of a place in a loop: row `row` at point j, or the same for all. */
+static void put_entry(function *f, place p, const char *row, char *text)
+{
+    char start[C_OPERAND];
+    if (p.kind == PLACE_TILE) {
+        snprintf(text, 2 * C_OPERAND, "w[(%d + (%s) * %d) * %d + j]", p.offset, row, p.stride,
+                 f->w.numbers);
+    } else {
+        begin_index(f, (table){.at = p}, start);
+        snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
+    }
+}
+
+/* A matrix of its own at every point. */
+static void write_point_product(function *f, const instruction *i)
+{
+    char matrix[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
+    bool transposed = i->op == OP_MATVEC_TRANSPOSED;
+    int m = i->out.rows, k = i->in[1].rows;
+    snprintf(entry, sizeof entry, transposed ? "k * %d + i" : "i * %d + k", transposed ? m : k);
+    put_entry(f, i->in[0], entry, matrix);
+    put_entry(f, i->in[1], "k", x);
+    put_entry(f, i->out, "i", out);
+    fprintf(f->w.file,
+            "    for (int i = 0; i < %d; i++) {\n        for (int j = 0; j < %d; j++) {\n"
+            "            %s sum = 0;\n            for (int k = 0; k < %d; k++) {\n"
+            "                sum += %s * %s;\n            }\n            %s = sum;\n"
+            "        }\n    }\n",
+            m, f->w.numbers, f->w.type, k, matrix, x, out);
+}
+
+static void write_outer(function *f, const instruction *i)
+{
+    char y[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
+    int k = i->in[1].rows;
+    snprintf(entry, sizeof entry, "i * %d + k", k);
+    put_entry(f, i->in[0], "i", y);
+    put_entry(f, i->in[1], "k", x);
+    put_entry(f, i->out, entry, out);
+    fprintf(f->w.file,
+            "    for (int i = 0; i < %d; i++) {\n        for (int k = 0; k < %d; k++) {\n"
+            "            for (int j = 0; j < %d; j++) {\n                %s = %s * %s;\n"
+            "            }\n        }\n    }\n",
+            i->in[0].rows, k, f->w.numbers, out, y, x);
+}
+
+/* u += y x^T, or u += y, summed over columns and points. */
+static void write_sum(function *f, const instruction *i)
+{
+    bool outer = i->op == OP_OUTER_SUM;
+    int columns = i->columns > 1 ? i->columns : 1, k = outer ? i->in[1].rows : 1;
+    char factor[2 * C_OPERAND] = "";
+    f->uses_u = true;
+    if (outer) {
+        snprintf(factor, sizeof factor, " * w[(%d + k * %d) * %d + j]", i->in[1].offset,
+                 i->in[1].stride, f->w.numbers);
+    }
+    fprintf(f->w.file,
+            "    for (int i = 0; i < %d; i++) {\n        for (int k = 0; k < %d; k++) {\n"
+            "            for (int j = 0; j < %d; j++) {\n"
+            "                u[%d + i * %d + k] += w[(%d + i * %d) * %d + j]%s;\n"
+            "            }\n        }\n    }\n",
+            i->in[0].rows, k, columns * f->w.numbers, i->out.offset, k, i->in[0].offset,
+            i->in[0].stride, f->w.numbers, factor);
+}
+
+static void write_other(function *f, const instruction *i)
+{
+    switch (i->op) {
+    case OP_MATVEC:
+    case OP_MATVEC_TRANSPOSED:
+        if (i->in[0].kind == PLACE_TILE) {
+            write_point_product(f, i);
+        } else {
+            write_product(f, i);
+        }
+        break;
+    case OP_OUTER:
+        write_outer(f, i);
+        break;
+    default:
+        write_sum(f, i);
+    }
+}
+
+/* ---- passes --------------------------------------------------------------------------------- */
+
+static void write_inputs(function *f, const int *units)
+{
+    const ad_tape *tape = f->program->tape;
+    for (int i = 0; i < tape->inputs; i++) {
+        if (units[i] >= 0) {
+            int numbers = tape->input_rows[i] * f->w.numbers;
+            fprintf(f->w.file,
+                    "    for (int r = 0; r < %d; r++) {\n        w[%d + r] = inputs[%d][r];\n"
+                    "    }\n",
+                    numbers, units[i] * f->w.numbers, i);
+        }
+    }
+}
+
+static void write_outputs(function *f, const pass *p)
+{
+    char from[2 * C_OPERAND];
+    for (int i = 0; i < p->output_count; i++) {
+        put_entry(f, p->outputs[i].from, "r", from);
+        fprintf(f->w.file,
+                "    for (int r = 0; r < %d; r++) {\n        for (int j = 0; j < %d; j++) {\n"
+                "            outputs[%d][r * %d + j] = %s;\n        }\n    }\n",
+                p->outputs[i].from.rows, f->w.numbers, p->outputs[i].number, f->w.numbers, from);
+    }
+}
+
+static bool write_pass(function *f, int number)
+{
+    const pass *p = &f->program->passes[number];
+    bool ok = ad_c_begin_pass(&f->w, p);
+    write_inputs(f, f->program->input_units + number * f->program->tape->inputs);
+    if (p->reduced > 0) {
+        f->uses_u = true;
+        write_zeros(f, p->reduced_offset, p->reduced);
+    }
+    for (int g = 0; ok && g < p->group_count; g++) {
+        int length = ad_c_run_length(p, g);
+        if (length > 0) {
+            const group *last = &p->groups[g + length - 1];
+            ad_c_write_segments(&f->w, p->groups[g].first, last->first + last->count);
+            g += length - 1;
+        } else {
+            write_other(f, &p->instructions[p->groups[g].first]);
+        }
+    }
+    write_outputs(f, p);
+    ad_c_end_pass(&f->w);
+    return ok;
+}
+
+static void write_uniform_outputs(function *f)
+{
+    char text[C_OPERAND];
+    for (int i = 0; i < f->program->outputs; i++) {
+        int id = f->program->output_ids[i];
+        if (f->program->tape->nodes[id].extent == AD_UNIFORM) {
+            place p = f->program->places[id];
+            put_uniform(&f->w, p, -1, text);
+            fprintf(f->w.file,
+                    "    for (int r = 0; r < %d; r++) {\n        outputs[%d][r] = %s;\n    }\n",
+                    p.rows, i, text);
+        }
+    }
+}
+
+static bool write_body(function *f)
+{
+    bool ok = true;
+    for (int s = 0; ok && s < f->program->pass_count; s++) {
+        write_uniforms(f, &f->program->passes[s]);
+        ok = write_pass(f, s);
+    }
+    write_uniforms(f, &f->program->passes[f->program->pass_count]);
+    write_uniform_outputs(f);
+    return ok && !f->failed;
+}
+
+/* ---- the whole ------------------------------------------------------------------------------ */
+
+static bool uses_operation(const ad_program *program, int first, int second)
+{
+    for (int s = 0; s <= program->pass_count; s++) {
+        const pass *p = &program->passes[s];
+        for (int i = 0; i < p->count; i++) {
+            if (p->instructions[i].op == first || p->instructions[i].op == second) {
+                return true;
+            }
+        }
+        for (int i = 0; i < p->uniform_count; i++) {
+            if (program->tape->nodes[p->uniforms[i]].op == first) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static void write_signature(const function *f, FILE *file)
+{
+    const char *type = f->w.type;
+    fprintf(file, "void %s(const %s *const *inputs,", f->options->name, type);
+    if (!f->options->uniforms) {
+        fprintf(file, " const %s *const *uniforms,", type);
+    }
+    if (!f->options->parameters) {
+        fprintf(file, " const %s *p,", type);
+    }
+    fprintf(file, " %s *const *outputs)", type);
+}
+
+static void write_unused(const function *f, FILE *file)
+{
+    fputs("    (void)inputs;\n", file);
+    if (!f->options->uniforms) {
+        fputs("    (void)uniforms;\n", file);
+    }
+    if (!f->options->parameters) {
+        fputs("    (void)p;\n", file);
+    }
+}
+
+static void write_all(const function *f, const char *body, FILE *file)
+{
+    const ad_program *program = f->program;
+    size_t numbers = (size_t)program->most_units * f->options->points;
+    fputs("#include <math.h>\n\n", file);
+    if (uses_operation(program, OP_STUMPFF, OP_STUMPFF)) {
+        ad_c_text(ad_text_stumpff, file);
+    }
+    if (uses_operation(program, OP_TANH, OP_TANH_SUM) && !f->options->single) {
+        ad_c_text(ad_text_tanh, file);
+    }
+    write_tables(f, file);
+    write_signature(f, file);
+    fputs(";\n\n", file);
+    write_signature(f, file);
+    fputs("\n{\n", file);
+    if (numbers > 0) {
+        fprintf(file, "    %s w[%zu];\n", f->w.type, numbers);
+    }
+    if (f->uses_u) {
+        fprintf(file, "    %s u[%d];\n", f->w.type, program->uniform_count);
+    }
+    write_unused(f, file);
+    fputs(body, file);
+    fputs("}\n", file);
+}
+
+static bool is_identifier(const char *name)
+{
+    bool ok = *name && !isdigit((unsigned char)*name) && strlen(name) <= 30;
+    for (; *name; name++) {
+        ok = ok && (isalnum((unsigned char)*name) || *name == '_');
+    }
+    return ok;
+}
+
+ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *file, ad_error *error)
+{
+    enum { POINTS_MAX = 1024 };
+    function f = {.program = program, .options = options};
+    char *body = NULL, loop[C_OPERAND] = "";
+    size_t size = 0;
+    if (!is_identifier(options->name) || options->points < 1 || options->points > POINTS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "C of a program: a name of up to 30 letters, digits and _, and 1 to %d "
+                       "points of a call",
+                       POINTS_MAX);
+    }
+    f.w = (c_writer){.program = program,
+                     .type = options->single ? "float" : "double",
+                     .suffix = options->single ? "f" : "",
+                     .points = loop,
+                     .numbers = (int)options->points,
+                     .uniform = put_uniform,
+                     .context = &f};
+    if (options->points > 1) {
+        snprintf(loop, sizeof loop, "for (int j = 0; j < %d; j++) ", (int)options->points);
+    }
+    f.w.file = open_memstream(&body, &size);
+    bool ok = f.w.file && find_known(&f);
+    f.w.known = f.known;
+    ok = ok && write_body(&f);
+    ok = f.w.file && fclose(f.w.file) == 0 && ok;
+    if (ok) {
+        write_all(&f, body, file);
+    }
+    free(body);
+    free(f.known);
+    free(f.tables);
+    return ok ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
+}

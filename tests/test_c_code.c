@@ -1,0 +1,487 @@
+/* Programs written out as C: elementwise groups give the interpreter's bits, whole programs agree
+ * with it to rounding, for every operation in every shape, for transforms, sums and random graphs.
+ * Skipped (77) where there is no compiler. */
+#include "random_graphs.h"
+
+#include "autodiff/c_code.h"
+
+#include <dlfcn.h>
+#include <stdio.h>
+#include <unistd.h>
+
+/* Sums of up to some hundred terms in another order, functions of libm and of libmvec, a few
+ * hundred operations that do not amplify; float: the same with 1e-7 for 2e-16. */
+#define ROUNDING        2e-12
+#define SINGLE_ROUNDING 1e-3
+
+enum { SUBJECTS_MAX = 24, POINTS = 37, OPERANDS = 4 };
+
+static const char strict[] = "cc -O2 -fPIC -shared -fno-math-errno -ffp-contract=off -Wall -Wextra "
+                             "-Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror";
+
+typedef struct subject {
+    ad_tape *tape;
+    ad_value outputs[OUTPUTS];
+    int count;
+    bool sums; /* over points: cannot be taken point by point */
+    run_data data;
+    compiled c;
+} subject;
+
+static subject subjects[SUBJECTS_MAX];
+static int subject_count;
+static char folder[64];
+
+static void run_command(const char *format, const char *options, const char *name)
+{
+    char command[1024];
+    snprintf(command, sizeof command, format, strict, options, folder, name, folder, name);
+    if (system(command) != 0)
+        fail_msg("fails: %s", command);
+}
+
+/* ---- subjects -----------------------------------------------------------------------------------
+ */
+
+static void finish(subject *s, size_t points, double low, double high, const ad_settings *settings)
+{
+    uint64_t random = 11;
+    assert_tape_ok(s->tape);
+    data_fill(&s->data, s->tape, points, low, high, &random);
+    s->c = run_compiled(s->count, s->outputs, settings, 1, &s->data);
+}
+
+static ad_value operand(ad_tape *tape, bool uniform, int rows)
+{
+    return uniform ? ad_uniform(tape, "x", rows) : ad_input(tape, "x", rows);
+}
+
+enum { FORMS = 9, VALUES_MAX = 512 };
+
+/* Sums and products that the compiler contracts. */
+static ad_value contraction(int form, ad_value a, ad_value b, ad_value c, ad_value d)
+{
+    ad_value ab = ad_mul(a, b), scaled = ad_scale(ab, -2.5);
+    switch (form) {
+    case 0:
+        return ad_add(ab, c);
+    case 1:
+        return ad_sub(ab, c);
+    case 2:
+        return ad_sub(c, ab);
+    case 3:
+        return scaled;
+    case 4:
+        return ad_add(scaled, c);
+    case 5:
+        return ad_sub(scaled, c);
+    case 6:
+        return ad_add(scaled, ad_mul(c, d));
+    case 7:
+        return ad_sub(ab, ad_mul(c, d));
+    default:
+        return ad_tanh(ad_add(a, b));
+    }
+}
+
+/* Each operand the same at all points or not. */
+static int record_contractions(ad_value (*x)[2], ad_value *y)
+{
+    int count = 0;
+    for (int form = 0; form < FORMS; form++) {
+        for (int mask = 0; mask < 1 << OPERANDS; mask++) {
+            ad_value own = ad_scalar(x[0][0].tape, 0.01 * count); /* products are not shared */
+            ad_value y_now = contraction(form, ad_add(x[0][mask & 1], own), x[1][mask >> 1 & 1],
+                                         x[2][mask >> 2 & 1], x[3][mask >> 3 & 1]);
+            y[count++] = y_now;
+        }
+    }
+    return count;
+}
+
+static bool takes_negative(int op)
+{
+    return op != OP_LOG && op != OP_SQRT && op != OP_POWER;
+}
+
+/* Every operation of the table by itself, operands also of one row. */
+static int record_operations(ad_value (*x)[2], ad_value (*single)[2], ad_value *y)
+{
+    int count = 0;
+    for (int op = OP_ADD; op < OP_REPEAT; op++) {
+        int arity = ad_op_table[op].arity;
+        for (int k = 0; k < 1 << (2 * arity); k++) {
+            ad_value now[AD_ARITY_MAX];
+            bool negative = takes_negative(op) && (k & 1);
+            for (int i = 0; i < arity; i++) {
+                bool uniform = k >> i & 1, one = k >> (arity + i) & 1 && i > 0;
+                now[i] = one ? single[i][uniform] : x[i][uniform];
+                now[i] = negative ? ad_neg(now[i]) : now[i];
+            }
+            y[count++] =
+                ad_tape_record(now[0].tape, op, arity, now, op == OP_STUMPFF ? k : 0, 2.7, 0);
+        }
+    }
+    return count;
+}
+
+/* Values, the gradient of the sum of their squares, the second derivative along an input. */
+static void add_operations(int rows, size_t points)
+{
+    subject *s = &subjects[subject_count++];
+    static ad_value y[VALUES_MAX];
+    ad_value x[OPERANDS][2], single[OPERANDS][2], t, path, coefficients[3];
+    int count = 0;
+    *s = (subject){.tape = ad_tape_create(), .sums = true};
+    t = ad_uniform(s->tape, "t", 1);
+    for (int i = 0; i < OPERANDS; i++) {
+        for (int uniform = 0; uniform < 2; uniform++) {
+            x[i][uniform] = operand(s->tape, uniform, rows);
+            single[i][uniform] = operand(s->tape, uniform, 1);
+        }
+    }
+    path = x[0][0];
+    x[0][0] = ad_add(path, ad_mul(t, x[1][0]));
+    count = record_operations(x, single, y);
+    count += record_contractions(x, y + count);
+    assert_true(count <= VALUES_MAX);
+    int batch = 0;
+    for (int i = 0; i < count; i++) {
+        if (ad_extent_of(y[i]) == AD_BATCH)
+            y[batch++] = y[i];
+        else
+            s->outputs[2] = s->count++ == 0 ? y[i] : ad_stack(2, (ad_value[]){s->outputs[2], y[i]});
+    }
+    s->outputs[0] = ad_stack(batch, y);
+    ad_value loss = ad_sum_points(ad_dot(s->outputs[0], s->outputs[0]));
+    ad_taylor(1, &loss, t, ad_scalar(s->tape, 1), 2, coefficients);
+    s->outputs[1] = ad_stack(2, (ad_value[]){coefficients[1], coefficients[2]});
+    ad_reverse(loss, 2, (ad_value[]){path, x[2][1]}, AD_SUMMED, s->outputs + 3);
+    s->count = 5;
+    finish(s, points, 0.4, 1.7, NULL);
+}
+
+/* A network with panels of coefficients, rows in loops, sums and two passes. */
+static void add_network(size_t points, int tile)
+{
+    enum { WIDTH = 21 };
+    subject *s = &subjects[subject_count++];
+    *s = (subject){.tape = ad_tape_create(), .count = 5, .sums = true};
+    ad_value x = ad_input(s->tape, "x", 1), y = ad_input(s->tape, "y", 2);
+    ad_value load = ad_uniform(s->tape, "load", 2);
+    ad_value w1 = ad_parameter(s->tape, "w1", 3 * WIDTH, 0);
+    ad_value b1 = ad_parameter(s->tape, "b1", WIDTH, 100);
+    ad_value w2 = ad_parameter(s->tape, "w2", WIDTH * WIDTH, 200);
+    ad_value w3 = ad_parameter(s->tape, "w3", 2 * WIDTH, 700);
+    ad_value h = ad_tanh(ad_add(ad_matvec(w1, ad_stack(2, (ad_value[]){x, y})), b1));
+    h = ad_tanh(ad_matvec(w2, ad_sin(h)));
+    ad_value u = ad_matvec(w3, h), mean = ad_div(ad_sum_points(u), ad_points(s->tape));
+    ad_value residual = ad_add(ad_sub(ad_derivative(u, x, 2), ad_mul(load, u)),
+                               ad_mul(ad_sub(u, mean), ad_exp(ad_row(y, 1))));
+    s->outputs[0] = ad_sum_points(ad_dot(residual, residual));
+    s->outputs[1] = residual;
+    ad_reverse(s->outputs[0], 3, (ad_value[]){w1, w2, load}, AD_SUMMED, s->outputs + 2);
+    finish(s, points, -1, 1, &(ad_settings){.tile = tile, .piece = 48, .fuse = true});
+}
+
+/* What is exported: outputs and their derivatives, point by point. */
+static void add_network_of_points(void)
+{
+    enum { WIDTH = 37 };
+    subject *s = &subjects[subject_count++];
+    *s = (subject){.tape = ad_tape_create(), .count = 3};
+    ad_value x = ad_input(s->tape, "x", 2), u = ad_uniform(s->tape, "u", 2);
+    ad_value w1 = ad_parameter(s->tape, "w1", 2 * WIDTH, 0);
+    ad_value b1 = ad_parameter(s->tape, "b1", WIDTH, 100);
+    ad_value w2 = ad_parameter(s->tape, "w2", WIDTH * WIDTH, 200);
+    ad_value w3 = ad_parameter(s->tape, "w3", 7 * WIDTH, 1700);
+    ad_value h = ad_tanh(ad_add(ad_matvec(w1, ad_mul(x, u)), ad_scale(b1, 0.1)));
+    h = ad_tanh(ad_scale(ad_matvec(w2, h), 0.2));
+    s->outputs[0] = ad_matvec(w3, h);
+    ad_value direction[2] = {ad_constant(s->tape, 2, (double[]){1, 0}),
+                             ad_constant(s->tape, 2, (double[]){0, 1})};
+    for (int i = 0; i < 2; i++) {
+        ad_value coefficients[2];
+        ad_taylor(1, s->outputs, x, direction[i], 1, coefficients);
+        s->outputs[1 + i] = coefficients[1];
+    }
+    finish(s, POINTS, -1, 1, NULL);
+}
+
+static void add_graph(uint64_t seed)
+{
+    static const size_t points[] = {1, 9, 40, 100};
+    subject *s = &subjects[subject_count++];
+    garden g;
+    garden_plant(&g, seed, 40, seed % 2);
+    *s = (subject){.tape = g.tape, .sums = true};
+    s->count = garden_outputs(&g, s->outputs);
+    finish(s, points[seed % 4], -1, 1, &(ad_settings){.tile = 32, .piece = 64, .fuse = seed % 3});
+}
+
+static int make_subjects(void **state)
+{
+    (void)state;
+    strcpy(folder, "/tmp/cpinn_test_XXXXXX");
+    assert_non_null(mkdtemp(folder));
+    add_operations(3, POINTS);
+    add_operations(11, POINTS);
+    add_network(150, 16);
+    add_network(64, 64);
+    add_network_of_points();
+    for (uint64_t seed = 1; seed <= 6; seed++)
+        add_graph(seed);
+    return 0;
+}
+
+static int free_subjects(void **state)
+{
+    char command[128];
+    (void)state;
+    for (int i = 0; i < subject_count; i++) {
+        compiled_free(&subjects[i].c);
+        data_free(&subjects[i].data);
+        ad_tape_free(subjects[i].tape);
+    }
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    return system(command);
+}
+
+/* ---- groups -------------------------------------------------------------------------------------
+ */
+
+static void assert_same_numbers(const char *what, int output, size_t count, const double *a,
+                                const double *b)
+{
+    for (size_t k = 0; k < count; k++)
+        if (memcmp(a + k, b + k, sizeof *a) != 0 && !(isnan(a[k]) && isnan(b[k])))
+            fail_msg("%s: number %zu of output %d: %.17g, not %.17g", what, k, output, a[k], b[k]);
+}
+
+static void check_fused(subject *s, int number)
+{
+    double *before[OUTPUTS];
+    char what[64];
+    bool fused;
+    ad_error error = {AD_OK, ""};
+    for (int i = 0; i < s->count; i++) {
+        before[i] = new_numbers(s->c.sizes[i]);
+        memcpy(before[i], s->c.results[i], s->c.sizes[i] * sizeof(double));
+    }
+    if (ad_fuse_begin(s->c.program, s->data.points, folder, &error) != AD_OK ||
+        ad_fuse_finish(s->c.program, true, &fused, &error) != AD_OK)
+        fail_msg("fuse: %s", error.message);
+    assert_true(fused);
+    compiled_execute(&s->c, s->outputs, &s->data);
+    snprintf(what, sizeof what, "groups of program %d", number);
+    for (int i = 0; i < s->count; i++) {
+        assert_same_numbers(what, i, s->c.sizes[i], s->c.results[i], before[i]);
+        free(before[i]);
+    }
+}
+
+static void test_groups_give_the_same_bits(void **state)
+{
+    (void)state;
+    for (int i = 0; i < subject_count; i++)
+        check_fused(&subjects[i], i);
+}
+
+/* Else a rule of what is written would not be tested. */
+static void test_every_operation_occurs(void **state)
+{
+    (void)state;
+    bool seen[OP_COUNT] = {false};
+    for (int k = 0; k < subject_count; k++)
+        for (int s = 0; s < subjects[k].c.program->pass_count; s++)
+            for (int i = 0; i < subjects[k].c.program->passes[s].count; i++)
+                seen[subjects[k].c.program->passes[s].instructions[i].op] = true;
+    for (int op = OP_ADD; op < OP_COUNT; op++) {
+        bool is_view = op == OP_SLICE || op == OP_STACK || op == OP_PAD || op == OP_SUM_ROWS;
+        if (!seen[op] && !is_view)
+            fail_msg("%s: in no program of this test", ad_op_table[op].name);
+    }
+}
+
+/* As a library, and without a warning. */
+static void test_groups_without_warnings(void **state)
+{
+    (void)state;
+    char path[128];
+    const ad_program *program = subjects[1].c.program;
+    snprintf(path, sizeof path, "%s/groups.c", folder);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(ad_c_write_groups(program, 64, "groups", file));
+    assert_int_equal(fclose(file), 0);
+    char options[128];
+    snprintf(options, sizeof options, "-std=c11 %s", program->kernels->flags);
+    run_command("%s %s -o %s/%s.so %s/%s.c", options, "groups");
+}
+
+/* ---- whole programs -----------------------------------------------------------------------------
+ */
+
+typedef void all_given(const void *const *inputs, void *const *outputs);
+typedef void none_given(const double *const *inputs, const double *const *uniforms,
+                        const double *parameters, double *const *outputs);
+
+static void write_function(const subject *s, int number, const char *kind, size_t points,
+                           bool given, bool single, FILE *file)
+{
+    char name[32];
+    ad_error error = {AD_OK, ""};
+    ad_c_options options = {.name = name, .points = points, .single = single};
+    snprintf(name, sizeof name, "%s_%d", kind, number);
+    if (given) {
+        options.parameters = s->data.parameters;
+        options.uniforms = (const double *const *)s->data.uniform;
+    }
+    if (ad_write_c(s->c.program, &options, file, &error) != AD_OK)
+        fail_msg("%s: %s", name, error.message);
+}
+
+static void write_functions(const char *path)
+{
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    for (int i = 0; i < subject_count; i++) {
+        const subject *s = &subjects[i];
+        write_function(s, i, "asked", s->data.points, false, false, file);
+        write_function(s, i, "given", s->data.points, true, false, file);
+        if (!s->sums) {
+            write_function(s, i, "point", 1, true, false, file);
+            write_function(s, i, "single", 1, true, true, file);
+        }
+    }
+    assert_int_equal(fclose(file), 0);
+}
+
+static void *function_of(void *library, const char *kind, int number)
+{
+    char name[32];
+    snprintf(name, sizeof name, "%s_%d", kind, number);
+    void *found = dlsym(library, name);
+    assert_non_null(found);
+    return found;
+}
+
+/* By the largest number of the output. */
+static void assert_close(const char *kind, int number, int output, const subject *s,
+                         const double *values, double tolerance)
+{
+    const double *expected = s->c.results[output];
+    double scale = 1;
+    for (size_t k = 0; k < s->c.sizes[output]; k++)
+        scale = isfinite(expected[k]) ? fmax(scale, fabs(expected[k])) : scale;
+    for (size_t k = 0; k < s->c.sizes[output]; k++)
+        if (!(fabs(values[k] - expected[k]) <= tolerance * scale) &&
+            !(isnan(values[k]) && isnan(expected[k])))
+            fail_msg("%s_%d, output %d, number %zu: %.17g, not %.17g", kind, number, output, k,
+                     values[k], expected[k]);
+}
+
+static void check_whole(void *library, const subject *s, int number, bool given)
+{
+    const char *kind = given ? "given" : "asked";
+    void *found = function_of(library, kind, number);
+    double *values[OUTPUTS];
+    all_given *short_form;
+    none_given *long_form;
+    memcpy(&short_form, &found, sizeof found);
+    memcpy(&long_form, &found, sizeof found);
+    for (int i = 0; i < s->count; i++)
+        values[i] = new_numbers(s->c.sizes[i]);
+    if (given)
+        short_form((const void *const *)s->data.input, (void *const *)values);
+    else
+        long_form((const double *const *)s->data.input, (const double *const *)s->data.uniform,
+                  s->data.parameters, values);
+    for (int i = 0; i < s->count; i++) {
+        assert_close(kind, number, i, s, values[i], ROUNDING);
+        free(values[i]);
+    }
+}
+
+/* Point by point, as numbers of `size` bytes. */
+static void check_points(void *library, const subject *s, int number, bool single)
+{
+    enum { ROWS = 16 };
+    const char *kind = single ? "single" : "point";
+    void *found = function_of(library, kind, number);
+    all_given *function;
+    double *values[OUTPUTS], in[LEAVES_MAX][ROWS], out[OUTPUTS][ROWS];
+    float in_single[LEAVES_MAX][ROWS], out_single[OUTPUTS][ROWS];
+    const void *inputs[LEAVES_MAX];
+    void *outputs[OUTPUTS];
+    size_t points = s->data.points;
+    memcpy(&function, &found, sizeof found);
+    for (int i = 0; i < s->count; i++) {
+        values[i] = new_numbers(s->c.sizes[i]);
+        outputs[i] = single ? (void *)out_single[i] : out[i];
+    }
+    for (size_t j = 0; j < points; j++) {
+        for (int i = 0; i < s->data.inputs; i++) {
+            for (int r = 0; r < s->tape->input_rows[i]; r++) {
+                in[i][r] = s->data.input[i][(size_t)r * points + j];
+                in_single[i][r] = (float)in[i][r];
+            }
+            inputs[i] = single ? (const void *)in_single[i] : in[i];
+        }
+        function(inputs, outputs);
+        for (int i = 0; i < s->count; i++)
+            for (size_t r = 0; r < s->c.sizes[i] / points; r++)
+                values[i][r * points + j] = single ? (double)out_single[i][r] : out[i][r];
+    }
+    for (int i = 0; i < s->count; i++) {
+        assert_close(kind, number, i, s, values[i], single ? SINGLE_ROUNDING : ROUNDING);
+        free(values[i]);
+    }
+}
+
+static void test_whole_programs(void **state)
+{
+    (void)state;
+    char path[128];
+    snprintf(path, sizeof path, "%s/whole.c", folder);
+    write_functions(path);
+    run_command("%s %s -o %s/%s.so %s/%s.c -lm", "-std=c99", "whole");
+    snprintf(path, sizeof path, "%s/whole.so", folder);
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library)
+        fail_msg("%s", dlerror());
+    for (int i = 0; i < subject_count; i++) {
+        check_whole(library, &subjects[i], i, false);
+        check_whole(library, &subjects[i], i, true);
+        if (!subjects[i].sums) {
+            check_points(library, &subjects[i], i, false);
+            check_points(library, &subjects[i], i, true);
+        }
+    }
+    dlclose(library);
+}
+
+static void test_options_are_checked(void **state)
+{
+    (void)state;
+    ad_program *program = subjects[0].c.program;
+    ad_error error;
+    ad_c_options options = {.name = "2x", .points = 1};
+    assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
+    options = (ad_c_options){.name = "x", .points = 0};
+    assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
+}
+
+int main(void)
+{
+    if (system("cc --version > /dev/null 2>&1") != 0)
+        return 77;
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_operation_occurs),
+        cmocka_unit_test(test_groups_give_the_same_bits),
+        cmocka_unit_test(test_groups_without_warnings),
+        cmocka_unit_test(test_whole_programs),
+        cmocka_unit_test(test_options_are_checked),
+    };
+    return cmocka_run_group_tests(tests, make_subjects, free_subjects);
+}
