@@ -16,7 +16,7 @@
 
 enum { SUBJECTS_MAX = 24, POINTS = 37, OPERANDS = 4 };
 
-static const char strict[] = "cc -O2 -fPIC -shared -fno-math-errno -ffp-contract=off -Wall -Wextra "
+static const char strict[] = "cc -O0 -fPIC -shared -fno-math-errno -ffp-contract=off -Wall -Wextra "
                              "-Wpedantic -Wshadow -Wstrict-prototypes -Wmissing-prototypes -Werror";
 
 typedef struct subject {
@@ -125,11 +125,12 @@ static int record_operations(ad_value (*x)[2], ad_value (*single)[2], ad_value *
     return count;
 }
 
-/* Values, the gradient of the sum of their squares, the second derivative along an input. */
-static void add_operations(int rows, size_t points)
+/* Values; where `derivatives` are wanted, of some of them the gradient of the sum of their squares
+ * and its second derivative along an input. */
+static void add_operations(int rows, bool derivatives, size_t points)
 {
     subject *s = &subjects[subject_count++];
-    static ad_value y[VALUES_MAX];
+    static ad_value y[VALUES_MAX], same[VALUES_MAX];
     ad_value x[OPERANDS][2], single[OPERANDS][2], t, path, coefficients[3];
     int count = 0;
     *s = (subject){.tape = ad_tape_create(), .sums = true};
@@ -145,19 +146,26 @@ static void add_operations(int rows, size_t points)
     count = record_operations(x, single, y);
     count += record_contractions(x, y + count);
     assert_true(count <= VALUES_MAX);
-    int batch = 0;
+    int batch = 0, uniform = 0;
     for (int i = 0; i < count; i++) {
         if (ad_extent_of(y[i]) == AD_BATCH)
             y[batch++] = y[i];
         else
-            s->outputs[2] = s->count++ == 0 ? y[i] : ad_stack(2, (ad_value[]){s->outputs[2], y[i]});
+            same[uniform++] = y[i];
     }
     s->outputs[0] = ad_stack(batch, y);
-    ad_value loss = ad_sum_points(ad_dot(s->outputs[0], s->outputs[0]));
-    ad_taylor(1, &loss, t, ad_scalar(s->tape, 1), 2, coefficients);
-    s->outputs[1] = ad_stack(2, (ad_value[]){coefficients[1], coefficients[2]});
-    ad_reverse(loss, 2, (ad_value[]){path, x[2][1]}, AD_SUMMED, s->outputs + 3);
-    s->count = 5;
+    s->outputs[1] = ad_stack(uniform, same);
+    s->count = 2;
+    if (derivatives) {
+        enum { EVERY = 7 };
+        for (count = 0; count * EVERY < batch; count++)
+            y[count] = y[count * EVERY];
+        ad_value some = ad_stack(count, y), loss = ad_sum_points(ad_dot(some, some));
+        ad_taylor(1, &loss, t, ad_scalar(s->tape, 1), 2, coefficients);
+        s->outputs[2] = ad_stack(2, coefficients + 1);
+        ad_reverse(loss, 2, (ad_value[]){path, x[2][1]}, AD_SUMMED, s->outputs + 3);
+        s->count = 5;
+    }
     finish(s, points, 0.4, 1.7, NULL);
 }
 
@@ -224,12 +232,12 @@ static int make_subjects(void **state)
     (void)state;
     strcpy(folder, "/tmp/cpinn_test_XXXXXX");
     assert_non_null(mkdtemp(folder));
-    add_operations(3, POINTS);
-    add_operations(11, POINTS);
+    add_operations(3, true, POINTS);
+    add_operations(11, false, POINTS);
     add_network(150, 16);
     add_network(64, 64);
     add_network_of_points();
-    for (uint64_t seed = 1; seed <= 6; seed++)
+    for (uint64_t seed = 1; seed <= 4; seed++)
         add_graph(seed);
     return 0;
 }
@@ -315,7 +323,7 @@ static void test_groups_without_warnings(void **state)
     assert_true(ad_c_write_groups(program, 64, "groups", file));
     assert_int_equal(fclose(file), 0);
     char options[128];
-    snprintf(options, sizeof options, "-std=c11 %s", program->kernels->flags);
+    snprintf(options, sizeof options, "-std=c11 -Wno-unused-function %s", program->kernels->flags);
     run_command("%s %s -o %s/%s.so %s/%s.c", options, "groups");
 }
 
@@ -348,7 +356,8 @@ static void write_functions(const char *path)
     for (int i = 0; i < subject_count; i++) {
         const subject *s = &subjects[i];
         write_function(s, i, "asked", s->data.points, false, false, file);
-        write_function(s, i, "given", s->data.points, true, false, file);
+        if (i > 0) /* large, and nothing new */
+            write_function(s, i, "given", s->data.points, true, false, file);
         if (!s->sums) {
             write_function(s, i, "point", 1, true, false, file);
             write_function(s, i, "single", 1, true, true, file);
@@ -452,7 +461,8 @@ static void test_whole_programs(void **state)
         fail_msg("%s", dlerror());
     for (int i = 0; i < subject_count; i++) {
         check_whole(library, &subjects[i], i, false);
-        check_whole(library, &subjects[i], i, true);
+        if (i > 0)
+            check_whole(library, &subjects[i], i, true);
         if (!subjects[i].sums) {
             check_points(library, &subjects[i], i, false);
             check_points(library, &subjects[i], i, true);
@@ -468,7 +478,7 @@ static void test_options_are_checked(void **state)
     ad_error error;
     ad_c_options options = {.name = "2x", .points = 1};
     assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
-    options = (ad_c_options){.name = "x", .points = 0};
+    options = (ad_c_options){.name = "x"};
     assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
 }
 
