@@ -264,8 +264,8 @@ static void split_groups(pass *p)
         group *now = &p->groups[g];
         for (int i = 1; now->pieces && i < now->count; i++) {
             for (int k = 0; k < i && now->pieces; k++) {
-                now->pieces =
-                    !ad_instructions_conflict(&p->instructions[now->first + k], &p->instructions[now->first + i]);
+                now->pieces = !ad_instructions_conflict(&p->instructions[now->first + k],
+                                                        &p->instructions[now->first + i]);
             }
         }
     }

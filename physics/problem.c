@@ -259,15 +259,14 @@ void problem_print(const problem *p, FILE *file)
     }
 }
 
-enum { FUSED_PER_SET = 4 };
+enum { FUSED_PER_SET = 3 };
 
 /* Of a set, those that steps run: [FUSED_PER_SET], NULL where there is none. */
 static void list_programs(const problem_set *s, ad_program **programs)
 {
     programs[0] = s->gradient;
-    programs[1] = s->value;
-    programs[2] = s->product;
-    programs[3] = s->normal ? ad_normal_program(s->normal) : NULL;
+    programs[1] = s->product;
+    programs[2] = s->normal ? ad_normal_program(s->normal) : NULL;
 }
 
 ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing *state,
@@ -284,9 +283,8 @@ ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing
         if (!now) {
             continue;
         }
-        size_t points = now == s->value ? s->held_out.count : s->trained.count;
         ad_error *to = first == AD_OK ? error : NULL;
-        ad_status status = begin ? ad_fuse_begin(now, points, folder, to)
+        ad_status status = begin ? ad_fuse_begin(now, s->trained.count, folder, to)
                                  : ad_fuse_finish(now, wait, &fused, to);
         first = first == AD_OK ? status : first;
         state->programs += begin;

@@ -2,8 +2,10 @@
 
 #include "physics/beam.h"
 #include "physics/plausible.h"
+#include "tools/files/file_bytes.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
+#include "tools/train/trainer.h"
 
 #include <math.h>
 #include <string.h>
@@ -419,6 +421,13 @@ static void print_sets(FILE *file, const problem *p)
         fprintf(file, "  %-9s%8zu%9zu%10zu%14zu%8d%11s\n", set.name, set.program.products,
                 set.program.groups, set.program.passes, set.program.flops_per_point,
                 set.program.tile, workspace);
+    }
+    char folder[4000];
+    if (trainer_fuse_folder(folder, false)) {
+        fprintf(file, "  after %d s of training groups are compiled by cc, kept in %s\n",
+                TRAINER_FUSE_AFTER, file_bytes_shown(folder));
+    } else {
+        fprintf(file, "  groups are interpreted: to compile them needs cc and a cache folder\n");
     }
 }
 

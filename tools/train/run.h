@@ -23,8 +23,8 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error);
 /* AD_BAD_INPUT when the folder already holds a run. */
 ad_status run_check_new(const run_folder *run, ad_error *error);
 
-/* Of what is kept from run to run: $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base Directory
- * Specification); made, if `make`. False: there is none, or no room for its name. */
+/* Of what is kept from run to run: $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base
+ * Directory Specification); made, if `make`. False: there is none, or no room for its name. */
 bool run_cache_folder(char *path, size_t room, bool make);
 
 /* Make the folder `path`, of less than 4000 bytes, and what leads to it. */

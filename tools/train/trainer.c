@@ -114,7 +114,8 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->e = e;
     t->problem = problem_;
     t->known = known;
-    t->started = train_seconds() - seconds;
+    t->began = train_seconds();
+    t->started = t->began - seconds;
     t->losses_compare = fixed_loss(&e->settings->losses);
     t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
     t->info.held_out_ratio = NAN;
@@ -452,6 +453,7 @@ static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
 ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
+    trainer_fuse(t);
     ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
     if (status != AD_OK) {
         return status;

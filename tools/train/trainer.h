@@ -55,6 +55,7 @@ typedef struct trainer_info {
     double points;       /* per evaluation */
     const char *ended;   /* why the last stage ended, or NULL */
     bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
+    problem_fusing fused;   /* programs whose elementwise work is compiled by now */
     const char *account;    /* what its optimiser has to say of its steps; may be empty */
     double held_out_ratio;  /* held-out over training loss at the last row, both by the weights of
                              * the settings alone */
@@ -79,6 +80,15 @@ ad_status trainer_add_row(trainer *t, ad_error *error);
 
 trainer_info trainer_inspect(const trainer *t);
 const history *trainer_history(const trainer *t);
+
+/* Seconds of training after which the elementwise work of its programs is compiled (problem_fuse):
+ * a compiler takes one or two, so a run that ends before had little to win. The steps go on
+ * meanwhile, and have the same bits. */
+#define TRAINER_FUSE_AFTER 10
+
+/* The folder where compiled programs are kept, of at least 4000 bytes; made, if `make`. False:
+ * there is none, or no compiler. */
+bool trainer_fuse_folder(char *path, bool make);
 
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
