@@ -21,7 +21,11 @@ bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FI
 
 /* ---- elementwise instructions, for both (c_segments.c) -------------------------------------- */
 
-enum { C_OPERAND = 64, C_LOOP_MAX = 96 };
+enum {
+    C_OPERAND = 64,
+    C_LOOP_MAX = 96, /* instructions in a loop over rows; each may make its operands again */
+    C_HELD_MAX = C_LOOP_MAX * (1 + AD_ARITY_MAX * (1 + AD_ARITY_MAX))
+};
 
 /* What holds a block of rows: a variable of the segment at work. */
 typedef struct c_held {
@@ -46,9 +50,11 @@ typedef struct c_writer {
     int *end;    /* [instructions] the one after its segment */
     bool *kept;  /* of all instructions' rows, one after the other: read after its segment */
     size_t *row; /* [instructions] its first in `kept` */
+    bool *dead;  /* [instructions] read by nobody: all make it again */
+    int *again;  /* [instructions][AD_ARITY_MAX] the one that makes an operand again, or -1 */
     /* a segment */
     int *holder; /* [units] variable of a row, -1: none */
-    c_held held[(AD_ARITY_MAX + 1) * C_LOOP_MAX];
+    c_held held[C_HELD_MAX];
     int held_count, variables;
 } c_writer;
 
@@ -69,6 +75,11 @@ void ad_c_operation(const c_writer *w, int op, int whole, double number,
 
 /* A number as C, exact: C_OPERAND characters are enough. */
 void ad_c_number(const c_writer *w, double number, char *text);
+
+bool ad_c_is_loop(const instruction *i); /* over rows: of many of them */
+
+/* Fill w->again (c_again.c). */
+bool ad_c_find_again(c_writer *w);
 
 /* Mark what is read after each segment in w->kept (c_lives.c). */
 bool ad_c_find_lives(c_writer *w);

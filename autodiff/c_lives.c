@@ -17,12 +17,35 @@ static void mark(bool *live, place p, int columns, bool value)
     }
 }
 
-static void mark_reads(const instruction *i, bool *live)
+static void mark_reads(const c_writer *w, int n, bool *live)
 {
+    const instruction *i = &w->pass->instructions[n];
     for (int k = 0; k < ad_op_table[i->op].arity; k++) {
         bool panel = !op_is_elementwise(i->op) && (k > 0 || op_is_reduction(i->op));
-        mark(live, i->in[k], panel ? columns_of(i) : 1, true);
+        if (w->again[n * AD_ARITY_MAX + k] < 0) {
+            mark(live, i->in[k], panel ? columns_of(i) : 1, true);
+        }
     }
+}
+
+/* What operands are made again from, when a segment begins. */
+static void mark_made_again(const c_writer *w, int n, bool *live)
+{
+    for (int k = 0; k < AD_ARITY_MAX; k++) {
+        int by = w->again[n * AD_ARITY_MAX + k];
+        for (int x = 0; by >= 0 && x < AD_ARITY_MAX; x++) {
+            mark(live, w->pass->instructions[by].in[x], 1, true);
+        }
+    }
+}
+
+static bool is_live(const bool *live, const instruction *i)
+{
+    bool result = i->out.kind != PLACE_TILE || !op_is_elementwise(i->op);
+    for (int row = 0; row < i->out.rows && !result; row++) {
+        result = live[i->out.offset + row * i->out.stride];
+    }
+    return result;
 }
 
 /* Backwards over instructions first .. end-1: `after` is live after them, `live` becomes what is
@@ -32,16 +55,22 @@ static void walk_segment(c_writer *w, int first, int end, const bool *after, boo
 {
     for (int n = end - 1; n >= first; n--) {
         const instruction *i = &w->pass->instructions[n];
+        w->dead[n] = !is_live(live, i);
         for (int row = 0; i->out.kind == PLACE_TILE && row < i->out.rows; row++) {
             int unit = i->out.offset + row * i->out.stride;
             w->kept[w->row[n] + (size_t)row] = after[unit] && !written[unit];
             written[unit] = true;
         }
         mark(live, i->out, columns_of(i), false);
-        mark_reads(i, live);
+        if (!w->dead[n]) {
+            mark_reads(w, n, live);
+        }
     }
     for (int n = first; n < end; n++) {
         mark(written, w->pass->instructions[n].out, 1, false);
+        if (!w->dead[n]) {
+            mark_made_again(w, n, live);
+        }
     }
 }
 

@@ -143,6 +143,11 @@ void ad_c_operation(const c_writer *w, int op, int whole, double number,
 
 /* ---- segments ------------------------------------------------------------------------------- */
 
+bool ad_c_is_loop(const instruction *i)
+{
+    return op_is_elementwise(i->op) && i->out.rows > FEW_ROWS;
+}
+
 static bool fits_loop(const pass *p, int first, int next)
 {
     if (p->instructions[next].out.rows != p->instructions[first].out.rows ||
@@ -162,7 +167,7 @@ static bool fits_loop(const pass *p, int first, int next)
 static int segment_end(const pass *p, int first, int end)
 {
     int next = first, rows = 0;
-    if (p->instructions[first].out.rows > FEW_ROWS) {
+    if (ad_c_is_loop(&p->instructions[first])) {
         while (next < end && fits_loop(p, first, next)) {
             next++;
         }
@@ -196,28 +201,31 @@ bool ad_c_begin_pass(c_writer *w, const pass *p)
     w->pass = p;
     w->end = malloc(((size_t)p->count + 1) * sizeof *w->end);
     w->row = malloc(((size_t)p->count + 1) * sizeof *w->row);
+    w->dead = calloc((size_t)p->count + 1, sizeof *w->dead);
     w->holder = malloc(((size_t)p->units + 1) * sizeof *w->holder);
     for (int n = 0; w->row && n < p->count; n++) {
         w->row[n] = rows;
         rows += (size_t)p->instructions[n].out.rows;
     }
     w->kept = calloc(rows + 1, sizeof *w->kept);
-    if (!w->end || !w->row || !w->holder || !w->kept) {
+    if (!w->end || !w->row || !w->dead || !w->holder || !w->kept) {
         return false;
     }
     cut_segments(w);
-    return ad_c_find_lives(w);
+    return ad_c_find_again(w) && ad_c_find_lives(w);
 }
 
 void ad_c_end_pass(c_writer *w)
 {
     free(w->end);
     free(w->row);
+    free(w->dead);
     free(w->holder);
     free(w->kept);
-    w->end = w->holder = NULL;
+    free(w->again);
+    w->end = w->holder = w->again = NULL;
     w->row = NULL;
-    w->kept = NULL;
+    w->kept = w->dead = NULL;
 }
 
 /* ---- rows written out ----------------------------------------------------------------------- */
@@ -312,7 +320,7 @@ static void write_statements(c_writer *w, int first, int end)
     memset(w->holder, -1, (size_t)w->pass->units * sizeof *w->holder);
     fprintf(w->file, "    %s{\n", w->points);
     for (int n = first; n < end; n++) {
-        for (int row = 0; row < w->pass->instructions[n].out.rows; row++) {
+        for (int row = 0; !w->dead[n] && row < w->pass->instructions[n].out.rows; row++) {
             write_statement(w, n, row);
         }
     }
@@ -339,20 +347,58 @@ static int hold(c_writer *w, place p)
     return w->variables++;
 }
 
-/* The same for all points: fetched before the loop over them. */
-static void write_uniforms_of_row(c_writer *w, int first, int end)
+/* The instruction that makes an operand again, or NULL. */
+static const instruction *again(const c_writer *w, int n, int k)
+{
+    int by = w->again[n * AD_ARITY_MAX + k];
+    return by < 0 ? NULL : &w->pass->instructions[by];
+}
+
+/* Operands that are the same for all points: fetched before the loop over them. */
+static void write_uniforms_of_row(c_writer *w, const instruction *i)
 {
     char text[C_OPERAND];
-    for (int n = first; n < end; n++) {
-        const instruction *i = &w->pass->instructions[n];
-        for (int k = 0; k < ad_op_table[i->op].arity; k++) {
-            place p = i->in[k];
-            if (p.kind != PLACE_TILE && p.stride > 0 && find_held(w, p) < 0) {
-                uniform_text(w, p, -1, text);
-                fprintf(w->file, "        const %s x%d = %s;\n", w->type, hold(w, p), text);
-            }
+    for (int k = 0; k < ad_op_table[i->op].arity; k++) {
+        place p = i->in[k];
+        if (p.kind != PLACE_TILE && p.stride > 0 && find_held(w, p) < 0) {
+            uniform_text(w, p, -1, text);
+            fprintf(w->file, "        const %s x%d = %s;\n", w->type, hold(w, p), text);
         }
     }
+}
+
+static const char indent[] = "            ";
+
+static int write_operation(c_writer *w, const instruction *i, char (*operands)[C_OPERAND])
+{
+    int variable = hold(w, i->out);
+    fprintf(w->file, "%sconst %s x%d = ", indent, w->type, variable);
+    ad_c_operation(w, i->op, i->whole, i->number, operands);
+    return variable;
+}
+
+/* The variable of an operand, fetched when it is not there yet. */
+static void fetch(c_writer *w, place p, char *text)
+{
+    if (p.kind != PLACE_TILE && p.stride == 0) {
+        uniform_text(w, p, 0, text);
+        return;
+    }
+    int variable = find_held(w, p);
+    if (variable < 0) {
+        variable = hold(w, p);
+        put_load(w, indent, variable, p.offset, p.stride);
+    }
+    snprintf(text, C_OPERAND, "x%d", variable);
+}
+
+static void make_again(c_writer *w, const instruction *i)
+{
+    char operands[AD_ARITY_MAX][C_OPERAND];
+    for (int k = 0; k < ad_op_table[i->op].arity; k++) {
+        fetch(w, i->in[k], operands[k]);
+    }
+    write_operation(w, i, operands);
 }
 
 static void write_row_statement(c_writer *w, int n)
@@ -364,22 +410,11 @@ static void write_row_statement(c_writer *w, int n)
         kept = kept || is_kept(w, n, row);
     }
     for (int k = 0; k < ad_op_table[i->op].arity; k++) {
-        if (i->in[k].kind != PLACE_TILE && i->in[k].stride == 0) {
-            uniform_text(w, i->in[k], 0, operands[k]);
-            continue;
-        }
-        int variable = find_held(w, i->in[k]);
-        if (variable < 0) {
-            variable = hold(w, i->in[k]);
-            put_load(w, "            ", variable, i->in[k].offset, i->in[k].stride);
-        }
-        snprintf(operands[k], C_OPERAND, "x%d", variable);
+        fetch(w, i->in[k], operands[k]);
     }
-    int variable = hold(w, i->out);
-    fprintf(w->file, "            const %s x%d = ", w->type, variable);
-    ad_c_operation(w, i->op, i->whole, i->number, operands);
+    int variable = write_operation(w, i, operands);
     if (kept) {
-        put_store(w, "            ", variable, i->out.offset, i->out.stride);
+        put_store(w, indent, variable, i->out.offset, i->out.stride);
     }
 }
 
@@ -387,10 +422,28 @@ static void write_rows(c_writer *w, int first, int end)
 {
     w->variables = w->held_count = 0;
     fprintf(w->file, "    for (int r = 0; r < %d; r++) {\n", w->pass->instructions[first].out.rows);
-    write_uniforms_of_row(w, first, end);
-    fprintf(w->file, "        %s{\n", w->points);
     for (int n = first; n < end; n++) {
-        write_row_statement(w, n);
+        if (!w->dead[n]) {
+            write_uniforms_of_row(w, &w->pass->instructions[n]);
+        }
+        for (int k = 0; k < AD_ARITY_MAX; k++) {
+            if (again(w, n, k) && !w->dead[n]) {
+                write_uniforms_of_row(w, again(w, n, k));
+            }
+        }
+    }
+    fprintf(w->file, "        %s{\n", w->points);
+    for (int n = first; n < end; n++) { /* before anything is overwritten */
+        for (int k = 0; k < AD_ARITY_MAX; k++) {
+            if (again(w, n, k) && !w->dead[n] && find_held(w, w->pass->instructions[n].in[k]) < 0) {
+                make_again(w, again(w, n, k));
+            }
+        }
+    }
+    for (int n = first; n < end; n++) {
+        if (!w->dead[n]) {
+            write_row_statement(w, n);
+        }
     }
     fputs("        }\n    }\n", w->file);
 }
@@ -398,7 +451,7 @@ static void write_rows(c_writer *w, int first, int end)
 void ad_c_write_segments(c_writer *w, int first, int end)
 {
     for (int at = first; at < end; at = w->end[at]) {
-        if (w->pass->instructions[at].out.rows > FEW_ROWS) {
+        if (ad_c_is_loop(&w->pass->instructions[at])) {
             write_rows(w, at, w->end[at]);
         } else {
             write_statements(w, at, w->end[at]);
