@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ROWS = 16, BLOCK_NUMBERS = 64 };
+enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160 };
 
 /* Numbers that stand in the C as an array: rows of a uniform value, or a matrix [k][m] of one that
  * is stored [m][k]. */
@@ -261,29 +261,35 @@ static void write_uniforms(function *f, const pass *p)
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 
-/* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. */
+/* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. Columns are
+ * written out, so that the innermost loop is one that any compiler vectorises. */
 static void write_block(function *f, const instruction *i, int first, int rows, int block,
                         const char *matrix)
 {
     int m = i->out.rows, k = i->in[1].rows;
     bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
-    char entry[C_OPERAND];
-    snprintf(entry, sizeof entry, turned ? "k * %d + i + n" : "(i + n) * %d + k", turned ? m : k);
-    fprintf(f->w.file,
-            "    for (int i = %d; i < %d; i += %d) {\n"
-            "        %s sum[%d][%d] = {{0}};\n"
-            "        for (int k = 0; k < %d; k++) {\n"
-            "            for (int c = 0; c < %d; c++) {\n"
-            "                for (int n = 0; n < %d; n++) {\n"
-            "                    sum[c][n] += %s%s] * w[%d + k * %d + c];\n"
-            "                }\n            }\n        }\n"
-            "        for (int c = 0; c < %d; c++) {\n"
-            "            for (int n = 0; n < %d; n++) {\n"
-            "                w[%d + (i + n) * %d + c] = sum[c][n];\n"
-            "            }\n        }\n    }\n",
-            first, first + rows, block, f->w.type, i->columns, block, k, i->columns, block, matrix,
-            entry, i->in[1].offset, i->in[1].stride, i->columns, block, i->out.offset,
-            i->out.stride);
+    const char *type = f->w.type;
+    fprintf(f->w.file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
+    for (int c = 0; c < i->columns; c++) {
+        fprintf(f->w.file, "        %s sum%d[%d] = {0};\n", type, c, block);
+    }
+    fprintf(f->w.file, "        for (int k = 0; k < %d; k++) {\n", k);
+    for (int c = 0; c < i->columns; c++) {
+        fprintf(f->w.file, "            const %s x%d = w[%d + k * %d];\n", type, c,
+                i->in[1].offset + c, i->in[1].stride);
+    }
+    fprintf(f->w.file, "            for (int n = 0; n < %d; n++) {\n", block);
+    fprintf(f->w.file, "                const %s a = %s", type, matrix);
+    fprintf(f->w.file, turned ? "k * %d + i + n];\n" : "(i + n) * %d + k];\n", turned ? m : k);
+    for (int c = 0; c < i->columns; c++) {
+        fprintf(f->w.file, "                sum%d[n] += a * x%d;\n", c, c);
+    }
+    fprintf(f->w.file, "            }\n        }\n        for (int n = 0; n < %d; n++) {\n", block);
+    for (int c = 0; c < i->columns; c++) {
+        fprintf(f->w.file, "            w[%d + (i + n) * %d] = sum%d[n];\n", i->out.offset + c,
+                i->out.stride, c);
+    }
+    fputs("        }\n    }\n", f->w.file);
 }
 
 /* Columns of several points lie side by side. */
