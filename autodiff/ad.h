@@ -268,7 +268,7 @@ typedef struct ad_run {
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
- * the command cc: the same bits, in a third of the time. Begin starts the compiler and returns, for
+ * the command cc: the same bits, in half the time. Begin starts the compiler and returns, for
  * runs over so many points (others go on as they are); compiled groups are kept in `folder`, which
  * must belong to this user alone, and are taken from there the next time. Finish takes over what is
  * ready, or waits for it; until then, and where there is no compiler, the program goes on as it is.

@@ -1,8 +1,8 @@
 /* The table of operations: one row each, and the functions that record them.
  *
  * To add one: a code in tape.h, a row here (with its partial derivatives written in terms of other
- * operations), its scalar meaning in ad_op_evaluate, a loop in kernels.c. The table-driven test
- * picks it up. */
+ * operations), its scalar meaning in ad_op_evaluate, what it does to a vector in lanes.h, a loop in
+ * kernels.c, its formula in c_segments.c if libm has it not. The table-driven tests pick it up. */
 #include "autodiff/stumpff.h"
 #include "autodiff/tape.h"
 

@@ -157,7 +157,7 @@ static void add_operations(int rows, bool derivatives, size_t points)
     s->outputs[1] = ad_stack(uniform, same);
     s->count = 2;
     if (derivatives) {
-        enum { EVERY = 7 };
+        enum { EVERY = 13 };
         for (count = 0; count * EVERY < batch; count++)
             y[count] = y[count * EVERY];
         ad_value some = ad_stack(count, y), loss = ad_sum_points(ad_dot(some, some));
@@ -327,6 +327,39 @@ static void test_groups_without_warnings(void **state)
     run_command("%s %s -o %s/%s.so %s/%s.c", options, "groups");
 }
 
+/* What is kept is taken again, unless it is damaged; a folder that others can write to is not used.
+ */
+static void test_kept_files(void **state)
+{
+    (void)state;
+    subject *s = &subjects[2];
+    char kept[128] = "", command[512];
+    bool fused = false;
+    ad_error error = {AD_OK, ""};
+    snprintf(command, sizeof command, "%s/kept", folder);
+    strcpy(kept, command);
+    for (int round = 0; round < 4; round++) {
+        ad_program *program = NULL;
+        assert_int_equal(
+            ad_compile(s->count, s->outputs, &s->c.program->settings, s->c.pool, &program, &error),
+            AD_OK);
+        ad_status status = ad_fuse_begin(program, s->data.points, kept, &error);
+        assert_int_equal(status, round < 3 ? AD_OK : AD_IO);
+        assert_int_equal(ad_fuse_finish(program, false, &fused, &error), AD_OK);
+        assert_true(round == 1 ? fused : !fused || round == 0); /* 1: kept; 2: damaged */
+        assert_int_equal(ad_fuse_finish(program, true, &fused, &error), AD_OK);
+        assert_int_equal(fused, round < 3);
+        ad_program_free(program);
+        snprintf(command, sizeof command,
+                 round == 1   ? "set -- %s/*; test $# = 1 && printf x | dd of=$1 bs=1 seek=4000 "
+                                "conv=notrunc 2>/dev/null"
+                 : round == 2 ? "chmod g+w %s"
+                              : "test -d %s",
+                 kept);
+        assert_int_equal(system(command), 0);
+    }
+}
+
 /* ---- whole programs -----------------------------------------------------------------------------
  */
 
@@ -490,6 +523,7 @@ int main(void)
         cmocka_unit_test(test_every_operation_occurs),
         cmocka_unit_test(test_groups_give_the_same_bits),
         cmocka_unit_test(test_groups_without_warnings),
+        cmocka_unit_test(test_kept_files),
         cmocka_unit_test(test_whole_programs),
         cmocka_unit_test(test_options_are_checked),
     };
