@@ -94,11 +94,27 @@ static int find_table(function *f, table wanted)
     return f->table_count++;
 }
 
+/* What a parameter or an input is called, "" where it is no leaf. */
+static const char *name_of(const function *f, place p)
+{
+    for (int id = 0; id < f->program->tape->count; id++) {
+        place at = f->program->places[id];
+        if (at.rows > 0 && at.kind == p.kind && at.offset == p.offset && at.rows == p.rows) {
+            return ad_tape_name(f->program->tape, id);
+        }
+    }
+    return "";
+}
+
 static void write_tables(const function *f, FILE *file)
 {
     char text[C_OPERAND];
     for (int i = 0; i < f->table_count; i++) {
         table t = f->tables[i];
+        const char *name = name_of(f, t.at);
+        if (*name) {
+            fprintf(file, "/* %s%s */\n", name, t.m ? ", turned" : "");
+        }
         fprintf(file, "static const %s %s_%d[%d] = {", f->w.type, f->options->name, i, t.at.rows);
         for (int row = 0; row < t.at.rows; row++) {
             ad_c_number(&f->w, number_at(f, t.at, t.m ? row % t.m * t.k + row / t.m : row), text);
@@ -261,6 +277,12 @@ static void write_uniforms(function *f, const pass *p)
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 
+/* "120 + k * 5": row k of a block whose rows are 5 numbers apart. */
+static void row_text(int offset, const char *row, int stride, char *text)
+{
+    snprintf(text, C_OPERAND, stride == 1 ? "%d + %s" : "%d + %s * %d", offset, row, stride);
+}
+
 /* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. Columns are
  * written out, so that the innermost loop is one that any compiler vectorises. */
 static void write_block(function *f, const instruction *i, int first, int rows, int block,
@@ -269,14 +291,15 @@ static void write_block(function *f, const instruction *i, int first, int rows, 
     int m = i->out.rows, k = i->in[1].rows;
     bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     const char *type = f->w.type;
+    char row[C_OPERAND];
     fprintf(f->w.file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
     for (int c = 0; c < i->columns; c++) {
         fprintf(f->w.file, "        %s sum%d[%d] = {0};\n", type, c, block);
     }
     fprintf(f->w.file, "        for (int k = 0; k < %d; k++) {\n", k);
     for (int c = 0; c < i->columns; c++) {
-        fprintf(f->w.file, "            const %s x%d = w[%d + k * %d];\n", type, c,
-                i->in[1].offset + c, i->in[1].stride);
+        row_text(i->in[1].offset + c, "k", i->in[1].stride, row);
+        fprintf(f->w.file, "            const %s x%d = w[%s];\n", type, c, row);
     }
     fprintf(f->w.file, "            for (int n = 0; n < %d; n++) {\n", block);
     fprintf(f->w.file, "                const %s a = %s", type, matrix);
@@ -286,8 +309,8 @@ static void write_block(function *f, const instruction *i, int first, int rows, 
     }
     fprintf(f->w.file, "            }\n        }\n        for (int n = 0; n < %d; n++) {\n", block);
     for (int c = 0; c < i->columns; c++) {
-        fprintf(f->w.file, "            w[%d + (i + n) * %d] = sum%d[n];\n", i->out.offset + c,
-                i->out.stride, c);
+        row_text(i->out.offset + c, i->out.stride == 1 ? "i + n" : "(i + n)", i->out.stride, row);
+        fprintf(f->w.file, "            w[%s] = sum%d[n];\n", row, c);
     }
     fputs("        }\n    }\n", f->w.file);
 }
@@ -340,12 +363,16 @@ static void write_product(function *f, const instruction *i)
 static void put_entry(function *f, place p, const char *row, char *text)
 {
     char start[C_OPERAND];
-    if (p.kind == PLACE_TILE) {
-        snprintf(text, 2 * C_OPERAND, "w[(%d + (%s) * %d) * %d + j]", p.offset, row, p.stride,
-                 f->w.numbers);
-    } else {
+    if (p.kind != PLACE_TILE) {
         begin_index(f, (table){.at = p}, start);
         snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
+        return;
+    }
+    row_text(p.offset, row, p.stride, start);
+    if (f->w.numbers == 1) {
+        snprintf(text, 2 * C_OPERAND, "w[%s]", start);
+    } else {
+        snprintf(text, 2 * C_OPERAND, "w[(%s) * %d + j]", start, f->w.numbers);
     }
 }
 
@@ -355,31 +382,31 @@ static void write_point_product(function *f, const instruction *i)
     char matrix[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
     bool transposed = i->op == OP_MATVEC_TRANSPOSED;
     int m = i->out.rows, k = i->in[1].rows;
-    snprintf(entry, sizeof entry, transposed ? "k * %d + i" : "i * %d + k", transposed ? m : k);
+    snprintf(entry, sizeof entry, transposed ? "(k * %d + i)" : "(i * %d + k)", transposed ? m : k);
     put_entry(f, i->in[0], entry, matrix);
     put_entry(f, i->in[1], "k", x);
     put_entry(f, i->out, "i", out);
     fprintf(f->w.file,
-            "    for (int i = 0; i < %d; i++) {\n        for (int j = 0; j < %d; j++) {\n"
+            "    for (int i = 0; i < %d; i++) {\n        %s{\n"
             "            %s sum = 0;\n            for (int k = 0; k < %d; k++) {\n"
             "                sum += %s * %s;\n            }\n            %s = sum;\n"
             "        }\n    }\n",
-            m, f->w.numbers, f->w.type, k, matrix, x, out);
+            m, f->w.points, f->w.type, k, matrix, x, out);
 }
 
 static void write_outer(function *f, const instruction *i)
 {
     char y[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
     int k = i->in[1].rows;
-    snprintf(entry, sizeof entry, "i * %d + k", k);
+    snprintf(entry, sizeof entry, "(i * %d + k)", k);
     put_entry(f, i->in[0], "i", y);
     put_entry(f, i->in[1], "k", x);
     put_entry(f, i->out, entry, out);
     fprintf(f->w.file,
             "    for (int i = 0; i < %d; i++) {\n        for (int k = 0; k < %d; k++) {\n"
-            "            for (int j = 0; j < %d; j++) {\n                %s = %s * %s;\n"
+            "            %s{\n                %s = %s * %s;\n"
             "            }\n        }\n    }\n",
-            i->in[0].rows, k, f->w.numbers, out, y, x);
+            i->in[0].rows, k, f->w.points, out, y, x);
 }
 
 /* u += y x^T, or u += y, summed over columns and points. */
@@ -441,11 +468,17 @@ static void write_outputs(function *f, const pass *p)
 {
     char from[2 * C_OPERAND];
     for (int i = 0; i < p->output_count; i++) {
-        put_entry(f, p->outputs[i].from, "r", from);
-        fprintf(f->w.file,
-                "    for (int r = 0; r < %d; r++) {\n        for (int j = 0; j < %d; j++) {\n"
-                "            outputs[%d][r * %d + j] = %s;\n        }\n    }\n",
-                p->outputs[i].from.rows, f->w.numbers, p->outputs[i].number, f->w.numbers, from);
+        batch_output o = p->outputs[i];
+        put_entry(f, o.from, "r", from);
+        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        %s{\n", o.from.rows,
+                f->w.points);
+        fprintf(f->w.file, "            outputs[%d][", o.number);
+        if (f->w.numbers == 1) {
+            fputs("r", f->w.file);
+        } else {
+            fprintf(f->w.file, "r * %d + j", f->w.numbers);
+        }
+        fprintf(f->w.file, "] = %s;\n        }\n    }\n", from);
     }
 }
 
@@ -544,6 +577,25 @@ static void write_unused(const function *f, FILE *file)
     }
 }
 
+/* What goes in and comes out. */
+static void write_comment(const function *f, FILE *file)
+{
+    const ad_tape *tape = f->program->tape;
+    fprintf(file, "/* At %d point%s. inputs:", f->w.numbers, f->w.numbers == 1 ? "" : "s");
+    for (int id = 0; id < tape->count; id++) {
+        const node *n = &tape->nodes[id];
+        if (n->op == OP_INPUT) {
+            fprintf(file, " %s[%d]", ad_tape_name(tape, id), n->rows);
+        }
+    }
+    fputs("; outputs:", file);
+    for (int i = 0; i < f->program->outputs; i++) {
+        fprintf(file, " [%d]", tape->nodes[f->program->output_ids[i]].rows);
+    }
+    fputs(f->w.numbers == 1 ? ". */\n" : ", rows one after the other, each of all points. */\n",
+          file);
+}
+
 static void write_all(const function *f, const char *body, FILE *file)
 {
     const ad_program *program = f->program;
@@ -556,6 +608,7 @@ static void write_all(const function *f, const char *body, FILE *file)
         ad_c_text(ad_text_tanh, file);
     }
     write_tables(f, file);
+    write_comment(f, file);
     write_signature(f, file);
     fputs(";\n\n", file);
     write_signature(f, file);
