@@ -281,8 +281,9 @@ ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *
  *               double *const *outputs)
  * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where
  * their numbers are given here and stand in the C instead. float in place of double where `single`.
- * Sums and products are added up in another order than by ad_execute. Not while it runs. Errors:
- * AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY; those of the file are the caller's to see. */
+ * The names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order
+ * than by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY;
+ * those of the file are the caller's to see. */
 typedef struct ad_c_options {
     const char *name;              /* a C identifier of at most 30 characters */
     size_t points;                 /* 1 to 1024 */

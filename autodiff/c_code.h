@@ -84,4 +84,39 @@ bool ad_c_find_again(c_writer *w);
 /* Mark what is read after each segment in w->kept (c_lives.c). */
 bool ad_c_find_lives(c_writer *w);
 
+/* ---- whole programs (c_function.c, c_uniform.c) --------------------------------------------- */
+
+/* Numbers that stand in the C as an array: rows of a uniform value, or a matrix [k][m] of one that
+ * is stored [m][k]. */
+typedef struct c_table {
+    place at;
+    int m, k; /* 0: not a matrix to be turned */
+} c_table;
+
+typedef struct c_function {
+    c_writer w;
+    ad_program *program;
+    const ad_c_options *options;
+    bool *known; /* [uniform memory] */
+    c_table *tables;
+    int table_count, table_capacity;
+    bool uses_u, uses_p, failed;
+} c_function;
+
+/* Evaluate what follows from what is given, before the first pass. False: out of memory. */
+bool ad_c_find_known(c_function *f);
+bool ad_c_is_known(const c_function *f, place p);
+
+/* c_writer.uniform of whole programs; context is the c_function. */
+void ad_c_put_uniform(const c_writer *w, place p, int row, char *text);
+
+/* Where numbers stand and how far in, to be followed by the rest of an index and "]": "u[13 + ",
+ * "eval_2[". C_OPERAND characters. */
+void ad_c_begin_index(c_function *f, c_table t, char *text);
+
+/* What is computed before a pass, arrays of what is known, zeros in u. */
+void ad_c_write_uniforms(c_function *f, const pass *p);
+void ad_c_write_tables(const c_function *f, FILE *file);
+void ad_c_write_zeros(c_function *f, int to, int rows);
+
 #endif

@@ -9,272 +9,6 @@
 
 enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160 };
 
-/* Numbers that stand in the C as an array: rows of a uniform value, or a matrix [k][m] of one that
- * is stored [m][k]. */
-typedef struct table {
-    place at;
-    int m, k; /* 0: not a matrix to be turned */
-} table;
-
-typedef struct function {
-    c_writer w;
-    ad_program *program;
-    const ad_c_options *options;
-    bool *known; /* [uniform memory] */
-    table *tables;
-    int table_count, table_capacity;
-    bool uses_u, uses_p, failed;
-} function;
-
-/* ---- numbers that are known ----------------------------------------------------------------- */
-
-static bool is_known(const function *f, place p)
-{
-    return p.kind == PLACE_PARAMETER ? f->options->parameters != NULL : f->known[p.offset];
-}
-
-static double number_at(const function *f, place p, int row)
-{
-    int at = p.offset + row * p.stride;
-    return p.kind == PLACE_PARAMETER ? f->options->parameters[at] : f->program->uniform[at];
-}
-
-/* Does a uniform node follow from what is given? Those before it have been looked at. */
-static bool follows(const function *f, int id)
-{
-    const ad_tape *tape = f->program->tape;
-    const node *n = &tape->nodes[id];
-    bool result = n->op != OP_UNIFORM || f->options->uniforms != NULL;
-    for (int i = 0; i < n->count; i++) {
-        result = result && is_known(f, f->program->places[tape->arguments[n->first + i]]);
-    }
-    return result;
-}
-
-/* Evaluates what follows from what is given, before the first pass. */
-static bool find_known(function *f)
-{
-    const pass *first = &f->program->passes[0];
-    const ad_run run = {.points = f->options->points,
-                        .uniforms = f->options->uniforms,
-                        .parameters = f->options->parameters};
-    int *list = malloc(((size_t)first->uniform_count + 1) * sizeof *list);
-    pass given = {.uniforms = list};
-    f->known = ad_c_constants(f->program);
-    for (int i = 0; list && f->known && i < first->uniform_count; i++) {
-        int id = first->uniforms[i];
-        place p = f->program->places[id];
-        if (follows(f, id)) {
-            list[given.uniform_count++] = id;
-            memset(f->known + p.offset, 1, (size_t)p.rows);
-        }
-    }
-    if (list && f->known) {
-        ad_uniform_evaluate(f->program, &given, &run);
-    }
-    free(list);
-    return list && f->known;
-}
-
-static int find_table(function *f, table wanted)
-{
-    for (int i = 0; i < f->table_count; i++) {
-        table t = f->tables[i];
-        if (t.at.kind == wanted.at.kind && t.at.offset == wanted.at.offset &&
-            t.at.rows == wanted.at.rows && t.m == wanted.m && t.k == wanted.k) {
-            return i;
-        }
-    }
-    if (!ad_tape_grow((void **)&f->tables, &f->table_capacity, f->table_count + 1,
-                      sizeof *f->tables)) {
-        f->failed = true;
-        return 0;
-    }
-    f->tables[f->table_count] = wanted;
-    return f->table_count++;
-}
-
-/* What a parameter or an input is called, "" where it is no leaf. */
-static const char *name_of(const function *f, place p)
-{
-    for (int id = 0; id < f->program->tape->count; id++) {
-        place at = f->program->places[id];
-        if (at.rows > 0 && at.kind == p.kind && at.offset == p.offset && at.rows == p.rows) {
-            return ad_tape_name(f->program->tape, id);
-        }
-    }
-    return "";
-}
-
-static void write_tables(const function *f, FILE *file)
-{
-    char text[C_OPERAND];
-    for (int i = 0; i < f->table_count; i++) {
-        table t = f->tables[i];
-        const char *name = name_of(f, t.at);
-        if (*name) {
-            fprintf(file, "/* %s%s */\n", name, t.m ? ", turned" : "");
-        }
-        fprintf(file, "static const %s %s_%d[%d] = {", f->w.type, f->options->name, i, t.at.rows);
-        for (int row = 0; row < t.at.rows; row++) {
-            ad_c_number(&f->w, number_at(f, t.at, t.m ? row % t.m * t.k + row / t.m : row), text);
-            fprintf(file, "%s%s%s", row % 4 == 0 ? "\n    " : " ", text,
-                    row + 1 < t.at.rows ? "," : "};\n\n");
-        }
-    }
-}
-
-/* Where numbers stand and how far in: "u[13 + ", "eval_2[0 + ". */
-static void begin_index(function *f, table t, char *text)
-{
-    if (is_known(f, t.at)) {
-        snprintf(text, C_OPERAND, "%.30s_%d[", f->options->name, find_table(f, t));
-        return;
-    }
-    f->uses_u = f->uses_u || t.at.kind == PLACE_UNIFORM;
-    f->uses_p = f->uses_p || t.at.kind == PLACE_PARAMETER;
-    snprintf(text, C_OPERAND, "%c[%d + ", t.at.kind == PLACE_UNIFORM ? 'u' : 'p', t.at.offset);
-}
-
-static void put_uniform(const c_writer *w, place p, int row, char *text)
-{
-    function *f = w->context;
-    if (row >= 0 && is_known(f, p)) {
-        ad_c_number(w, number_at(f, p, row), text);
-    } else {
-        char start[C_OPERAND];
-        begin_index(f, (table){.at = p}, start);
-        snprintf(text, C_OPERAND - 8, row < 0 ? "%.40sr]" : "%.40s%d]", start, row * p.stride);
-    }
-}
-
-/* ---- uniform values that are not known ------------------------------------------------------ */
-
-static place argument_place(const function *f, const node *n, int i)
-{
-    return f->program->places[f->program->tape->arguments[n->first + i]];
-}
-
-/* "u[13 + r * step]" of an argument, as it is read in a loop over r. */
-static void argument_text(function *f, place p, int step, char *text)
-{
-    if (step == 0) {
-        put_uniform(&f->w, p, 0, text);
-    } else {
-        put_uniform(&f->w, p, -1, text);
-    }
-}
-
-static void write_copy(function *f, int to, place from)
-{
-    char text[C_OPERAND];
-    put_uniform(&f->w, from, -1, text);
-    fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = %s;\n    }\n",
-            from.rows, to, text);
-}
-
-static void write_zeros(function *f, int to, int rows)
-{
-    if (rows > 0) {
-        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = 0;\n    }\n",
-                rows, to);
-    }
-}
-
-/* u[out + i m..] = sum over k; W is stored [m][k], or [k][m] transposed. */
-static void write_uniform_product(function *f, const node *n, int out, bool transposed)
-{
-    char matrix[C_OPERAND], vector[C_OPERAND];
-    place x = argument_place(f, n, 1);
-    begin_index(f, (table){.at = argument_place(f, n, 0)}, matrix);
-    begin_index(f, (table){.at = x}, vector);
-    fprintf(f->w.file,
-            "    for (int i = 0; i < %d; i++) {\n        %s sum = 0;\n"
-            "        for (int k = 0; k < %d; k++) {\n            sum += %s%s * %d + %s] * %sk];\n"
-            "        }\n        u[%d + i] = sum;\n    }\n",
-            n->rows, f->w.type, x.rows, matrix, transposed ? "k" : "i",
-            transposed ? n->rows : x.rows, transposed ? "i" : "k", vector, out);
-}
-
-static void write_uniform_outer(function *f, const node *n, int out)
-{
-    char y[C_OPERAND], x[C_OPERAND];
-    place b = argument_place(f, n, 1);
-    begin_index(f, (table){.at = argument_place(f, n, 0)}, y);
-    begin_index(f, (table){.at = b}, x);
-    fprintf(f->w.file,
-            "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = %sr / %d] * %sr %% %d];\n"
-            "    }\n",
-            n->rows, out, y, b.rows, x, b.rows);
-}
-
-static void write_uniform_elementwise(function *f, const node *n, int out)
-{
-    char operands[AD_ARITY_MAX][C_OPERAND];
-    for (int i = 0; i < n->count; i++) {
-        place p = argument_place(f, n, i);
-        argument_text(f, p, p.rows > 1, operands[i]);
-    }
-    fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = ", n->rows, out);
-    ad_c_operation(&f->w, n->op, n->whole, n->number, operands);
-    fputs("    }\n", f->w.file);
-}
-
-static void write_joined(function *f, const node *n, int out)
-{
-    int row = n->op == OP_PAD ? n->whole : 0;
-    write_zeros(f, out, row);
-    for (int i = 0; i < n->count; i++) {
-        place p = argument_place(f, n, i);
-        write_copy(f, out + row, p);
-        row += p.rows;
-    }
-    write_zeros(f, out + row, n->rows - row);
-}
-
-static void write_uniform(function *f, int id)
-{
-    const node *n = &f->program->tape->nodes[id];
-    int out = f->program->places[id].offset;
-    char text[C_OPERAND];
-    f->uses_u = true;
-    switch (n->op) {
-    case OP_UNIFORM:
-        fprintf(f->w.file,
-                "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = uniforms[%d][r];\n    }\n",
-                n->rows, out, n->whole);
-        break;
-    case OP_STACK:
-    case OP_PAD:
-        write_joined(f, n, out);
-        break;
-    case OP_SUM_ROWS:
-        put_uniform(&f->w, argument_place(f, n, 0), -1, text);
-        fprintf(f->w.file,
-                "    u[%d] = 0;\n    for (int r = 0; r < %d; r++) {\n        u[%d] += %s;\n    }\n",
-                out, argument_place(f, n, 0).rows, out, text);
-        break;
-    case OP_MATVEC:
-    case OP_MATVEC_TRANSPOSED:
-        write_uniform_product(f, n, out, n->op == OP_MATVEC_TRANSPOSED);
-        break;
-    case OP_OUTER:
-        write_uniform_outer(f, n, out);
-        break;
-    default:
-        write_uniform_elementwise(f, n, out);
-    }
-}
-
-static void write_uniforms(function *f, const pass *p)
-{
-    for (int i = 0; i < p->uniform_count; i++) {
-        if (!f->known[f->program->places[p->uniforms[i]].offset]) {
-            write_uniform(f, p->uniforms[i]);
-        }
-    }
-}
-
 /* ---- products and sums ---------------------------------------------------------------------- */
 
 /* "120 + k * 5": row k of a block whose rows are 5 numbers apart. */
@@ -285,11 +19,11 @@ static void row_text(int offset, const char *row, int stride, char *text)
 
 /* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. Columns are
  * written out, so that the innermost loop is one that any compiler vectorises. */
-static void write_block(function *f, const instruction *i, int first, int rows, int block,
+static void write_block(c_function *f, const instruction *i, int first, int rows, int block,
                         const char *matrix)
 {
     int m = i->out.rows, k = i->in[1].rows;
-    bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
+    bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     const char *type = f->w.type;
     char row[C_OPERAND];
     fprintf(f->w.file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
@@ -316,10 +50,10 @@ static void write_block(function *f, const instruction *i, int first, int rows, 
 }
 
 /* Columns of several points lie side by side. */
-static void write_wide(function *f, const instruction *i, const char *matrix)
+static void write_wide(c_function *f, const instruction *i, const char *matrix)
 {
     int m = i->out.rows, k = i->in[1].rows, width = i->columns * f->w.numbers;
-    bool turned = is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
+    bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     char entry[C_OPERAND];
     snprintf(entry, sizeof entry, turned ? "k * %d + i" : "i * %d + k", turned ? m : k);
     fprintf(f->w.file,
@@ -336,17 +70,17 @@ static void write_wide(function *f, const instruction *i, const char *matrix)
 }
 
 /* A matrix that is known stands turned in the C, so that sums go along its rows. */
-static void write_product(function *f, const instruction *i)
+static void write_product(c_function *f, const instruction *i)
 {
     int m = i->out.rows, k = i->in[1].rows, block = BLOCK_NUMBERS / i->columns;
     bool natural = i->op == OP_MATVEC_TRANSPOSED;
     char matrix[C_OPERAND];
-    table t = {.at = i->in[0]};
+    c_table t = {.at = i->in[0]};
     if (!natural) {
         t.m = m;
         t.k = k;
     }
-    begin_index(f, t, matrix);
+    ad_c_begin_index(f, t, matrix);
     if (f->w.numbers > 1) {
         write_wide(f, i, matrix);
         return;
@@ -360,11 +94,11 @@ static void write_product(function *f, const instruction *i)
 }
 
 /* An entry of a place in a loop: row `row` at point j, or the same for all. */
-static void put_entry(function *f, place p, const char *row, char *text)
+static void put_entry(c_function *f, place p, const char *row, char *text)
 {
     char start[C_OPERAND];
     if (p.kind != PLACE_TILE) {
-        begin_index(f, (table){.at = p}, start);
+        ad_c_begin_index(f, (c_table){.at = p}, start);
         snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
         return;
     }
@@ -377,7 +111,7 @@ static void put_entry(function *f, place p, const char *row, char *text)
 }
 
 /* A matrix of its own at every point. */
-static void write_point_product(function *f, const instruction *i)
+static void write_point_product(c_function *f, const instruction *i)
 {
     char matrix[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
     bool transposed = i->op == OP_MATVEC_TRANSPOSED;
@@ -394,7 +128,7 @@ static void write_point_product(function *f, const instruction *i)
             m, f->w.points, f->w.type, k, matrix, x, out);
 }
 
-static void write_outer(function *f, const instruction *i)
+static void write_outer(c_function *f, const instruction *i)
 {
     char y[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
     int k = i->in[1].rows;
@@ -410,7 +144,7 @@ static void write_outer(function *f, const instruction *i)
 }
 
 /* u += y x^T, or u += y, summed over columns and points. */
-static void write_sum(function *f, const instruction *i)
+static void write_sum(c_function *f, const instruction *i)
 {
     bool outer = i->op == OP_OUTER_SUM;
     int columns = i->columns > 1 ? i->columns : 1, k = outer ? i->in[1].rows : 1;
@@ -429,7 +163,7 @@ static void write_sum(function *f, const instruction *i)
             i->in[0].stride, f->w.numbers, factor);
 }
 
-static void write_other(function *f, const instruction *i)
+static void write_other(c_function *f, const instruction *i)
 {
     switch (i->op) {
     case OP_MATVEC:
@@ -450,7 +184,7 @@ static void write_other(function *f, const instruction *i)
 
 /* ---- passes --------------------------------------------------------------------------------- */
 
-static void write_inputs(function *f, const int *units)
+static void write_inputs(c_function *f, const int *units)
 {
     const ad_tape *tape = f->program->tape;
     for (int i = 0; i < tape->inputs; i++) {
@@ -464,7 +198,7 @@ static void write_inputs(function *f, const int *units)
     }
 }
 
-static void write_outputs(function *f, const pass *p)
+static void write_outputs(c_function *f, const pass *p)
 {
     char from[2 * C_OPERAND];
     for (int i = 0; i < p->output_count; i++) {
@@ -482,14 +216,14 @@ static void write_outputs(function *f, const pass *p)
     }
 }
 
-static bool write_pass(function *f, int number)
+static bool write_pass(c_function *f, int number)
 {
     const pass *p = &f->program->passes[number];
     bool ok = ad_c_begin_pass(&f->w, p);
     write_inputs(f, f->program->input_units + number * f->program->tape->inputs);
     if (p->reduced > 0) {
         f->uses_u = true;
-        write_zeros(f, p->reduced_offset, p->reduced);
+        ad_c_write_zeros(f, p->reduced_offset, p->reduced);
     }
     for (int g = 0; ok && g < p->group_count; g++) {
         int length = ad_c_run_length(p, g);
@@ -506,14 +240,14 @@ static bool write_pass(function *f, int number)
     return ok;
 }
 
-static void write_uniform_outputs(function *f)
+static void write_uniform_outputs(c_function *f)
 {
     char text[C_OPERAND];
     for (int i = 0; i < f->program->outputs; i++) {
         int id = f->program->output_ids[i];
         if (f->program->tape->nodes[id].extent == AD_UNIFORM) {
             place p = f->program->places[id];
-            put_uniform(&f->w, p, -1, text);
+            ad_c_put_uniform(&f->w, p, -1, text);
             fprintf(f->w.file,
                     "    for (int r = 0; r < %d; r++) {\n        outputs[%d][r] = %s;\n    }\n",
                     p.rows, i, text);
@@ -521,14 +255,14 @@ static void write_uniform_outputs(function *f)
     }
 }
 
-static bool write_body(function *f)
+static bool write_body(c_function *f)
 {
     bool ok = true;
     for (int s = 0; ok && s < f->program->pass_count; s++) {
-        write_uniforms(f, &f->program->passes[s]);
+        ad_c_write_uniforms(f, &f->program->passes[s]);
         ok = write_pass(f, s);
     }
-    write_uniforms(f, &f->program->passes[f->program->pass_count]);
+    ad_c_write_uniforms(f, &f->program->passes[f->program->pass_count]);
     write_uniform_outputs(f);
     return ok && !f->failed;
 }
@@ -553,7 +287,7 @@ static bool uses_operation(const ad_program *program, int first, int second)
     return false;
 }
 
-static void write_signature(const function *f, FILE *file)
+static void write_signature(const c_function *f, FILE *file)
 {
     const char *type = f->w.type;
     fprintf(file, "void %s(const %s *const *inputs,", f->options->name, type);
@@ -566,7 +300,7 @@ static void write_signature(const function *f, FILE *file)
     fprintf(file, " %s *const *outputs)", type);
 }
 
-static void write_unused(const function *f, FILE *file)
+static void write_unused(const c_function *f, FILE *file)
 {
     fputs("    (void)inputs;\n", file);
     if (!f->options->uniforms) {
@@ -578,7 +312,7 @@ static void write_unused(const function *f, FILE *file)
 }
 
 /* What goes in and comes out. */
-static void write_comment(const function *f, FILE *file)
+static void write_comment(const c_function *f, FILE *file)
 {
     const ad_tape *tape = f->program->tape;
     fprintf(file, "/* At %d point%s. inputs:", f->w.numbers, f->w.numbers == 1 ? "" : "s");
@@ -596,7 +330,7 @@ static void write_comment(const function *f, FILE *file)
           file);
 }
 
-static void write_all(const function *f, const char *body, FILE *file)
+static void write_all(const c_function *f, const char *body, FILE *file)
 {
     const ad_program *program = f->program;
     size_t numbers = (size_t)program->most_units * f->options->points;
@@ -607,7 +341,7 @@ static void write_all(const function *f, const char *body, FILE *file)
     if (uses_operation(program, OP_TANH, OP_TANH_SUM) && !f->options->single) {
         ad_c_text(ad_text_tanh, file);
     }
-    write_tables(f, file);
+    ad_c_write_tables(f, file);
     write_comment(f, file);
     write_signature(f, file);
     fputs(";\n\n", file);
@@ -636,7 +370,7 @@ static bool is_identifier(const char *name)
 ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *file, ad_error *error)
 {
     enum { POINTS_MAX = 1024 };
-    function f = {.program = program, .options = options};
+    c_function f = {.program = program, .options = options};
     char *body = NULL, loop[C_OPERAND] = "";
     size_t size = 0;
     if (!is_identifier(options->name) || options->points < 1 || options->points > POINTS_MAX) {
@@ -650,13 +384,13 @@ ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *fil
                      .suffix = options->single ? "f" : "",
                      .points = loop,
                      .numbers = (int)options->points,
-                     .uniform = put_uniform,
+                     .uniform = ad_c_put_uniform,
                      .context = &f};
     if (options->points > 1) {
         snprintf(loop, sizeof loop, "for (int j = 0; j < %d; j++) ", (int)options->points);
     }
     f.w.file = open_memstream(&body, &size);
-    bool ok = f.w.file && find_known(&f);
+    bool ok = f.w.file && ad_c_find_known(&f);
     f.w.known = f.known;
     ok = ok && write_body(&f);
     ok = f.w.file && fclose(f.w.file) == 0 && ok;

@@ -208,12 +208,20 @@ void ad_fuse_clear(ad_program *program)
     program->library = NULL;
 }
 
-static bool name_files(fusing *f, const char *folder, uint64_t hash)
+/* Of a compiler at work by process and program, so that none writes another's. */
+static bool name_files(fusing *f, const ad_program *program, const char *folder, uint64_t hash)
 {
-    int room = PATH_ROOM, process = (int)getpid();
-    return snprintf(f->kept, PATH_ROOM, "%s/%016" PRIx64 ".so", folder, hash) < room &&
-           snprintf(f->made, PATH_ROOM, "%s/%016" PRIx64 ".%d.so", folder, hash, process) < room &&
-           snprintf(f->source, PATH_ROOM, "%s/%016" PRIx64 ".%d.c", folder, hash, process) < room;
+    char work[PATH_ROOM];
+    int length = snprintf(f->kept, PATH_ROOM, "%s/%016" PRIx64 ".so", folder, hash);
+    int longest = snprintf(work, sizeof work, "%s/%016" PRIx64 ".%d-%p.so", folder, hash,
+                           (int)getpid(), (const void *)program);
+    if (length >= PATH_ROOM || longest >= PATH_ROOM) {
+        return false;
+    }
+    memcpy(f->made, work, (size_t)longest + 1);
+    memcpy(f->source, work, (size_t)longest + 1);
+    memcpy(f->source + longest - 2, "c", 2);
+    return true;
 }
 
 static ad_status begin(ad_program *program, const char *text, size_t size, const char *folder,
@@ -231,7 +239,7 @@ static ad_status begin(ad_program *program, const char *text, size_t size, const
     if (stat(folder, &s) != 0 || !S_ISDIR(s.st_mode) || !is_private(&s)) {
         return ad_fail(error, AD_IO, "%s: is no folder that only its user can write to", folder);
     }
-    if (!name_files(f, folder, hash)) {
+    if (!name_files(f, program, folder, hash)) {
         return ad_fail(error, AD_IO, "%s: too long a name", folder);
     }
     if (is_sealed(f->kept) && load(program, f->kept, NULL) == AD_OK) {
