@@ -360,6 +360,50 @@ static void test_kept_files(void **state)
     }
 }
 
+/* By the largest number of the output. */
+static void assert_close(const char *kind, int number, int output, const subject *s,
+                         const double *values, double tolerance)
+{
+    const double *expected = s->c.results[output];
+    double scale = 1;
+    for (size_t k = 0; k < s->c.sizes[output]; k++)
+        scale = isfinite(expected[k]) ? fmax(scale, fabs(expected[k])) : scale;
+    for (size_t k = 0; k < s->c.sizes[output]; k++)
+        if (!(fabs(values[k] - expected[k]) <= tolerance * scale) &&
+            !(isnan(values[k]) && isnan(expected[k])))
+            fail_msg("%s_%d, output %d, number %zu: %.17g, not %.17g", kind, number, output, k,
+                     values[k], expected[k]);
+}
+
+/* The program goes on as it was. */
+static void test_without_compiler(void **state)
+{
+    (void)state;
+    subject *s = &subjects[3];
+    const char *before = getenv("PATH");
+    char path[4096], none[128];
+    bool fused = true;
+    ad_error error;
+    ad_program *program = NULL;
+    snprintf(path, sizeof path, "%s", before ? before : "");
+    snprintf(none, sizeof none, "%s/none", folder);
+    assert_int_equal(ad_compile(s->count, s->outputs, NULL, s->c.pool, &program, &error), AD_OK);
+    assert_int_equal(setenv("PATH", "/no/such/folder", 1), 0);
+    assert_int_equal(ad_fuse_begin(program, s->data.points, none, &error), AD_IO);
+    assert_int_equal(setenv("PATH", path, 1), 0);
+    assert_int_equal(ad_fuse_finish(program, true, &fused, &error), AD_OK);
+    assert_false(fused);
+    ad_program *compiled_program = s->c.program;
+    double *expected = new_numbers(s->c.sizes[1]);
+    memcpy(expected, s->c.results[1], s->c.sizes[1] * sizeof *expected);
+    s->c.program = program;
+    compiled_execute(&s->c, s->outputs, &s->data);
+    assert_close("interpreted", 3, 1, s, expected, ROUNDING);
+    s->c.program = compiled_program;
+    free(expected);
+    ad_program_free(program);
+}
+
 /* ---- whole programs -----------------------------------------------------------------------------
  */
 
@@ -406,21 +450,6 @@ static void *function_of(void *library, const char *kind, int number)
     void *found = dlsym(library, name);
     assert_non_null(found);
     return found;
-}
-
-/* By the largest number of the output. */
-static void assert_close(const char *kind, int number, int output, const subject *s,
-                         const double *values, double tolerance)
-{
-    const double *expected = s->c.results[output];
-    double scale = 1;
-    for (size_t k = 0; k < s->c.sizes[output]; k++)
-        scale = isfinite(expected[k]) ? fmax(scale, fabs(expected[k])) : scale;
-    for (size_t k = 0; k < s->c.sizes[output]; k++)
-        if (!(fabs(values[k] - expected[k]) <= tolerance * scale) &&
-            !(isnan(values[k]) && isnan(expected[k])))
-            fail_msg("%s_%d, output %d, number %zu: %.17g, not %.17g", kind, number, output, k,
-                     values[k], expected[k]);
 }
 
 static void check_whole(void *library, const subject *s, int number, bool given)
@@ -524,6 +553,7 @@ int main(void)
         cmocka_unit_test(test_groups_give_the_same_bits),
         cmocka_unit_test(test_groups_without_warnings),
         cmocka_unit_test(test_kept_files),
+        cmocka_unit_test(test_without_compiler),
         cmocka_unit_test(test_whole_programs),
         cmocka_unit_test(test_options_are_checked),
     };
