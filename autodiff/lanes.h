@@ -73,10 +73,12 @@ INLINE vec splat(double number)
     return number - zero; /* not zero + number: keeps -0 */
 }
 
-/* a b + c, rounded once where the processor has an instruction for it. */
+/* a b + c, rounded once where the processor has an instruction for it. Compilers say so in words of
+ * their own (clang 14 does not define __FP_FAST_FMA), and must agree: one compiles the kernels,
+ * another, perhaps, what is written out. */
 INLINE double mul_add(double a, double b, double c)
 {
-#ifdef __FP_FAST_FMA
+#if defined(__FP_FAST_FMA) || defined(__FMA__) || defined(__ARM_FEATURE_FMA)
     return __builtin_fma(a, b, c);
 #else
     return a * b + c;
