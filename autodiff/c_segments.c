@@ -21,12 +21,20 @@ void ad_c_text(const char *const *lines, FILE *file)
 
 void ad_c_number(const c_writer *w, double number, char *text)
 {
-    int length = 0;
-    if (!isfinite(number)) {
+    static const char digits[] = "+-0123456789";
+    double written = *w->suffix ? (float)number : number;
+    if (!isfinite(written)) {
         snprintf(text, 32, "%s", isnan(number) ? "NAN" : number < 0 ? "-HUGE_VAL" : "HUGE_VAL");
         return;
     }
-    length = snprintf(text, 32, *w->suffix ? "%.9g" : "%.17g", number);
+    int length = snprintf(text, 32, *w->suffix ? "%.9g" : "%.17g", written);
+    char *point = text + strspn(text, digits);
+    size_t bytes = strcspn(point, digits);
+    if (bytes > 0 && *point != 'e') { /* of the locale: another sign, perhaps of several bytes */
+        memmove(point + 1, point + bytes, strlen(point + bytes) + 1);
+        *point = '.';
+        length -= (int)bytes - 1;
+    }
     snprintf(text + length, 8, "%s%s", strpbrk(text, ".e") ? "" : ".0", w->suffix);
 }
 
