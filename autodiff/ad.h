@@ -268,13 +268,21 @@ typedef struct ad_run {
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
- * the command cc: the same bits, in half the time. Begin starts the compiler and returns, for
- * runs over so many points (others go on as they are); compiled groups are kept in `folder`, which
- * must belong to this user alone, and are taken from there the next time. Finish takes over what is
- * ready, or waits for it; until then, and where there is no compiler, the program goes on as it is.
- * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
-ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, ad_error *error);
-ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
+ * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where
+ * an earlier compilation kept them and which must belong to this user alone (it is made if it is
+ * missing); if there are none and it is to `compile`, it starts the compiler and returns. For runs
+ * over so many points (others go on as they are). Finish takes over what is ready, or waits for it;
+ * until then, and where there is no compiler, the program goes on as it is. What was tried is not
+ * tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it
+ * runs. */
+typedef enum ad_fuse_state { AD_INTERPRETED, AD_FUSING, AD_FUSED } ad_fuse_state;
+
+ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, bool compile,
+                        ad_error *error);
+ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, ad_error *error);
+
+/* The command cc: the first in an absolute folder of PATH. False: there is none. */
+bool ad_fuse_compiler(char *path, size_t room);
 
 /* The whole program as one C99 function without anything but libm, for `points` points at a call:
  *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,

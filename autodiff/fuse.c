@@ -3,10 +3,12 @@
  * and command, loaded. Both give the same bits, so it does not matter when the one takes over.
  *
  * What is loaded is code. So the folder and the file must belong to this user and be writable by
- * nobody else, and the file ends with a checksum of what was compiled, which a damaged one fails.
+ * nobody else, and the file ends with the hash it is kept by and a checksum, so that a damaged one
+ * is not taken, nor that of another program under this one's name.
  */
 #include "autodiff/c_code.h"
 
+#include <dirent.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -17,24 +19,32 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 #define TABLE_NAME "cpinn_fused_groups"
 #define FLAGS      "-std=c11 -O2 -fPIC -shared -fno-math-errno -ffp-contract=off"
 
-enum { PATH_ROOM = 4096, ARGUMENTS_MAX = 32 };
+enum {
+    PATH_ROOM = 4096,
+    ARGUMENTS_MAX = 32,
+    COMPILER_SECONDS = 600, /* one that takes longer hangs */
+    LEFTOVER_SECONDS = 7200 /* files of a compiler that nobody waits for any more */
+};
 
 typedef struct fusing {
-    pid_t child; /* the compiler at work, 0: none */
+    pid_t child; /* the compiler at work, and its process group; 0: none */
+    time_t began;
+    uint64_t hash;
     char source[PATH_ROOM], made[PATH_ROOM], kept[PATH_ROOM];
 } fusing;
 
 typedef struct seal {
     char mark[8];
-    uint64_t size, checksum;
+    uint64_t hash, size, checksum;
 } seal;
 
-static const char seal_mark[8] = "cpinn 1";
+static const char seal_mark[8] = "cpinn 2";
 
 extern char **environ;
 
@@ -79,7 +89,7 @@ static char *read_private(const char *path, size_t *size)
     return bytes;
 }
 
-static bool is_sealed(const char *path)
+static bool is_sealed(const char *path, uint64_t hash)
 {
     size_t size = 0;
     seal end;
@@ -88,20 +98,21 @@ static bool is_sealed(const char *path)
     if (ok) {
         size -= sizeof end;
         memcpy(&end, bytes + size, sizeof end);
-        ok = memcmp(end.mark, seal_mark, sizeof end.mark) == 0 && end.size == size &&
-             end.checksum == hash_bytes(0, bytes, size);
+        ok = memcmp(end.mark, seal_mark, sizeof end.mark) == 0 && end.hash == hash &&
+             end.size == size && end.checksum == hash_bytes(0, bytes, size);
     }
     free(bytes);
     return ok;
 }
 
-static bool seal_file(const char *path)
+static bool seal_file(const char *path, uint64_t hash)
 {
     size_t size = 0;
     seal end;
     char *bytes = read_private(path, &size);
     FILE *file = bytes ? fopen(path, "ab") : NULL;
     memcpy(end.mark, seal_mark, sizeof end.mark);
+    end.hash = hash;
     end.size = size;
     end.checksum = bytes ? hash_bytes(0, bytes, size) : 0;
     bool ok = file && fwrite(&end, sizeof end, 1, file) == 1;
@@ -119,6 +130,38 @@ static bool write_private(const char *path, const char *bytes, size_t size)
         close(file);
     }
     return stream && fclose(stream) == 0 && ok;
+}
+
+/* What compilers left whose process was killed: HASH.PROCESS-PROGRAM.c and .so, old ones. */
+static void remove_leftovers(const char *folder)
+{
+    DIR *list = opendir(folder);
+    for (const struct dirent *entry; list && (entry = readdir(list));) {
+        struct stat s;
+        const char *dot = strchr(entry->d_name, '.');
+        if (dot && strchr(dot, '-') &&
+            fstatat(dirfd(list), entry->d_name, &s, AT_SYMLINK_NOFOLLOW) == 0 &&
+            time(NULL) - s.st_mtime > LEFTOVER_SECONDS) {
+            unlinkat(dirfd(list), entry->d_name, 0);
+        }
+    }
+    if (list) {
+        closedir(list);
+    }
+}
+
+/* A folder that only this user can write to, made if it is missing. */
+static ad_status make_private(const char *folder, ad_error *error)
+{
+    struct stat s;
+    mkdir(folder, S_IRWXU);
+    if (stat(folder, &s) != 0) {
+        return ad_fail(error, AD_IO, "%s: %s", folder, strerror(errno));
+    }
+    if (!S_ISDIR(s.st_mode) || !is_private(&s)) {
+        return ad_fail(error, AD_IO, "%s: is no folder that only its user can write to", folder);
+    }
+    return AD_OK;
 }
 
 /* ---- loading -------------------------------------------------------------------------------- */
@@ -152,11 +195,46 @@ static ad_status load(ad_program *program, const char *path, ad_error *error)
 
 /* ---- compiling ------------------------------------------------------------------------------ */
 
+bool ad_fuse_compiler(char *path, size_t room)
+{
+    struct stat s;
+    for (const char *at = getenv("PATH"); at && *at;) {
+        int length = (int)strcspn(at, ":");
+        int whole = snprintf(path, room, "%.*s/cc", length, at);
+        if (*at == '/' && whole > 0 && (size_t)whole < room && stat(path, &s) == 0 &&
+            S_ISREG(s.st_mode) && access(path, X_OK) == 0) {
+            return true;
+        }
+        at += length + (at[length] == ':');
+    }
+    return false;
+}
+
+/* In a process group of its own, so that what it starts in turn can be stopped with it. */
+static int spawn_quietly(pid_t *child, char *const *arguments)
+{
+    posix_spawn_file_actions_t files;
+    posix_spawnattr_t attributes;
+    posix_spawn_file_actions_init(&files);
+    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&files, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    int failure = posix_spawn(child, arguments[0], &files, &attributes, arguments, environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&files);
+    return failure;
+}
+
 /* cc FLAGS -mavx... -o MADE SOURCE -lmvec -lm, without a word. */
 static ad_status start_compiler(const ad_program *program, fusing *f, ad_error *error)
 {
-    char words[512], *arguments[ARGUMENTS_MAX] = {"cc"}, *rest = NULL;
+    char compiler[PATH_ROOM], words[512], *arguments[ARGUMENTS_MAX] = {compiler}, *rest = NULL;
     int count = 1;
+    if (!ad_fuse_compiler(compiler, sizeof compiler)) {
+        return ad_fail(error, AD_IO, "no compiler: no cc in a folder of PATH");
+    }
     snprintf(words, sizeof words, "%s %s", FLAGS, program->kernels->flags);
     for (char *word = strtok_r(words, " ", &rest); word && count < ARGUMENTS_MAX - 6;
          word = strtok_r(NULL, " ", &rest)) {
@@ -169,18 +247,26 @@ static ad_status start_compiler(const ad_program *program, fusing *f, ad_error *
     arguments[count++] = "-lmvec";
 #endif
     arguments[count++] = "-lm";
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    int failure = posix_spawnp(&f->child, "cc", &actions, NULL, arguments, environ);
-    posix_spawn_file_actions_destroy(&actions);
+    int failure = spawn_quietly(&f->child, arguments);
     if (failure) {
         f->child = 0;
-        return ad_fail(error, AD_IO, "no compiler: cc: %s", strerror(failure));
+        return ad_fail(error, AD_IO, "%s: %s", compiler, strerror(failure));
     }
+    f->began = time(NULL);
     return AD_OK;
+}
+
+/* Waits for the compiler, 0.1 s at most: false, it is still at work. */
+static bool ends_soon(pid_t child)
+{
+    const struct timespec moment = {0, 1000000};
+    for (int i = 0; i < 100; i++) {
+        if (waitpid(child, NULL, WNOHANG) != 0) {
+            return true;
+        }
+        nanosleep(&moment, NULL);
+    }
+    return false;
 }
 
 /* The compiler is stopped, its files are gone. */
@@ -188,8 +274,11 @@ static void stop(ad_program *program)
 {
     fusing *f = program->fusing;
     if (f && f->child > 0) {
-        kill(f->child, SIGKILL);
-        waitpid(f->child, NULL, 0);
+        kill(-f->child, SIGTERM); /* lets it remove its own files */
+        if (!ends_soon(f->child)) {
+            kill(-f->child, SIGKILL);
+            ends_soon(f->child);
+        }
     }
     if (f) {
         unlink(f->source);
@@ -209,11 +298,11 @@ void ad_fuse_clear(ad_program *program)
 }
 
 /* Of a compiler at work by process and program, so that none writes another's. */
-static bool name_files(fusing *f, const ad_program *program, const char *folder, uint64_t hash)
+static bool name_files(fusing *f, const ad_program *program, const char *folder)
 {
     char work[PATH_ROOM];
-    int length = snprintf(f->kept, PATH_ROOM, "%s/%016" PRIx64 ".so", folder, hash);
-    int longest = snprintf(work, sizeof work, "%s/%016" PRIx64 ".%d-%p.so", folder, hash,
+    int length = snprintf(f->kept, PATH_ROOM, "%s/%016" PRIx64 ".so", folder, f->hash);
+    int longest = snprintf(work, sizeof work, "%s/%016" PRIx64 ".%d-%p.so", folder, f->hash,
                            (int)getpid(), (const void *)program);
     if (length >= PATH_ROOM || longest >= PATH_ROOM) {
         return false;
@@ -224,76 +313,94 @@ static bool name_files(fusing *f, const ad_program *program, const char *folder,
     return true;
 }
 
+/* Takes what is kept; else, where it is to `compile`, starts the compiler. */
 static ad_status begin(ad_program *program, const char *text, size_t size, const char *folder,
-                       ad_error *error)
+                       bool compile, ad_error *error)
 {
-    struct stat s;
     fusing *f = program->fusing = calloc(1, sizeof *f);
-    uint64_t hash = hash_bytes(0, FLAGS, strlen(FLAGS));
-    hash = hash_bytes(hash, program->kernels->flags, strlen(program->kernels->flags));
-    hash = hash_bytes(hash, text, size);
     if (!f) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the names of files");
     }
-    mkdir(folder, S_IRWXU); /* if it is missing */
-    if (stat(folder, &s) != 0 || !S_ISDIR(s.st_mode) || !is_private(&s)) {
-        return ad_fail(error, AD_IO, "%s: is no folder that only its user can write to", folder);
-    }
-    if (!name_files(f, program, folder, hash)) {
+    f->hash = hash_bytes(0, FLAGS, strlen(FLAGS));
+    f->hash = hash_bytes(f->hash, program->kernels->flags, strlen(program->kernels->flags));
+    f->hash = hash_bytes(f->hash, text, size);
+    if (!name_files(f, program, folder)) {
         return ad_fail(error, AD_IO, "%s: too long a name", folder);
     }
-    if (is_sealed(f->kept) && load(program, f->kept, NULL) == AD_OK) {
-        return AD_OK;
+    if (!compile && access(folder, F_OK) != 0) {
+        return AD_OK; /* nothing is kept */
     }
+    ad_status status = make_private(folder, error);
+    if (status != AD_OK || (is_sealed(f->kept, f->hash) && load(program, f->kept, NULL) == AD_OK) ||
+        !compile) {
+        return status;
+    }
+    remove_leftovers(folder);
     if (!write_private(f->source, text, size)) {
         return ad_fail(error, AD_IO, "%s: %s", f->source, strerror(errno));
     }
     return start_compiler(program, f, error);
 }
 
-ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, ad_error *error)
+ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, bool compile,
+                        ad_error *error)
 {
     char *text = NULL;
     size_t size = 0, tiles;
-    if (program->fuse_begun) {
+    int way = compile ? 2 : 1;
+    if (program->library || program->fuse_begun >= way) {
         return AD_OK;
     }
-    program->fuse_begun = true;
+    program->fuse_begun = way;
     ad_execute_cut(program, points, &program->fused_tile, &tiles);
     FILE *file = open_memstream(&text, &size);
     bool ok = file && ad_c_write_groups(program, program->fused_tile, TABLE_NAME, file);
     ok = file && fclose(file) == 0 && ok;
-    ad_status status = ok ? begin(program, text, size, folder, error)
+    ad_status status = ok ? begin(program, text, size, folder, compile, error)
                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
     free(text);
-    if (status != AD_OK || program->library) {
+    if (program->fusing && program->fusing->child == 0) {
         stop(program);
     }
     return status;
 }
 
-ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error)
+/* As waitpid, for COMPILER_SECONDS at most. 0: still at work. */
+static pid_t look_after(const fusing *f, bool wait, int *how)
+{
+    const struct timespec moment = {0, 2000000};
+    pid_t ended = waitpid(f->child, how, WNOHANG);
+    while (ended == 0 && wait && time(NULL) - f->began <= COMPILER_SECONDS) {
+        nanosleep(&moment, NULL);
+        ended = waitpid(f->child, how, WNOHANG);
+    }
+    return ended;
+}
+
+ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, ad_error *error)
 {
     fusing *f = program->fusing;
     int how = 0;
     ad_status status = AD_OK;
-    *fused = program->library != NULL;
+    *state = program->library ? AD_FUSED : f ? AD_FUSING : AD_INTERPRETED;
     if (!f) {
         return AD_OK;
     }
-    pid_t ended = waitpid(f->child, &how, wait ? 0 : WNOHANG);
-    if (ended == 0) {
+    pid_t ended = look_after(f, wait, &how);
+    if (ended == 0 && time(NULL) - f->began <= COMPILER_SECONDS) {
         return AD_OK;
     }
-    f->child = 0;
-    if (ended < 0 || !WIFEXITED(how) || WEXITSTATUS(how) != 0) {
+    f->child = ended == 0 ? f->child : 0;
+    if (ended == 0) {
+        status = ad_fail(error, AD_IO, "cc has not ended after %d s", COMPILER_SECONDS);
+    } else if (ended < 0 || !WIFEXITED(how) || WEXITSTATUS(how) != 0) {
         status = ad_fail(error, AD_IO, "cc does not compile the groups of a program");
-    } else if (!seal_file(f->made) || rename(f->made, f->kept) != 0) {
+    } else if (!seal_file(f->made, f->hash) || rename(f->made, f->kept) != 0) {
         status = ad_fail(error, AD_IO, "%s: %s", f->kept, strerror(errno));
     } else {
         status = load(program, f->kept, error);
     }
     stop(program);
-    *fused = program->library != NULL;
+    *state = program->library ? AD_FUSED : AD_INTERPRETED;
     return status;
 }

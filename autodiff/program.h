@@ -56,7 +56,7 @@ typedef void (*fused_groups)(double *w, const double *u, const double *p, int po
 typedef struct group {
     int first, count;
     bool pieces;
-    int fused_count; /* groups from this one on that `fused` does (native.c); 0: none */
+    int fused_count; /* groups from this one on that `fused` does (fuse.c); 0: none */
     fused_groups fused;
 } group;
 
@@ -98,7 +98,7 @@ struct ad_program {
     int outputs;
     int *output_ids; /* [outputs] */
 
-    bool fuse_begun;       /* fuse.c */
+    int fuse_begun;        /* 1: with what is kept, 2: with a compiler (fuse.c) */
     struct fusing *fusing; /* a compiler at work, else NULL */
     void *library;         /* of fused groups, else NULL */
     int fused_tile;        /* points per tile that they are made for */

@@ -269,26 +269,29 @@ static void list_programs(const problem_set *s, ad_program **programs)
     programs[2] = s->normal ? ad_normal_program(s->normal) : NULL;
 }
 
-ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing *state,
+ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error)
 {
     ad_status first = AD_OK;
+    bool busy = false;
     *state = (problem_fusing){0};
-    for (int i = 0; i < 2 * p->set_count * FUSED_PER_SET; i++) { /* begin all, then finish all */
+    for (int i = 0; i < p->set_count * FUSED_PER_SET; i++) {
         ad_program *programs[FUSED_PER_SET];
-        bool begin = i < p->set_count * FUSED_PER_SET, fused = false;
-        const problem_set *s = &p->sets[i / FUSED_PER_SET % p->set_count];
+        const problem_set *s = &p->sets[i / FUSED_PER_SET];
         list_programs(s, programs);
         ad_program *now = programs[i % FUSED_PER_SET];
         if (!now) {
             continue;
         }
         ad_error *to = first == AD_OK ? error : NULL;
-        ad_status status = begin ? ad_fuse_begin(now, s->trained.count, folder, to)
-                                 : ad_fuse_finish(now, wait, &fused, to);
+        ad_fuse_state is = AD_INTERPRETED;
+        ad_status status =
+            ad_fuse_begin(now, s->trained.count, folder, way != PROBLEM_FUSE_KEPT && !busy, to);
+        status = status == AD_OK ? ad_fuse_finish(now, way == PROBLEM_FUSE_WAIT, &is, to) : status;
         first = first == AD_OK ? status : first;
-        state->programs += begin;
-        state->fused += fused;
+        busy = busy || is == AD_FUSING;
+        state->programs++;
+        state->fused += is == AD_FUSED;
     }
     return first;
 }

@@ -101,14 +101,21 @@ typedef struct problem_compilations {
 
 problem_compilations problem_compiled(const problem *p);
 
-/* Have the programs of training as machine code, which gives the same bits (ad_fuse_begin): starts
- * the compiler for those that have been made so far, and takes over what is ready, or waits for it.
- * To be called again from time to time until all are. Errors as there; the first of them, once. */
+/* Have the programs of training as machine code, which gives the same bits (ad_fuse_begin), those
+ * that have been made so far: take what is kept in `folder`, compile what is not in the background,
+ * one after the other, or wait for it. To be called again from time to time until all are. Errors
+ * as there; the first of them, once. */
+typedef enum problem_fuse_way {
+    PROBLEM_FUSE_KEPT,
+    PROBLEM_FUSE_COMPILE,
+    PROBLEM_FUSE_WAIT
+} problem_fuse_way;
+
 typedef struct problem_fusing {
     int programs, fused;
 } problem_fusing;
 
-ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing *state,
+ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error);
 
 size_t problem_parameters(const problem *p); /* length of x */

@@ -4,6 +4,7 @@
 #include "random_graphs.h"
 
 #include "autodiff/c_code.h"
+#include "autodiff/kernels.h"
 
 #include <dlfcn.h>
 #include <stdio.h>
@@ -31,6 +32,16 @@ typedef struct subject {
 static subject subjects[SUBJECTS_MAX];
 static int subject_count;
 static char folder[64];
+
+static const kernel_set *chosen; /* NULL: as the library would */
+
+const kernel_set *__real_ad_kernels_select(void);
+const kernel_set *__wrap_ad_kernels_select(void);
+
+const kernel_set *__wrap_ad_kernels_select(void)
+{
+    return chosen ? chosen : __real_ad_kernels_select();
+}
 
 static void run_command(const char *format, const char *options, const char *name)
 {
@@ -242,15 +253,19 @@ static int make_subjects(void **state)
     return 0;
 }
 
+static void free_subject(subject *s)
+{
+    compiled_free(&s->c);
+    data_free(&s->data);
+    ad_tape_free(s->tape);
+}
+
 static int free_subjects(void **state)
 {
     char command[128];
     (void)state;
-    for (int i = 0; i < subject_count; i++) {
-        compiled_free(&subjects[i].c);
-        data_free(&subjects[i].data);
-        ad_tape_free(subjects[i].tape);
-    }
+    for (int i = 0; i < subject_count; i++)
+        free_subject(&subjects[i]);
     snprintf(command, sizeof command, "rm -r %s", folder);
     return system(command);
 }
@@ -270,16 +285,16 @@ static void check_fused(subject *s, int number)
 {
     double *before[OUTPUTS];
     char what[64];
-    bool fused;
+    ad_fuse_state state;
     ad_error error = {AD_OK, ""};
     for (int i = 0; i < s->count; i++) {
         before[i] = new_numbers(s->c.sizes[i]);
         memcpy(before[i], s->c.results[i], s->c.sizes[i] * sizeof(double));
     }
-    if (ad_fuse_begin(s->c.program, s->data.points, folder, &error) != AD_OK ||
-        ad_fuse_finish(s->c.program, true, &fused, &error) != AD_OK)
+    if (ad_fuse_begin(s->c.program, s->data.points, folder, true, &error) != AD_OK ||
+        ad_fuse_finish(s->c.program, true, &state, &error) != AD_OK)
         fail_msg("fuse: %s", error.message);
-    assert_true(fused);
+    assert_int_equal(state, AD_FUSED);
     compiled_execute(&s->c, s->outputs, &s->data);
     snprintf(what, sizeof what, "groups of program %d", number);
     for (int i = 0; i < s->count; i++) {
@@ -327,39 +342,6 @@ static void test_groups_without_warnings(void **state)
     run_command("%s %s -o %s/%s.so %s/%s.c", options, "groups");
 }
 
-/* What is kept is taken again, unless it is damaged; a folder that others can write to is not used.
- */
-static void test_kept_files(void **state)
-{
-    (void)state;
-    subject *s = &subjects[2];
-    char kept[128] = "", command[512];
-    bool fused = false;
-    ad_error error = {AD_OK, ""};
-    snprintf(command, sizeof command, "%s/kept", folder);
-    strcpy(kept, command);
-    for (int round = 0; round < 4; round++) {
-        ad_program *program = NULL;
-        assert_int_equal(
-            ad_compile(s->count, s->outputs, &s->c.program->settings, s->c.pool, &program, &error),
-            AD_OK);
-        ad_status status = ad_fuse_begin(program, s->data.points, kept, &error);
-        assert_int_equal(status, round < 3 ? AD_OK : AD_IO);
-        assert_int_equal(ad_fuse_finish(program, false, &fused, &error), AD_OK);
-        assert_true(round == 1 ? fused : !fused || round == 0); /* 1: kept; 2: damaged */
-        assert_int_equal(ad_fuse_finish(program, true, &fused, &error), AD_OK);
-        assert_int_equal(fused, round < 3);
-        ad_program_free(program);
-        snprintf(command, sizeof command,
-                 round == 1   ? "set -- %s/*; test $# = 1 && printf x | dd of=$1 bs=1 seek=4000 "
-                                "conv=notrunc 2>/dev/null"
-                 : round == 2 ? "chmod g+w %s"
-                              : "test -d %s",
-                 kept);
-        assert_int_equal(system(command), 0);
-    }
-}
-
 /* By the largest number of the output. */
 static void assert_close(const char *kind, int number, int output, const subject *s,
                          const double *values, double tolerance)
@@ -375,33 +357,35 @@ static void assert_close(const char *kind, int number, int output, const subject
                      values[k], expected[k]);
 }
 
-/* The program goes on as it was. */
-static void test_without_compiler(void **state)
+static void check_set(const kernel_set *set, const char *compiler)
+{
+    char path[4096], changed[4200], command[256];
+    snprintf(command, sizeof command, "cd %s && rm -f *.so cc && ln -s $(command -v %s) cc", folder,
+             compiler);
+    if (system(command) != 0)
+        return;
+    snprintf(path, sizeof path, "%s", getenv("PATH"));
+    snprintf(changed, sizeof changed, "%s:%s", folder, path);
+    setenv("PATH", changed, 1);
+    chosen = set;
+    add_operations(1, false, 24);
+    check_fused(&subjects[subject_count - 1], subject_count - 1);
+    free_subject(&subjects[--subject_count]);
+    chosen = NULL;
+    setenv("PATH", path, 1);
+}
+
+/* The same bits by other sets of kernels than the processor's best, and whoever compiles. */
+static void test_kernel_sets_and_compilers(void **state)
 {
     (void)state;
-    subject *s = &subjects[3];
-    const char *before = getenv("PATH");
-    char path[4096], none[128];
-    bool fused = true;
-    ad_error error;
-    ad_program *program = NULL;
-    snprintf(path, sizeof path, "%s", before ? before : "");
-    snprintf(none, sizeof none, "%s/none", folder);
-    assert_int_equal(ad_compile(s->count, s->outputs, NULL, s->c.pool, &program, &error), AD_OK);
-    assert_int_equal(setenv("PATH", "/no/such/folder", 1), 0);
-    assert_int_equal(ad_fuse_begin(program, s->data.points, none, &error), AD_IO);
-    assert_int_equal(setenv("PATH", path, 1), 0);
-    assert_int_equal(ad_fuse_finish(program, true, &fused, &error), AD_OK);
-    assert_false(fused);
-    ad_program *compiled_program = s->c.program;
-    double *expected = new_numbers(s->c.sizes[1]);
-    memcpy(expected, s->c.results[1], s->c.sizes[1] * sizeof *expected);
-    s->c.program = program;
-    compiled_execute(&s->c, s->outputs, &s->data);
-    assert_close("interpreted", 3, 1, s, expected, ROUNDING);
-    s->c.program = compiled_program;
-    free(expected);
-    ad_program_free(program);
+    const kernel_set *best = __real_ad_kernels_select();
+    check_set(best, "gcc");
+    check_set(best, "clang");
+    if (best != &ad_kernels_baseline)
+        check_set(&ad_kernels_baseline, "cc");
+    if (best == &ad_kernels_avx512)
+        check_set(&ad_kernels_avx2, "cc");
 }
 
 /* ---- whole programs -----------------------------------------------------------------------------
@@ -552,8 +536,7 @@ int main(void)
         cmocka_unit_test(test_every_operation_occurs),
         cmocka_unit_test(test_groups_give_the_same_bits),
         cmocka_unit_test(test_groups_without_warnings),
-        cmocka_unit_test(test_kept_files),
-        cmocka_unit_test(test_without_compiler),
+        cmocka_unit_test(test_kernel_sets_and_compilers),
         cmocka_unit_test(test_whole_programs),
         cmocka_unit_test(test_options_are_checked),
     };

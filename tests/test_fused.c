@@ -64,7 +64,7 @@ static void check(const char *path, const char *const *changes)
     for (size_t i = 0; i < n; i++)
         x[i] += 0.01 * sin(3.7 * (double)i); /* linear networks begin at 0 */
     numbers before = compute(&m, x);
-    must(problem_fuse(m.p, folder, true, &state, &error), &error);
+    must(problem_fuse(m.p, folder, PROBLEM_FUSE_WAIT, &state, &error), &error);
     assert_int_equal(state.fused, state.programs);
     assert_true(state.programs > 0);
     numbers after = compute(&m, x);

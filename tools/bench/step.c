@@ -9,7 +9,7 @@
 #include "physics/sort.h"
 #include "tools/programs/cli.h"
 #include "tools/train/clock.h"
-#include "tools/train/run.h"
+#include "tools/train/trainer.h"
 
 #include <errno.h>
 #include <math.h>
@@ -133,13 +133,12 @@ static void tape_free(tape_side *t)
 /* The elementwise groups as machine code, where there is a compiler; else a word about it. */
 static void tape_fuse(const tape_side *t)
 {
-    char cache[3800], folder[3900];
+    char folder[4000];
     problem_fusing state = {0, 0};
     ad_error error = {AD_OK, "no cache folder"};
     double start = train_seconds();
-    if (run_cache_folder(cache, sizeof cache, true)) {
-        snprintf(folder, sizeof folder, "%s/compiled", cache);
-        problem_fuse(t->c.problem, folder, true, &state, &error);
+    if (trainer_fuse_folder(folder, true)) {
+        problem_fuse(t->c.problem, folder, PROBLEM_FUSE_WAIT, &state, &error);
     }
     printf("groups of %d of %d programs compiled and loaded in %.2f s%s%s\n", state.fused,
            state.programs, train_seconds() - start, error.status == AD_OK ? "" : ": ",

@@ -397,6 +397,23 @@ static void print_entries(FILE *file, const scene *scene)
 
 /* ---- what it costs ------------------------------------------------------------------------- */
 
+static void print_compilation(FILE *file)
+{
+    char folder[4000], compiler[4000];
+    if (!trainer_fuse_folder(folder, false)) {
+        fprintf(file, "  groups are interpreted: there is no cache folder for compiled ones\n");
+        return;
+    }
+    fprintf(file, "  groups are taken from %s, if an earlier run kept them there;\n",
+            file_bytes_shown(folder));
+    if (ad_fuse_compiler(compiler, sizeof compiler)) {
+        fprintf(file, "  after %d s of training others are compiled by %s\n", TRAINER_FUSE_AFTER,
+                file_bytes_shown(compiler));
+    } else {
+        fprintf(file, "  others are interpreted: there is no cc in PATH\n");
+    }
+}
+
 static void print_sets(FILE *file, const problem *p)
 {
     heading(file,
@@ -422,13 +439,7 @@ static void print_sets(FILE *file, const problem *p)
                 set.program.groups, set.program.passes, set.program.flops_per_point,
                 set.program.tile, workspace);
     }
-    char folder[4000];
-    if (trainer_fuse_folder(folder, false)) {
-        fprintf(file, "  after %d s of training groups are compiled by cc, kept in %s\n",
-                TRAINER_FUSE_AFTER, file_bytes_shown(folder));
-    } else {
-        fprintf(file, "  groups are interpreted: to compile them needs cc and a cache folder\n");
-    }
+    print_compilation(file);
 }
 
 static void print_network(FILE *file, const experiment *e, const problem *p)

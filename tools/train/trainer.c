@@ -116,6 +116,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->known = known;
     t->began = train_seconds();
     t->started = t->began - seconds;
+    t->has_cache = trainer_fuse_folder(t->compiled, false);
     t->losses_compare = fixed_loss(&e->settings->losses);
     t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
     t->info.held_out_ratio = NAN;

@@ -81,13 +81,13 @@ ad_status trainer_add_row(trainer *t, ad_error *error);
 trainer_info trainer_inspect(const trainer *t);
 const history *trainer_history(const trainer *t);
 
-/* Seconds of training after which the elementwise work of its programs is compiled (problem_fuse):
- * a compiler takes one or two, so a run that ends before had little to win. The steps go on
- * meanwhile, and have the same bits. */
+/* Seconds of training after which the elementwise work of its programs is compiled (problem_fuse)
+ * that no earlier run has kept: a compiler takes some, so a run that ends before had little to win.
+ * The steps go on meanwhile, and have the same bits. */
 #define TRAINER_FUSE_AFTER 10
 
-/* The folder where compiled programs are kept, of at least 4000 bytes; made, if `make`. False:
- * there is none, or no compiler. */
+/* The folder where compiled programs are kept, of at least 4000 bytes; what leads to it is made, if
+ * `make`. False: there is none. */
 bool trainer_fuse_folder(char *path, bool make);
 
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */

@@ -23,12 +23,13 @@ struct trainer {
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
     char account[160];
-    double size;         /* what a large loss is relative to: trainer_measure_size */
-    double evaluated;    /* loss of the last evaluation */
-    double began;        /* wall clock at which this process began to train */
-    bool fuse_tried;     /* long enough to look for a compiler */
-    char compiled[4000]; /* where compiled programs are kept; "": nowhere */
-    ad_error failure;    /* why an evaluation failed for another reason than its numbers */
+    double size;      /* what a large loss is relative to: trainer_measure_size */
+    double evaluated; /* loss of the last evaluation */
+    double began;     /* wall clock at which this process began to train */
+    bool lasts;       /* TRAINER_FUSE_AFTER seconds are over */
+    bool has_cache;   /* programs are compiled and kept in `compiled` */
+    char compiled[4000];
+    ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
 
 /* The problem and the reference go where the experiment is. Points of the reference in windows
@@ -61,7 +62,7 @@ bool trainer_is_small(const trainer *t, double loss);
  * lacks. */
 int trainer_unstable_modes(const trainer *t);
 
-/* Has programs compiled when the run has lasted; takes them over when they are ready. */
+/* Takes over programs that are kept compiled; has them compiled when the run has lasted. */
 void trainer_fuse(trainer *t);
 
 void trainer_forget_optimizer(trainer *t);
