@@ -30,8 +30,9 @@ static const char epilogue[] =
     "exit_status,\n"
     "findings: [{reason, outcome, text}]}, step, stage, stages, window, windows, "
     "training_seconds,\n"
-    "parameters, points, threads, programs, compiled_programs (by cc, of these), loss, held_out,\n"
-    "estimate, loads_out_of_balance (at rest),\n"
+    "parameters, points, threads, compiled_programs (by cc, at the end), loss, held_out, "
+    "estimate,\n"
+    "loads_out_of_balance (at rest),\n"
     "energy_out_of_balance, momentum_out_of_balance (of a rod's motion),\n"
     "reference {name, points, left_out,\n"
     "estimated_error_over_length, position_relative_l2, position_max_over_length, "
@@ -269,7 +270,6 @@ static ad_status write_json(const training *t, ad_error *error)
         json_integer(&to, "parameters", (int64_t)t->s.e->count);
         json_number(&to, "points", info.points);
         json_integer(&to, "threads", ad_pool_threads(t->s.e->pool));
-        json_integer(&to, "programs", info.fused.programs);
         json_integer(&to, "compiled_programs", info.fused.fused);
         json_number(&to, "loss", info.loss);
         json_number(&to, "held_out", info.held_out);
