@@ -285,7 +285,7 @@ static void check_fused(subject *s, int number)
 {
     double *before[OUTPUTS];
     char what[64];
-    ad_fuse_state state;
+    ad_fuse_state state = AD_INTERPRETED;
     ad_error error = {AD_OK, ""};
     for (int i = 0; i < s->count; i++) {
         before[i] = new_numbers(s->c.sizes[i]);

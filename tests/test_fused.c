@@ -47,17 +47,36 @@ static void numbers_free(numbers *n)
     free(n->jtj);
 }
 
-static void check(const char *path, const char *const *changes)
+/* With all programs that its steps may need. */
+static made prepare(const char *path, const char *const *changes)
 {
-    char folder[] = "/tmp/cpinn_test_XXXXXX", command[64];
     made m = {changes ? make_experiment(path, changes, 1) : experiment_of(path, NULL, NULL), NULL};
     ad_error error = {AD_OK, ""};
-    problem_fusing state;
     problem_least_squares sizes;
-    assert_non_null(mkdtemp(folder));
     must(experiment_problem(m.e, &m.p, &error), &error);
     must(problem_prepare_least_squares(m.p, &sizes, &error), &error);
     must(problem_prepare_product(m.p, &sizes, &error), &error);
+    return m;
+}
+
+/* The next run takes what is kept. */
+static void check_kept(const char *path, const char *const *changes, const char *folder)
+{
+    made m = prepare(path, changes);
+    problem_fusing state;
+    ad_error error = {AD_OK, ""};
+    must(problem_fuse(m.p, folder, PROBLEM_FUSE_KEPT, &state, &error), &error);
+    assert_int_equal(state.fused, state.programs);
+    made_free(&m);
+}
+
+static void check(const char *path, const char *const *changes)
+{
+    char folder[] = "/tmp/cpinn_test_XXXXXX", command[64];
+    made m = prepare(path, changes);
+    ad_error error = {AD_OK, ""};
+    problem_fusing state;
+    assert_non_null(mkdtemp(folder));
     size_t n = problem_parameters(m.p);
     double *x = new_vector(n);
     memcpy(x, experiment_parameters(m.e), n * sizeof *x);
@@ -77,6 +96,7 @@ static void check(const char *path, const char *const *changes)
     numbers_free(&after);
     free(x);
     made_free(&m);
+    check_kept(path, changes, folder);
     snprintf(command, sizeof command, "rm -r %s", folder);
     assert_int_equal(system(command), 0);
 }
