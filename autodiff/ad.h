@@ -284,23 +284,27 @@ ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, a
 /* The command cc: the first in an absolute folder of PATH. False: there is none. */
 bool ad_fuse_compiler(char *path, size_t room);
 
-/* The whole program as one C99 function without anything but libm, for `points` points at a call:
- *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,
- *               double *const *outputs)
- * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where
- * their numbers are given here and stand in the C instead. float in place of double where `single`.
- * The names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order
- * than by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY;
- * those of the file are the caller's to see. */
+/* Whole programs as C99 functions without anything but libm, for a fixed number of points at a
+ * call, in `count` numbers of type double or, where `single`, float: void NAME(const double *x,
+ * const double *const *uniforms, const double *p, double *y, double *w) x: the inputs one after the
+ * other, y: the outputs, each as in ad_run; w: *memory numbers of workspace, the most that one of
+ * the functions needs. Where parameters and uniforms are given here, they stand in the C and are no
+ * arguments; where several sets of them are given, the first argument is `int set` instead. What
+ * several functions have in common stands there once, and is called NAME_0, NAME_1, ... after the
+ * first. Sums and products are added up in another order than by ad_execute, and sin, cos, exp,
+ * tanh are our own. Not while the programs run. Errors: AD_BAD_ARGUMENT (name, points),
+ * AD_NO_MEMORY; those of the file are the caller's to see. */
 typedef struct ad_c_options {
-    const char *name;              /* a C identifier of at most 30 characters */
-    size_t points;                 /* 1 to 1024 */
-    const double *parameters;      /* or NULL */
-    const double *const *uniforms; /* or NULL */
-    bool single;
+    const char *name;                     /* a C identifier of at most 30 characters */
+    size_t points;                        /* 1 to 1024 */
+    int sets;                             /* that are given; 0: none, both are arguments */
+    const double *const *parameters;      /* [sets] */
+    const double *const *const *uniforms; /* [sets] */
+    bool internal;                        /* a static function */
 } ad_c_options;
 
-ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *file, ad_error *error);
+ad_status ad_write_c(int count, ad_program *const *programs, const ad_c_options *options,
+                     bool single, FILE *file, size_t *memory, ad_error *error);
 
 /* ---- normal equations ----------------------------------------------------------------------- */
 

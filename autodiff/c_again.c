@@ -52,6 +52,12 @@ static fetched *find(const search *s, place p)
     return NULL;
 }
 
+/* Operands of sin and cos of numbers are looked at before the loop, so they stay in memory. */
+static bool stays(const search *s, int op)
+{
+    return !s->w->vectors && op_is_sine(op);
+}
+
 /* Can it be made again, from blocks that are fetched and are what they were? Those stay. */
 static void consider(search *s, fetched *f)
 {
@@ -108,7 +114,7 @@ static void search_segment(search *s, int first, int end)
         const instruction *i = &p->instructions[n];
         for (int k = 0; k < ad_op_table[i->op].arity; k++) {
             fetched *f = i->in[k].kind == PLACE_TILE ? find(s, i->in[k]) : NULL;
-            if (f && f->again && !is_written(p, first, n, i->in[k])) {
+            if (f && f->again && !stays(s, i->op) && !is_written(p, first, n, i->in[k])) {
                 s->w->again[n * AD_ARITY_MAX + k] = f->by;
             }
         }

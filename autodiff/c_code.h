@@ -5,8 +5,11 @@
 
 #include "autodiff/program.h"
 
-/* The texts of lanes.h, stumpff.h and tanh.h (made by text.cmake): lines, NULL at the end. */
-extern const char *const ad_text_lanes[], *const ad_text_stumpff[], *const ad_text_tanh[];
+/* The texts of lanes.h, stumpff.h and so on (made by text.cmake): lines, NULL at the end. */
+extern const char *const ad_text_lanes[], *const ad_text_stumpff[];
+extern const char *const ad_text_tanh[], *const ad_text_sine[], *const ad_text_exp[];
+extern const char *const ad_text_tanh_single[], *const ad_text_sine_single[],
+                                                    *const ad_text_exp_single[];
 
 void ad_c_text(const char *const *lines, FILE *file);
 
@@ -33,6 +36,15 @@ typedef struct c_held {
     int variable;
 } c_held;
 
+/* sin and cos of numbers: whichever serves the argument, which costs a branch; our own, for
+ * arguments up to AD_SINE_MOST; libm's. */
+typedef enum c_sine { SINE_ANY, SINE_NEAR, SINE_FAR } c_sine;
+
+static inline bool op_is_sine(int op)
+{
+    return op == OP_SIN || op == OP_COS;
+}
+
 typedef struct c_writer {
     const ad_program *program;
     FILE *file;
@@ -45,6 +57,7 @@ typedef struct c_writer {
     void (*uniform)(const struct c_writer *w, place p, int row, char *text);
     void *context;     /* of it */
     const bool *known; /* [uniform memory] written as they are: numbers that stand in it */
+    c_sine sine;
     /* a pass */
     const pass *pass;
     int *end;    /* [instructions] the one after its segment */
@@ -86,37 +99,55 @@ bool ad_c_find_lives(c_writer *w);
 
 /* ---- whole programs (c_function.c, c_uniform.c) --------------------------------------------- */
 
-/* Numbers that stand in the C as an array: rows of a uniform value, or a matrix [k][m] of one that
- * is stored [m][k]. */
+/* Numbers that stand in the C as an array. */
 typedef struct c_table {
-    place at;
-    int m, k; /* 0: not a matrix to be turned */
+    const char *name; /* what they are called on the tape, or "" */
+    bool turned;      /* a matrix [k][m] that is stored [m][k] */
+    int sets;         /* 1: all have the same */
+    int rows;
+    double *numbers; /* [sets][rows] */
 } c_table;
+
+/* Of all functions of a file; functions with the same numbers share them. */
+typedef struct c_tables {
+    const char *name; /* before the number of a table */
+    c_table *items;
+    int count, capacity;
+} c_tables;
 
 typedef struct c_function {
     c_writer w;
     ad_program *program;
     const ad_c_options *options;
-    bool *known; /* [uniform memory] */
-    c_table *tables;
-    int table_count, table_capacity;
-    bool uses_u, uses_p, failed;
+    c_tables *tables;
+    bool *known;    /* [uniform memory] */
+    bool *same;     /* [uniform memory] known, and the same in all sets */
+    double *values; /* [sets][uniform memory] */
+    int *varying;   /* of numbers that differ, where they are: v[i] in the C */
+    int varying_count, varying_capacity;
+    bool uses_u, failed;
 } c_function;
 
 /* Evaluate what follows from what is given, before the first pass. False: out of memory. */
 bool ad_c_find_known(c_function *f);
 bool ad_c_is_known(const c_function *f, place p);
+void ad_c_clear_known(c_function *f);
 
 /* c_writer.uniform of whole programs; context is the c_function. */
 void ad_c_put_uniform(const c_writer *w, place p, int row, char *text);
 
 /* Where numbers stand and how far in, to be followed by the rest of an index and "]": "u[13 + ",
- * "eval_2[". C_OPERAND characters. */
-void ad_c_begin_index(c_function *f, c_table t, char *text);
+ * "eval_2[", "eval_2[set][". C_OPERAND characters. A matrix of k columns is turned where it is
+ * known; k = 0: as it is. */
+void ad_c_begin_index(c_function *f, place p, int k, char *text);
+
+/* The array of numbers that are no places of their own, behind their name: `set` of it. -1: none */
+int ad_c_varying_table(c_function *f);
 
 /* What is computed before a pass, arrays of what is known, zeros in u. */
 void ad_c_write_uniforms(c_function *f, const pass *p);
-void ad_c_write_tables(const c_function *f, FILE *file);
+void ad_c_write_tables(const c_writer *w, const c_tables *tables, FILE *file);
+void ad_c_clear_tables(c_tables *tables);
 void ad_c_write_zeros(c_function *f, int to, int rows);
 
 #endif

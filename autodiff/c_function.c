@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160 };
+enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 48 };
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 
@@ -17,34 +17,67 @@ static void row_text(int offset, const char *row, int stride, char *text)
     snprintf(text, C_OPERAND, stride == 1 ? "%d + %s" : "%d + %s * %d", offset, row, stride);
 }
 
-/* Of `rows` rows from `first` on: a block of sums that fits into registers, one point. Columns are
- * written out, so that the innermost loop is one that any compiler vectorises. */
-static void write_block(c_function *f, const instruction *i, int first, int rows, int block,
+/* A block of sums that fits into registers: rows i .. i + rows - 1 of a product, one point, for k
+ * from `from` on, `terms` of them at a time, each into sums of its own, so that one addition does
+ * not wait for another. */
+static void write_terms(c_function *f, const instruction *i, int rows, int terms, int from, int to,
                         const char *matrix)
 {
     int m = i->out.rows, k = i->in[1].rows;
     bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
-    const char *type = f->w.type;
+    char row[C_OPERAND], at[24];
+    if (from == to) {
+        return;
+    }
+    fprintf(f->w.file, "        for (int k = %d; k < %d; k += %d) {\n", from, to, terms);
+    for (int q = 0; q < terms; q++) {
+        snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
+        for (int c = 0; c < i->columns; c++) {
+            row_text(i->in[1].offset + c, at, i->in[1].stride, row);
+            fprintf(f->w.file, "            const %s x%d_%d = w[%s];\n", f->w.type, c, q, row);
+        }
+    }
+    fprintf(f->w.file, "            for (int n = 0; n < %d; n++) {\n", rows);
+    for (int q = 0; q < terms; q++) {
+        snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
+        fprintf(f->w.file, "                const %s a%d = %s", f->w.type, q, matrix);
+        if (turned) {
+            fprintf(f->w.file, "%s * %d + i + n];\n", at, m);
+        } else {
+            fprintf(f->w.file, "(i + n) * %d + %s];\n", k, at);
+        }
+        for (int c = 0; c < i->columns; c++) {
+            fprintf(f->w.file, "                sum%d_%d[n] += a%d * x%d_%d;\n", c, q, q, c, q);
+        }
+    }
+    fputs("            }\n        }\n", f->w.file);
+}
+
+/* Of `rows` rows from `first` on, `block` at a time. Columns are written out, so that the innermost
+ * loop is one that any compiler vectorises. */
+static void write_block(c_function *f, const instruction *i, int first, int rows, int block,
+                        const char *matrix)
+{
+    int k = i->in[1].rows, terms = 1;
     char row[C_OPERAND];
+    while (terms < TERMS && 2 * terms * block * i->columns <= TERMS_NUMBERS && 2 * terms <= k) {
+        terms *= 2;
+    }
     fprintf(f->w.file, "    for (int i = %d; i < %d; i += %d) {\n", first, first + rows, block);
-    for (int c = 0; c < i->columns; c++) {
-        fprintf(f->w.file, "        %s sum%d[%d] = {0};\n", type, c, block);
+    for (int s = 0; s < i->columns * terms; s++) {
+        fprintf(f->w.file, "        %s sum%d_%d[%d] = {0};\n", f->w.type, s / terms, s % terms,
+                block);
     }
-    fprintf(f->w.file, "        for (int k = 0; k < %d; k++) {\n", k);
-    for (int c = 0; c < i->columns; c++) {
-        row_text(i->in[1].offset + c, "k", i->in[1].stride, row);
-        fprintf(f->w.file, "            const %s x%d = w[%s];\n", type, c, row);
-    }
-    fprintf(f->w.file, "            for (int n = 0; n < %d; n++) {\n", block);
-    fprintf(f->w.file, "                const %s a = %s", type, matrix);
-    fprintf(f->w.file, turned ? "k * %d + i + n];\n" : "(i + n) * %d + k];\n", turned ? m : k);
-    for (int c = 0; c < i->columns; c++) {
-        fprintf(f->w.file, "                sum%d[n] += a * x%d;\n", c, c);
-    }
-    fprintf(f->w.file, "            }\n        }\n        for (int n = 0; n < %d; n++) {\n", block);
+    write_terms(f, i, block, terms, 0, k / terms * terms, matrix);
+    write_terms(f, i, block, 1, k / terms * terms, k, matrix);
+    fprintf(f->w.file, "        for (int n = 0; n < %d; n++) {\n", block);
     for (int c = 0; c < i->columns; c++) {
         row_text(i->out.offset + c, i->out.stride == 1 ? "i + n" : "(i + n)", i->out.stride, row);
-        fprintf(f->w.file, "            w[%s] = sum%d[n];\n", row, c);
+        fprintf(f->w.file, "            w[%s] = ", row);
+        for (int q = 0; q < terms; q++) {
+            fprintf(f->w.file, "%ssum%d_%d[n]", q ? " + " : "", c, q);
+        }
+        fputs(";\n", f->w.file);
     }
     fputs("        }\n    }\n", f->w.file);
 }
@@ -75,12 +108,7 @@ static void write_product(c_function *f, const instruction *i)
     int m = i->out.rows, k = i->in[1].rows, block = BLOCK_NUMBERS / i->columns;
     bool natural = i->op == OP_MATVEC_TRANSPOSED;
     char matrix[C_OPERAND];
-    c_table t = {.at = i->in[0]};
-    if (!natural) {
-        t.m = m;
-        t.k = k;
-    }
-    ad_c_begin_index(f, t, matrix);
+    ad_c_begin_index(f, i->in[0], natural ? 0 : k, matrix);
     if (f->w.numbers > 1) {
         write_wide(f, i, matrix);
         return;
@@ -98,7 +126,7 @@ static void put_entry(c_function *f, place p, const char *row, char *text)
 {
     char start[C_OPERAND];
     if (p.kind != PLACE_TILE) {
-        ad_c_begin_index(f, (c_table){.at = p}, start);
+        ad_c_begin_index(f, p, 0, start);
         snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
         return;
     }
@@ -187,15 +215,29 @@ static void write_other(c_function *f, const instruction *i)
 static void write_inputs(c_function *f, const int *units)
 {
     const ad_tape *tape = f->program->tape;
+    int first = 0;
     for (int i = 0; i < tape->inputs; i++) {
-        if (units[i] >= 0) {
-            int numbers = tape->input_rows[i] * f->w.numbers;
+        int numbers = tape->input_rows[i] * f->w.numbers, to = units[i] * f->w.numbers;
+        if (to >= 0 && numbers == 1) {
+            fprintf(f->w.file, "    w[%d] = x[%d];\n", to, first);
+        } else if (to >= 0) {
             fprintf(f->w.file,
-                    "    for (int r = 0; r < %d; r++) {\n        w[%d + r] = inputs[%d][r];\n"
-                    "    }\n",
-                    numbers, units[i] * f->w.numbers, i);
+                    "    for (int r = 0; r < %d; r++) {\n        w[%d + r] = x[%d + r];\n    }\n",
+                    numbers, to, first);
         }
+        first += numbers;
     }
+}
+
+/* Where an output begins in y. */
+static int output_at(const c_function *f, int output)
+{
+    int first = 0;
+    for (int i = 0; i < output; i++) {
+        const node *n = &f->program->tape->nodes[f->program->output_ids[i]];
+        first += n->rows * (n->extent == AD_UNIFORM ? 1 : f->w.numbers);
+    }
+    return first;
 }
 
 static void write_outputs(c_function *f, const pass *p)
@@ -203,15 +245,18 @@ static void write_outputs(c_function *f, const pass *p)
     char from[2 * C_OPERAND];
     for (int i = 0; i < p->output_count; i++) {
         batch_output o = p->outputs[i];
+        int to = output_at(f, o.number);
+        if (f->w.numbers == 1 && o.from.rows == 1) {
+            put_entry(f, o.from, "0", from);
+            fprintf(f->w.file, "    y[%d] = %s;\n", to, from);
+            continue;
+        }
         put_entry(f, o.from, "r", from);
         fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        %s{\n", o.from.rows,
                 f->w.points);
-        fprintf(f->w.file, "            outputs[%d][", o.number);
-        if (f->w.numbers == 1) {
-            fputs("r", f->w.file);
-        } else {
-            fprintf(f->w.file, "r * %d + j", f->w.numbers);
-        }
+        fprintf(f->w.file,
+                f->w.numbers == 1 ? "            y[%d + r" : "            y[%d + r * %d + j", to,
+                f->w.numbers);
         fprintf(f->w.file, "] = %s;\n        }\n    }\n", from);
     }
 }
@@ -249,8 +294,8 @@ static void write_uniform_outputs(c_function *f)
             place p = f->program->places[id];
             ad_c_put_uniform(&f->w, p, -1, text);
             fprintf(f->w.file,
-                    "    for (int r = 0; r < %d; r++) {\n        outputs[%d][r] = %s;\n    }\n",
-                    p.rows, i, text);
+                    "    for (int r = 0; r < %d; r++) {\n        y[%d + r] = %s;\n    }\n", p.rows,
+                    output_at(f, i), text);
         }
     }
 }
@@ -269,60 +314,29 @@ static bool write_body(c_function *f)
 
 /* ---- the whole ------------------------------------------------------------------------------ */
 
-static bool uses_operation(const ad_program *program, int first, int second)
-{
-    for (int s = 0; s <= program->pass_count; s++) {
-        const pass *p = &program->passes[s];
-        for (int i = 0; i < p->count; i++) {
-            if (p->instructions[i].op == first || p->instructions[i].op == second) {
-                return true;
-            }
-        }
-        for (int i = 0; i < p->uniform_count; i++) {
-            if (program->tape->nodes[p->uniforms[i]].op == first) {
-                return true;
-            }
-        }
-    }
-    return false;
-}
-
 static void write_signature(const c_function *f, FILE *file)
 {
     const char *type = f->w.type;
-    fprintf(file, "void %s(const %s *const *inputs,", f->options->name, type);
-    if (!f->options->uniforms) {
-        fprintf(file, " const %s *const *uniforms,", type);
+    fprintf(file, "%svoid %s(%sconst %s *x,", f->options->internal ? "static " : "",
+            f->options->name, f->options->sets > 1 ? "int set, " : "", type);
+    if (f->options->sets == 0) {
+        fprintf(file, " const %s *const *uniforms, const %s *p,", type, type);
     }
-    if (!f->options->parameters) {
-        fprintf(file, " const %s *p,", type);
-    }
-    fprintf(file, " %s *const *outputs)", type);
-}
-
-static void write_unused(const c_function *f, FILE *file)
-{
-    fputs("    (void)inputs;\n", file);
-    if (!f->options->uniforms) {
-        fputs("    (void)uniforms;\n", file);
-    }
-    if (!f->options->parameters) {
-        fputs("    (void)p;\n", file);
-    }
+    fprintf(file, " %s *y, %s *w)", type, type);
 }
 
 /* What goes in and comes out. */
 static void write_comment(const c_function *f, FILE *file)
 {
     const ad_tape *tape = f->program->tape;
-    fprintf(file, "/* At %d point%s. inputs:", f->w.numbers, f->w.numbers == 1 ? "" : "s");
+    fprintf(file, "/* At %d point%s. x:", f->w.numbers, f->w.numbers == 1 ? "" : "s");
     for (int id = 0; id < tape->count; id++) {
         const node *n = &tape->nodes[id];
         if (n->op == OP_INPUT) {
             fprintf(file, " %s[%d]", ad_tape_name(tape, id), n->rows);
         }
     }
-    fputs("; outputs:", file);
+    fputs("; y:", file);
     for (int i = 0; i < f->program->outputs; i++) {
         fprintf(file, " [%d]", tape->nodes[f->program->output_ids[i]].rows);
     }
@@ -330,32 +344,34 @@ static void write_comment(const c_function *f, FILE *file)
           file);
 }
 
-static void write_all(const c_function *f, const char *body, FILE *file)
+/* The function around its body; returns the numbers of workspace it needs. */
+static size_t write_function(c_function *f, const char *body, FILE *file)
 {
     const ad_program *program = f->program;
     size_t numbers = (size_t)program->most_units * f->options->points;
-    fputs("#include <math.h>\n\n", file);
-    if (uses_operation(program, OP_STUMPFF, OP_STUMPFF)) {
-        ad_c_text(ad_text_stumpff, file);
-    }
-    if (uses_operation(program, OP_TANH, OP_TANH_SUM) && !f->options->single) {
-        ad_c_text(ad_text_tanh, file);
-    }
-    ad_c_write_tables(f, file);
+    int varying = ad_c_varying_table(f);
     write_comment(f, file);
-    write_signature(f, file);
-    fputs(";\n\n", file);
+    if (!f->options->internal) {
+        write_signature(f, file);
+        fputs(";\n\n", file);
+    }
     write_signature(f, file);
     fputs("\n{\n", file);
-    if (numbers > 0) {
-        fprintf(file, "    %s w[%zu];\n", f->w.type, numbers);
-    }
     if (f->uses_u) {
-        fprintf(file, "    %s u[%d];\n", f->w.type, program->uniform_count);
+        fprintf(file, "    %s *const u = w + %zu;\n", f->w.type, numbers);
+        numbers += (size_t)program->uniform_count;
     }
-    write_unused(f, file);
+    if (varying >= 0) {
+        fprintf(file, "    const %s *const v = %s_%d[set];\n", f->w.type, f->tables->name, varying);
+    }
+    fputs(f->options->sets == 0  ? "    (void)uniforms;\n    (void)p;\n"
+          : f->options->sets > 1 ? "    (void)set;\n"
+                                 : "",
+          file);
+    fputs("    (void)x;\n    (void)w;\n", file);
     fputs(body, file);
-    fputs("}\n", file);
+    fputs("}\n\n", file);
+    return numbers;
 }
 
 static bool is_identifier(const char *name)
@@ -367,38 +383,83 @@ static bool is_identifier(const char *name)
     return ok;
 }
 
-ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *file, ad_error *error)
+/* One function to `file`, what it needs to `tables`. */
+static bool write_one(ad_program *program, const ad_c_options *options, c_writer w,
+                      c_tables *tables, FILE *file, size_t *numbers)
 {
-    enum { POINTS_MAX = 1024 };
-    c_function f = {.program = program, .options = options};
+    c_function f = {.program = program, .options = options, .tables = tables, .w = w};
     char *body = NULL, loop[C_OPERAND] = "";
     size_t size = 0;
-    if (!is_identifier(options->name) || options->points < 1 || options->points > POINTS_MAX) {
-        return ad_fail(error, AD_BAD_ARGUMENT,
-                       "C of a program: a name of up to 30 letters, digits and _, and 1 to %d "
-                       "points of a call",
-                       POINTS_MAX);
-    }
-    f.w = (c_writer){.program = program,
-                     .type = options->single ? "float" : "double",
-                     .suffix = options->single ? "f" : "",
-                     .points = loop,
-                     .numbers = (int)options->points,
-                     .uniform = ad_c_put_uniform,
-                     .context = &f};
     if (options->points > 1) {
         snprintf(loop, sizeof loop, "for (int j = 0; j < %d; j++) ", (int)options->points);
     }
+    f.w.program = program;
+    f.w.points = loop;
+    f.w.numbers = (int)options->points;
+    f.w.uniform = ad_c_put_uniform;
+    f.w.context = &f;
     f.w.file = open_memstream(&body, &size);
     bool ok = f.w.file && ad_c_find_known(&f);
-    f.w.known = f.known;
+    f.w.known = f.same;
     ok = ok && write_body(&f);
     ok = f.w.file && fclose(f.w.file) == 0 && ok;
     if (ok) {
-        write_all(&f, body, file);
+        *numbers = write_function(&f, body, file);
     }
     free(body);
-    free(f.known);
-    free(f.tables);
+    ad_c_clear_known(&f);
+    return ok && !f.failed;
+}
+
+/* Functions of our own that the code calls. */
+static void write_texts(const char *code, FILE *file)
+{
+    const struct {
+        const char *name;
+        const char *const *lines;
+    } texts[] = {{"ad_stumpff_number(", ad_text_stumpff},  {"ad_tanh_number(", ad_text_tanh},
+                 {"ad_tanh_single(", ad_text_tanh_single}, {"ad_sine_number(", ad_text_sine},
+                 {"ad_sine_single(", ad_text_sine_single}, {"ad_exp_number(", ad_text_exp},
+                 {"ad_exp_single(", ad_text_exp_single}};
+    fputs("#include <math.h>\n\n", file);
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        if (strstr(code, texts[i].name)) {
+            ad_c_text(texts[i].lines, file);
+        }
+    }
+}
+
+ad_status ad_write_c(int count, ad_program *const *programs, const ad_c_options *options,
+                     bool single, FILE *file, size_t *memory, ad_error *error)
+{
+    enum { POINTS_MAX = 1024 };
+    const c_writer w = {.type = single ? "float" : "double", .suffix = single ? "f" : ""};
+    c_tables tables = {.name = options[0].name};
+    char *code = NULL;
+    size_t size = 0, numbers = 0;
+    for (int i = 0; i < count; i++) {
+        if (!is_identifier(options[i].name) || options[i].points < 1 ||
+            options[i].points > POINTS_MAX) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "C of a program: a name of up to 30 letters, digits and _, and 1 to %d "
+                           "points of a call",
+                           POINTS_MAX);
+        }
+    }
+    FILE *functions = open_memstream(&code, &size);
+    bool ok = functions != NULL;
+    *memory = 0;
+    for (int i = 0; i < count && ok; i++) {
+        ok = write_one(programs[i], &options[i], w, &tables, functions, &numbers);
+        *memory = numbers > *memory ? numbers : *memory;
+    }
+    ok = functions && fclose(functions) == 0 && ok;
+    if (ok) {
+        write_texts(code, file);
+        ad_c_write_tables(&w, &tables, file);
+        fputs(code, file);
+    }
+    free(code);
+    ad_c_clear_tables(&tables);
     return ok ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");
 }

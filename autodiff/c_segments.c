@@ -97,23 +97,44 @@ static void put_formula(const c_writer *w, const char *formula, double number,
     }
 }
 
-/* A function of libm where it has our name but for the suffix, else all of it. */
+/* A function of our own, or of libm where it has our name but for the suffix. */
 static void put_name(const c_writer *w, int op, int whole)
 {
-    bool is_tanh = op == OP_TANH || op == OP_TANH_SUM;
+    const char *kind = *w->suffix ? "single" : "number";
     if (w->vectors) {
         fprintf(w->file, "v_%s(", ad_op_table[op].name);
     } else if (op == OP_STUMPFF) {
-        fprintf(w->file, "ad_stumpff_number(%d, ", whole);
-    } else if (is_tanh && !*w->suffix) {
-        fputs("ad_tanh_number(", w->file);
+        fprintf(w->file, "%sad_stumpff_number(%d, ", *w->suffix ? "(float)" : "", whole);
+    } else if (op == OP_TANH || op == OP_TANH_SUM) {
+        fprintf(w->file, "ad_tanh_%s(", kind);
+    } else if (op == OP_EXP) {
+        fprintf(w->file, "ad_exp_%s(", kind);
     } else {
         fprintf(w->file, "%s%s(",
-                is_tanh          ? "tanh"
-                : op == OP_ABS   ? "fabs"
+                op == OP_ABS     ? "fabs"
                 : op == OP_POWER ? "pow"
                                  : ad_op_table[op].name,
                 w->suffix);
+    }
+}
+
+static const char *sine_most(const c_writer *w)
+{
+    return *w->suffix ? "AD_SINE_MOST_SINGLE" : "AD_SINE_MOST";
+}
+
+static void put_sine(const c_writer *w, int op, const char *operand)
+{
+    const char *name = ad_op_table[op].name, *kind = *w->suffix ? "single" : "number";
+    if (w->sine == SINE_ANY) {
+        fprintf(w->file, "fabs%s(%s) <= %s ? ", w->suffix, operand, sine_most(w));
+    }
+    if (w->sine != SINE_FAR) {
+        fprintf(w->file, "ad_sine_%s(%s, %d)", kind, operand, op == OP_COS);
+    }
+    fputs(w->sine == SINE_ANY ? " : " : "", w->file);
+    if (w->sine != SINE_NEAR) {
+        fprintf(w->file, "%s%s(%s)", name, w->suffix, operand);
     }
 }
 
@@ -143,6 +164,8 @@ void ad_c_operation(const c_writer *w, int op, int whole, double number,
         w->vectors ? op <= OP_MUL || op == OP_COPY || op == OP_REPEAT : formulas[op] != NULL;
     if (infix) {
         put_formula(w, formulas[op], number, operands);
+    } else if (!w->vectors && op_is_sine(op)) {
+        put_sine(w, op, operands[0]);
     } else {
         put_call(w, op, whole, number, operands);
     }
@@ -156,14 +179,21 @@ bool ad_c_is_loop(const instruction *i)
     return op_is_elementwise(i->op) && i->out.rows > FEW_ROWS;
 }
 
-static bool fits_loop(const pass *p, int first, int next)
+static bool is_made_by(const instruction *i, place p)
 {
-    if (p->instructions[next].out.rows != p->instructions[first].out.rows ||
-        next - first >= C_LOOP_MAX) {
+    return i->out.kind == p.kind && i->out.offset == p.offset && i->out.stride == p.stride;
+}
+
+/* sin and cos of numbers are looked at before the loop: their operands are made by others. */
+static bool fits_loop(const c_writer *w, int first, int next)
+{
+    const instruction *list = w->pass->instructions;
+    if (list[next].out.rows != list[first].out.rows || next - first >= C_LOOP_MAX) {
         return false;
     }
     for (int i = first; i < next; i++) {
-        if (ad_instructions_conflict(&p->instructions[i], &p->instructions[next])) {
+        if (ad_instructions_conflict(&list[i], &list[next]) ||
+            (!w->vectors && op_is_sine(list[next].op) && is_made_by(&list[i], list[next].in[0]))) {
             return false;
         }
     }
@@ -172,11 +202,12 @@ static bool fits_loop(const pass *p, int first, int next)
 
 /* Of the segment that begins at `first`, in a run of elementwise instructions that ends at `end`.
  */
-static int segment_end(const pass *p, int first, int end)
+static int segment_end(const c_writer *w, int first, int end)
 {
+    const pass *p = w->pass;
     int next = first, rows = 0;
     if (ad_c_is_loop(&p->instructions[first])) {
-        while (next < end && fits_loop(p, first, next)) {
+        while (next < end && fits_loop(w, first, next)) {
             next++;
         }
         return next;
@@ -195,7 +226,7 @@ static void cut_segments(c_writer *w)
         while (run < p->count && op_is_elementwise(p->instructions[run].op)) {
             run++;
         }
-        end = n < run ? segment_end(p, n, run) : n + 1;
+        end = n < run ? segment_end(w, n, run) : n + 1;
         run = end > run ? end : run;
         for (; n < end; n++) {
             w->end[n] = end;
@@ -456,11 +487,53 @@ static void write_rows(c_writer *w, int first, int end)
     fputs("        }\n    }\n", w->file);
 }
 
+/* Are there sin or cos in these instructions? If so, finds out in the C whether some argument is
+ * too large for our own, once for each operand. */
+static bool write_sine_check(c_writer *w, int first, int end)
+{
+    bool any = false;
+    for (int n = first; n < end; n++) {
+        const instruction *i = &w->pass->instructions[n];
+        bool seen = w->dead[n] || !op_is_sine(i->op);
+        for (int k = first; k < n && !seen; k++) {
+            const instruction *before = &w->pass->instructions[k];
+            seen = op_is_sine(before->op) && before->in[0].offset == i->in[0].offset &&
+                   before->in[0].stride == i->in[0].stride;
+        }
+        if (seen) {
+            continue;
+        }
+        fputs(any ? "" : "    {\n    int far = 0;\n", w->file);
+        any = true;
+        fprintf(w->file, "    for (int r = 0; r < %d; r++) {\n        %sfar |= !(fabs%s(",
+                i->out.rows, w->points, w->suffix);
+        put_at(w, i->in[0].offset, i->in[0].stride);
+        fprintf(w->file, ") <= %s);\n    }\n", sine_most(w));
+    }
+    return any;
+}
+
+static void write_loop(c_writer *w, int first, int end)
+{
+    if (w->vectors || !write_sine_check(w, first, end)) {
+        write_rows(w, first, end);
+        return;
+    }
+    fputs("    if (far) {\n", w->file);
+    w->sine = SINE_FAR;
+    write_rows(w, first, end);
+    fputs("    } else {\n", w->file);
+    w->sine = SINE_NEAR;
+    write_rows(w, first, end);
+    w->sine = SINE_ANY;
+    fputs("    }\n    }\n", w->file);
+}
+
 void ad_c_write_segments(c_writer *w, int first, int end)
 {
     for (int at = first; at < end; at = w->end[at]) {
         if (ad_c_is_loop(&w->pass->instructions[at])) {
-            write_rows(w, at, w->end[at]);
+            write_loop(w, at, w->end[at]);
         } else {
             write_statements(w, at, w->end[at]);
         }

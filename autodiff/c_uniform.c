@@ -9,13 +9,29 @@
 
 bool ad_c_is_known(const c_function *f, place p)
 {
-    return p.kind == PLACE_PARAMETER ? f->options->parameters != NULL : f->known[p.offset];
+    return p.kind == PLACE_PARAMETER ? f->options->sets > 0 : f->known[p.offset];
 }
 
-static double number_at(const c_function *f, place p, int row)
+static double number_at(const c_function *f, place p, int row, int set)
 {
     int at = p.offset + row * p.stride;
-    return p.kind == PLACE_PARAMETER ? f->options->parameters[at] : f->program->uniform[at];
+    return p.kind == PLACE_PARAMETER
+               ? f->options->parameters[set][at]
+               : f->values[(size_t)set * (size_t)f->program->uniform_count + (size_t)at];
+}
+
+/* Are these rows the same in all sets? Compared by their bits. */
+static bool is_same(const c_function *f, place p, int first, int rows)
+{
+    for (int set = 1; set < f->options->sets; set++) {
+        for (int row = first; row < first + rows; row++) {
+            double one = number_at(f, p, row, 0), other = number_at(f, p, row, set);
+            if (memcmp(&one, &other, sizeof one) != 0) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 /* Does a uniform node follow from what is given? Those before it have been looked at. */
@@ -23,23 +39,41 @@ static bool follows(const c_function *f, int id)
 {
     const ad_tape *tape = f->program->tape;
     const node *n = &tape->nodes[id];
-    bool result = n->op != OP_UNIFORM || f->options->uniforms != NULL;
+    bool result = n->op != OP_UNIFORM || f->options->sets > 0;
     for (int i = 0; i < n->count; i++) {
         result = result && ad_c_is_known(f, f->program->places[tape->arguments[n->first + i]]);
     }
     return result;
 }
 
+static void evaluate_sets(c_function *f, const pass *given)
+{
+    size_t count = (size_t)f->program->uniform_count;
+    for (int set = 0; set == 0 || set < f->options->sets; set++) {
+        const ad_run run = {.points = f->options->points,
+                            .uniforms = f->options->sets ? f->options->uniforms[set] : NULL,
+                            .parameters = f->options->sets ? f->options->parameters[set] : NULL};
+        ad_uniform_evaluate(f->program, given, &run);
+        memcpy(f->values + (size_t)set * count, f->program->uniform, count * sizeof *f->values);
+    }
+    for (size_t i = 0; i < count; i++) {
+        place p = {.kind = PLACE_UNIFORM, .offset = (int)i, .rows = 1};
+        f->same[i] = f->known[i] && is_same(f, p, 0, 1);
+    }
+}
+
 bool ad_c_find_known(c_function *f)
 {
     const pass *first = &f->program->passes[0];
-    const ad_run run = {.points = f->options->points,
-                        .uniforms = f->options->uniforms,
-                        .parameters = f->options->parameters};
+    size_t count = (size_t)f->program->uniform_count,
+           sets = f->options->sets ? (size_t)f->options->sets : 1;
     int *list = malloc(((size_t)first->uniform_count + 1) * sizeof *list);
     pass given = {.uniforms = list};
     f->known = ad_c_constants(f->program);
-    for (int i = 0; list && f->known && i < first->uniform_count; i++) {
+    f->same = calloc(count + 1, sizeof *f->same);
+    f->values = calloc(sets * count + 1, sizeof *f->values);
+    bool ok = list && f->known && f->same && f->values;
+    for (int i = 0; ok && i < first->uniform_count; i++) {
         int id = first->uniforms[i];
         place p = f->program->places[id];
         if (follows(f, id)) {
@@ -47,29 +81,44 @@ bool ad_c_find_known(c_function *f)
             memset(f->known + p.offset, 1, (size_t)p.rows);
         }
     }
-    if (list && f->known) {
-        ad_uniform_evaluate(f->program, &given, &run);
+    if (ok) {
+        evaluate_sets(f, &given);
     }
     free(list);
-    return list && f->known;
+    return ok;
 }
 
-static int find_table(c_function *f, c_table wanted)
+void ad_c_clear_known(c_function *f)
 {
-    for (int i = 0; i < f->table_count; i++) {
-        c_table t = f->tables[i];
-        if (t.at.kind == wanted.at.kind && t.at.offset == wanted.at.offset &&
-            t.at.rows == wanted.at.rows && t.m == wanted.m && t.k == wanted.k) {
+    free(f->known);
+    free(f->same);
+    free(f->values);
+    free(f->varying);
+}
+
+/* ---- tables --------------------------------------------------------------------------------- */
+
+/* The number of a table like this one, whose numbers are taken over. */
+static int take_table(c_function *f, c_table wanted)
+{
+    c_tables *all = f->tables;
+    size_t bytes = (size_t)wanted.sets * (size_t)wanted.rows * sizeof *wanted.numbers;
+    for (int i = 0; wanted.numbers && i < all->count; i++) {
+        c_table *t = &all->items[i];
+        if (t->sets == wanted.sets && t->rows == wanted.rows &&
+            memcmp(t->numbers, wanted.numbers, bytes) == 0) {
+            free(wanted.numbers);
             return i;
         }
     }
-    if (!ad_tape_grow((void **)&f->tables, &f->table_capacity, f->table_count + 1,
-                      sizeof *f->tables)) {
+    if (!wanted.numbers ||
+        !ad_tape_grow((void **)&all->items, &all->capacity, all->count + 1, sizeof *all->items)) {
+        free(wanted.numbers);
         f->failed = true;
         return 0;
     }
-    f->tables[f->table_count] = wanted;
-    return f->table_count++;
+    all->items[all->count] = wanted;
+    return all->count++;
 }
 
 /* What a parameter or an input is called, "" where it is no leaf. */
@@ -84,43 +133,125 @@ static const char *name_of(const c_function *f, place p)
     return "";
 }
 
-void ad_c_write_tables(const c_function *f, FILE *file)
+/* Of a place; with k > 0 a matrix of so many columns, turned. */
+static int find_table(c_function *f, place p, int k)
+{
+    c_table t = {.name = name_of(f, p),
+                 .turned = k > 0,
+                 .sets = is_same(f, p, 0, p.rows) ? 1 : f->options->sets,
+                 .rows = p.rows};
+    size_t rows = (size_t)t.rows;
+    int m = k > 0 ? p.rows / k : 0;
+    t.numbers = malloc(((size_t)t.sets * rows + 1) * sizeof *t.numbers);
+    for (int set = 0; t.numbers && set < t.sets; set++) {
+        for (int row = 0; row < t.rows; row++) {
+            t.numbers[(size_t)set * rows + (size_t)row] =
+                number_at(f, p, k > 0 ? row % m * k + row / m : row, set);
+        }
+    }
+    return take_table(f, t);
+}
+
+/* Where a number stands in v. */
+static int find_varying(c_function *f, place p, int row)
+{
+    int at = p.offset + row * p.stride;
+    at = p.kind == PLACE_PARAMETER ? -1 - at : at;
+    for (int i = 0; i < f->varying_count; i++) {
+        if (f->varying[i] == at) {
+            return i;
+        }
+    }
+    if (!ad_tape_grow((void **)&f->varying, &f->varying_capacity, f->varying_count + 1,
+                      sizeof *f->varying)) {
+        f->failed = true;
+        return 0;
+    }
+    f->varying[f->varying_count] = at;
+    return f->varying_count++;
+}
+
+int ad_c_varying_table(c_function *f)
+{
+    c_table t = {.name = "", .sets = f->options->sets, .rows = f->varying_count};
+    size_t rows = (size_t)t.rows;
+    if (rows == 0) {
+        return -1;
+    }
+    t.numbers = malloc((size_t)t.sets * rows * sizeof *t.numbers);
+    for (int set = 0; t.numbers && set < t.sets; set++) {
+        for (size_t i = 0; i < rows; i++) {
+            int at = f->varying[i];
+            place p = {.kind = at < 0 ? PLACE_PARAMETER : PLACE_UNIFORM,
+                       .offset = at < 0 ? -1 - at : at};
+            t.numbers[(size_t)set * rows + i] = number_at(f, p, 0, set);
+        }
+    }
+    return take_table(f, t);
+}
+
+static void write_row_of_numbers(const c_writer *w, int rows, const double *numbers, FILE *file)
 {
     char text[C_OPERAND];
-    for (int i = 0; i < f->table_count; i++) {
-        c_table t = f->tables[i];
-        const char *name = name_of(f, t.at);
-        if (*name) {
-            fprintf(file, "/* %s%s */\n", name, t.m ? ", turned" : "");
-        }
-        fprintf(file, "static const %s %s_%d[%d] = {", f->w.type, f->options->name, i, t.at.rows);
-        for (int row = 0; row < t.at.rows; row++) {
-            ad_c_number(&f->w, number_at(f, t.at, t.m ? row % t.m * t.k + row / t.m : row), text);
-            fprintf(file, "%s%s%s", row % 4 == 0 ? "\n    " : " ", text,
-                    row + 1 < t.at.rows ? "," : "};\n\n");
-        }
+    for (int row = 0; row < rows; row++) {
+        ad_c_number(w, numbers[row], text);
+        fprintf(file, "%s%s%s", row % 4 == 0 ? "\n    " : " ", text, row + 1 < rows ? "," : "");
     }
 }
 
-void ad_c_begin_index(c_function *f, c_table t, char *text)
+void ad_c_write_tables(const c_writer *w, const c_tables *tables, FILE *file)
 {
-    if (ad_c_is_known(f, t.at)) {
-        snprintf(text, C_OPERAND, "%.30s_%d[", f->options->name, find_table(f, t));
+    for (int i = 0; i < tables->count; i++) {
+        const c_table *t = &tables->items[i];
+        if (*t->name) {
+            fprintf(file, "/* %s%s */\n", t->name, t->turned ? ", turned" : "");
+        }
+        fprintf(file, "static const %s %s_%d", w->type, tables->name, i);
+        if (t->sets > 1) {
+            fprintf(file, "[%d]", t->sets);
+        }
+        fprintf(file, "[%d] = {", t->rows);
+        for (int set = 0; set < t->sets; set++) {
+            fputs(t->sets > 1 ? "\n    {" : "", file);
+            write_row_of_numbers(w, t->rows, t->numbers + (size_t)set * (size_t)t->rows, file);
+            fputs(t->sets == 1 ? "" : set + 1 < t->sets ? "}," : "}", file);
+        }
+        fputs("};\n\n", file);
+    }
+}
+
+void ad_c_clear_tables(c_tables *tables)
+{
+    for (int i = 0; i < tables->count; i++) {
+        free(tables->items[i].numbers);
+    }
+    free(tables->items);
+}
+
+void ad_c_begin_index(c_function *f, place p, int k, char *text)
+{
+    if (ad_c_is_known(f, p)) {
+        int number = find_table(f, p, k);
+        bool several = !f->failed && f->tables->items[number].sets > 1;
+        snprintf(text, C_OPERAND, "%.30s_%d%s[", f->tables->name, number, several ? "[set]" : "");
         return;
     }
-    f->uses_u = f->uses_u || t.at.kind == PLACE_UNIFORM;
-    f->uses_p = f->uses_p || t.at.kind == PLACE_PARAMETER;
-    snprintf(text, C_OPERAND, "%c[%d + ", t.at.kind == PLACE_UNIFORM ? 'u' : 'p', t.at.offset);
+    f->uses_u = f->uses_u || p.kind == PLACE_UNIFORM;
+    snprintf(text, C_OPERAND, "%c[%d + ", p.kind == PLACE_UNIFORM ? 'u' : 'p', p.offset);
 }
 
 void ad_c_put_uniform(const c_writer *w, place p, int row, char *text)
 {
     c_function *f = w->context;
     if (row >= 0 && ad_c_is_known(f, p)) {
-        ad_c_number(w, number_at(f, p, row), text);
+        if (is_same(f, p, row, 1)) {
+            ad_c_number(w, number_at(f, p, row, 0), text);
+        } else {
+            snprintf(text, C_OPERAND - 8, "v[%d]", find_varying(f, p, row));
+        }
     } else {
         char start[C_OPERAND];
-        ad_c_begin_index(f, (c_table){.at = p}, start);
+        ad_c_begin_index(f, p, 0, start);
         snprintf(text, C_OPERAND - 8, row < 0 ? "%.40sr]" : "%.40s%d]", start, row * p.stride);
     }
 }
@@ -163,8 +294,8 @@ static void write_uniform_product(c_function *f, const node *n, int out, bool tr
 {
     char matrix[C_OPERAND], vector[C_OPERAND];
     place x = argument_place(f, n, 1);
-    ad_c_begin_index(f, (c_table){.at = argument_place(f, n, 0)}, matrix);
-    ad_c_begin_index(f, (c_table){.at = x}, vector);
+    ad_c_begin_index(f, argument_place(f, n, 0), 0, matrix);
+    ad_c_begin_index(f, x, 0, vector);
     fprintf(f->w.file,
             "    for (int i = 0; i < %d; i++) {\n        %s sum = 0;\n"
             "        for (int k = 0; k < %d; k++) {\n            sum += %s%s * %d + %s] * %sk];\n"
@@ -177,8 +308,8 @@ static void write_uniform_outer(c_function *f, const node *n, int out)
 {
     char y[C_OPERAND], x[C_OPERAND];
     place b = argument_place(f, n, 1);
-    ad_c_begin_index(f, (c_table){.at = argument_place(f, n, 0)}, y);
-    ad_c_begin_index(f, (c_table){.at = b}, x);
+    ad_c_begin_index(f, argument_place(f, n, 0), 0, y);
+    ad_c_begin_index(f, b, 0, x);
     fprintf(f->w.file,
             "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = %sr / %d] * %sr %% %d];\n"
             "    }\n",

@@ -391,23 +391,36 @@ static void test_kernel_sets_and_compilers(void **state)
 /* ---- whole programs -----------------------------------------------------------------------------
  */
 
-typedef void all_given(const void *const *inputs, void *const *outputs);
-typedef void none_given(const double *const *inputs, const double *const *uniforms,
-                        const double *parameters, double *const *outputs);
+enum { NUMBERS = 1 << 19 }; /* at least what the subjects need */
 
-static void write_function(const subject *s, int number, const char *kind, size_t points,
-                           bool given, bool single, FILE *file)
+typedef void all_given(const void *x, void *y, void *w);
+typedef void none_given(const double *x, const double *const *uniforms, const double *parameters,
+                        double *y, double *w);
+typedef void sets_given(int set, const double *x, double *y, double *w);
+
+/* Of two sets the results that are known are those of the second. */
+static void write_function(const subject *s, int number, const char *kind, size_t points, int sets,
+                           bool single, FILE *file)
 {
     char name[32];
     ad_error error = {AD_OK, ""};
-    ad_c_options options = {.name = name, .points = points, .single = single};
+    double other[PARAMETERS_MAX];
+    const double *const parameters[] = {other, s->data.parameters};
+    const double *const *const uniforms[] = {(const double *const *)s->data.uniform,
+                                             (const double *const *)s->data.uniform};
+    const ad_c_options options = {.name = name,
+                                  .points = points,
+                                  .sets = sets,
+                                  .parameters = parameters + (sets == 1),
+                                  .uniforms = uniforms + (sets == 1)};
+    size_t memory;
+    for (int i = 0; i < PARAMETERS_MAX; i++)
+        other[i] = 0.3 + 0.001 * i;
     snprintf(name, sizeof name, "%s_%d", kind, number);
-    if (given) {
-        options.parameters = s->data.parameters;
-        options.uniforms = (const double *const *)s->data.uniform;
-    }
-    if (ad_write_c(s->c.program, &options, file, &error) != AD_OK)
+    if (ad_write_c(1, (ad_program *const[]){s->c.program}, &options, single, file, &memory,
+                   &error) != AD_OK)
         fail_msg("%s: %s", name, error.message);
+    assert_true(memory <= NUMBERS);
 }
 
 static void write_functions(const char *path)
@@ -416,12 +429,13 @@ static void write_functions(const char *path)
     assert_non_null(file);
     for (int i = 0; i < subject_count; i++) {
         const subject *s = &subjects[i];
-        write_function(s, i, "asked", s->data.points, false, false, file);
+        write_function(s, i, "asked", s->data.points, 0, false, file);
         if (i > 0) /* large, and nothing new */
-            write_function(s, i, "given", s->data.points, true, false, file);
+            write_function(s, i, "given", s->data.points, 1, false, file);
         if (!s->sums) {
-            write_function(s, i, "point", 1, true, false, file);
-            write_function(s, i, "single", 1, true, true, file);
+            write_function(s, i, "point", 1, 1, false, file);
+            write_function(s, i, "sets", 1, 2, false, file);
+            write_function(s, i, "single", 1, 1, true, file);
         }
     }
     assert_int_equal(fclose(file), 0);
@@ -436,62 +450,85 @@ static void *function_of(void *library, const char *kind, int number)
     return found;
 }
 
+static size_t numbers_of(const subject *s, size_t points)
+{
+    size_t count = 0;
+    for (int i = 0; i < s->count; i++)
+        count += s->c.sizes[i] / s->data.points * points;
+    return count;
+}
+
+/* Outputs stand one after the other. */
 static void check_whole(void *library, const subject *s, int number, bool given)
 {
     const char *kind = given ? "given" : "asked";
     void *found = function_of(library, kind, number);
-    double *values[OUTPUTS];
+    double *x = new_numbers(NUMBERS), *y = new_numbers(NUMBERS), *w = new_numbers(NUMBERS);
+    size_t at = 0;
     all_given *short_form;
     none_given *long_form;
     memcpy(&short_form, &found, sizeof found);
     memcpy(&long_form, &found, sizeof found);
-    for (int i = 0; i < s->count; i++)
-        values[i] = new_numbers(s->c.sizes[i]);
-    if (given)
-        short_form((const void *const *)s->data.input, (void *const *)values);
-    else
-        long_form((const double *const *)s->data.input, (const double *const *)s->data.uniform,
-                  s->data.parameters, values);
-    for (int i = 0; i < s->count; i++) {
-        assert_close(kind, number, i, s, values[i], ROUNDING);
-        free(values[i]);
+    for (int i = 0; i < s->data.inputs; i++) {
+        size_t count = (size_t)s->tape->input_rows[i] * s->data.points;
+        memcpy(x + at, s->data.input[i], count * sizeof *x);
+        at += count;
+        assert_true(at <= NUMBERS);
     }
+    if (given)
+        short_form(x, y, w);
+    else
+        long_form(x, (const double *const *)s->data.uniform, s->data.parameters, y, w);
+    at = 0;
+    for (int i = 0; i < s->count; i++) {
+        assert_close(kind, number, i, s, y + at, ROUNDING);
+        at += s->c.sizes[i];
+        assert_true(at <= NUMBERS);
+    }
+    free(x);
+    free(y);
+    free(w);
 }
 
-/* Point by point, as numbers of `size` bytes. */
-static void check_points(void *library, const subject *s, int number, bool single)
+/* Point by point, as double or float; the second of two sets. */
+static void check_points(void *library, const subject *s, int number, const char *kind)
 {
-    enum { ROWS = 16 };
-    const char *kind = single ? "single" : "point";
     void *found = function_of(library, kind, number);
+    bool single = strcmp(kind, "single") == 0;
     all_given *function;
-    double *values[OUTPUTS], in[LEAVES_MAX][ROWS], out[OUTPUTS][ROWS];
-    float in_single[LEAVES_MAX][ROWS], out_single[OUTPUTS][ROWS];
-    const void *inputs[LEAVES_MAX];
-    void *outputs[OUTPUTS];
-    size_t points = s->data.points;
+    sets_given *of_sets;
+    double *values = new_numbers(NUMBERS), *x = new_numbers(NUMBERS), *y = new_numbers(NUMBERS);
+    double *w = new_numbers(NUMBERS);
+    float x_single[NUMBERS / 100], *y_single = (float *)(void *)w + NUMBERS;
+    size_t points = s->data.points, rows = numbers_of(s, 1), at = 0;
+    assert_true(rows * points <= NUMBERS && rows <= NUMBERS);
     memcpy(&function, &found, sizeof found);
-    for (int i = 0; i < s->count; i++) {
-        values[i] = new_numbers(s->c.sizes[i]);
-        outputs[i] = single ? (void *)out_single[i] : out[i];
-    }
+    memcpy(&of_sets, &found, sizeof found);
     for (size_t j = 0; j < points; j++) {
+        size_t count = 0;
         for (int i = 0; i < s->data.inputs; i++) {
-            for (int r = 0; r < s->tape->input_rows[i]; r++) {
-                in[i][r] = s->data.input[i][(size_t)r * points + j];
-                in_single[i][r] = (float)in[i][r];
+            for (int r = 0; r < s->tape->input_rows[i]; r++, count++) {
+                x[count] = s->data.input[i][(size_t)r * points + j];
+                x_single[count] = (float)x[count];
             }
-            inputs[i] = single ? (const void *)in_single[i] : in[i];
         }
-        function(inputs, outputs);
-        for (int i = 0; i < s->count; i++)
-            for (size_t r = 0; r < s->c.sizes[i] / points; r++)
-                values[i][r * points + j] = single ? (double)out_single[i][r] : out[i][r];
+        if (strcmp(kind, "sets") == 0)
+            of_sets(1, x, y, w);
+        else if (single)
+            function(x_single, y_single, w);
+        else
+            function(x, y, w);
+        for (size_t r = 0; r < rows; r++)
+            values[r * points + j] = single ? (double)y_single[r] : y[r];
     }
     for (int i = 0; i < s->count; i++) {
-        assert_close(kind, number, i, s, values[i], single ? SINGLE_ROUNDING : ROUNDING);
-        free(values[i]);
+        assert_close(kind, number, i, s, values + at, single ? SINGLE_ROUNDING : ROUNDING);
+        at += s->c.sizes[i];
     }
+    free(values);
+    free(x);
+    free(y);
+    free(w);
 }
 
 static void test_whole_programs(void **state)
@@ -510,8 +547,9 @@ static void test_whole_programs(void **state)
         if (i > 0)
             check_whole(library, &subjects[i], i, true);
         if (!subjects[i].sums) {
-            check_points(library, &subjects[i], i, false);
-            check_points(library, &subjects[i], i, true);
+            check_points(library, &subjects[i], i, "point");
+            check_points(library, &subjects[i], i, "sets");
+            check_points(library, &subjects[i], i, "single");
         }
     }
     dlclose(library);
@@ -520,12 +558,15 @@ static void test_whole_programs(void **state)
 static void test_options_are_checked(void **state)
 {
     (void)state;
-    ad_program *program = subjects[0].c.program;
+    ad_program *const program = subjects[0].c.program;
     ad_error error;
+    size_t memory;
     ad_c_options options = {.name = "2x", .points = 1};
-    assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(ad_write_c(1, &program, &options, false, stderr, &memory, &error),
+                     AD_BAD_ARGUMENT);
     options = (ad_c_options){.name = "x"};
-    assert_int_equal(ad_write_c(program, &options, stderr, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(ad_write_c(1, &program, &options, false, stderr, &memory, &error),
+                     AD_BAD_ARGUMENT);
 }
 
 int main(void)
