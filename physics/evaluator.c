@@ -1,5 +1,7 @@
 #include "physics/evaluator.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -212,6 +214,15 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
 
 enum { CHUNK = 128 }; /* points of one window at a time, on the stack */
 
+/* The numbers that are set for a window. */
+static domain_setting setting_of(const evaluator *e, int index)
+{
+    double begin = domain_window_time(&e->domain, index);
+    return (domain_setting){{begin, domain_window_time(&e->domain, index + 1) - begin},
+                            e->starts + (size_t)index * e->numbers,
+                            1};
+}
+
 /* `count` points of one window; column c goes to values + c * stride. */
 static ad_status evaluate_run(evaluator *e, int index, size_t count,
                               double at[DOMAIN_COORDINATES_MAX][CHUNK], double *values,
@@ -222,10 +233,7 @@ static ad_status evaluate_run(evaluator *e, int index, size_t count,
     for (int i = 0; i < e->domain.count; i++) {
         inputs[i] = at[i];
     }
-    double begin = domain_window_time(&e->domain, index);
-    const domain_setting setting = {{begin, domain_window_time(&e->domain, index + 1) - begin},
-                                    e->starts + (size_t)index * e->numbers,
-                                    1};
+    const domain_setting setting = setting_of(e, index);
     int later = index > 0;
     domain_list_uniforms(&e->kinds[later], &setting, uniforms);
     for (int c = 0; c < e->columns; c++) {
@@ -258,11 +266,28 @@ static ad_status warm_up(evaluator *e, ad_error *error)
     return status;
 }
 
-static ad_status make(evaluator *e, const evaluator_model *model, const char *names,
+static ad_status add_derivatives(evaluator *e, const physics_model *model, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int c = 0, columns = e->columns; c < columns; c++) {
+        for (int i = 0; i < e->domain.count && status == AD_OK; i++) {
+            int orders[DOMAIN_COORDINATES_MAX];
+            memcpy(orders, e->column[c].orders, sizeof orders);
+            orders[i]++;
+            status = add_column(e, model, e->column[c].column, orders, error);
+        }
+    }
+    return status;
+}
+
+static ad_status make(evaluator *e, const evaluator_model *model, const char *names, bool jacobian,
                       ad_error *error)
 {
     size_t windows = (size_t)model->windows, numbers = nn_mlp_parameters(model->mlp);
     ad_status status = read_names(e, model->physics, names, error);
+    if (status == AD_OK && jacobian) {
+        status = add_derivatives(e, model->physics, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -284,8 +309,8 @@ static ad_status make(evaluator *e, const evaluator_model *model, const char *na
     return status == AD_OK ? warm_up(e, error) : status;
 }
 
-ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
-                           ad_error *error)
+static ad_status create(const evaluator_model *model, const char *names, bool jacobian,
+                        evaluator **result, ad_error *error)
 {
     const domain *d = &model->physics->domain;
     evaluator *e = calloc(1, sizeof *e);
@@ -298,13 +323,25 @@ ad_status evaluator_create(const evaluator_model *model, const char *names, eval
     e->windows = model->windows;
     e->numbers = relay_numbers(model->physics);
     e->count = nn_mlp_combined_parameters(model->mlp);
-    ad_status status = make(e, model, names, error);
+    ad_status status = make(e, model, names, jacobian, error);
     if (status != AD_OK) {
         evaluator_free(e);
         return status;
     }
     *result = e;
     return AD_OK;
+}
+
+ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
+                           ad_error *error)
+{
+    return create(model, names, false, result, error);
+}
+
+ad_status evaluator_create_jacobian(const evaluator_model *model, const char *names,
+                                    evaluator **result, ad_error *error)
+{
+    return create(model, names, true, result, error);
 }
 
 void evaluator_free(evaluator *e)
@@ -374,4 +411,119 @@ ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const
                              double *values, ad_error *error)
 {
     return evaluator_evaluate_at(e, points, (const double *const[]){s, t}, values, error);
+}
+
+/* ---- rounding ------------------------------------------------------------------------------- */
+
+/* `from` [count], each changed by up to a rounding error, the same for the same seed. */
+static void put_rounded(size_t count, const double *from, uint64_t seed, double *to)
+{
+    nn_rng random = nn_rng_seed(seed);
+    for (size_t i = 0; i < count; i++) {
+        to[i] = from[i] * (1 + nn_rng_between(&random, -1, 1) * DBL_EPSILON);
+    }
+}
+
+ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *at, double *change,
+                             ad_error *error)
+{
+    enum { TIMES = 8 };
+    size_t columns = (size_t)e->columns, count = (size_t)e->windows * e->count;
+    double *exact = calloc(2 * columns * points + count + 1, sizeof *exact),
+           *changed = exact + columns * points, *parameters = changed + columns * points;
+    if (!exact) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+    }
+    double *own = e->parameters;
+    ad_status status = evaluator_evaluate_at(e, points, at, exact, error);
+    memset(change, 0, columns * sizeof *change);
+    for (int k = 0; k < TIMES && status == AD_OK; k++) {
+        put_rounded(count, own, (uint64_t)k, parameters);
+        e->parameters = parameters;
+        status = evaluator_evaluate_at(e, points, at, changed, error);
+        for (size_t i = 0; i < columns * points && status == AD_OK; i++) {
+            change[i / points] = fmax(change[i / points], fabs(changed[i] - exact[i]));
+        }
+    }
+    e->parameters = own;
+    free(exact);
+    return status;
+}
+
+/* ---- C -------------------------------------------------------------------------------------- */
+
+/* What the functions of an evaluator are given: lists over its windows. */
+typedef struct given {
+    domain_setting *settings;
+    const double **parameters;
+    const double *(*lists)[DOMAIN_UNIFORMS_MAX];
+    const double *const **uniforms;
+    char names[2][32];
+} given;
+
+static void given_clear(given *g)
+{
+    free(g->settings);
+    free(g->parameters);
+    free(g->lists);
+    free(g->uniforms);
+}
+
+/* Fills in the options of one or two functions. */
+static ad_status give(const evaluator *e, const char *name, given *g, ad_c_options *options,
+                      ad_error *error)
+{
+    size_t windows = (size_t)e->windows;
+    g->settings = malloc(windows * sizeof *g->settings);
+    g->parameters = malloc(windows * sizeof *g->parameters);
+    g->lists = malloc(windows * sizeof *g->lists);
+    g->uniforms = malloc(windows * sizeof *g->uniforms);
+    if (!g->settings || !g->parameters || !g->lists || !g->uniforms) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for C of a network");
+    }
+    for (int i = 0; i < e->windows; i++) {
+        g->settings[i] = setting_of(e, i);
+        domain_list_uniforms(&e->kinds[i > 0], &g->settings[i], g->lists[i]);
+        g->parameters[i] = e->parameters + (size_t)i * e->count;
+        g->uniforms[i] = g->lists[i];
+    }
+    for (int later = 0; later < 2; later++) {
+        snprintf(g->names[later], sizeof g->names[later], "%.20s_%s", name,
+                 later ? "later" : "first");
+        options[later] = (ad_c_options){.name = g->names[later],
+                                        .points = 1,
+                                        .sets = later ? e->windows - 1 : 1,
+                                        .parameters = g->parameters + later,
+                                        .uniforms = g->uniforms + later,
+                                        .internal = true};
+    }
+    return AD_OK;
+}
+
+ad_status evaluator_write_c(int count, evaluator *const *list, const char *const *names,
+                            bool single, FILE *file, size_t *memory, ad_error *error)
+{
+    enum { EVALUATORS_MAX = 4 };
+    given all[EVALUATORS_MAX] = {{.settings = NULL}};
+    ad_c_options options[2 * EVALUATORS_MAX + 1];
+    ad_program *programs[2 * EVALUATORS_MAX + 1];
+    ad_status status = AD_OK;
+    int functions = 0;
+    if (count > EVALUATORS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "C of %d evaluators; allowed: %d", count,
+                       EVALUATORS_MAX);
+    }
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        status = give(list[i], names[i], &all[i], options + functions, error);
+        for (int later = 0; later < 2 && later < list[i]->windows; later++) {
+            programs[functions++] = list[i]->programs[later];
+        }
+    }
+    if (status == AD_OK) {
+        status = ad_write_c(functions, programs, options, single, file, memory, error);
+    }
+    for (int i = 0; i < count; i++) {
+        given_clear(&all[i]);
+    }
+    return status;
 }

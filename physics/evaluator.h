@@ -8,6 +8,8 @@
 #include "nn/nn.h"
 #include "physics/relay.h"
 
+#include <stdio.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -32,6 +34,9 @@ typedef struct evaluator_model {
  * the model is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error);
+/* The same, and after these columns the derivatives of each by every coordinate of the domain. */
+ad_status evaluator_create_jacobian(const evaluator_model *model, const char *names,
+                                    evaluator **result, ad_error *error);
 void evaluator_free(evaluator *e); /* NULL is fine */
 
 int evaluator_columns(const evaluator *e);
@@ -47,6 +52,19 @@ ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const
 /* The same of any model: at[coordinates of its domain][points], in their units of the SI. */
 ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const *at,
                                 double *values, ad_error *error);
+
+/* How much rounding can change the values at these points: change [columns], the largest difference
+ * when every number of the networks is changed by up to 2^-53 of it, in several ways. */
+ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *at, double *change,
+                             ad_error *error);
+
+/* Evaluators of one model as static C functions of numbers of type double, or float:
+ *     void NAMES[i]_first(const double *x, double *y, double *w)             the first window
+ *     void NAMES[i]_later(int window, const double *x, double *y, double *w) counted from 0;
+ * without this argument where it is only one from x, the coordinates in units of their scales, to
+ * y, the columns; w as of ad_write_c. */
+ad_status evaluator_write_c(int count, evaluator *const *list, const char *const *names,
+                            bool single, FILE *file, size_t *memory, ad_error *error);
 
 #ifdef __cplusplus
 }

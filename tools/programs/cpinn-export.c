@@ -1,0 +1,254 @@
+/* cpinn-export: a trained network as C; see --help. */
+#include "tools/files/file_bytes.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/export.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char program[] = "cpinn-export";
+
+static const char summary[] =
+    "Write a trained rod, a folder that cpinn-train wrote or a checkpoint in it, as C that needs\n"
+    "nothing but libm: for a control loop, a simulation, a microcontroller.";
+
+static const char epilogue[] =
+    "OUT is a path whose last part is a C identifier, NAME, with or without .c: OUT.c, OUT.h and\n"
+    "OUT_selftest.c are written, as C99 that is C++ as well.\n"
+    "\n"
+    "  NAME_eval(in, out, memory)                 the columns that cpinn-eval writes, in SI "
+    "units,\n"
+    "                                             at in = {s, t}; at rest in = {s}\n"
+    "  NAME_jacobian(in, out, jacobian, memory)   and their derivatives by s and t\n"
+    "  NAME_eval_batch, NAME_jacobian_batch       the same of many points\n"
+    "\n"
+    "They allocate nothing and have no state; memory is the caller's, NAME_MEMORY numbers. Inputs\n"
+    "out of range are put to its end, and the functions return NAME_OUT_OF_RANGE instead of 0. "
+    "The\n"
+    "header says all this with units and ranges, and how far the model can be trusted. Where "
+    "there\n"
+    "is a compiler, cc, the C is compiled and compared with cpinn before anything is written.\n"
+    "\n"
+    "  cpinn-export runs/soft_arm --c arm\n"
+    "  cc -std=c99 -O2 -o selftest arm.c arm_selftest.c -lm && ./selftest\n"
+    "  cpinn-export runs/soft_arm --c arm_tip --single --columns 'x z vx vz'\n"
+    "\n"
+    "Exit status: 0, whatever the verdict on training says; 1 if the C does not compute what "
+    "cpinn\n"
+    "does, or what was printed could not be written; 2 with one line that says what is wrong with "
+    "the\n"
+    "input, or where a file cannot be written.";
+
+enum { FILES = 3 };
+static const char *const endings[FILES] = {".c", ".h", "_selftest.c"};
+
+typedef struct options {
+    const char *run, *c, *columns;
+    bool single, force;
+} options;
+
+typedef struct texts {
+    char *text[FILES];
+    size_t size[FILES];
+} texts;
+
+static void texts_free(texts *t)
+{
+    for (int i = 0; i < FILES; i++) {
+        free(t->text[i]);
+        t->text[i] = NULL;
+    }
+}
+
+/* ---- names ---------------------------------------------------------------------------------- */
+
+/* OUT without .c: its length, and its last part as the name. */
+static ad_status read_name(const char *out, size_t *length, char name[EXPORT_NAME_MAX + 1],
+                           ad_error *error)
+{
+    const char *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
+    size_t count = strlen(base);
+    count -= count > 2 && strcmp(base + count - 2, ".c") == 0 ? 2 : 0;
+    bool ok = count > 0 && count <= EXPORT_NAME_MAX && !isdigit((unsigned char)base[0]);
+    for (size_t i = 0; i < count; i++) {
+        ok = ok && (base[i] == '_' || isalnum((unsigned char)base[i]));
+    }
+    if (!ok) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "--c %s: functions cannot be called %.*s; allowed: up to %d letters, digits "
+                       "and _, the first no digit",
+                       out, (int)count, base, EXPORT_NAME_MAX);
+    }
+    snprintf(name, EXPORT_NAME_MAX + 1, "%.*s", (int)count, base);
+    *length = (size_t)(base - out) + count;
+    return AD_OK;
+}
+
+static char *path_of(const char *out, size_t length, int file, ad_error *error)
+{
+    size_t size = length + strlen(endings[file]) + 1;
+    char *path = malloc(size);
+    if (path) {
+        snprintf(path, size, "%.*s%s", (int)length, out, endings[file]);
+    } else {
+        ad_fail(error, AD_NO_MEMORY, "out of memory for the name of a file");
+    }
+    return path;
+}
+
+/* Before anything is computed. */
+static ad_status check_paths(const options *o, size_t length, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < FILES && status == AD_OK; i++) {
+        char *path = path_of(o->c, length, i, error);
+        status = path ? file_bytes_check(path, error) : AD_NO_MEMORY;
+        if (status == AD_OK && !o->force && access(path, F_OK) == 0) {
+            status = ad_fail(error, AD_IO, "%s: there is such a file already; --force replaces it",
+                             file_bytes_shown(path));
+        }
+        free(path);
+    }
+    return status;
+}
+
+/* ---- files ---------------------------------------------------------------------------------- */
+
+static ad_status write_text(export_model *x, texts *t, int file, ad_error *error)
+{
+    free(t->text[file]);
+    t->text[file] = NULL;
+    FILE *to = open_memstream(&t->text[file], &t->size[file]);
+    ad_status status = AD_OK;
+    if (to && file == 0) {
+        status = export_write_source(x, to, error);
+    } else if (to && file == 1) {
+        export_write_header(x, to);
+    } else if (to) {
+        export_write_selftest(x, to);
+    }
+    bool ok = to && !ferror(to);
+    ok = to && fclose(to) == 0 && ok;
+    return status != AD_OK || ok ? status
+                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for a file of C");
+}
+
+static ad_status write_texts(export_model *x, texts *t, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < FILES && status == AD_OK; i++) {
+        status = write_text(x, t, i, error);
+    }
+    return status;
+}
+
+/* Each file is whole or not there; the header, which the others need, comes last. */
+static ad_status put_files(const options *o, size_t length, const texts *t, ad_error *error)
+{
+    static const int order[FILES] = {2, 0, 1};
+    ad_status status = AD_OK;
+    for (int i = 0; i < FILES && status == AD_OK; i++) {
+        int file = order[i];
+        char *path = path_of(o->c, length, file, error);
+        status =
+            path ? file_bytes_write(path, t->text[file], t->size[file], 1, error) : AD_NO_MEMORY;
+        free(path);
+    }
+    return status;
+}
+
+/* Without a compiler the C is written unchecked, and its header says so. */
+static ad_status check(export_model *x, texts *t, ad_error *error)
+{
+    ad_status status = export_check(x, t->text[0], t->text[1], t->text[2], error);
+    if (status == AD_IO) {
+        cli_warn(program, "the C has not been compiled and checked: %s", error->message);
+        status = AD_OK;
+    }
+    return status == AD_OK ? write_text(x, t, 1, error) : status;
+}
+
+/* ---- report --------------------------------------------------------------------------------- */
+
+static void report(const export_model *x, const options *o, size_t length)
+{
+    double value = 0, jacobian = 0;
+    for (int i = 0; i < x->outputs; i++) {
+        value = fmax(value, x->measured.values[i]);
+        jacobian = fmax(jacobian, x->measured.jacobian[i]);
+    }
+    printf("wrote %.*s.c, .h and _selftest.c: %d inputs, %d outputs, %zu numbers of memory\n",
+           (int)length, o->c, x->inputs, x->outputs, x->memory);
+    if (!isnan(x->measured.values[0])) {
+        printf("checked by cc: values to %.1e, derivatives to %.1e of the largest of each\n", value,
+               jacobian);
+    }
+    if (x->single && x->measured.values[0] >= 0) {
+        for (int i = 0; i < x->outputs; i++) {
+            printf("  %-10s %.1e  derivatives %.1e\n", evaluator_column_name(x->values, i),
+                   x->measured.values[i], x->measured.jacobian[i]);
+        }
+    }
+    if (x->is_judged) {
+        verdict_print(stdout, "verdict on training: ", &x->verdict);
+    }
+}
+
+static ad_status run(export_model *x, const options *o, size_t length, texts *t, ad_error *error)
+{
+    ad_status status = check_paths(o, length, error);
+    if (status == AD_OK) {
+        status = export_open(x, o->run, o->columns, error);
+    }
+    if (status == AD_OK) {
+        status = write_texts(x, t, error);
+    }
+    if (status == AD_OK) {
+        status = check(x, t, error);
+    }
+    return status == AD_OK ? put_files(o, length, t, error) : status;
+}
+
+int main(int argc, char **argv)
+{
+    options o = {.run = NULL};
+    export_model x = {.e = NULL};
+    texts t = {.text = {NULL}};
+    size_t length = 0;
+    ad_error error = {AD_OK, ""};
+    const cli_option list[] = {
+        {"--c", "OUT", CLI_TEXT, &o.c, 0, 0, "write OUT.c, OUT.h and OUT_selftest.c"},
+        {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0,
+         "these alone, separated by spaces or commas: columns of cpinn-eval, r\n"
+         "or q for those of position or rotation, derivatives as in x_s, r_tt"},
+        {"--single", NULL, CLI_FLAG, &o.single, 0, 0,
+         "numbers of type float; the error of each column is measured, printed\n"
+         "and in the header"},
+        {"--force", NULL, CLI_FLAG, &o.force, 0, 0, "replace files that are there"}};
+    const cli_program about = {program, "DIR_OR_CHECKPOINT", summary, epilogue, NULL, NULL};
+    int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o.run);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    if (!o.c) {
+        return cli_fail(program, "nothing would be written; give --c OUT");
+    }
+    status = 0;
+    if (read_name(o.c, &length, x.name, &error) != AD_OK) {
+        return cli_fail_error(program, &error);
+    }
+    x.single = o.single;
+    if (run(&x, &o, length, &t, &error) == AD_OK) {
+        report(&x, &o, length);
+    } else {
+        status = cli_fail_error(program, &error);
+        status = error.status == AD_BAD_PROGRAM || error.status == AD_NO_MEMORY ? 1 : status;
+    }
+    texts_free(&t);
+    export_free(&x);
+    return status;
+}

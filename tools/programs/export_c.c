@@ -1,0 +1,347 @@
+/* NAME.h and NAME.c: the functions of the evaluators and what surrounds them. */
+#include "tools/programs/cli.h"
+#include "tools/programs/export.h"
+
+#include <ctype.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const domain *domain_of(const export_model *x)
+{
+    return &x->e->model->domain;
+}
+
+static const char *type_of(const export_model *x)
+{
+    return x->single ? "float" : "double";
+}
+
+/* "X_S" of "x_s". */
+static const char *upper(const char *name, char text[32])
+{
+    size_t i = 0;
+    for (; name[i] && i < 31; i++) {
+        text[i] = (char)toupper((unsigned char)name[i]);
+    }
+    text[i] = '\0';
+    return text;
+}
+
+/* ---- the header ----------------------------------------------------------------------------- */
+
+static double largest(const double *list, int count)
+{
+    double result = 0;
+    for (int i = 0; i < count; i++) {
+        result = isnan(list[i]) || list[i] > result ? list[i] : result;
+    }
+    return result;
+}
+
+/* Nothing that ends the comment it stands in. */
+static void put_comment_text(const char *text, FILE *file)
+{
+    for (; *text; text++) {
+        bool ends = (text[0] == '*' && text[1] == '/') || (text[0] == '/' && text[1] == '*');
+        fputc(ends || *text == '\n' || *text == '\\' ? ' ' : *text, file);
+    }
+}
+
+static void write_trust(const export_model *x, FILE *file)
+{
+    fputs(" * Can it be trusted? The verdict on training:\n", file);
+    for (int i = 0; i < x->verdict.count; i++) {
+        const verdict_finding *f = &x->verdict.findings[i];
+        fprintf(file, " *   %s (%s): ", verdict_outcome_name(verdict_reason_outcome(f->reason)),
+                verdict_reason_name(f->reason));
+        put_comment_text(f->text, file);
+        fputc('\n', file);
+    }
+    if (!x->is_judged || x->verdict.count == 0) {
+        fprintf(file, " *   %s\n",
+                x->is_judged ? "solved: nothing speaks against it" : "none: it was not finished");
+    }
+    if (isnan(x->error)) {
+        fputs(" * Its error is not known, for lack of a reference.\n", file);
+    } else {
+        fprintf(file, " * Relative error of the position against the scene's reference: %.1e.\n",
+                x->error);
+    }
+    if (isnan(x->measured.values[0])) {
+        fputs(" * How far this C is from cpinn-eval has not been measured.\n", file);
+    } else {
+        fprintf(file,
+                " * This C is from cpinn's own evaluation in double precision by at most %.1e of "
+                "the largest\n * value of an output, its Jacobian by %.1e, at the points of "
+                "%s_selftest.c (by cc).\n",
+                largest(x->measured.values, x->outputs), largest(x->measured.jacobian, x->outputs),
+                x->name);
+    }
+}
+
+static void write_head(const export_model *x, FILE *file)
+{
+    const char *name = x->name;
+    fprintf(file, "/* %s: the network of the scene \"", name);
+    put_comment_text(x->e->settings->name, file);
+    fputs("\", from ", file);
+    put_comment_text(x->run, file);
+    fprintf(file, ", as C99; written by cpinn %s.\n *\n", cli_version());
+    write_trust(x, file);
+    fprintf(file,
+            " *\n * Numbers are of type %s, in SI units. The functions work in the caller's memory "
+            "alone,\n * %s_MEMORY numbers, and keep nothing: several may run at once, each with "
+            "memory of its own.\n * They return 0, or %s_OUT_OF_RANGE where an input is beyond its "
+            "range by more than\n * rounding, or not a number: the result is then that at the "
+            "nearer end of the range (of what\n * is not a number: at its lower end), and so is "
+            "never the result of an extrapolation. */\n",
+            type_of(x), name, name);
+}
+
+static void write_inputs(const export_model *x, FILE *file)
+{
+    const domain *d = domain_of(x);
+    char name[32];
+    fputs("/* inputs: index, unit, range */\nenum {\n", file);
+    for (int i = 0; i < x->inputs; i++) {
+        fprintf(file, "    %s_IN_%s = %d%s /* %s, %.9g to %.9g */\n", x->name,
+                upper(d->coordinates[i].name, name), i, i + 1 < x->inputs ? "," : "",
+                d->coordinates[i].unit, x->lower[i], x->upper[i]);
+    }
+    fputs("};\n\n", file);
+}
+
+static void write_outputs(const export_model *x, FILE *file)
+{
+    char name[32];
+    fputs("/* outputs: index, unit, largest value at the points of the self-test */\nenum {\n",
+          file);
+    for (int i = 0; i < x->outputs; i++) {
+        const char *unit = evaluator_column_unit(x->values, i);
+        fprintf(file, "    %s_%s = %d%s /* %s, %.3g", x->name,
+                upper(evaluator_column_name(x->values, i), name), i, i + 1 < x->outputs ? "," : "",
+                *unit ? unit : "1", x->scale[i]);
+        if (x->single && !isnan(x->measured.values[i])) {
+            fprintf(file, "; to %.1e of it, its derivatives to %.1e", x->measured.values[i],
+                    x->measured.jacobian[i]);
+        }
+        fputs(" */\n", file);
+    }
+    fputs("};\n\n", file);
+}
+
+static void write_declarations(const export_model *x, FILE *file)
+{
+    const char *n = x->name, *t = type_of(x);
+    fprintf(
+        file,
+        "extern const double %s_lower[%s_INPUTS], %s_upper[%s_INPUTS];\n"
+        "extern const char *const %s_input_names[%s_INPUTS], *const %s_input_units[%s_INPUTS];\n"
+        "extern const char *const %s_output_names[%s_OUTPUTS], "
+        "*const %s_output_units[%s_OUTPUTS];\n\n",
+        n, n, n, n, n, n, n, n, n, n, n, n);
+    fprintf(file,
+            "/* out [OUTPUTS] from in [INPUTS] */\n"
+            "int %s_eval(const %s *in, %s *out, %s *memory);\n\n"
+            "/* The same, and the derivatives of the outputs by the inputs: jacobian "
+            "[OUTPUTS][INPUTS] */\n"
+            "int %s_jacobian(const %s *in, %s *out, %s *jacobian, %s *memory);\n\n",
+            n, t, t, t, n, t, t, t, t);
+    fprintf(file,
+            "/* The same of n points, one after the other: in [n][INPUTS], out [n][OUTPUTS], "
+            "jacobian\n * [n][OUTPUTS][INPUTS]; not 0 where one of them is out of range. */\n"
+            "int %s_eval_batch(size_t n, const %s *in, %s *out, %s *memory);\n"
+            "int %s_jacobian_batch(size_t n, const %s *in, %s *out, %s *jacobian, %s *memory);\n\n",
+            n, t, t, t, n, t, t, t, t);
+}
+
+void export_write_header(const export_model *x, FILE *file)
+{
+    const char *n = x->name;
+    verdict_outcome outcome = verdict_outcome_of(&x->verdict);
+    write_head(x, file);
+    fprintf(file, "#ifndef %s_H\n#define %s_H\n\n#include <stddef.h>\n\n", n, n);
+    fputs("#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", file);
+    fprintf(file,
+            "/* Of the format of this file, and a hash of the networks. */\n"
+            "#define %s_VERSION \"%d %016" PRIx64 "\"\n\n",
+            n, EXPORT_FORMAT, x->hash);
+    fprintf(file, "#define %s_INPUTS       %d\n#define %s_OUTPUTS      %d\n", n, x->inputs, n,
+            x->outputs);
+    fprintf(file, "#define %s_MEMORY       %zu\n#define %s_OUT_OF_RANGE 1\n\n", n, x->memory, n);
+    fprintf(file,
+            "/* 1: nothing speaks against the result of training, see above. Relative error of the "
+            "position\n * against the scene's reference, and root mean square of the residuals, "
+            "weighted as in training\n * and dimensionless, at points never trained on; -1: not "
+            "known. */\n"
+            "#define %s_TRUSTED  %d\n#define %s_ERROR    %.2e\n#define %s_ESTIMATE %.2e\n\n",
+            n, x->is_judged && outcome == VERDICT_SOLVED, n, isnan(x->error) ? -1 : x->error, n,
+            isnan(x->held_out) ? -1 : x->held_out);
+    write_inputs(x, file);
+    write_outputs(x, file);
+    write_declarations(x, file);
+    fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+}
+
+/* ---- the source ----------------------------------------------------------------------------- */
+
+static void put_list(const char *head, const char *name, int count, const double *list, FILE *file)
+{
+    fprintf(file, "%s%s[%d] = {", head, name, count);
+    for (int i = 0; i < count; i++) {
+        fprintf(file, "%s%.17g", i ? ", " : "", list[i]);
+    }
+    fputs("};\n", file);
+}
+
+static void put_texts(const export_model *x, const char *kind, bool inputs, bool units, FILE *file)
+{
+    int count = inputs ? x->inputs : x->outputs;
+    fprintf(file, "const char *const %s_%s[%d] = {", x->name, kind, count);
+    for (int i = 0; i < count; i++) {
+        const domain_coordinate *c = inputs ? &domain_of(x)->coordinates[i] : NULL;
+        const char *text = c       ? (units ? c->unit : c->name)
+                           : units ? evaluator_column_unit(x->values, i)
+                                   : evaluator_column_name(x->values, i);
+        fprintf(file, "%s\"%s\"%s", i % 8 == 0 ? "\n    " : " ", text, i + 1 < count ? "," : "");
+    }
+    fputs("};\n", file);
+}
+
+static void write_constants(const export_model *x, FILE *file)
+{
+    char name[EXPORT_NAME_MAX + 16];
+    snprintf(name, sizeof name, "%s_lower", x->name);
+    put_list("const double ", name, x->inputs, x->lower, file);
+    snprintf(name, sizeof name, "%s_upper", x->name);
+    put_list("const double ", name, x->inputs, x->upper, file);
+    put_texts(x, "input_names", true, false, file);
+    put_texts(x, "input_units", true, true, file);
+    put_texts(x, "output_names", false, false, file);
+    put_texts(x, "output_units", false, true, file);
+    fputc('\n', file);
+}
+
+/* The coordinates of a point, and whether it is out of range. */
+static void write_place(const export_model *x, FILE *file)
+{
+    const domain *d = domain_of(x);
+    const char *t = type_of(x);
+    double scale[DOMAIN_COORDINATES_MAX];
+    for (int i = 0; i < x->inputs; i++) {
+        scale[i] = d->coordinates[i].scale;
+    }
+    fprintf(file,
+            "\n/* Coordinates in units of their scales, within their ranges. */\n"
+            "static int place(const %s *in, %s *x)\n{\n    ",
+            t, t);
+    put_list("static const double ", "scale", x->inputs, scale, file);
+    fprintf(file,
+            "    int i, status = 0;\n    for (i = 0; i < %d; i++) {\n"
+            "        const double low = %s_lower[i], high = %s_upper[i];\n"
+            "        const double rounding = (high - low) * %s;\n"
+            "        double value = in[i];\n"
+            "        if (!(value >= low - rounding && value <= high + rounding)) {\n"
+            "            status = %s_OUT_OF_RANGE;\n        }\n"
+            "        value = value >= low ? value : low; /* also what is not a number */\n"
+            "        value = value <= high ? value : high;\n"
+            "        x[i] = %s(value / scale[i]);\n    }\n    return status;\n}\n",
+            x->inputs, x->name, x->name, x->single ? "1e-6" : "1e-9", x->name,
+            x->single ? "(float)" : "");
+}
+
+/* An instant between two windows belongs to the one that it ends. */
+static void write_window(const export_model *x, FILE *file)
+{
+    const domain *d = domain_of(x);
+    int windows = x->e->window + 1;
+    fprintf(file,
+            "\n/* The window of time of an instant; one between two belongs to the one that it "
+            "ends. */\nstatic int window_at(%s t)\n{\n    static const double begin[%d] = {",
+            type_of(x), windows);
+    for (int i = 0; i < windows; i++) {
+        fprintf(file, "%s%.17g",
+                i == 0  ? ""
+                : i % 4 ? ", "
+                        : ",\n        ",
+                domain_window_time(d, i));
+    }
+    fprintf(file,
+            "};\n    int low = 0, high = %d;\n    while (low < high) {\n"
+            "        const int middle = (low + high + 1) / 2;\n"
+            "        if (t > begin[middle]) {\n            low = middle;\n        } else {\n"
+            "            high = middle - 1;\n        }\n    }\n    return low;\n}\n",
+            windows - 1);
+}
+
+/* A call of the functions of the windows: "kind_first(x, to, memory)". */
+static void write_call(const export_model *x, const char *kind, const char *to, FILE *file)
+{
+    const domain *d = domain_of(x);
+    int windows = x->e->window + 1;
+    if (windows == 1) {
+        fprintf(file, "    %s_first(x, %s, memory);\n", kind, to);
+        return;
+    }
+    fprintf(file,
+            "    {\n        const int window = window_at(x[%d]);\n        if (window == 0) {\n"
+            "            %s_first(x, %s, memory);\n        } else {\n"
+            "            %s_later(%sx, %s, memory);\n        }\n    }\n",
+            d->time, kind, to, kind, windows > 2 ? "window - 1, " : "", to);
+}
+
+static void write_functions(const export_model *x, FILE *file)
+{
+    const char *n = x->name, *t = type_of(x);
+    fprintf(file,
+            "\nint %s_eval(const %s *in, %s *out, %s *memory)\n{\n    %s x[%s_INPUTS];\n"
+            "    const int status = place(in, x);\n",
+            n, t, t, t, t, n);
+    write_call(x, "values", "out", file);
+    fprintf(file,
+            "    return status;\n}\n\n"
+            "int %s_jacobian(const %s *in, %s *out, %s *jacobian, %s *memory)\n{\n"
+            "    %s x[%s_INPUTS], *const y = memory + %zu;\n"
+            "    const int status = place(in, x);\n    int i;\n",
+            n, t, t, t, t, t, n, x->workspace);
+    write_call(x, "jacobian", "y", file);
+    fprintf(file,
+            "    for (i = 0; i < %s_OUTPUTS; i++) {\n        out[i] = y[i];\n    }\n"
+            "    for (i = 0; i < %s_OUTPUTS * %s_INPUTS; i++) {\n"
+            "        jacobian[i] = y[%s_OUTPUTS + i];\n    }\n    return status;\n}\n\n",
+            n, n, n, n);
+    fprintf(file,
+            "int %s_eval_batch(size_t n, const %s *in, %s *out, %s *memory)\n{\n"
+            "    int status = 0;\n    for (; n > 0; n--) {\n"
+            "        status |= %s_eval(in, out, memory);\n        in += %s_INPUTS;\n"
+            "        out += %s_OUTPUTS;\n    }\n    return status;\n}\n\n",
+            n, t, t, t, n, n, n);
+    fprintf(file,
+            "int %s_jacobian_batch(size_t n, const %s *in, %s *out, %s *jacobian, %s *memory)\n{\n"
+            "    int status = 0;\n    for (; n > 0; n--) {\n"
+            "        status |= %s_jacobian(in, out, jacobian, memory);\n"
+            "        in += %s_INPUTS;\n        out += %s_OUTPUTS;\n"
+            "        jacobian += %s_OUTPUTS * %s_INPUTS;\n    }\n    return status;\n}\n",
+            n, t, t, t, t, n, n, n, n, n);
+}
+
+ad_status export_write_source(export_model *x, FILE *file, ad_error *error)
+{
+    static const char *const names[] = {"values", "jacobian"};
+    fprintf(file, "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n", x->name,
+            x->name, cli_version(), x->name);
+    ad_status status = evaluator_write_c(2, (evaluator *const[]){x->values, x->jacobian}, names,
+                                         x->single, file, &x->workspace, error);
+    x->memory = x->workspace + (size_t)(x->outputs * (1 + x->inputs));
+    if (status == AD_OK) {
+        write_constants(x, file);
+        write_place(x, file);
+        if (x->e->window > 0) {
+            write_window(x, file);
+        }
+        write_functions(x, file);
+    }
+    return status;
+}

@@ -1,0 +1,284 @@
+/* What is exported: evaluators of a run, and points at which they are compared with the C. */
+#include "tools/config/config_experiment.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/export.h"
+#include "tools/train/history.h"
+#include "tools/train/report.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { SCATTERED = 24, NOTABLE_MAX = 2 * (DOMAIN_PIECES_MAX + DOMAIN_WINDOWS_MAX) + 4 };
+
+void export_free(export_model *x)
+{
+    evaluator_free(x->values);
+    evaluator_free(x->jacobian);
+    experiment_free(x->e);
+    free(x->at);
+    free(x->expected);
+    free(x->beyond);
+    free(x->scale);
+    free(x->tolerance);
+}
+
+/* ---- the run -------------------------------------------------------------------------------- */
+
+/* The root of the held-out loss in the last row of the history. */
+static double read_held_out(const checkpoint *file)
+{
+    static const char item[] = "history/table";
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK];
+    double result = NAN;
+    if (!checkpoint_shape(file, item, &rank, shape) || rank != 2 || shape[0] == 0) {
+        return NAN;
+    }
+    size_t numbers = shape[0] * shape[1];
+    double *rows = malloc(numbers * sizeof *rows);
+    if (rows && checkpoint_get_doubles(file, item, rows, numbers, NULL) == AD_OK) {
+        for (size_t c = 0; c < shape[1]; c++) {
+            const char *name = checkpoint_column(file, item, c);
+            if (name && strcmp(name, "held_out") == 0) {
+                result = sqrt(rows[numbers - shape[1] + c]);
+            }
+        }
+    }
+    free(rows);
+    return result;
+}
+
+/* Without a reference the error is not known; the model can be exported all the same. */
+static ad_status measure_error(export_model *x, ad_error *error)
+{
+    reference *known = NULL;
+    reference_errors errors = {.position = NAN};
+    ad_status status = AD_OK;
+    if (!x->e->warning[0] && reference_create(x->e, &known, error) != AD_OK) {
+        cli_warn("cpinn-export", "no reference: %s", error->message);
+        known = NULL;
+    }
+    if (known) {
+        status = reference_compare(known, experiment_parameters(x->e), &errors, error);
+    }
+    x->error = errors.position;
+    reference_free(known);
+    return status;
+}
+
+static ad_status read_run(export_model *x, ad_error *error)
+{
+    checkpoint *file = NULL;
+    ad_status status = config_experiment_open(x->run, 0, NULL, 1, &x->e, &file, error);
+    if (status == AD_OK && checkpoint_has(file, "verdict")) {
+        x->is_judged = true;
+        status = report_get_verdict(file, &x->verdict, error);
+    }
+    if (status == AD_OK) {
+        x->held_out = read_held_out(file);
+        status = measure_error(x, error);
+    }
+    checkpoint_free(file);
+    return status;
+}
+
+/* FNV-1a. */
+static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count)
+{
+    for (const unsigned char *b = bytes; count > 0; count--) {
+        hash = (hash ^ *b++) * UINT64_C(0x100000001b3);
+    }
+    return hash;
+}
+
+static ad_status make_evaluators(export_model *x, const char *columns, ad_error *error)
+{
+    const experiment *e = x->e;
+    const domain *d = &e->model->domain;
+    const evaluator_model trained = {.physics = e->model,
+                                     .mlp = e->mlp,
+                                     .windows = e->window + 1,
+                                     .parameters = e->parameters,
+                                     .starts = e->starts};
+    ad_status status = evaluator_create(&trained, columns, &x->values, error);
+    if (status == AD_OK) {
+        status = evaluator_create_jacobian(&trained, columns, &x->jacobian, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    x->inputs = d->count;
+    x->outputs = evaluator_columns(x->values);
+    for (int i = 0; i < d->count; i++) {
+        const domain_coordinate *c = &d->coordinates[i];
+        double high = i == d->time ? domain_window_time(d, e->window + 1) : c->high;
+        x->lower[i] = c->low * c->scale;
+        x->upper[i] = high * c->scale;
+        if (x->single) {
+            x->lower[i] = (double)(float)x->lower[i];
+            x->upper[i] = (double)(float)x->upper[i];
+        }
+    }
+    x->hash = hash_bytes(UINT64_C(0xcbf29ce484222325), e->parameters,
+                         (size_t)trained.windows * e->count * sizeof *e->parameters);
+    return AD_OK;
+}
+
+/* ---- points --------------------------------------------------------------------------------- */
+
+/* Values of a coordinate where something begins or ends, and between them; in units of its scale.
+ * Single precision cannot tell on which side of an inner one a point lies. */
+static int list_notable(const export_model *x, int coordinate, double *list)
+{
+    const domain *d = &x->e->model->domain;
+    bool is_time = coordinate == d->time;
+    int parts = is_time ? x->e->window + 1 : coordinate == 0 ? domain_pieces(d) : 1, count = 0;
+    for (int k = 0; k < parts; k++) {
+        double low = d->coordinates[coordinate].low, high = d->coordinates[coordinate].high;
+        if (is_time) {
+            low = domain_window_time(d, k);
+            high = domain_window_time(d, k + 1);
+        } else if (coordinate == 0) {
+            domain_piece(d, k, &low, &high);
+        }
+        if (k == 0 || !x->single) {
+            list[count++] = low;
+        }
+        list[count++] = low + 0.37 * (high - low);
+        if (k == parts - 1) {
+            list[count++] = high;
+        }
+    }
+    return count;
+}
+
+/* Somewhere in the range, the same every time (the plastic number's sequence). */
+static double scattered(const export_model *x, int coordinate, size_t number)
+{
+    const double step = coordinate == 0 ? 0.7548776662466927 : 0.5698402909980532;
+    double part = fmod(0.5 + step * (double)(number + 1), 1);
+    return x->lower[coordinate] + part * (x->upper[coordinate] - x->lower[coordinate]);
+}
+
+static double *next_point(export_model *x)
+{
+    double *point = x->at + x->points * (size_t)x->inputs;
+    for (int i = 0; i < x->inputs; i++) {
+        point[i] = scattered(x, i, x->points);
+    }
+    x->points++;
+    return point;
+}
+
+static void list_points(export_model *x)
+{
+    double notable[NOTABLE_MAX];
+    for (int i = 0; i < x->inputs; i++) {
+        int count = list_notable(x, i, notable);
+        for (int k = 0; k < count; k++) {
+            next_point(x)[i] = notable[k] * x->e->model->domain.coordinates[i].scale;
+        }
+        double range = x->upper[i] - x->lower[i];
+        x->beyond[x->points] = x->beyond[x->points + 1] = true;
+        next_point(x)[i] = x->lower[i] - 0.1 * range;
+        next_point(x)[i] = x->upper[i] + 0.1 * range;
+    }
+    memcpy(next_point(x), x->lower, (size_t)x->inputs * sizeof *x->at);
+    memcpy(next_point(x), x->upper, (size_t)x->inputs * sizeof *x->at);
+    for (int k = 0; k < SCATTERED; k++) {
+        next_point(x);
+    }
+    for (size_t k = 0; x->single && k < x->points * (size_t)x->inputs; k++) {
+        x->at[k] = (double)(float)x->at[k];
+    }
+}
+
+/* Inputs as the evaluator takes them [inputs][points], within their ranges. */
+static void list_clamped(const export_model *x, double *list, const double **at)
+{
+    for (int i = 0; i < x->inputs; i++) {
+        at[i] = list + (size_t)i * x->points;
+        for (size_t k = 0; k < x->points; k++) {
+            double value = x->at[k * (size_t)x->inputs + (size_t)i];
+            list[(size_t)i * x->points + k] = fmin(fmax(value, x->lower[i]), x->upper[i]);
+        }
+    }
+}
+
+static double largest_of(const export_model *x, int column)
+{
+    double result = 0;
+    for (size_t k = 0; k < x->points; k++) {
+        result = fmax(result, fabs(x->expected[(size_t)column * x->points + k]));
+    }
+    return result;
+}
+
+/* The scale of a column is the largest value of all that have its unit: a shear that is nothing but
+ * rounding is small beside the strains, not large beside itself.
+ *
+ * What rounding may change is measured; the formulas around the networks, arguments of sin and cos
+ * and sums in another order have more roundings than the networks have numbers, hence the factor.
+ */
+static void set_tolerances(export_model *x, const double *change)
+{
+    const double unit = x->single ? (double)FLT_EPSILON : DBL_EPSILON, factor = 64, floor = 64;
+    int columns = evaluator_columns(x->jacobian);
+    for (int c = 0; c < columns; c++) {
+        for (int other = 0; other < columns; other++) {
+            if (strcmp(evaluator_column_unit(x->jacobian, c),
+                       evaluator_column_unit(x->jacobian, other)) == 0) {
+                x->scale[c] = fmax(x->scale[c], largest_of(x, other));
+            }
+        }
+        x->tolerance[c] = factor * change[c] * (unit / DBL_EPSILON) + floor * unit * x->scale[c];
+    }
+}
+
+static ad_status make_points(export_model *x, ad_error *error)
+{
+    const domain *d = &x->e->model->domain;
+    size_t inputs = (size_t)x->inputs, columns = (size_t)x->outputs * (1 + inputs);
+    size_t most = 2 * (size_t)(domain_pieces(d) + x->e->window + 1) + 6 * inputs + 2 + SCATTERED;
+    const double *at[DOMAIN_COORDINATES_MAX];
+    double *clamped = malloc((most * inputs + columns) * sizeof *clamped);
+    double *change = clamped ? clamped + most * inputs : NULL;
+    x->at = malloc(most * inputs * sizeof *x->at);
+    x->beyond = calloc(most, sizeof *x->beyond);
+    x->expected = malloc(most * columns * sizeof *x->expected);
+    x->scale = calloc(columns, sizeof *x->scale);
+    x->tolerance = calloc(columns, sizeof *x->tolerance);
+    ad_status status = AD_OK;
+    if (!clamped || !x->at || !x->beyond || !x->expected || !x->scale || !x->tolerance) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for the points of a self-test");
+    }
+    if (status == AD_OK) {
+        list_points(x);
+        list_clamped(x, clamped, at);
+        status = evaluator_evaluate_at(x->jacobian, x->points, at, x->expected, error);
+    }
+    if (status == AD_OK) {
+        status = evaluator_rounding(x->jacobian, x->points, at, change, error);
+    }
+    if (status == AD_OK) {
+        set_tolerances(x, change);
+    }
+    free(clamped);
+    return status;
+}
+
+ad_status export_open(export_model *x, const char *run, const char *columns, ad_error *error)
+{
+    x->run = run;
+    x->error = x->held_out = NAN;
+    for (int i = 0; i < EVALUATOR_COLUMNS_MAX; i++) {
+        x->measured.values[i] = x->measured.jacobian[i] = NAN;
+    }
+    ad_status status = read_run(x, error);
+    if (status == AD_OK) {
+        status = make_evaluators(x, columns, error);
+    }
+    return status == AD_OK ? make_points(x, error) : status;
+}
