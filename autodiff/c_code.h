@@ -60,11 +60,12 @@ typedef struct c_writer {
     c_sine sine;
     /* a pass */
     const pass *pass;
-    int *end;    /* [instructions] the one after its segment */
-    bool *kept;  /* of all instructions' rows, one after the other: read after its segment */
-    size_t *row; /* [instructions] its first in `kept` */
-    bool *dead;  /* [instructions] read by nobody: all make it again */
-    int *again;  /* [instructions][AD_ARITY_MAX] the one that makes an operand again, or -1 */
+    int *end;     /* [instructions] the one after its segment */
+    bool *kept;   /* of all instructions' rows, one after the other: read after its segment */
+    bool *needed; /* of the same: read at all; of loops over rows all are */
+    size_t *row;  /* [instructions] its first in `kept` and `needed` */
+    bool *dead;   /* [instructions] read by nobody: all make it again */
+    int *again;   /* [instructions][AD_ARITY_MAX] the one that makes an operand again, or -1 */
     /* a segment */
     int *holder; /* [units] variable of a row, -1: none */
     c_held held[C_HELD_MAX];
@@ -94,7 +95,7 @@ bool ad_c_is_loop(const instruction *i); /* over rows: of many of them */
 /* Fill w->again (c_again.c). */
 bool ad_c_find_again(c_writer *w);
 
-/* Mark what is read after each segment in w->kept (c_lives.c). */
+/* Mark what is read after each segment in w->kept, what is read in w->needed (c_lives.c). */
 bool ad_c_find_lives(c_writer *w);
 
 /* ---- whole programs (c_function.c, c_uniform.c) --------------------------------------------- */

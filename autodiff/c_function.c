@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 48 };
+enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 64 };
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 

@@ -28,6 +28,19 @@ static void mark_reads(const c_writer *w, int n, bool *live)
     }
 }
 
+/* The same of an instruction whose rows are written out: what its needed rows read. */
+static void mark_row_reads(const c_writer *w, int n, bool *live)
+{
+    const instruction *i = &w->pass->instructions[n];
+    for (int k = 0; k < ad_op_table[i->op].arity; k++) {
+        for (int row = 0; row < i->out.rows && i->in[k].kind == PLACE_TILE; row++) {
+            if (w->needed[w->row[n] + (size_t)row]) {
+                live[i->in[k].offset + row * i->in[k].stride] = true;
+            }
+        }
+    }
+}
+
 /* What operands are made again from, when a segment begins. */
 static void mark_made_again(const c_writer *w, int n, bool *live)
 {
@@ -55,14 +68,18 @@ static void walk_segment(c_writer *w, int first, int end, const bool *after, boo
 {
     for (int n = end - 1; n >= first; n--) {
         const instruction *i = &w->pass->instructions[n];
+        bool by_rows = op_is_elementwise(i->op) && !ad_c_is_loop(i);
         w->dead[n] = !is_live(live, i);
         for (int row = 0; i->out.kind == PLACE_TILE && row < i->out.rows; row++) {
             int unit = i->out.offset + row * i->out.stride;
             w->kept[w->row[n] + (size_t)row] = after[unit] && !written[unit];
+            w->needed[w->row[n] + (size_t)row] = !by_rows || live[unit];
             written[unit] = true;
         }
         mark(live, i->out, columns_of(i), false);
-        if (!w->dead[n]) {
+        if (by_rows) {
+            mark_row_reads(w, n, live);
+        } else if (!w->dead[n]) {
             mark_reads(w, n, live);
         }
     }

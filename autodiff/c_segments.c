@@ -247,7 +247,8 @@ bool ad_c_begin_pass(c_writer *w, const pass *p)
         rows += (size_t)p->instructions[n].out.rows;
     }
     w->kept = calloc(rows + 1, sizeof *w->kept);
-    if (!w->end || !w->row || !w->dead || !w->holder || !w->kept) {
+    w->needed = calloc(rows + 1, sizeof *w->needed);
+    if (!w->end || !w->row || !w->dead || !w->holder || !w->kept || !w->needed) {
         return false;
     }
     cut_segments(w);
@@ -261,10 +262,11 @@ void ad_c_end_pass(c_writer *w)
     free(w->dead);
     free(w->holder);
     free(w->kept);
+    free(w->needed);
     free(w->again);
     w->end = w->holder = w->again = NULL;
     w->row = NULL;
-    w->kept = w->dead = NULL;
+    w->kept = w->needed = w->dead = NULL;
 }
 
 /* ---- rows written out ----------------------------------------------------------------------- */
@@ -359,8 +361,10 @@ static void write_statements(c_writer *w, int first, int end)
     memset(w->holder, -1, (size_t)w->pass->units * sizeof *w->holder);
     fprintf(w->file, "    %s{\n", w->points);
     for (int n = first; n < end; n++) {
-        for (int row = 0; !w->dead[n] && row < w->pass->instructions[n].out.rows; row++) {
-            write_statement(w, n, row);
+        for (int row = 0; row < w->pass->instructions[n].out.rows; row++) {
+            if (w->needed[w->row[n] + (size_t)row]) {
+                write_statement(w, n, row);
+            }
         }
     }
     fputs("    }\n", w->file);

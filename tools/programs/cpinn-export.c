@@ -184,7 +184,7 @@ static void report(const export_model *x, const options *o, size_t length)
     printf("wrote %.*s.c, .h and _selftest.c: %d inputs, %d outputs, %zu numbers of memory\n",
            (int)length, o->c, x->inputs, x->outputs, x->memory);
     if (!isnan(x->measured.values[0])) {
-        printf("checked by cc: values to %.1e, derivatives to %.1e of the largest of each\n", value,
+        printf("checked by cc: values to %.1e, derivatives to %.1e of their scales\n", value,
                jacobian);
     }
     if (x->single && x->measured.values[0] >= 0) {

@@ -74,8 +74,8 @@ static void write_trust(const export_model *x, FILE *file)
     } else {
         fprintf(file,
                 " * This C is from cpinn's own evaluation in double precision by at most %.1e of "
-                "the largest\n * value of an output, its Jacobian by %.1e, at the points of "
-                "%s_selftest.c (by cc).\n",
+                "the scale of\n * an output, its Jacobian by %.1e, at the points of %s_selftest.c, "
+                "compiled by cc.\n",
                 largest(x->measured.values, x->outputs), largest(x->measured.jacobian, x->outputs),
                 x->name);
     }
@@ -116,7 +116,8 @@ static void write_inputs(const export_model *x, FILE *file)
 static void write_outputs(const export_model *x, FILE *file)
 {
     char name[32];
-    fputs("/* outputs: index, unit, largest value at the points of the self-test */\nenum {\n",
+    fputs("/* outputs: index, unit, scale: the largest of that unit, or that of the rod (EI/L^2 of "
+          "a force) */\nenum {\n",
           file);
     for (int i = 0; i < x->outputs; i++) {
         const char *unit = evaluator_column_unit(x->values, i);

@@ -39,7 +39,7 @@ static void write_tables(const export_model *x, FILE *file)
         fprintf(file, "%s%d", k == 0 ? "" : ", ", x->beyond[k]);
     }
     fputs(
-        "};\n\n/* Outputs and then their derivatives by the inputs: the largest, how far rounding "
+        "};\n\n/* Outputs and then their derivatives by the inputs: their scales, how far rounding "
         "may take\n * them, and what they are. */\n",
         file);
     put_numbers("static const double scale[COLUMNS] = {\n     ", columns, x->scale, 1, file);
@@ -147,7 +147,7 @@ static const char program_text[] =
     "    if (failures > 0) {\n"
     "        return 1;\n"
     "    }\n"
-    "    printf(\"difference from cpinn, by the largest value: output, its derivatives\\n\");\n"
+    "    printf(\"difference from cpinn, by the scale: output, its derivatives\\n\");\n"
     "    for (i = 0; i < NAME_OUTPUTS; i++) {\n"
     "        double most = 0;\n"
     "        for (k = 0; k < NAME_INPUTS; k++) {\n"

@@ -216,23 +216,53 @@ static double largest_of(const export_model *x, int column)
     return result;
 }
 
-/* The scale of a column is the largest value of all that have its unit: a shear that is nothing but
- * rounding is small beside the strains, not large beside itself.
- *
- * What rounding may change is measured; the formulas around the networks, arguments of sin and cos
- * and sums in another order have more roundings than the networks have numbers, hence the factor.
- */
-static void set_tolerances(export_model *x, const double *change)
+/* What a rod has by itself, of a unit; 0: not known. */
+static double natural_scale(const scene *rod_scene, const char *unit)
 {
-    const double unit = x->single ? (double)FLT_EPSILON : DBL_EPSILON, factor = 64, floor = 64;
+    const rod_scales scales = rod_scales_of(rod_scene);
+    const struct {
+        const char *unit;
+        double scale;
+    } rows[] = {{"", 1},
+                {"m", scales.length},
+                {"1/m", 1 / scales.length},
+                {"N", scales.force},
+                {"N m", scales.moment}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows && !scene_is_beam(rod_scene); i++) {
+        if (strcmp(unit, rows[i].unit) == 0) {
+            return rows[i].scale;
+        }
+    }
+    return 0;
+}
+
+/* The scale of a column is the largest value of all that have its unit, or what a rod has by
+ * itself, EI/L^2 of a force: a force that is nothing but rounding is small beside these, not large
+ * beside itself. */
+static void set_scales(export_model *x)
+{
+    const domain *d = &x->e->model->domain;
     int columns = evaluator_columns(x->jacobian);
     for (int c = 0; c < columns; c++) {
+        int derived = c - x->outputs, of = derived < 0 ? c : derived / x->inputs;
+        x->scale[c] = natural_scale(x->e->scene, evaluator_column_unit(x->values, of)) /
+                      (derived < 0 ? 1 : d->coordinates[derived % x->inputs].scale);
         for (int other = 0; other < columns; other++) {
             if (strcmp(evaluator_column_unit(x->jacobian, c),
                        evaluator_column_unit(x->jacobian, other)) == 0) {
                 x->scale[c] = fmax(x->scale[c], largest_of(x, other));
             }
         }
+    }
+}
+
+/* What rounding may change is measured; the formulas around the networks, arguments of sin and cos
+ * and sums in another order have more roundings than the networks have numbers, hence the factor.
+ */
+static void set_tolerances(export_model *x, const double *change)
+{
+    const double unit = x->single ? (double)FLT_EPSILON : DBL_EPSILON, factor = 16, floor = 64;
+    for (int c = 0; c < evaluator_columns(x->jacobian); c++) {
         x->tolerance[c] = factor * change[c] * (unit / DBL_EPSILON) + floor * unit * x->scale[c];
     }
 }
@@ -263,6 +293,7 @@ static ad_status make_points(export_model *x, ad_error *error)
         status = evaluator_rounding(x->jacobian, x->points, at, change, error);
     }
     if (status == AD_OK) {
+        set_scales(x);
         set_tolerances(x, change);
     }
     free(clamped);

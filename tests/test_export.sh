@@ -1,0 +1,142 @@
+#!/bin/bash
+# Trained networks as C: what cpinn-export writes compiles as C99 and C++ without a warning, passes
+# its self-test, agrees with cpinn-eval, and is refused where it should be.
+#   test_export.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+cc --version >/dev/null 2>&1 || exit 77
+
+compilers=('cc -std=c99')
+for compiler in 'clang -std=c99' 'c++ -x c++' 'clang++ -x c++'; do
+    ${compiler%% *} --version >/dev/null 2>&1 && compilers+=("$compiler")
+done
+
+# compiles NAME: by every compiler, without a warning.
+compiles() {
+    local compiler file
+    for compiler in "${compilers[@]}"; do
+        for file in "$1.c" "$1_selftest.c"; do
+            check "$file by $compiler" -- $compiler -Wall -Wextra -Wpedantic -Werror -c "$file" -o x.o
+        done
+    done
+}
+
+# selftest NAME: compiled with the sanitizers.
+selftest() {
+    check "$1 with sanitizers" -- cc -std=c99 -fsanitize=address,undefined \
+        -fno-sanitize-recover=undefined -o selftest "$1.c" "$1_selftest.c" -lm
+    check "self-test of $1" -- ./selftest >selftest.txt
+    check "$1 compares all outputs" -- test "$(wc -l <selftest.txt)" -gt 1
+}
+
+# agrees RUN TOLERANCE: RUN.c with cpinn-eval at points that are on no grid.
+agrees() {
+    awk -v s="$length" -v t="$duration" 'BEGIN { print "s,t"; for (i = 1; i <= 60; i++)
+        printf "%.17g,%.17g\n", s * ((0.7548776662 * i) % 1), t * ((0.5698402910 * i) % 1) }' >points.csv
+    run 0 cpinn-eval "$1" --points points.csv --out "$1.csv"
+    check "compare $1" -- cc -std=c99 -O2 -DHEADER="\"$1.h\"" -DNAME="$1" -I. -o compare \
+        "$ROOT/tests/export_compare.c" "$1.c" -lm
+    check "$1 as cpinn-eval" -- ./compare "$1.csv" "$2"
+}
+
+# exported RUN TOLERANCE: all of that.
+exported() {
+    run 0 cpinn-export "$1" --c "$1"
+    said stdout.txt '^checked by cc: values to '
+    compiles "$1"
+    selftest "$1"
+    agrees "$1" "$2"
+}
+
+# trained STATUS RUN CONFIG OVERRIDES...
+trained() {
+    local status=$1 name=$2 config=$3
+    shift 3
+    run "$status" cpinn-train "$ROOT/configs/$config.yaml" --out "$name" --quiet "$@"
+}
+
+steps=(--set 'training.stages=[{optimizer: gauss_newton, steps: 4}]')
+few=(--set 'training.stages=[{optimizer: adam, steps: 20}]' --set losses.interior.points=64)
+
+# ---- models: rounding of 1e-15, and what their networks make of it --------------------------------
+
+length=0.3 duration=0
+length=1 trained 0 planar elastica
+length=$(sed -n 's/^ *length: *\([0-9.]*\).*/\1/p' "$ROOT/configs/elastica.yaml" | head -1)
+exported planar 1e-14
+said planar.h '^#define planar_TRUSTED  1$'
+said planar.h '^#define planar_INPUTS +1$'
+said planar.h '^#define planar_ERROR    [0-9.]+e-1[0-9]$'
+said planar.h 'planar_IN_S = 0 +/\* m, 0 to '
+
+length=$(sed -n 's/^ *length: *\([0-9.]*\).*/\1/p' "$ROOT/configs/robots/tendon_two_segments.yaml" | head -1)
+trained 0 pieces robots/tendon_two_segments
+exported pieces 1e-13
+
+length=1 duration=1
+trained 3 waves cantilever_dynamic --set network.fourier.features=24 --set time.windows=3 "${steps[@]}"
+exported waves 1e-10
+said waves.h '^#define waves_TRUSTED  0$'
+said waves.h '^ \*   warning \('
+
+trained 3 deep cantilever_deep --set 'network.hidden=[16, 16]' "${few[@]}"
+exported deep 1e-13
+
+trained 3 silu cantilever_deep --set 'network.hidden=[12]' --set network.activation=silu "${few[@]}"
+run 0 cpinn-export silu --c silu --columns 'q_s, x_st r'
+compiles silu
+selftest silu
+said silu.h 'silu_X_ST = 4, +/\* m m\^-1 s\^-1, '
+
+duration=1.7870187776118063
+trained 3 beam beam_vibration --set network.fourier.features=16 --set time.windows=2 "${steps[@]}"
+length=$(sed -n 's/^ *length: *\([0-9.]*\).*/\1/p' "$ROOT/configs/beam_vibration.yaml" | head -1)
+exported beam 1e-10
+
+# ---- single precision ---------------------------------------------------------------------------
+
+for name in planar waves; do
+    run 0 cpinn-export "$name" --c "${name}_single" --single
+    compiles "${name}_single"
+    selftest "${name}_single"
+    said "${name}_single.c" '^static const float values_first_0'
+done
+said planar_single.h 'to [0-9.]+e-0[78] of it'
+
+# ---- a damaged table is noticed -------------------------------------------------------------------
+
+awk '!done && last ~ /^static const double/ { sub(/[0-9]\.[0-9]/, "7.7"); done = 1 } { print; last = $0 }' \
+    planar.c >damaged.c
+check a number has changed -- test "$(cmp -l planar.c damaged.c | wc -l)" -ge 1
+cc -std=c99 -o selftest damaged.c planar_selftest.c -lm
+./selftest >selftest.txt
+check a damaged table is noticed -- test $? -eq 1
+check in one line -- test "$(wc -l <selftest.txt)" -eq 1
+said selftest.txt '^eval: column [0-9]+ at point [0-9]+ is .*, not '
+
+# ---- files --------------------------------------------------------------------------------------
+
+run 0 cpinn-export --help
+said stdout.txt '^usage: cpinn-export DIR_OR_CHECKPOINT '
+refused "^cpinn-export: DIR_OR_CHECKPOINT is missing" cpinn-export
+refused 'give --c OUT' cpinn-export planar
+refused '^cpinn-export: planar.c: there is such a file already; --force replaces it' \
+    cpinn-export planar --c planar
+refused 'no_such' cpinn-export no_such --c new
+refused 'no_such/new.c: no file can be written there' cpinn-export planar --c no_such/new
+refused '2nd: functions cannot be called 2nd; allowed: ' cpinn-export planar --c 2nd
+refused 'soft-arm' cpinn-export planar --c soft-arm
+refused 'allowed: ' cpinn-export planar --c runs/
+refused 'bend is no column' cpinn-export planar --c new --columns bend
+refused 'vx is of a scene in motion' cpinn-export planar --c new --columns 'r vx'
+
+cp planar.c before.c
+run 0 cpinn-export planar/checkpoint.h5 --c planar.c --force # .c is taken as said
+same planar.c before.c
+check nothing is left beside -- test -z "$(find . -name '*.partial')"
+
+run 0 env PATH=/usr/bin/nowhere "$BIN/cpinn-export" planar --c unchecked
+said stderr.txt '^cpinn-export: warning: the C has not been compiled and checked: '
+said unchecked.h 'has not been measured'
+selftest unchecked
+finish
