@@ -1,8 +1,10 @@
 /* How long a trained model takes to be evaluated, one point at a time and many at once.
  *   evaluate [FILE.csv]     prints a table; the file gets the same numbers, when and on what they
  *                           were measured
- * Scenes of configs/ with their default networks, trained here by the default recipe; run from the
- * root of the project. Times are of the processor, the least of several rounds, on one thread. */
+ *   evaluate --run DIR NAMES   of a run, NAMES "" for all columns: value one at a time, many at
+ * once, and the same with first derivatives Scenes of configs/ with their default networks, trained
+ * here by the default recipe; run from the root of the project. Times are of the processor, the
+ * least of several rounds, on one thread. */
 #include "cpinn.h"
 
 #include <math.h>
@@ -44,14 +46,9 @@ static double time_of(evaluator *x, size_t batch, const double *s, const double 
     return 1e6 * best;
 }
 
-static ad_status measure_names(const cpinn_model *model, measure *m, ad_error *error)
+static void measure_evaluator(const cpinn_model *model, evaluator *x, measure *m)
 {
     const scene *rod = cpinn_scene(model);
-    evaluator *x;
-    ad_status status = cpinn_evaluator(model, m->names, &x, error);
-    if (status != AD_OK) {
-        return status;
-    }
     static double s[MANY], t[MANY], values[EVALUATOR_COLUMNS_MAX * MANY];
     double length = quantity_value(rod->rod.length, 0, 0);
     for (int i = 0; i < MANY; i++) { /* a fixed walk over rod and duration */
@@ -62,7 +59,55 @@ static ad_status measure_names(const cpinn_model *model, measure *m, ad_error *e
     m->one = time_of(x, 1, s, t, values);
     m->many = time_of(x, MANY, s, t, values);
     evaluator_free(x);
-    return AD_OK;
+}
+
+static ad_status measure_names(const cpinn_model *model, measure *m, ad_error *error)
+{
+    evaluator *x;
+    ad_status status = cpinn_evaluator(model, m->names, &x, error);
+    if (status == AD_OK) {
+        measure_evaluator(model, x, m);
+    }
+    return status;
+}
+
+/* The names of columns and of their first derivatives by s and t. */
+static ad_status with_derivatives(const cpinn_model *model, const char *names, char *text,
+                                  size_t room, ad_error *error)
+{
+    bool dynamic = scene_is_dynamic(cpinn_scene(model));
+    size_t length = 0;
+    evaluator *x;
+    ad_status status = cpinn_evaluator(model, names, &x, error);
+    for (int i = 0; status == AD_OK && i < evaluator_columns(x) && length < room; i++) {
+        const char *name = evaluator_column_name(x, i);
+        length += (size_t)snprintf(text + length, room - length, "%s %s_s ", name, name);
+        if (dynamic && length < room) {
+            length += (size_t)snprintf(text + length, room - length, "%s_t ", name);
+        }
+    }
+    if (status == AD_OK) {
+        evaluator_free(x);
+    }
+    return status;
+}
+
+static int measure_run(const char *folder, const char *names)
+{
+    char text[4000];
+    cpinn_model *model;
+    ad_error error;
+    measure plain = {.names = *names ? names : NULL}, derived = {.names = text};
+    if (cpinn_open(folder, &model, &error) != AD_OK ||
+        measure_names(model, &plain, &error) != AD_OK ||
+        with_derivatives(model, plain.names, text, sizeof text, &error) != AD_OK ||
+        measure_names(model, &derived, &error) != AD_OK) {
+        fprintf(stderr, "evaluate: %s\n", error.message);
+        return 1;
+    }
+    printf("%.3g %.3g %.3g %.3g\n", plain.one, plain.many, derived.one, derived.many);
+    cpinn_free(model);
+    return 0;
 }
 
 static void processor_name(char text[128])
@@ -110,6 +155,9 @@ int main(int count, char **arguments)
     cpinn_model *model = NULL;
     ad_error error = {AD_OK, ""};
     const char *ending = count > 1 ? strrchr(arguments[1], '.') : ".csv";
+    if (count == 4 && strcmp(arguments[1], "--run") == 0) {
+        return measure_run(arguments[2], arguments[3]);
+    }
     if (count > 2 || !ending || strcmp(ending, ".csv") != 0) {
         fprintf(stderr, "usage: evaluate [FILE.csv], from the root of the project\n");
         return 2;
