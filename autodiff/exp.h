@@ -4,20 +4,28 @@
 #ifndef AD_EXP_H
 #define AD_EXP_H
 
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
 static inline double ad_exp_number(double a)
 {
-    const double most = a > 710 ? 710 : a, x = most < -750 ? -750 : most; /* inf, 0; NaN stays */
+    const double size = fabs(a), beyond = 750 - size, most = 750; /* inf, 0; NaN stays */
+    uint64_t bits, large, limit, whole;
+    double x, power, half;
+    memcpy(&bits, &size, sizeof bits);
+    memcpy(&large, &beyond, sizeof large);
+    memcpy(&limit, &most, sizeof limit);
+    large = 0 - (large >> 63);
+    bits = (bits & ~large) | (limit & large);
+    memcpy(&x, &bits, sizeof x);
+    x = copysign(x, a);
     const double shifted = x * 1.4426950408889634 + 6755399441055744.0,
                  k = shifted - 6755399441055744.0;
     const double high = x - k * 0.6931471805598903, low = k * 5.497923018708371e-14, r = high - low,
                  r2 = r * r, left = (high - r) - low;
     double even = r2 * 2.0914686968086876e-09 + 2.75572736431103e-07;
-    double odd = r2 * 2.5105217004720745e-08 + 2.7557255400206422e-06, power, half;
-    int64_t whole;
-    uint64_t bits;
+    double odd = r2 * 2.5105217004720745e-08 + 2.7557255400206422e-06;
     even = even * r2 + 2.4801587325547743e-05;
     odd = odd * r2 + 0.00019841269874820627;
     even = even * r2 + 0.0013888888888883748;
@@ -28,11 +36,10 @@ static inline double ad_exp_number(double a)
     memcpy(&bits, &shifted, sizeof bits);
     bits += 2048; /* k + 2048 in the lowest bits, positive */
     bits &= 8191;
-    whole = (int64_t)(bits >> 1);
-    bits -= (uint64_t)whole;
-    bits = (bits + 1023 - 1024) << 52;
+    whole = bits >> 1;
+    bits = (bits - whole - 1) << 52;
     memcpy(&power, &bits, sizeof power);
-    bits = ((uint64_t)whole + 1023 - 1024) << 52;
+    bits = (whole - 1) << 52;
     memcpy(&half, &bits, sizeof half);
     return (1 + (r + (left + (odd * r + even) * r2))) * power * half;
 }

@@ -40,4 +40,4 @@ measured cantilever_dynamic cantilever_dynamic ''
 measured cantilever_dynamic cantilever_dynamic 'r q'
 measured deep_64_64 cantilever_deep 'r q' --set 'network.hidden=[64, 64]' \
     --set 'training.stages=[{optimizer: adam, steps: 30}]'
-column -s, -t "$file"
+awk -F, '{ printf "%-19s %-8s %-31s %8s %17s %14s %s\n", $1, $2, $3, $4, $5, $6, $7 }' "$file"
