@@ -130,6 +130,9 @@ refused 'allowed: ' cpinn-export planar --c runs/
 refused 'bend is no column' cpinn-export planar --c new --columns bend
 refused 'vx is of a scene in motion' cpinn-export planar --c new --columns 'r vx'
 
+refused '^cpinn-export: --columns: z is there twice' cpinn-export planar --c new --columns 'z r'
+refused "^cpinn-export: unknown option --fast" cpinn-export planar --c new --fast
+
 cp planar.c before.c
 run 0 cpinn-export planar/checkpoint.h5 --c planar.c --force # .c is taken as said
 same planar.c before.c

@@ -37,11 +37,10 @@ static const char epilogue[] =
     "  cc -std=c99 -O2 -o selftest arm.c arm_selftest.c -lm && ./selftest\n"
     "  cpinn-export runs/soft_arm --c arm_tip --single --columns 'x z vx vz'\n"
     "\n"
-    "Exit status: 0, whatever the verdict on training says; 1 if the C does not compute what "
-    "cpinn\n"
-    "does, or what was printed could not be written; 2 with one line that says what is wrong with "
-    "the\n"
-    "input, or where a file cannot be written.";
+    "Exit status: 0, whatever the verdict on training says; 1 if a value is not finite, the C "
+    "does\n"
+    "not compute what cpinn does, or what was printed could not be written; 2 with one line that\n"
+    "says what is wrong with the input, or where a file cannot be written.";
 
 enum { FILES = 3 };
 static const char *const endings[FILES] = {".c", ".h", "_selftest.c"};

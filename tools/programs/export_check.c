@@ -5,7 +5,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+enum { NOT_COMPILED = 77 };
 
 static const char *type_of(const export_model *x)
 {
@@ -229,20 +232,22 @@ static ad_status run_selftest(export_model *x, const char *folder, ad_error *err
 {
     char command[512], first[256];
     snprintf(command, sizeof command,
-             "cd '%s' && cc -std=c99 -O2 -o %s.run %s.c %s_selftest.c -lm 2>&1 && ./%s.run", folder,
-             x->name, x->name, x->name, x->name);
+             "cd '%s' && { cc -std=c99 -O2 -o %s.run %s.c %s_selftest.c -lm 2>&1 || exit %d; } && "
+             "./%s.run",
+             folder, x->name, x->name, x->name, NOT_COMPILED, x->name);
     fflush(stdout);
     FILE *from = popen(command, "r");
     if (!from) {
         return ad_fail(error, AD_IO, "the compiler cannot be started: %s", strerror(errno));
     }
-    int count = read_errors(x, from, first);
-    if (pclose(from) == 0 && count == x->outputs) {
+    int count = read_errors(x, from, first), status = pclose(from);
+    if (status == 0 && count == x->outputs) {
         return AD_OK;
     }
     x->measured.values[0] = NAN;
-    bool compiled = strstr(first, "is") && strstr(first, "at point");
-    return ad_fail(error, compiled ? AD_BAD_PROGRAM : AD_IO, "%s", first);
+    bool differs = WIFEXITED(status) && WEXITSTATUS(status) == 1;
+    return ad_fail(error, differs ? AD_BAD_PROGRAM : AD_IO, "%s",
+                   *first ? first : "the self-test ends without a word");
 }
 
 ad_status export_check(export_model *x, const char *source, const char *header,

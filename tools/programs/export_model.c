@@ -9,6 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 enum { SCATTERED = 24, NOTABLE_MAX = 2 * (DOMAIN_PIECES_MAX + DOMAIN_WINDOWS_MAX) + 4 };
 
@@ -93,6 +94,21 @@ static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count)
     return hash;
 }
 
+/* Columns become names in C, which are written in capitals. */
+static ad_status check_names(const evaluator *values, ad_error *error)
+{
+    for (int i = 0; i < evaluator_columns(values); i++) {
+        for (int k = 0; k < i; k++) {
+            if (strcasecmp(evaluator_column_name(values, i), evaluator_column_name(values, k)) ==
+                0) {
+                return ad_fail(error, AD_BAD_ARGUMENT, "--columns: %s is there twice",
+                               evaluator_column_name(values, i));
+            }
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status make_evaluators(export_model *x, const char *columns, ad_error *error)
 {
     const experiment *e = x->e;
@@ -106,6 +122,10 @@ static ad_status make_evaluators(export_model *x, const char *columns, ad_error 
     if (status == AD_OK) {
         status = evaluator_create_jacobian(&trained, columns, &x->jacobian, error);
     }
+    if (status != AD_OK) {
+        return status;
+    }
+    status = check_names(x->values, error);
     if (status != AD_OK) {
         return status;
     }
@@ -288,6 +308,12 @@ static ad_status make_points(export_model *x, ad_error *error)
         list_points(x);
         list_clamped(x, clamped, at);
         status = evaluator_evaluate_at(x->jacobian, x->points, at, x->expected, error);
+    }
+    for (size_t i = 0; status == AD_OK && i < columns * x->points; i++) {
+        if (!isfinite(x->expected[i])) {
+            status = ad_fail(error, AD_NOT_FINITE, "%s: the network has values that are not finite",
+                             x->run);
+        }
     }
     if (status == AD_OK) {
         status = evaluator_rounding(x->jacobian, x->points, at, change, error);
