@@ -183,6 +183,43 @@ static void test_windows(void **state)
     experiment_free(e);
 }
 
+/* Behind the columns their derivatives by s and t, as those that are asked for by name; what
+ * rounding does to them is small, and nothing is left of the trial. */
+static void test_jacobian(void **state)
+{
+    (void)state;
+    enum { POINTS = 5, COLUMNS = 6 };
+    experiment *e = make_default(MOVING, "network.fourier.features=16");
+    const evaluator_model model = model_of_windows(e, 2);
+    evaluator *both = NULL, *named = make(&model, "x vz x_s x_t vz_s vz_t");
+    double s[POINTS], t[POINTS], values[COLUMNS * POINTS], expected[COLUMNS * POINTS];
+    double change[COLUMNS], again[COLUMNS * POINTS];
+    assert_int_equal(evaluator_create_jacobian(&model, "x vz", &both, NULL), AD_OK);
+    assert_int_equal(evaluator_columns(both), COLUMNS);
+    assert_string_equal(evaluator_column_name(both, 3), "x_t");
+    assert_string_equal(evaluator_column_unit(both, 5), "m/s s^-1");
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = 0.2 * i * scene_length(e->scene);
+        t[i] = 0.1 * i * scene_duration(e->scene);
+    }
+    assert_int_equal(evaluator_evaluate(both, POINTS, s, t, values, NULL), AD_OK);
+    assert_int_equal(evaluator_evaluate(named, POINTS, s, t, expected, NULL), AD_OK);
+    assert_int_equal(evaluator_rounding(both, POINTS, (const double *const[]){s, t}, change, NULL),
+                     AD_OK);
+    assert_int_equal(evaluator_evaluate(both, POINTS, s, t, again, NULL), AD_OK);
+    assert_memory_equal(again, values, sizeof values);
+    for (int c = 0; c < COLUMNS; c++) {
+        assert_true(change[c] >= 0 && change[c] < 1e-11);
+        for (int i = c * POINTS; i < (c + 1) * POINTS; i++) {
+            assert_near(values[i], expected[i], 64 * change[c] + 1e-13);
+        }
+    }
+    assert_true(change[1] > 0);
+    evaluator_free(both);
+    evaluator_free(named);
+    experiment_free(e);
+}
+
 static void test_refusals(void **state)
 {
     (void)state;
@@ -243,7 +280,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_field), cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_windows), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_allocations)};
+        cmocka_unit_test(test_windows),       cmocka_unit_test(test_jacobian),
+        cmocka_unit_test(test_refusals),      cmocka_unit_test(test_allocations)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
