@@ -285,15 +285,16 @@ ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, a
 bool ad_fuse_compiler(char *path, size_t room);
 
 /* Whole programs as C99 functions without anything but libm, for a fixed number of points at a
- * call, in `count` numbers of type double or, where `single`, float: void NAME(const double *x,
- * const double *const *uniforms, const double *p, double *y, double *w) x: the inputs one after the
- * other, y: the outputs, each as in ad_run; w: *memory numbers of workspace, the most that one of
- * the functions needs. Where parameters and uniforms are given here, they stand in the C and are no
- * arguments; where several sets of them are given, the first argument is `int set` instead. What
- * several functions have in common stands there once, and is called NAME_0, NAME_1, ... after the
- * first. Sums and products are added up in another order than by ad_execute, and sin, cos, exp,
- * tanh are our own. Not while the programs run. Errors: AD_BAD_ARGUMENT (name, points),
- * AD_NO_MEMORY; those of the file are the caller's to see. */
+ * call, in numbers of type double or, where `single`, float:
+ *     void NAME(const double *x, const double *const *uniforms, const double *p,
+ *               double *y, double *w)
+ * x: the inputs one after the other, y: the outputs, each as in ad_run; w: workspace, *memory
+ * numbers are enough for any of the functions. Where parameters and uniforms are given here, they
+ * stand in the C and are no arguments; where several sets of them are given, the first argument is
+ * `int set`. What several functions have in common stands there once, and is called NAME_0, NAME_1,
+ * ... after the first. Sums and products are added up in another order than by ad_execute, and sin,
+ * cos, exp and tanh are our own. Not while the programs run. Errors: AD_BAD_ARGUMENT (name,
+ * points), AD_NO_MEMORY; those of the file are the caller's to see. */
 typedef struct ad_c_options {
     const char *name;                     /* a C identifier of at most 30 characters */
     size_t points;                        /* 1 to 1024 */

@@ -58,11 +58,11 @@ ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const
 ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *at, double *change,
                              ad_error *error);
 
-/* Evaluators of one model as static C functions of numbers of type double, or float:
- *     void NAMES[i]_first(const double *x, double *y, double *w)             the first window
- *     void NAMES[i]_later(int window, const double *x, double *y, double *w) counted from 0;
- * without this argument where it is only one from x, the coordinates in units of their scales, to
- * y, the columns; w as of ad_write_c. */
+/* Evaluators of one model as static C functions of numbers of type double or, where `single`, float:
+ *     void NAMES[i]_first(const double *x, double *y, double *w)
+ *     void NAMES[i]_later(int window, const double *x, double *y, double *w)
+ * of the first window and of those after it, counted from 0 there; `window` is left out where it is
+ * only one. x: the coordinates in units of their scales, y: the columns, w: as of ad_write_c. */
 ad_status evaluator_write_c(int count, evaluator *const *list, const char *const *names,
                             bool single, FILE *file, size_t *memory, ad_error *error);
 

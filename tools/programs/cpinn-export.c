@@ -192,6 +192,10 @@ static void report(const export_model *x, const options *o, size_t length)
                    x->measured.values[i], x->measured.jacobian[i]);
         }
     }
+    if (x->single && value > x->error) {
+        cli_warn(program, "single precision costs %.1e, more than the error of the network, %.1e",
+                 value, x->error);
+    }
     if (x->is_judged) {
         verdict_print(stdout, "verdict on training: ", &x->verdict);
     }

@@ -8,7 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { NOT_COMPILED = 77 };
+enum { NOT_COMPILED = 77, NOT_RUN = 126, NOT_FOUND = 127 }; /* the last two: of the shell */
 
 static const char *type_of(const export_model *x)
 {
@@ -245,9 +245,10 @@ static ad_status run_selftest(export_model *x, const char *folder, ad_error *err
         return AD_OK;
     }
     x->measured.values[0] = NAN;
-    bool differs = WIFEXITED(status) && WEXITSTATUS(status) == 1;
-    return ad_fail(error, differs ? AD_BAD_PROGRAM : AD_IO, "%s",
-                   *first ? first : "the self-test ends without a word");
+    int code = WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+    bool ran = code != NOT_COMPILED && code != NOT_RUN && code != NOT_FOUND;
+    return ad_fail(error, ran ? AD_BAD_PROGRAM : AD_IO, "%s%s", ran ? "the self-test fails: " : "",
+                   *first ? first : "it says nothing");
 }
 
 ad_status export_check(export_model *x, const char *source, const char *header,
