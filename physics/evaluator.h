@@ -58,7 +58,7 @@ ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const
 ad_status evaluator_rounding(evaluator *e, size_t points, const double *const *at, double *change,
                              ad_error *error);
 
-/* Evaluators of one model as static C functions of numbers of type double or, where `single`, float:
+/* Evaluators of one model as static C functions, of type double or, where `single`, float:
  *     void NAMES[i]_first(const double *x, double *y, double *w)
  *     void NAMES[i]_later(int window, const double *x, double *y, double *w)
  * of the first window and of those after it, counted from 0 there; `window` is left out where it is
