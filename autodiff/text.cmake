@@ -1,12 +1,15 @@
-# Headers as C arrays of lines, without includes of the project's own.
-#   cmake -DFOLDER=autodiff -DOUTPUT=text.c -P text.cmake
-set(text "#include \"autodiff/c_code.h\"\n")
-foreach(name exp exp_single lanes sine sine_single stumpff tanh tanh_single)
-    file(READ ${FOLDER}/${name}.h lines)
-    string(REGEX REPLACE "#include \"[^\n]*\n" "" lines "${lines}")
+# Files as C arrays of lines, PREFIX_name without the ending, without includes of the project's own.
+#   cmake -DFOLDER=autodiff -DFILES=lanes.h,tanh.h -DPREFIX=ad_text -DHEADER=autodiff/c_code.h
+#         -DOUTPUT=text.c -P text.cmake
+set(text "#include \"${HEADER}\"\n")
+string(REPLACE "," ";" FILES "${FILES}")
+foreach(file ${FILES})
+    cmake_path(GET file STEM name)
+    file(READ ${FOLDER}/${file} lines)
+    string(REGEX REPLACE "#include \"[^\n]*/[^\n]*\n" "" lines "${lines}")
     string(REPLACE "\\" "\\\\" lines "${lines}")
     string(REPLACE "\"" "\\\"" lines "${lines}")
     string(REPLACE "\n" "\\n\",\n    \"" lines "${lines}")
-    string(APPEND text "\nconst char *const ad_text_${name}[] = {\n    \"${lines}\", NULL};\n")
+    string(APPEND text "\nconst char *const ${PREFIX}_${name}[] = {\n    \"${lines}\", NULL};\n")
 endforeach()
 file(WRITE ${OUTPUT} "${text}")

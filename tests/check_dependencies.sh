@@ -37,12 +37,13 @@ find autodiff nn optim physics tests tools -name '*.[ch]' -exec \
         may["physics"] = " physics nn autodiff "
         libraries = " physics nn autodiff optim "
         training = libraries " tools/train tools/files "
-        judging = training " tools/config tools/library tools/judge "
+        judging = training " tools/config tools/library tools/judge tools/fmu "
         everything = judging " tools/programs "
         may["tools/files"] = " tools/files autodiff "
         may["tools/train"] = training
         may["tools/config"] = training " tools/config "
         may["tools/library"] = training " tools/config tools/library "
+        may["tools/fmu"] = " tools/fmu tools/files autodiff "
         may["tools/judge"] = judging
         may["tools/programs"] = everything
         may["tools/bench"] = everything " tools/bench "

@@ -1,0 +1,214 @@
+#include "tools/fmu/fmu_parts.h"
+
+#include "tools/files/checkpoint.h"
+#include "tools/files/file_bytes.h"
+#include "tools/files/zip.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { TOKEN = 17, NAME_MAX_LENGTH = 100, HEADER = 0, SOURCE, FUNCTIONS, SOURCES };
+
+static ad_status check(const fmu_model *m, ad_error *error)
+{
+    int s = fmu_input(m, "s"), t = fmu_input(m, "t");
+    if (strlen(m->name) > NAME_MAX_LENGTH) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "the name %.40s... is too long; allowed: %d letters",
+                       m->name, NAME_MAX_LENGTH);
+    }
+    if (s < 0 || m->input_count != 1 + (t >= 0) || m->input_count > FMU_INPUTS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "this model has other inputs than s and t; an FMU needs a model of these");
+    }
+    if (m->place_count < 1 || m->place_count > FMU_PLACES_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%d places; allowed: 1 to %d", m->place_count,
+                       FMU_PLACES_MAX);
+    }
+    for (int i = 0; i < m->place_count; i++) {
+        if (!(m->places[i] >= m->inputs[s].lower && m->places[i] <= m->inputs[s].upper)) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "place %g m is outside the model; allowed: %g to %g m", m->places[i],
+                           m->inputs[s].lower, m->inputs[s].upper);
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- texts ---------------------------------------------------------------------------------- */
+
+/* A text that a FILE writes to; to be freed. */
+typedef struct text {
+    char *bytes;
+    size_t size;
+    FILE *file;
+} text;
+
+static bool text_open(text *x)
+{
+    x->file = open_memstream(&x->bytes, &x->size);
+    return x->file != NULL;
+}
+
+static bool text_close(text *x)
+{
+    bool ok = x->file && !ferror(x->file);
+    return x->file && fclose(x->file) == 0 && ok;
+}
+
+static void put_numbers(FILE *file, const char *name, int count, const double *values)
+{
+    fprintf(file, "static const double %s[%d] = {", name, count);
+    for (int i = 0; i < count; i++) {
+        fprintf(file, "%s%.17g", i ? ", " : "", values[i]);
+    }
+    fprintf(file, "};\n");
+}
+
+static void put_lines(FILE *file, const char *const *lines)
+{
+    for (; *lines; lines++) {
+        fputs(*lines, file);
+    }
+}
+
+/* NAME_fmi3.c: what fmi3_instance.h says that has to stand before it, and then that itself. */
+static void put_functions(const fmu_model *m, FILE *file)
+{
+    double lower[FMU_INPUTS_MAX], upper[FMU_INPUTS_MAX];
+    for (int i = 0; i < m->input_count; i++) {
+        lower[i] = m->inputs[i].lower;
+        upper[i] = m->inputs[i].upper;
+    }
+    fprintf(file,
+            "#include \"%s.h\"\n\n"
+            "#define FMU_EVAL     %s_eval\n"
+            "#define FMU_JACOBIAN %s_jacobian\n"
+            "#define FMU_MEMORY   %s_MEMORY\n"
+            "#define FMU_INPUTS   %d\n"
+            "#define FMU_OUTPUTS  %d\n"
+            "#define FMU_PLACES   %d\n"
+            "#define FMU_S        %d\n"
+            "#define FMU_TIME     (%d)\n",
+            m->name, m->name, m->name, m->name, m->input_count, m->output_count, m->place_count,
+            fmu_input(m, "s"), fmu_input(m, "t"));
+    put_numbers(file, "fmu_lower", m->input_count, lower);
+    put_numbers(file, "fmu_upper", m->input_count, upper);
+    put_numbers(file, "fmu_start", m->place_count, m->places);
+    put_lines(file, fmu_text_fmi3_types);
+    put_lines(file, fmu_text_fmi3_instance);
+    put_lines(file, fmu_text_fmi3_functions);
+}
+
+/* The token tells this FMU from all others: a hash of everything that can make a difference. */
+static bool make_functions(const fmu_model *m, text *functions, char token[TOKEN])
+{
+    text rest = {.bytes = NULL};
+    bool ok = text_open(&rest);
+    if (ok) {
+        put_functions(m, rest.file);
+        ok = text_close(&rest);
+    }
+    uint64_t hash = checkpoint_hash(CHECKPOINT_HASH_START, m->source, strlen(m->source));
+    hash = checkpoint_hash(hash, m->header, strlen(m->header));
+    hash = ok ? checkpoint_hash(hash, rest.bytes, rest.size) : 0;
+    snprintf(token, TOKEN, "%016" PRIx64, hash);
+    ok = ok && text_open(functions);
+    if (ok) {
+        fprintf(functions->file, "/* %s as an FMU of FMI 3.0. Made by %s. */\n", m->name, m->tool);
+        fprintf(functions->file, "#define FMU_TOKEN \"%s\"\n%s", token, rest.bytes);
+        ok = text_close(functions);
+    }
+    free(rest.bytes);
+    return ok;
+}
+
+/* ---- the archive ---------------------------------------------------------------------------- */
+
+static void put_entry(zip *z, const char *folder, const char *name, const void *bytes, size_t size)
+{
+    char path[2 * ZIP_NAME];
+    snprintf(path, sizeof path, "%.40s%.255s", folder, name);
+    zip_begin(z, path);
+    zip_put(z, bytes, size);
+    zip_end(z);
+}
+
+static void put_library(zip *z, const fmu_model *m, const fmu_file *sources, bool *compiled,
+                        char note[FMU_NOTE])
+{
+    char platform[64], name[ZIP_NAME];
+    size_t size = 0;
+    unsigned char *library = NULL;
+    if (fmu_platform(platform)) {
+        library = fmu_compile(sources, SOURCES, &size, note);
+    } else {
+        snprintf(note, FMU_NOTE, "FMI has no name for this machine");
+    }
+    *compiled = library != NULL;
+    if (library) {
+        snprintf(name, sizeof name, "%s/%s%s", platform, m->name, fmu_library_ending());
+        put_entry(z, "binaries/", name, library, size);
+    }
+    free(library);
+}
+
+/* The descriptions, sources and library as a zip archive, which has failed when memory runs out. */
+static ad_status put_all(const fmu_model *m, const char *token, const fmu_file *sources, zip *z,
+                         bool *compiled, char note[FMU_NOTE], ad_error *error)
+{
+    text description = {.bytes = NULL}, build = {.bytes = NULL};
+    ad_status status = AD_OK;
+    bool ok = text_open(&description);
+    if (text_open(&build) && ok) {
+        status = fmu_put_description(m, token, description.file, error);
+        fmu_put_build_description(m, build.file);
+    }
+    z->failed = !text_close(&description);
+    z->failed = !text_close(&build) || z->failed;
+    if (status == AD_OK && !z->failed) {
+        put_entry(z, "", "modelDescription.xml", description.bytes, description.size);
+        put_entry(z, "sources/", "buildDescription.xml", build.bytes, build.size);
+        for (int i = 0; i < SOURCES; i++) {
+            put_entry(z, "sources/", sources[i].name, sources[i].text, sources[i].size);
+        }
+        put_library(z, m, sources, compiled, note);
+    }
+    free(description.bytes);
+    free(build.bytes);
+    return status;
+}
+
+ad_status fmu_write(const fmu_model *m, const char *path, bool *compiled, char note[FMU_NOTE],
+                    ad_error *error)
+{
+    char token[TOKEN];
+    text functions = {.bytes = NULL};
+    zip z = {.bytes = NULL};
+    unsigned char *bytes = NULL;
+    size_t size = 0;
+    *note = 0;
+    *compiled = false;
+    ad_status status = check(m, error);
+    z.failed = status != AD_OK || !make_functions(m, &functions, token);
+    if (!z.failed) {
+        fmu_file sources[SOURCES] = {
+            [HEADER] = {.text = m->header, .size = strlen(m->header)},
+            [SOURCE] = {.text = m->source, .size = strlen(m->source)},
+            [FUNCTIONS] = {.text = functions.bytes, .size = functions.size}};
+        snprintf(sources[HEADER].name, sizeof sources->name, "%s.h", m->name);
+        snprintf(sources[SOURCE].name, sizeof sources->name, "%s.c", m->name);
+        snprintf(sources[FUNCTIONS].name, sizeof sources->name, "%s_fmi3.c", m->name);
+        status = put_all(m, token, sources, &z, compiled, note, error);
+    }
+    free(functions.bytes);
+    if (!zip_finish(&z, &bytes, &size) && status == AD_OK) {
+        status = ad_fail(error, AD_NO_MEMORY, "%s: out of memory", file_bytes_shown(path));
+    }
+    if (status == AD_OK) {
+        status = file_bytes_write(path, bytes, size, 1, error);
+    }
+    free(bytes);
+    return status;
+}
