@@ -1,15 +1,10 @@
 /* FMUs of models written by hand, of which all values and derivatives are known: the archive, the
  * sources by strict compilers and as C++, and every function as an importer calls it. Skipped (77)
  * where there is no compiler. */
-#include "near.h"
+#include "fmi_importer.h"
 #include "temporary_folder.h"
 
-#include "tools/files/file_bytes.h"
-#include "tools/fmu/fmi3_types.h"
 #include "tools/fmu/fmu_parts.h"
-
-#include <dlfcn.h>
-#include <sys/stat.h>
 
 static const char header[] = "#ifndef HAND_H\n#define HAND_H\n"
                              "#ifdef __cplusplus\nextern \"C\" {\n#endif\n"
@@ -115,23 +110,6 @@ static void write_model(const fmu_model *m)
     assert_int_equal(unpack(at("hand.fmu")), 6);
 }
 
-/* Text of a file between two others; to be freed. */
-static char *between(const char *path, const char *before, const char *after)
-{
-    unsigned char *bytes = NULL;
-    size_t size = 0, whole = 0;
-    ad_error error;
-    assert_int_equal(file_bytes_read(path, 0, &bytes, &size, &whole, &error), AD_OK);
-    char *from = strstr((char *)bytes, before), *to;
-    assert_non_null(from);
-    from += strlen(before);
-    to = strstr(from, after);
-    assert_non_null(to);
-    char *result = strndup(from, (size_t)(to - from));
-    free(bytes);
-    return result;
-}
-
 static void test_archive(void **state)
 {
     (void)state;
@@ -201,114 +179,21 @@ static void test_compilers(void **state)
     }
 }
 
-/* ---- an importer ------------------------------------------------------------------------------
- */
-
-typedef fmi3Status step_function(fmi3Instance);
-typedef fmi3Status get_function(fmi3Instance, const fmi3ValueReference *, size_t, fmi3Float64 *,
-                                size_t);
-typedef fmi3Status set_function(fmi3Instance, const fmi3ValueReference *, size_t,
-                                const fmi3Float64 *, size_t);
-typedef fmi3Status product_function(fmi3Instance, const fmi3ValueReference *, size_t,
-                                    const fmi3ValueReference *, size_t, const fmi3Float64 *, size_t,
-                                    fmi3Float64 *, size_t);
-typedef fmi3Status flags_function(fmi3Instance, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *,
-                                  fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
-
-static void *library;
-static int warnings, errors;
-
-static void take_message(fmi3InstanceEnvironment environment, fmi3Status status,
-                         fmi3String category, fmi3String message)
-{
-    (void)environment;
-    (void)category;
-    warnings += status == fmi3Warning;
-    errors += status == fmi3Error && *message;
-}
-
-/* A function of the library, as ISO C has no cast from void * to it. */
-#define FIND(type, name) (*(type **)find(&(void *){NULL}, name))
-static void *find(void **place, const char *name)
-{
-    *place = dlsym(library, name);
-    if (!*place) {
-        fail_msg("no function %s", name);
-    }
-    return place;
-}
-
-static fmi3Status call(fmi3Instance instance, const char *name)
-{
-    return FIND(step_function, name)(instance);
-}
+/* ---- as an importer ------------------------------------------------------------------------- */
 
 static fmi3Instance instantiate(const fmu_model *m, bool by_steps)
 {
     write_model(m);
-    library = dlopen(at("hand.so"), RTLD_NOW | RTLD_LOCAL);
-    assert_non_null(library);
-    char *token = between(at("modelDescription.xml"), "instantiationToken=\"", "\"");
-    fmi3Instance result;
     warnings = errors = 0;
-    if (by_steps) {
-        typedef fmi3Instance make(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
-                                  fmi3Boolean, fmi3Boolean, const fmi3ValueReference *, size_t,
-                                  void *, fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
-        make *f = FIND(make, "fmi3InstantiateCoSimulation");
-        assert_null(
-            f("a", "0", NULL, false, true, false, false, NULL, 0, NULL, take_message, NULL));
-        assert_null(
-            f("a", token, NULL, false, true, true, false, NULL, 0, NULL, take_message, NULL));
-        assert_int_equal(errors, 2);
-        result = f("a", token, NULL, false, true, false, false, NULL, 0, NULL, take_message, NULL);
-    } else {
-        typedef fmi3Instance make(fmi3String, fmi3String, fmi3String, fmi3Boolean, fmi3Boolean,
-                                  void *, fmi3LogMessageCallback);
-        result = FIND(make, "fmi3InstantiateModelExchange")("a", token, NULL, false, true, NULL,
-                                                            take_message);
-    }
-    free(token);
-    errors = 0;
-    assert_non_null(result);
-    return result;
-}
-
-static void end(fmi3Instance instance)
-{
-    typedef void end_function(fmi3Instance);
-    FIND(end_function, "fmi3FreeInstance")(instance);
+    char *token = between(at("modelDescription.xml"), "instantiationToken=\"", "\"");
+    assert_null(importer_open(at("hand.so"), "0", by_steps, false));
     dlclose(library);
-}
-
-static fmi3Status initialize(fmi3Instance instance, double start)
-{
-    typedef fmi3Status enter(fmi3Instance, fmi3Boolean, fmi3Float64, fmi3Float64, fmi3Boolean,
-                             fmi3Float64);
-    fmi3Status status =
-        FIND(enter, "fmi3EnterInitializationMode")(instance, false, 0, start, true, 3);
-    return status == fmi3OK ? call(instance, "fmi3ExitInitializationMode") : status;
-}
-
-static fmi3Status get(fmi3Instance instance, fmi3ValueReference reference, double *value)
-{
-    return FIND(get_function, "fmi3GetFloat64")(instance, &reference, 1, value, 1);
-}
-
-static fmi3Status set(fmi3Instance instance, fmi3ValueReference reference, double value)
-{
-    return FIND(set_function, "fmi3SetFloat64")(instance, &reference, 1, &value, 1);
-}
-
-static fmi3Status step(fmi3Instance instance, double time, double size, double *reached)
-{
-    typedef fmi3Status do_step(fmi3Instance, fmi3Float64, fmi3Float64, fmi3Boolean, fmi3Boolean *,
-                               fmi3Boolean *, fmi3Boolean *, fmi3Float64 *);
-    fmi3Boolean flags[3] = {true, true, true};
-    fmi3Status status = FIND(do_step, "fmi3DoStep")(instance, time, size, true, &flags[0],
-                                                    &flags[1], &flags[2], reached);
-    assert_false(flags[0] || flags[1] || flags[2]);
-    return status;
+    fmi3Instance result = importer_open(at("hand.so"), token, by_steps, false);
+    assert_non_null(result);
+    assert_int_equal(errors, 1);
+    free(token);
+    warnings = errors = 0;
+    return result;
 }
 
 /* References of the model in motion at two places. */
@@ -485,6 +370,17 @@ static void test_derivatives(void **state)
     end(instance);
 }
 
+static void test_no_event_mode(void **state)
+{
+    (void)state;
+    end(instantiate(&motion, true));
+    char *token = between(at("modelDescription.xml"), "instantiationToken=\"", "\"");
+    assert_null(importer_open(at("hand.so"), token, true, true));
+    assert_int_equal(errors, 1);
+    dlclose(library);
+    free(token);
+}
+
 /* At rest s is an input, which may change in continuous time. */
 static void test_rest(void **state)
 {
@@ -514,10 +410,10 @@ int main(void)
         return 77;
     }
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_archive),     cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_compilers),   cmocka_unit_test(test_steps),
-        cmocka_unit_test(test_states),      cmocka_unit_test(test_exchange),
-        cmocka_unit_test(test_wrong_calls), cmocka_unit_test(test_derivatives),
-        cmocka_unit_test(test_rest)};
+        cmocka_unit_test(test_archive),       cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_compilers),     cmocka_unit_test(test_steps),
+        cmocka_unit_test(test_states),        cmocka_unit_test(test_exchange),
+        cmocka_unit_test(test_wrong_calls),   cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_no_event_mode), cmocka_unit_test(test_rest)};
     return cmocka_run_group_tests(tests, make_directory, remove_directory);
 }

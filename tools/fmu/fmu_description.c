@@ -165,7 +165,8 @@ static void put_variables(const fmu_model *m, FILE *file)
     fprintf(file, " causality=\"output\" variability=\"continuous\"/>\n  </ModelVariables>\n");
 }
 
-/* What the outputs depend on, as Output and as InitialUnknown. */
+/* What the outputs depend on, as Output and as InitialUnknown: the time, in motion, and s of their
+ * place; out_of_range on s of all. */
 static void put_structure(const fmu_model *m, FILE *file)
 {
     const char *time = fmu_input(m, "t") >= 0 ? "0 " : "";
@@ -177,7 +178,12 @@ static void put_structure(const fmu_model *m, FILE *file)
             fprintf(file, "    <%s valueReference=\"%d\" dependencies=\"%s%d\"/>\n", element,
                     first + i, time, 1 + i / m->output_count);
         }
-        fprintf(file, "    <%s valueReference=\"%d\"/>\n", element, first + outputs);
+        fprintf(file, "    <%s valueReference=\"%d\" dependencies=\"%s1", element, first + outputs,
+                time);
+        for (int k = 2; k <= m->place_count; k++) {
+            fprintf(file, " %d", k);
+        }
+        fprintf(file, "\"/>\n");
     }
     fprintf(file, "  </ModelStructure>\n");
 }

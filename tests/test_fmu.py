@@ -1,0 +1,73 @@
+"""FMUs as FMPy sees them: valid, and the same by both kinds of simulation and from their sources.
+
+    test_fmu.py FMU TABLE.csv [FMU TABLE.csv]...
+
+A table is what cpinn-eval says at the FMU's places and at equal steps of time from 0 on, in
+columns of the FMU's names. Exit status 77: there is no FMPy.
+"""
+import csv
+import os
+import shutil
+import subprocess
+import sys
+
+try:
+    import fmpy
+    import numpy
+    from fmpy.validation import validate_fmu
+except ImportError as error:
+    print("skipped:", error)
+    sys.exit(77)
+
+TOLERANCE = 1e-14  # of the largest number of a column
+
+
+def read_table(path):
+    with open(path, newline="") as file:
+        rows = list(csv.reader(line for line in file if not line.startswith("#")))
+    return {name: numpy.array([float(row[k]) for row in rows[1:]]) for k, name in enumerate(rows[0])}
+
+
+def compare(what, result, table):
+    worst = 0
+    assert (abs(result["time"] - table["t"]) <= 1e-12 * (1 + table["t"])).all(), "other times"
+    for name in result.dtype.names:
+        if name not in ("time", "out_of_range"):
+            scale = abs(table[name]).max() or 1
+            worst = max(worst, abs(result[name] - table[name]).max() / scale)
+    # FMPy adds up the time of steps, so it is off by roundings of it, and with it what moves fast
+    print(f"  {what}: off by {worst:.1e}")
+    assert worst <= 100 * TOLERANCE, what
+    assert (result["out_of_range"] == 0).all(), "out of range"
+
+
+def check(path, table):
+    print(path)
+    problems = validate_fmu(path)
+    assert not problems, problems
+    times = table["t"]
+    settings = {"start_time": times[0], "stop_time": times[-1] or 1, "validate": True,
+                "output_interval": times[1] - times[0] if times[-1] else 1}
+    if not times[-1]:  # at rest all times are the same
+        table = {name: numpy.repeat(column, 2) for name, column in table.items()}
+        table["t"] = numpy.array([0, 1])
+    for kind, solver in (("CoSimulation", None), ("ModelExchange", "CVode"),
+                         ("ModelExchange", "Euler")):
+        more = {"solver": solver} if solver else {}
+        result = fmpy.simulate_fmu(path, fmi_type=kind, **settings, **more)
+        compare(f"{kind} {solver or ''}", result, table)
+
+    folder = os.path.abspath(path) + ".unpacked"
+    fmpy.extract(path, folder)
+    shutil.rmtree(os.path.join(folder, "binaries"))
+    sources_only = os.path.abspath(path) + ".sources.fmu"
+    shutil.make_archive(sources_only, "zip", folder)
+    os.replace(sources_only + ".zip", sources_only)
+    subprocess.run([sys.executable, "-m", "fmpy.cli", "compile", sources_only], check=True,
+                   stdout=subprocess.DEVNULL)
+    compare("from sources", fmpy.simulate_fmu(sources_only, fmi_type="CoSimulation", **settings),
+            table)
+
+
+for fmu, csv_file in zip(sys.argv[1::2], sys.argv[2::2]):
+    check(fmu, read_table(csv_file))
