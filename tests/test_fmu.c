@@ -4,6 +4,7 @@
 #include "fmi_importer.h"
 #include "temporary_folder.h"
 
+#include "physics/model.h"
 #include "tools/fmu/fmu_parts.h"
 
 static const char header[] = "#ifndef HAND_H\n#define HAND_H\n"
@@ -151,6 +152,56 @@ static void test_refusals(void **state)
         assert_non_null(strstr(error.message, said[i]));
     }
     assert_int_equal(entries(0), 0);
+}
+
+static void test_no_compiler(void **state)
+{
+    (void)state;
+    ad_error error;
+    char note[FMU_NOTE], *path = strdup(getenv("PATH"));
+    bool compiled = true;
+    entries(1);
+    setenv("PATH", directory, 1);
+    assert_int_equal(fmu_write(&motion, at("hand.fmu"), &compiled, note, &error), AD_OK);
+    setenv("PATH", path, 1);
+    assert_false(compiled);
+    assert_non_null(strstr(note, "there is no compiler: cc: "));
+    assert_int_equal(unpack(at("hand.fmu")), 5);
+    free(path);
+}
+
+/* Every column of cpinn-eval has a unit in FMI and is described. */
+static void test_columns(void **state)
+{
+    (void)state;
+    scene scenes[3];
+    for (int i = 0; i < 3; i++) {
+        scene_defaults(&scenes[i]);
+    }
+    scenes[1].rod.model = SCENE_TIMOSHENKO;
+    scenes[2].tube_count = 4;
+    for (int i = 0; i < 3; i++) {
+        const scene_physics *physics = scene_physics_of(&scenes[i]);
+        fmu_variable outputs[MODEL_COLUMNS_MAX];
+        fmu_model m = motion;
+        for (int k = 0; k < physics->column_count; k++) {
+            outputs[k] = (fmu_variable){physics->columns[k].name, physics->columns[k].unit, 0, 0};
+        }
+        m.outputs = outputs;
+        m.output_count = physics->column_count;
+        char *text = NULL;
+        size_t size = 0;
+        ad_error error;
+        FILE *file = open_memstream(&text, &size);
+        assert_int_equal(fmu_put_description(&m, "0", file, &error), AD_OK);
+        fclose(file);
+        for (int k = 0; k < m.output_count; k++) {
+            char undescribed[64];
+            snprintf(undescribed, sizeof undescribed, "description=\"%s\"", outputs[k].name);
+            assert_null(strstr(text, undescribed));
+        }
+        free(text);
+    }
 }
 
 static void test_compilers(void **state)
@@ -411,6 +462,7 @@ int main(void)
     }
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_archive),       cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_no_compiler),   cmocka_unit_test(test_columns),
         cmocka_unit_test(test_compilers),     cmocka_unit_test(test_steps),
         cmocka_unit_test(test_states),        cmocka_unit_test(test_exchange),
         cmocka_unit_test(test_wrong_calls),   cmocka_unit_test(test_derivatives),

@@ -93,8 +93,7 @@ static bool write_file(const char *path, const fmu_file *file)
 static unsigned char *compile_in(const char *folder, const fmu_file *files, int count, size_t *size,
                                  char note[FMU_NOTE])
 {
-    static char paths[FILES_MAX][PATH_ROOM];
-    char library[PATH_ROOM], *sources[FILES_MAX];
+    char paths[FILES_MAX][PATH_ROOM] = {""}, library[PATH_ROOM], *sources[FILES_MAX];
     unsigned char *bytes = NULL;
     size_t whole;
     int source_count = 0;

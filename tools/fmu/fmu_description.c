@@ -25,8 +25,8 @@ enum { UNITS = sizeof units / sizeof *units };
 /* What columns are, by the beginning of their names; the first that fits. */
 static const struct {
     const char *begin, *text;
-} meanings[] = {{"theta", "twist of a tube against the backbone"},
-                {"mt", "torque within a tube"},
+} meanings[] = {{"theta", "angle of the tube about the backbone"},
+                {"mt", "twisting moment of the tube"},
                 {"slope_t", "angular velocity of the beam"},
                 {"slope", "slope of the beam"},
                 {"w_t", "velocity of the beam"},
