@@ -36,7 +36,7 @@ static const char rest_source[] =
     "    return hand_eval(in, out, memory);\n}\n";
 
 static const fmu_variable inputs[] = {{"s", "m", 0, 2}, {"t", "s", 0, 3}};
-static const fmu_variable motion_outputs[] = {{"x", "m", 0, 0}, {"vz", "m/s", 0, 0}};
+static const fmu_variable motion_outputs[] = {{"x", "m", 0, 0}, {"vz_ss", "m/s m^-2", 0, 0}};
 static const fmu_variable rest_outputs[] = {{"m1", "N m", 0, 0}};
 static const double places[] = {1.5, 2};
 
@@ -124,6 +124,14 @@ static void test_archive(void **state)
     write_model(&other); /* another FMU: another token */
     char *other_token = between(at("modelDescription.xml"), "instantiationToken=\"", "\"");
     assert_string_not_equal(token, other_token);
+    char *strange =
+        between(at("modelDescription.xml"), "<Unit name=\"1/(m.s)\"><BaseUnit", "/></U");
+    assert_string_equal(strange, " m=\"-1\" s=\"-1\"");
+    free(strange);
+    strange = between(at("modelDescription.xml"), "<Float64 name=\"vz_ss[2]\"", "causality");
+    assert_string_equal(strange, " valueReference=\"6\" unit=\"1/(m.s)\" description=\"derivative "
+                                 "by ss of: velocity, world frame\" ");
+    free(strange);
     free(token);
     free(other_token);
     free(description);
@@ -286,7 +294,7 @@ static void test_steps(void **state)
     assert_near(value, 1, 1e-15);
     assert_int_equal(warnings, 1);
     assert_int_equal(call(instance, "fmi3Terminate"), fmi3OK);
-    assert_motion(instance, 0.5, 6, 1); /* still readable */
+    assert_motion(instance, 0.5, 3, 1); /* still readable; as at the end of the range */
     assert_int_equal(step(instance, 6, 1, &reached), fmi3Error);
 
     assert_int_equal(call(instance, "fmi3Reset"), fmi3OK);
@@ -418,6 +426,7 @@ static void test_derivatives(void **state)
                          instance, unknowns, 3, knowns, 3, seed, 3, forward, 3),
                      fmi3OK);
     assert_near(forward[2], 5 / 2., 1e-15);
+    assert_near(forward[1], -2 * t * 2, 1e-14); /* s of that place is out: no derivative by it */
     end(instance);
 }
 

@@ -29,7 +29,7 @@ enum {
     FMU_MESSAGE = 256
 };
 
-/* How far beyond the ends of a range rounding may bring an input, as part of the range. */
+/* What rounding may bring an input beyond an end of its range, as part of the range. */
 #define FMU_ROUNDING 1e-9
 
 /* The states of the standard's state machine, as bits. */
@@ -108,43 +108,45 @@ static void fmu_unused(int count, ...)
 
 /* ---- the model ------------------------------------------------------------------------------ */
 
-/* The inputs of the model at a place; what is beyond a range by rounding is put on its end. */
-static void fmu_inputs(const fmu_instance *m, int place, double in[FMU_INPUTS])
+/* By how much the input `i` of a place is out of its range, as part of the range: above it more
+ * than 0, below less; rounding is 0. */
+static double fmu_beyond(const fmu_instance *m, int place, int i)
 {
-    int i;
-    for (i = 0; i < FMU_INPUTS; i++) {
-        double rounding = FMU_ROUNDING * (fmu_upper[i] - fmu_lower[i]);
-        in[i] = i == FMU_S ? m->now.s[place] : m->now.time;
-        if (in[i] > fmu_upper[i] && in[i] <= fmu_upper[i] + rounding) {
-            in[i] = fmu_upper[i];
-        }
-        if (in[i] < fmu_lower[i] && in[i] >= fmu_lower[i] - rounding) {
-            in[i] = fmu_lower[i];
-        }
-    }
+    double value = i == FMU_S ? m->now.s[place] : m->now.time;
+    double end = value > fmu_upper[i] ? fmu_upper[i] : value < fmu_lower[i] ? fmu_lower[i] : value;
+    double out = (value - end) / (fmu_upper[i] - fmu_lower[i]);
+    return fabs(out) > FMU_ROUNDING ? out : 0;
 }
 
-/* By how much the input of a place that is furthest out of its range is that, as part of the range;
- * slope[0] is the derivative of that by the time, slope[1 + place] by each s. */
+/* Of the input that is furthest out; slope[0] is its derivative by the time, slope[1 + place] by
+ * each s. */
 static double fmu_excess(const fmu_instance *m, double slope[1 + FMU_PLACES])
 {
-    double worst = 0, in[FMU_INPUTS];
+    double worst = 0;
     int place, i;
     memset(slope, 0, (1 + FMU_PLACES) * sizeof *slope);
     for (place = 0; place < FMU_PLACES; place++) {
-        fmu_inputs(m, place, in);
         for (i = 0; i < FMU_INPUTS; i++) {
-            double range = fmu_upper[i] - fmu_lower[i];
-            double above = (in[i] - fmu_upper[i]) / range, below = (fmu_lower[i] - in[i]) / range;
-            double out = above > below ? above : below;
-            if (out > worst) {
-                worst = out;
+            double out = fmu_beyond(m, place, i);
+            if (fabs(out) > worst) {
+                worst = fabs(out);
                 memset(slope, 0, (1 + FMU_PLACES) * sizeof *slope);
-                slope[i == FMU_S ? 1 + place : 0] = (above > below ? 1 : -1) / range;
+                slope[i == FMU_S ? 1 + place : 0] =
+                    (out > 0 ? 1 : -1) / (fmu_upper[i] - fmu_lower[i]);
             }
         }
     }
     return worst;
+}
+
+/* The inputs of the model at a place; those out of their range are put on its end. */
+static void fmu_inputs(const fmu_instance *m, int place, double in[FMU_INPUTS])
+{
+    int i;
+    for (i = 0; i < FMU_INPUTS; i++) {
+        in[i] = i == FMU_S ? m->now.s[place] : m->now.time;
+        in[i] = in[i] > fmu_upper[i] ? fmu_upper[i] : in[i] < fmu_lower[i] ? fmu_lower[i] : in[i];
+    }
 }
 
 /* Told once, as a status too, because the importer may not want messages. */
@@ -156,9 +158,10 @@ static fmi3Status fmu_warn(fmu_instance *m)
     }
     m->warned = 1;
     if (m->logs_warnings && m->log) {
-        m->log(m->environment, fmi3Warning, "logStatusWarning",
-               "s or the time is beyond what the model was trained for: its outputs are not to be "
-               "trusted there (output out_of_range)");
+        m->log(
+            m->environment, fmi3Warning, "logStatusWarning",
+            "s or the time is beyond what the model was trained for: outputs stay as they are at "
+            "the end of its range (see out_of_range)");
     }
     return fmi3Warning;
 }
@@ -257,7 +260,7 @@ static double fmu_partial(const fmu_instance *m, fmi3ValueReference unknown,
                           fmi3ValueReference known)
 {
     double slope[1 + FMU_PLACES];
-    int output = (int)unknown - FMU_FIRST_OUTPUT, place = output / FMU_OUTPUTS;
+    int output = (int)unknown - FMU_FIRST_OUTPUT, place = output / FMU_OUTPUTS, input;
     if (unknown == FMU_OUT_OF_RANGE) {
         fmu_excess(m, slope);
         return slope[known];
@@ -265,7 +268,8 @@ static double fmu_partial(const fmu_instance *m, fmi3ValueReference unknown,
     if (known == 0 ? FMU_TIME < 0 : (int)known - 1 != place) {
         return 0;
     }
-    return m->jacobians[place][output % FMU_OUTPUTS][known == 0 ? FMU_TIME : FMU_S];
+    input = known == 0 ? FMU_TIME : FMU_S;
+    return fmu_beyond(m, place, input) != 0 ? 0 : m->jacobians[place][output % FMU_OUTPUTS][input];
 }
 
 /* J seed, or with `adjoint` J^T seed; J [unknowns][knowns] has the derivatives of outputs by the

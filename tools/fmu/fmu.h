@@ -9,9 +9,10 @@
  * All variables are scalars of type Float64, which every importer takes: of several places, "x[1]"
  * and "x[2]" are the x of the first and the second. The number of places is fixed, for few
  * importers know arrays whose size is a structural parameter. In motion s is a tunable parameter
- * of each place, at rest it is an input. out_of_range, 0 within the ranges of the model and beyond
- * them by how much of a range they are left, is continuous: a Boolean could only change in events,
- * of which there are none. */
+ * of each place, at rest it is an input. Beyond the ranges of the model
+ * outputs stay as at their ends, a warning tells it once, and out_of_range is by how much of a
+ * range it is left, else 0: that is continuous: a Boolean could only change in events, of which
+ * there are none. */
 #ifndef TOOLS_FMU_FMU_H
 #define TOOLS_FMU_FMU_H
 

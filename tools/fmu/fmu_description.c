@@ -2,25 +2,23 @@
  * sections 2.4, 3.4 and 4.4. */
 #include "tools/fmu/fmu_parts.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- words of FMI ---------------------------------------------------------------------------- */
 
-/* Units of columns, their names in FMI (the grammar of Modelica) and exponents of SI units. */
+/* What units are put together from, and the exponents of kg, m, s and rad in each. */
+enum { BASES = 4, SYMBOLS = 4 };
+static const char *const bases[BASES] = {"kg", "m", "s", "rad"};
 static const struct {
-    const char *unit, *name, *exponents;
-} units[] = {{"", "1", ""},
-             {"m", "m", " m=\"1\""},
-             {"s", "s", " s=\"1\""},
-             {"1/m", "1/m", " m=\"-1\""},
-             {"1/s", "1/s", " s=\"-1\""},
-             {"m/s", "m/s", " m=\"1\" s=\"-1\""},
-             {"N", "N", " kg=\"1\" m=\"1\" s=\"-2\""},
-             {"N m", "N.m", " kg=\"1\" m=\"2\" s=\"-2\""},
-             {"rad", "rad", " rad=\"1\""},
-             {"rad/s", "rad/s", " s=\"-1\" rad=\"1\""}};
+    const char *symbol;
+    int exponents[BASES];
+} symbols[SYMBOLS] = {{"N", {1, 1, -2, 0}}, {"m", {0, 1}}, {"rad", {0, 0, 0, 1}}, {"s", {0, 0, 1}}};
 
-enum { UNITS = sizeof units / sizeof *units };
+/* Powers of the symbols. */
+typedef struct unit {
+    int powers[SYMBOLS];
+} unit;
 
 /* What columns are, by the beginning of their names; the first that fits. */
 static const struct {
@@ -48,23 +46,76 @@ static const struct {
                 {"V", "shear force"},
                 {"M", "bending moment"}};
 
-static int unit_index(const char *unit)
+/* Of "N m s^-1", "1/m", "" and their like; false: something in it is not known. */
+static bool read_unit(const char *text, unit *u)
 {
-    int i = 0;
-    while (i < UNITS && strcmp(unit, units[i].unit) != 0) {
-        i++;
+    int sign = 1;
+    memset(u, 0, sizeof *u);
+    while (*text) {
+        size_t length = strcspn(text, " /^");
+        int k = 0, power = 1;
+        while (k < SYMBOLS && (strlen(symbols[k].symbol) != length ||
+                               strncmp(text, symbols[k].symbol, length) != 0)) {
+            k++;
+        }
+        if (k == SYMBOLS && (length != 1 || *text != '1')) {
+            return false;
+        }
+        text += length;
+        if (*text == '^') {
+            char *end;
+            power = (int)strtol(text + 1, &end, 10);
+            text = end;
+        }
+        if (k < SYMBOLS) {
+            u->powers[k] += sign * power;
+        }
+        sign = *text == '/' ? -1 : 1; /* of the next symbol alone */
+        text += *text != 0;
     }
-    return i;
+    return true;
 }
 
-static const char *meaning(const char *name)
+/* Those above or below the line, "N.m" or "(m.s2)"; the grammar is that of Modelica. */
+static int put_symbols(FILE *file, const unit *u, int sign)
 {
-    for (size_t i = 0; i < sizeof meanings / sizeof *meanings; i++) {
-        if (strncmp(name, meanings[i].begin, strlen(meanings[i].begin)) == 0) {
-            return meanings[i].text;
+    int count = 0, done = 0;
+    for (int k = 0; k < SYMBOLS; k++) {
+        count += sign * u->powers[k] > 0;
+    }
+    fprintf(file, "%s", sign > 0 ? (count ? "" : "1") : count > 1 ? "/(" : count ? "/" : "");
+    for (int k = 0; k < SYMBOLS; k++) {
+        if (sign * u->powers[k] > 0) {
+            fprintf(file, "%s%s", done++ ? "." : "", symbols[k].symbol);
+            if (sign * u->powers[k] > 1) {
+                fprintf(file, "%d", sign * u->powers[k]);
+            }
         }
     }
-    return name;
+    return count;
+}
+
+static void put_unit_name(FILE *file, const unit *u)
+{
+    put_symbols(file, u, 1);
+    if (put_symbols(file, u, -1) > 1) {
+        fputc(')', file);
+    }
+}
+
+/* "position, world frame", "derivative by tt of: position, world frame" */
+static void describe(const char *name, char *text, size_t size)
+{
+    const char *orders = strchr(name, '_'), *found = name;
+    for (size_t i = 0; i < sizeof meanings / sizeof *meanings && found == name; i++) {
+        size_t length = strlen(meanings[i].begin);
+        if (strncmp(name, meanings[i].begin, length) == 0) {
+            found = meanings[i].text;
+            orders = strchr(name + length, '_');
+        }
+    }
+    snprintf(text, size, "%s%s%s%s", orders ? "derivative by " : "", orders ? orders + 1 : "",
+             orders ? " of: " : "", found);
 }
 
 int fmu_input(const fmu_model *model, const char *name)
@@ -98,40 +149,69 @@ static void put_attribute(FILE *file, const char *name, const char *text)
     fputc('"', file);
 }
 
+static void put_unit(FILE *file, const unit *u)
+{
+    fprintf(file, "    <Unit name=\"");
+    put_unit_name(file, u);
+    fprintf(file, "\"><BaseUnit");
+    for (int b = 0; b < BASES; b++) {
+        int exponent = 0;
+        for (int k = 0; k < SYMBOLS; k++) {
+            exponent += u->powers[k] * symbols[k].exponents[b];
+        }
+        if (exponent) {
+            fprintf(file, " %s=\"%d\"", bases[b], exponent);
+        }
+    }
+    fprintf(file, "/></Unit>\n");
+}
+
+/* Each unit once: those of the variables, unless one before has it. */
 static ad_status put_units(const fmu_model *m, FILE *file, ad_error *error)
 {
-    bool used[UNITS + 1] = {false};
-    used[unit_index("")] = used[unit_index("s")] = true;
-    for (int i = 0; i < m->input_count + m->output_count; i++) {
-        const fmu_variable *v =
-            i < m->input_count ? &m->inputs[i] : &m->outputs[i - m->input_count];
-        used[unit_index(v->unit)] = true;
-        if (unit_index(v->unit) == UNITS) {
-            return ad_fail(error, AD_BAD_ARGUMENT, "%s: no unit of FMI is known for '%s'", v->name,
-                           v->unit);
-        }
-    }
+    static const fmu_variable own[] = {{"out_of_range", "", 0, 0}, {"time", "s", 0, 0}};
+    enum { OWN = sizeof own / sizeof *own };
+    int count = OWN + m->input_count + m->output_count, used = 0;
+    unit *list = calloc((size_t)count, sizeof *list);
+    ad_status status = list ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for units");
     fprintf(file, "  <UnitDefinitions>\n");
-    for (int i = 0; i < UNITS; i++) {
-        if (used[i]) {
-            fprintf(file, "    <Unit name=\"%s\"><BaseUnit%s/></Unit>\n", units[i].name,
-                    units[i].exponents);
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        const fmu_variable *v = i < OWN                    ? &own[i]
+                                : i < OWN + m->input_count ? &m->inputs[i - OWN]
+                                                           : &m->outputs[i - OWN - m->input_count];
+        unit *u = &list[used];
+        int same = 0;
+        if (!read_unit(v->unit, u)) {
+            status = ad_fail(error, AD_BAD_ARGUMENT, "%s: no unit of FMI is known for '%s'",
+                             v->name, v->unit);
+            break;
+        }
+        while (memcmp(&list[same], u, sizeof *u) != 0) {
+            same++;
+        }
+        if (same == used) {
+            put_unit(file, &list[used++]);
         }
     }
+    free(list);
     fprintf(file, "  </UnitDefinitions>\n");
-    return AD_OK;
+    return status;
 }
 
 /* Begins <Float64 name="x[2]" valueReference="7" description="..." unit="m" */
 static void put_variable(const fmu_model *m, FILE *file, const char *name, int place, int reference,
-                         const char *description, const char *unit)
+                         const char *description, const char *unit_text)
 {
+    unit u;
     char of_place[16] = "";
     if (place >= 0 && m->place_count > 1) {
         snprintf(of_place, sizeof of_place, "[%d]", place + 1);
     }
-    fprintf(file, "    <Float64 name=\"%s%s\" valueReference=\"%d\" unit=\"%s\"", name, of_place,
-            reference, units[unit_index(unit)].name);
+    read_unit(unit_text, &u);
+    fprintf(file, "    <Float64 name=\"%s%s\" valueReference=\"%d\" unit=\"", name, of_place,
+            reference);
+    put_unit_name(file, &u);
+    fputc('"', file);
     put_attribute(file, "description", description);
 }
 
@@ -153,7 +233,9 @@ static void put_variables(const fmu_model *m, FILE *file)
     for (int k = 0; k < m->place_count; k++) {
         for (int i = 0; i < m->output_count; i++) {
             const fmu_variable *v = &m->outputs[i];
-            put_variable(m, file, v->name, k, reference++, meaning(v->name), v->unit);
+            char text[128];
+            describe(v->name, text, sizeof text);
+            put_variable(m, file, v->name, k, reference++, text, v->unit);
             fprintf(file, " causality=\"output\" variability=\"continuous\"/>\n");
         }
     }
