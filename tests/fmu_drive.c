@@ -1,17 +1,22 @@
 /* Runs an FMU over the points of a table that cpinn-eval has written, and compares.
  *   fmu_drive LIBRARY MODEL_DESCRIPTION POINTS.csv
- * Outputs have to be the columns to 1e-14 of the largest number of a column, derivatives those by
- * central differences. Exit status 1: they are not, or a function fails. */
+ * Outputs have to be the columns, derivatives those by central differences. Exit status 1: they are
+ * not, or a function fails. */
 #include "fmi_importer.h"
 
 #include "tools/files/table_file.h"
 
 #include <stdio.h>
 
-/* References of an FMU of one place: 0 the time, 1 s, then the outputs. Central differences of
- * 1e-4 of a range: truncated 1e-8, of changes over that range of up to some hundred times. */
+/* References of an FMU of one place: 0 the time, 1 s, then the outputs. Central differences over
+ * 1e-4 of a range: off by a sixth of 1e-8 times a third derivative, in units of the range, and by
+ * 1e-16 / 1e-4 of rounding. */
 enum { FIRST = 2, COLUMNS_MAX = 64 };
-static const double step_part = 1e-4, difference_tolerance = 1e-3;
+static const double step_part = 1e-4, difference_tolerance = 1e-5;
+
+/* The C of a network sums in another order than cpinn-eval and has its own tanh; forces and moments
+ * multiply that by what cancels in them, some hundred roundings in all. */
+static const double tolerance = 1e-13;
 
 static const table_file *points;
 static int columns;
@@ -84,8 +89,8 @@ static void test_drive(void **state)
     fmi3Instance instance = importer_open(arguments[1], token, true, false);
     free(token);
     assert_non_null(instance);
-    assert_int_equal(initialize(instance, t[0]), fmi3OK);
     read_columns(arguments[2]);
+    assert_int_equal(initialize(instance, t[0]), fmi3OK);
     const double range[2] = {t[rows - 1] - t[0], s[rows - 1] - s[0]};
     for (size_t i = 0; i < rows; i++) {
         outputs(instance, s[i], t[i], result);
@@ -100,7 +105,7 @@ static void test_drive(void **state)
     }
     printf("%zu points, %d outputs: off by %.1e, derivatives by %.1e\n", rows, columns, worst,
            worst_slope);
-    assert_true(worst <= 1e-14);
+    assert_true(worst <= tolerance);
     assert_true(worst_slope <= difference_tolerance);
     assert_int_equal(warnings + errors, 0);
     end(instance);

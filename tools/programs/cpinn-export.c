@@ -1,4 +1,4 @@
-/* cpinn-export: a trained network as C; see --help. */
+/* cpinn-export: a trained network as C or as an FMU; see --help. */
 #include "tools/files/file_bytes.h"
 #include "tools/programs/cli.h"
 #include "tools/programs/export.h"
@@ -14,7 +14,9 @@ static const char program[] = "cpinn-export";
 
 static const char summary[] =
     "Write a trained rod, a folder that cpinn-train wrote or a checkpoint in it, as C that needs\n"
-    "nothing but libm: for a control loop, a simulation, a microcontroller.";
+    "nothing but libm: for a control loop, a simulation, a microcontroller; or as an FMU, the same "
+    "C\n"
+    "for Simulink, Dymola, OpenModelica and whatever else imports FMI 3.0.";
 
 static const char epilogue[] =
     "OUT is a path whose last part is a C identifier, NAME, with or without .c: OUT.c, OUT.h and\n"
@@ -37,27 +39,47 @@ static const char epilogue[] =
     "  cc -std=c99 -O2 -o selftest arm.c arm_selftest.c -lm && ./selftest\n"
     "  cpinn-export runs/soft_arm --c arm_tip --single --columns 'x z vx vz'\n"
     "\n"
+    "OUT.fmu has model exchange and co-simulation, as sources and, by cc, as a library for\n"
+    "this machine. Its outputs are these columns at the places s, which are parameters to be\n"
+    "tuned in motion and inputs at rest; of several places they are called x[1], x[2] and so\n"
+    "on. Beyond the range of the model they stay as at its end, out_of_range is more than 0,\n"
+    "and a warning says so once. There are derivatives by s and the time, too.\n"
+    "\n"
+    "  cpinn-export runs/soft_arm --fmu arm.fmu\n"
+    "  cpinn-export runs/soft_arm --fmu arm3.fmu --places 0.1,0.2,0.3\n"
+    "\n"
     "Exit status: 0, whatever the verdict on training says; 1 if a value is not finite, the C "
     "does\n"
     "not compute what cpinn does, or what was printed could not be written; 2 with one line that\n"
     "says what is wrong with the input, or where a file cannot be written.";
 
-enum { FILES = 3 };
-static const char *const endings[FILES] = {".c", ".h", "_selftest.c"};
+enum { TEXTS = 3, FMU = TEXTS, FILES };
+static const char *const endings[FILES] = {".c", ".h", "_selftest.c", ".fmu"};
 
 typedef struct options {
-    const char *run, *c, *columns;
+    const char *run, *c, *fmu, *columns, *places;
     bool single, force;
 } options;
 
 typedef struct texts {
-    char *text[FILES];
-    size_t size[FILES];
+    char *text[TEXTS];
+    size_t size[TEXTS];
 } texts;
+
+/* What is written: OUT, and which files. */
+static const char *out_of(const options *o)
+{
+    return o->fmu ? o->fmu : o->c;
+}
+
+static bool writes(const options *o, int file)
+{
+    return (file == FMU) == (o->fmu != NULL);
+}
 
 static void texts_free(texts *t)
 {
-    for (int i = 0; i < FILES; i++) {
+    for (int i = 0; i < TEXTS; i++) {
         free(t->text[i]);
         t->text[i] = NULL;
     }
@@ -65,22 +87,23 @@ static void texts_free(texts *t)
 
 /* ---- names ---------------------------------------------------------------------------------- */
 
-/* OUT without .c: its length, and its last part as the name. */
-static ad_status read_name(const char *out, size_t *length, char name[EXPORT_NAME_MAX + 1],
+/* OUT without .c or .fmu: its length, and its last part as the name. */
+static ad_status read_name(const options *o, size_t *length, char name[EXPORT_NAME_MAX + 1],
                            ad_error *error)
 {
-    const char *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
-    size_t count = strlen(base);
-    count -= count > 2 && strcmp(base + count - 2, ".c") == 0 ? 2 : 0;
+    const char *out = out_of(o), *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
+    const char *ending = endings[o->fmu ? FMU : 0];
+    size_t count = strlen(base), end = strlen(ending);
+    count -= count > end && strcmp(base + count - end, ending) == 0 ? end : 0;
     bool ok = count > 0 && count <= EXPORT_NAME_MAX && !isdigit((unsigned char)base[0]);
     for (size_t i = 0; i < count; i++) {
         ok = ok && (base[i] == '_' || isalnum((unsigned char)base[i]));
     }
     if (!ok) {
         return ad_fail(error, AD_BAD_ARGUMENT,
-                       "--c %s: functions cannot be called %.*s; allowed: up to %d letters, digits "
+                       "%s %s: functions cannot be called %.*s; allowed: up to %d letters, digits "
                        "and _, the first no digit",
-                       out, (int)count, base, EXPORT_NAME_MAX);
+                       o->fmu ? "--fmu" : "--c", out, (int)count, base, EXPORT_NAME_MAX);
     }
     snprintf(name, EXPORT_NAME_MAX + 1, "%.*s", (int)count, base);
     *length = (size_t)(base - out) + count;
@@ -104,7 +127,10 @@ static ad_status check_paths(const options *o, size_t length, ad_error *error)
 {
     ad_status status = AD_OK;
     for (int i = 0; i < FILES && status == AD_OK; i++) {
-        char *path = path_of(o->c, length, i, error);
+        if (!writes(o, i)) {
+            continue;
+        }
+        char *path = path_of(out_of(o), length, i, error);
         status = path ? file_bytes_check(path, error) : AD_NO_MEMORY;
         if (status == AD_OK && !o->force && access(path, F_OK) == 0) {
             status = ad_fail(error, AD_IO, "%s: there is such a file already; --force replaces it",
@@ -139,22 +165,27 @@ static ad_status write_text(export_model *x, texts *t, int file, ad_error *error
 static ad_status write_texts(export_model *x, texts *t, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (int i = 0; i < FILES && status == AD_OK; i++) {
+    for (int i = 0; i < TEXTS && status == AD_OK; i++) {
         status = write_text(x, t, i, error);
     }
     return status;
 }
 
 /* Each file is whole or not there; the header, which the others need, comes last. */
-static ad_status put_files(const options *o, size_t length, const texts *t, ad_error *error)
+static ad_status put_files(const export_model *x, const options *o, size_t length, const texts *t,
+                           ad_error *error)
 {
-    static const int order[FILES] = {2, 0, 1};
+    static const int order[FILES] = {2, 0, 1, FMU};
     ad_status status = AD_OK;
     for (int i = 0; i < FILES && status == AD_OK; i++) {
         int file = order[i];
-        char *path = path_of(o->c, length, file, error);
-        status =
-            path ? file_bytes_write(path, t->text[file], t->size[file], 1, error) : AD_NO_MEMORY;
+        if (!writes(o, file)) {
+            continue;
+        }
+        char *path = path_of(out_of(o), length, file, error);
+        status = !path         ? AD_NO_MEMORY
+                 : file == FMU ? export_write_fmu(x, t->text[0], t->text[1], o->places, path, error)
+                               : file_bytes_write(path, t->text[file], t->size[file], 1, error);
         free(path);
     }
     return status;
@@ -180,8 +211,8 @@ static void report(const export_model *x, const options *o, size_t length)
         value = fmax(value, x->measured.values[i]);
         jacobian = fmax(jacobian, x->measured.jacobian[i]);
     }
-    printf("wrote %.*s.c, .h and _selftest.c: %d inputs, %d outputs, %zu numbers of memory\n",
-           (int)length, o->c, x->inputs, x->outputs, x->memory);
+    printf("wrote %.*s%s: %d inputs, %d outputs, %zu numbers of memory\n", (int)length, out_of(o),
+           o->fmu ? ".fmu" : ".c, .h and _selftest.c", x->inputs, x->outputs, x->memory);
     if (!isnan(x->measured.values[0])) {
         printf("checked by cc: values to %.1e, derivatives to %.1e of their scales\n", value,
                jacobian);
@@ -213,7 +244,7 @@ static ad_status run(export_model *x, const options *o, size_t length, texts *t,
     if (status == AD_OK) {
         status = check(x, t, error);
     }
-    return status == AD_OK ? put_files(o, length, t, error) : status;
+    return status == AD_OK ? put_files(x, o, length, t, error) : status;
 }
 
 int main(int argc, char **argv)
@@ -225,6 +256,9 @@ int main(int argc, char **argv)
     ad_error error = {AD_OK, ""};
     const cli_option list[] = {
         {"--c", "OUT", CLI_TEXT, &o.c, 0, 0, "write OUT.c, OUT.h and OUT_selftest.c"},
+        {"--fmu", "OUT", CLI_TEXT, &o.fmu, 0, 0, "write OUT.fmu instead, see below"},
+        {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0,
+         "where an FMU has its outputs, arc lengths in m; default: the tip"},
         {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0,
          "these alone, separated by spaces or commas: columns of cpinn-eval, r\n"
          "or q for those of position or rotation, derivatives as in x_s, r_tt"},
@@ -237,11 +271,16 @@ int main(int argc, char **argv)
     if (status != CLI_RUN) {
         return status;
     }
-    if (!o.c) {
-        return cli_fail(program, "nothing would be written; give --c OUT");
+    if (!o.c == !o.fmu) {
+        return cli_fail(program, o.c ? "--c and --fmu are given; allowed: one of the two"
+                                     : "nothing would be written; give --c OUT or --fmu OUT");
+    }
+    if (o.c ? o.places != NULL : o.single) {
+        return cli_fail(program, o.c ? "--places is for --fmu alone"
+                                     : "--single is for --c alone; FMUs have double precision");
     }
     status = 0;
-    if (read_name(o.c, &length, x.name, &error) != AD_OK) {
+    if (read_name(&o, &length, x.name, &error) != AD_OK) {
         return cli_fail_error(program, &error);
     }
     x.single = o.single;

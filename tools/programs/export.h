@@ -55,4 +55,10 @@ void export_write_selftest(const export_model *x, FILE *file);
 ad_status export_check(export_model *x, const char *source, const char *header,
                        const char *selftest, ad_error *error);
 
+/* Writes the texts of NAME.c and NAME.h as an FMU, tools/fmu/fmu.h, with outputs at `places`, arc
+ * lengths in m separated by commas; NULL: at the end of the rod. Says on stderr when there is no
+ * compiler for it. Errors as fmu_write. */
+ad_status export_write_fmu(const export_model *x, const char *source, const char *header,
+                           const char *places, const char *path, ad_error *error);
+
 #endif
