@@ -198,6 +198,19 @@ static ad_status put_units(const fmu_model *m, FILE *file, ad_error *error)
     return status;
 }
 
+/* NAME="VALUE", by as few digits as give the same number again. */
+static void put_number(FILE *file, const char *name, double value)
+{
+    char text[32];
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value) {
+            break;
+        }
+    }
+    put_attribute(file, name, text);
+}
+
 /* Begins <Float64 name="x[2]" valueReference="7" description="..." unit="m" */
 static void put_variable(const fmu_model *m, FILE *file, const char *name, int place, int reference,
                          const char *description, const char *unit_text)
@@ -225,10 +238,12 @@ static void put_variables(const fmu_model *m, FILE *file)
     fprintf(file, " causality=\"independent\" variability=\"continuous\"/>\n");
     for (int k = 0; k < m->place_count; k++) {
         put_variable(m, file, "s", k, reference++, "arc length of the place", s->unit);
-        fprintf(file, " causality=\"%s\" variability=\"%s\"%s min=\"%.17g\" max=\"%.17g\" ",
-                motion ? "parameter" : "input", motion ? "tunable" : "continuous",
-                motion ? " initial=\"exact\"" : "", s->lower, s->upper);
-        fprintf(file, "start=\"%.17g\"/>\n", m->places[k]);
+        fprintf(file, " causality=\"%s\" variability=\"%s\"%s", motion ? "parameter" : "input",
+                motion ? "tunable" : "continuous", motion ? " initial=\"exact\"" : "");
+        put_number(file, "min", s->lower);
+        put_number(file, "max", s->upper);
+        put_number(file, "start", m->places[k]);
+        fprintf(file, "/>\n");
     }
     for (int k = 0; k < m->place_count; k++) {
         for (int i = 0; i < m->output_count; i++) {
@@ -296,8 +311,10 @@ ad_status fmu_put_description(const fmu_model *m, const char *token, FILE *file,
         "    <Category name=\"logStatusWarning\" description=\"outside of the ranges\"/>\n"
         "    <Category name=\"logStatusError\" description=\"calls that cannot be answered\"/>\n"
         "  </LogCategories>\n");
-    fprintf(file, "  <DefaultExperiment startTime=\"%.17g\" stopTime=\"%.17g\"/>\n",
-            t >= 0 ? m->inputs[t].lower : 0, t >= 0 ? m->inputs[t].upper : 1);
+    fprintf(file, "  <DefaultExperiment");
+    put_number(file, "startTime", t >= 0 ? m->inputs[t].lower : 0);
+    put_number(file, "stopTime", t >= 0 ? m->inputs[t].upper : 1);
+    fprintf(file, "/>\n");
     put_variables(m, file);
     put_structure(m, file);
     fprintf(file, "</fmiModelDescription>\n");
