@@ -1,4 +1,5 @@
-"""FMUs as FMPy sees them: valid, and the same by both kinds of simulation and from their sources.
+"""FMUs as FMPy sees them: valid, of the standard's headers, and the same by both kinds of simulation
+and from their sources.
 
     test_fmu.py FMU TABLE.csv [FMU TABLE.csv]...
 
@@ -61,6 +62,12 @@ def check(path, table):
     folder = os.path.abspath(path) + ".unpacked"
     fmpy.extract(path, folder)
     shutil.rmtree(os.path.join(folder, "binaries"))
+    # by the standard's own headers, which declare every function as well
+    headers = os.path.join(os.path.dirname(fmpy.__file__), "c-code")
+    subprocess.run("cc -std=c99 -Wall -Wextra -Werror -fPIC -shared -DFMU_STANDARD_HEADERS "
+                   f"-I'{headers}' -o standard.so sources/*.c -lm", shell=True, check=True,
+                   cwd=folder)
+    os.remove(os.path.join(folder, "standard.so"))
     sources_only = os.path.abspath(path) + ".sources.fmu"
     shutil.make_archive(sources_only, "zip", folder)
     os.replace(sources_only + ".zip", sources_only)

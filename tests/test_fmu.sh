@@ -51,6 +51,10 @@ for case in rest:resting:11 motion:moving:5x4; do
     grep 'points,' stdout.txt
 done
 
+run 0 env PATH="$BIN" cpinn-export motion --fmu bare --columns x
+said stderr.txt '^cpinn-export: warning: bare.fmu has sources only: there is no compiler, cc$'
+check no library is in it -- test "$(cmake -E tar tf bare.fmu | grep -c binaries)" = 0
+
 # ---- refusals -----------------------------------------------------------------------------------
 
 before=$(cksum <moving.fmu)
