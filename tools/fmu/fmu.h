@@ -7,12 +7,12 @@
  *   binaries/PLATFORM/NAME.so
  *
  * All variables are scalars of type Float64, which every importer takes: of several places, "x[1]"
- * and "x[2]" are the x of the first and the second. The number of places is fixed, for few
- * importers know arrays whose size is a structural parameter. In motion s is a tunable parameter
- * of each place, at rest it is an input. Beyond the ranges of the model
- * outputs stay as at their ends, a warning tells it once, and out_of_range is by how much of a
- * range it is left, else 0: that is continuous: a Boolean could only change in events, of which
- * there are none. */
+ * and "x[2]" are the x of the first and the second. The number of places is fixed at export: a size
+ * that is a structural parameter is beyond most importers (FMPy 0.3.32 fails as soon as it is
+ * changed). In motion s of each place is a parameter that can be tuned, at rest an input. Beyond
+ * the ranges of the model outputs stay as they are at the nearer end; a warning is logged once, and
+ * the output out_of_range is by how much of a range it has been left, else 0. It is a continuous
+ * number, because a Boolean could change in events only, and there are none. */
 #ifndef TOOLS_FMU_FMU_H
 #define TOOLS_FMU_FMU_H
 
