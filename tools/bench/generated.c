@@ -36,7 +36,7 @@ static const struct {
                   {"mx_cse", "CasADi, MX, cse"},
                   {"mx_hand", "CasADi, MX, cse, tangents by hand"}};
 
-typedef void our_function(const double *const *inputs, double *const *outputs);
+typedef void our_function(const double *x, double *y, double *w);
 typedef int their_function(const double **inputs, double **outputs, long long *iw, double *w,
                            int memory);
 typedef int their_sizes(long long *arg, long long *res, long long *iw, long long *w);
@@ -57,7 +57,8 @@ typedef struct options {
 
 /* ---- writing -------------------------------------------------------------------------------- */
 
-static ad_status write_ours(const char *path, const double *x, ad_error *error)
+/* Both functions need `memory` numbers of workspace. */
+static ad_status write_ours(const char *path, const double *x, size_t *memory, ad_error *error)
 {
     ad_tape *tape = ad_tape_create();
     ad_pool *pool = ad_pool_create(1);
@@ -80,15 +81,23 @@ static ad_status write_ours(const char *path, const double *x, ad_error *error)
         results[1 + i] = along[1];
     }
     results[0] = y;
-    for (int task = 0; status == AD_OK && task < TASKS; task++) {
-        char name[32];
-        snprintf(name, sizeof name, "ours_%s", tasks[task]);
-        ad_program *now = NULL;
-        const double *const none[] = {NULL}; /* uniform values */
-        const ad_c_options o = {.name = name, .points = 1, .parameters = x, .uniforms = none};
-        status = ad_compile(task == VALUE ? 1 : 1 + INPUTS, results, NULL, pool, &now, error);
-        status = status == AD_OK ? ad_write_c(now, &o, file, error) : status;
-        ad_program_free(now);
+    static const char *const names[TASKS] = {"ours_value", "ours_jacobian"};
+    const double *const none[] = {NULL}; /* uniform values */
+    ad_c_options about[TASKS];
+    ad_program *programs[TASKS] = {NULL};
+    for (int task = 0; task < TASKS; task++) {
+        about[task] =
+            (ad_c_options){names[task], 1, 1, &x, (const double *const *const[]){none}, 0};
+        if (status == AD_OK) {
+            status = ad_compile(task == VALUE ? 1 : 1 + INPUTS, results, NULL, pool,
+                                &programs[task], error);
+        }
+    }
+    if (status == AD_OK) {
+        status = ad_write_c(TASKS, programs, about, false, file, memory, error);
+    }
+    for (int task = 0; task < TASKS; task++) {
+        ad_program_free(programs[task]);
     }
     if (file && fclose(file) != 0 && status == AD_OK) {
         status = ad_fail(error, AD_IO, "%s: cannot be written", path);
@@ -127,7 +136,8 @@ static void *compile(const char *folder, const char *name)
 }
 
 /* Libraries and memory stay until the end. */
-static bool load(const char *folder, int form, int task, side *s)
+/* Ours needs `memory` numbers. */
+static bool load(const char *folder, int form, int task, size_t memory, side *s)
 {
     char name[64], work[80];
     snprintf(name, sizeof name, "%s_%s", forms[form].name, tasks[task]);
@@ -135,7 +145,8 @@ static bool load(const char *folder, int form, int task, side *s)
     void *found = library ? dlsym(library, name) : NULL;
     if (form == 0) {
         memcpy(&s->ours, &found, sizeof found);
-        return found;
+        s->w = calloc(memory, sizeof *s->w);
+        return found && s->w;
     }
     snprintf(work, sizeof work, "%s_work", name);
     void *sizes = library ? dlsym(library, work) : NULL;
@@ -159,8 +170,7 @@ static bool load(const char *folder, int form, int task, side *s)
 static void call(side *s, const double *x, double *results)
 {
     if (s->ours) {
-        double *const outputs[] = {results, results + OUTPUTS, results + 2 * OUTPUTS};
-        s->ours(&x, outputs);
+        s->ours(x, results, s->w);
     } else {
         s->arg[0] = x;
         s->res[0] = results;
@@ -257,10 +267,10 @@ static bool race(side (*sides)[TASKS], int rounds)
 
 /* ---- all ------------------------------------------------------------------------------------ */
 
-static bool load_form(const char *folder, int form, side *now)
+static bool load_form(const char *folder, int form, size_t memory, side *now)
 {
-    bool ok =
-        load(folder, form, VALUE, &now[VALUE]) && load(folder, form, JACOBIAN, &now[JACOBIAN]);
+    bool ok = load(folder, form, VALUE, memory, &now[VALUE]) &&
+              load(folder, form, JACOBIAN, memory, &now[JACOBIAN]);
     if (!ok) {
         cli_fail(program, "%s: cannot be compiled", forms[form].text);
     }
@@ -273,22 +283,23 @@ static bool compare(const options *o, const char *folder)
     static side sides[FORMS][TASKS];
     const peer_kind casadi = {"CasADi", "peer_casadi.py", "2-64-64-7", false};
     char network[512], ours[512];
+    size_t memory = 0;
     ad_error error = {AD_OK, ""};
     peer p = {0};
     snprintf(network, sizeof network, "%s/network.bin", folder);
     snprintf(ours, sizeof ours, "%s/ours.c", folder);
-    if (!write_network(network, x) || write_ours(ours, x, &error) != AD_OK) {
+    if (!write_network(network, x) || write_ours(ours, x, &memory, &error) != AD_OK) {
         cli_fail_error(program, &error);
         return false;
     }
     printf("network 2-64-64-7, tanh, one point at a time; all by %s\n", COMMAND);
-    bool ok = load_form(folder, 0, sides[0]);
+    bool ok = load_form(folder, 0, memory, sides[0]);
     peer_status status = peer_start(&p, &casadi, o->python, folder, 1);
     if (status != PEER_READY) {
         printf("CasADi: %s: %s\n", status == PEER_MISSING ? "not installed" : "failed", p.message);
     }
     for (int form = 1; form < FORMS && ok && status == PEER_READY; form++) {
-        ok = load_form(folder, form, sides[form]);
+        ok = load_form(folder, form, 0, sides[form]);
     }
     peer_stop(&p);
     return ok && status != PEER_FAILED && race(sides, o->rounds);
