@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { TILE = 192, SMALL = 2 * TILE };
+enum { BLOCK = 192, SMALL = 2 * BLOCK };
 
 /* Work on an upper triangle cut into tiles. */
 typedef struct tiled {
@@ -29,7 +29,7 @@ static span tile_span(const tiled *t, size_t tile)
 
 static tiled tiles_of(size_t n, double *matrix)
 {
-    return (tiled){ad_blas_load(NULL), n, (n + TILE - 1) / TILE, matrix, 0, NULL};
+    return (tiled){ad_blas_load(NULL), n, (n + BLOCK - 1) / BLOCK, matrix, 0, NULL};
 }
 
 /* Tile `item` of the triangle of tiles whose rows and columns begin at `first`. */

@@ -11,6 +11,8 @@ typedef struct kernel_operand {
     ptrdiff_t stride;
 } kernel_operand;
 
+enum { PANEL = 24, TILE = PANEL * PANEL }; /* columns of a panel; numbers of a tile */
+
 /* out[r][j] = op(x[0][r][j], ...) for r < rows, j < points; points is a multiple of 8, rows of
  * `out` and of per-point operands are aligned to 64 bytes. */
 typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, const kernel_operand *x,
@@ -30,6 +32,16 @@ typedef struct kernel_set {
      * need be aligned */
     void (*add_outer)(int columns, int points, double *out, ptrdiff_t stride, const double *y,
                       kernel_operand x);
+    /* Panels [depth][PANEL] hold PANEL columns of a matrix; they are aligned to 64 bytes, as are
+     * square tiles [PANEL][PANEL]. */
+    /* c[i][j] += scale * (sum over k of a[k][i] b[k][j]), summed from k = 0 on */
+    void (*multiply_panels)(size_t depth, const double *a, const double *b, double scale,
+                            double *c);
+    /* out[k][j] = sum over i < count of by[i][k] x[i][k][j] */
+    void (*combine_panels)(int count, size_t depth, const double *const *by, const double *const *x,
+                           double *out);
+    /* x = u^-T x for an upper triangle u; the numbers below it are not read */
+    void (*solve_tile)(const double *u, double *x);
 } kernel_set;
 
 extern const kernel_set ad_kernels_baseline;

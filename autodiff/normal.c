@@ -1,8 +1,7 @@
-/* J^T J without J. Slab by slab of points: first every tile of the slab writes its rows of J, as
- * columns of a matrix [parameters][rows of the slab], residual by residual; then blocks of J^T J,
- * each of two groups of columns, are dealt to the threads. Products take the columns that are live
- * in a residual; nothing else of the slab is written or read. So there is one J^T J, whatever the
- * number of threads, and each of its numbers is summed in the same order. */
+/* J^T J without J. Slab by slab of points: first every tile of the slab writes panels of it, then
+ * blocks of J^T J, each of two groups of panels, are dealt to the threads (normal_multiply.c). So
+ * there is one J^T J, whatever the number of threads, and each of its numbers is summed in the same
+ * order. */
 #include "autodiff/normal.h"
 
 #include <stdlib.h>
@@ -14,23 +13,20 @@ enum { SLAB_NUMBERS = 16 << 20 };
 struct ad_normal {
     ad_program *program;
     jacobian jacobian;
-    strips strips;
+    normal_layout layout;
     size_t parameters;
-    size_t slab_rows; /* so many rows of J have room; 0 before the first run */
-    double *slab;     /* [parameters][slab_rows] */
-    double *residual; /* [slab_rows] */
+    normal_slab slab; /* no room before the first run */
+    normal_space *spaces;
+    int threads;
 };
 
 /* One run. */
 typedef struct normal_run {
     const ad_normal *normal;
-    const ad_run *run;
-    double *jtj, *jtr;
-    double *columns, *residual; /* where rows of J go: [parameters][stride], [stride] */
-    size_t stride;
     int tile;
-    size_t points; /* of the slab at hand: rows of J per residual */
-    bool whole;    /* J itself is wanted, with its zeros */
+    double *jtj, *jtr, *rtr;
+    double *columns, *residual; /* where whole rows of J go: [parameters][stride], [stride] */
+    size_t stride, points;      /* rows of J per residual */
 } normal_run;
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -46,6 +42,44 @@ static ad_status check_wrt(int count, const ad_value *wrt, size_t parameters, ad
         }
     }
     return AD_OK;
+}
+
+/* Zeros, aligned for vectors; NULL: out of memory. */
+static void *zeros(size_t count)
+{
+    void *memory = NULL;
+    if (posix_memalign(&memory, 64, (count + 1) * sizeof(double)) != 0) {
+        return NULL;
+    }
+    return memset(memory, 0, (count + 1) * sizeof(double));
+}
+
+static bool make_space(const normal_layout *l, normal_space *space)
+{
+    size_t sources = (size_t)l->source_count + 1, terms = sources + (size_t)l->weights_max;
+    space->tiles = zeros((size_t)NORMAL_GROUP * NORMAL_GROUP * TILE);
+    space->panels = zeros((size_t)NORMAL_GROUP * NORMAL_DEPTH * PANEL);
+    space->by = zeros(sources * NORMAL_DEPTH);
+    space->factors = malloc(2 * terms * sizeof *space->factors);
+    space->sources[0] = malloc(3 * sources * sizeof *space->sources[0]);
+    if (!space->tiles || !space->panels || !space->by || !space->factors || !space->sources[0]) {
+        return false;
+    }
+    space->terms = space->factors + terms;
+    space->sources[1] = space->sources[0] + sources;
+    space->used = space->sources[1] + sources;
+    return true;
+}
+
+static bool make_spaces(ad_normal *normal, ad_pool *pool)
+{
+    normal->threads = ad_pool_threads(pool);
+    normal->spaces = calloc((size_t)normal->threads, sizeof *normal->spaces);
+    bool ok = normal->spaces;
+    for (int i = 0; ok && i < normal->threads; i++) {
+        ok = make_space(&normal->layout, &normal->spaces[i]);
+    }
+    return ok;
 }
 
 static ad_status compile(ad_normal *normal, int count, const ad_value *residuals, int wrt_count,
@@ -66,37 +100,48 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                          "normal equations: residuals have to vary over the points and may not "
                          "contain sums over them");
     }
-    if (status == AD_OK && ad_strips_create(j, normal->parameters, &normal->strips) != AD_OK) {
+    if (status == AD_OK && (ad_normal_layout(j, normal->parameters, &normal->layout) != AD_OK ||
+                            !make_spaces(normal, pool))) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for normal equations");
     }
     return status;
 }
 
-/* Rows of a slab for a run over so many points. */
-static size_t rows_for(const ad_normal *normal, size_t points)
+/* Numbers of a slab that belong to one point. */
+static size_t slab_numbers(const normal_layout *l)
 {
-    int tile;
-    size_t tiles, most;
-    ad_execute_cut(normal->program, points, &tile, &tiles);
-    size_t tile_rows = (size_t)tile * (size_t)normal->jacobian.row_count;
-    most = SLAB_NUMBERS / (normal->parameters * tile_rows + 1);
-    most = most < 2 ? 2 : most;
-    size_t rows = (tiles < most ? tiles : most) * tile_rows;
-    return rows + (rows % 512 == 0 ? 8 : 0); /* spread over the cache's sets */
+    size_t panels = (size_t)l->source_panels + (size_t)l->plain_panels * (size_t)l->rows;
+    return panels * PANEL + (size_t)l->weight_count;
 }
 
+/* Points of a slab for a run over so many. */
+static size_t room_for(const ad_normal *normal, size_t points)
+{
+    int tile;
+    size_t tiles;
+    ad_execute_cut(normal->program, points, &tile, &tiles);
+    size_t most = SLAB_NUMBERS / (slab_numbers(&normal->layout) * (size_t)tile + 1);
+    most = most < 2 ? 2 : most;
+    return (tiles < most ? tiles : most) * (size_t)tile;
+}
+
+/* Empty columns of panels are 0, and stay so. */
 static bool make_room(ad_normal *normal, size_t points)
 {
-    size_t rows = rows_for(normal, points);
-    if (rows <= normal->slab_rows) {
+    const normal_layout *l = &normal->layout;
+    normal_slab *slab = &normal->slab;
+    size_t room = room_for(normal, points);
+    if (room <= slab->room) {
         return true;
     }
-    free(normal->slab);
-    free(normal->residual);
-    normal->slab = calloc(rows, normal->parameters * sizeof *normal->slab);
-    normal->residual = calloc(rows, sizeof *normal->residual);
-    normal->slab_rows = normal->slab && normal->residual ? rows : 0;
-    return normal->slab_rows > 0;
+    free(slab->basis);
+    free(slab->plain);
+    free(slab->weights);
+    slab->basis = zeros((size_t)l->source_panels * room * PANEL);
+    slab->plain = zeros((size_t)l->plain_panels * (size_t)l->rows * room * PANEL);
+    slab->weights = zeros((size_t)l->weight_count * room);
+    slab->room = slab->basis && slab->plain && slab->weights ? room : 0;
+    return slab->room > 0;
 }
 
 ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
@@ -127,38 +172,52 @@ void ad_normal_free(ad_normal *normal)
     if (normal) {
         ad_program_free(normal->program);
         ad_jacobian_clear(&normal->jacobian);
-        ad_strips_clear(&normal->strips);
-        free(normal->slab);
-        free(normal->residual);
+        for (int i = 0; normal->spaces && i < normal->threads; i++) {
+            free(normal->spaces[i].tiles);
+            free(normal->spaces[i].panels);
+            free(normal->spaces[i].by);
+            free(normal->spaces[i].factors);
+            free(normal->spaces[i].sources[0]);
+        }
+        free(normal->spaces);
+        ad_normal_layout_clear(&normal->layout);
+        free(normal->slab.basis);
+        free(normal->slab.plain);
+        free(normal->slab.weights);
         free(normal);
     }
 }
 
 ad_normal_info ad_normal_inspect(const ad_normal *normal, size_t points)
 {
-    size_t rows = (size_t)normal->jacobian.row_count, n = normal->parameters;
     size_t threads = (size_t)ad_pool_threads(normal->program->pool);
-    return (ad_normal_info){.rows = rows,
+    size_t numbers = slab_numbers(&normal->layout) * room_for(normal, points);
+    return (ad_normal_info){.rows = (size_t)normal->jacobian.row_count,
                             .bytes = threads * normal->program->info.workspace_bytes,
-                            .slab_bytes = rows_for(normal, points) * (n + 1) * sizeof(double),
-                            .flops = ad_strips_flops(&normal->strips, (int)rows)};
+                            .slab_bytes = numbers * sizeof(double),
+                            .flops = ad_normal_flops(&normal->layout)};
 }
 
 void ad_normal_print(const ad_normal *normal, FILE *file)
 {
-    const strips *s = &normal->strips;
+    const normal_layout *l = &normal->layout;
     file = file ? file : stderr;
     fprintf(file,
             "normal equations of %d residuals per point by %zu parameters, %zu flops per point\n",
-            normal->jacobian.row_count, normal->parameters,
-            ad_strips_flops(s, normal->jacobian.row_count));
-    for (size_t i = 0; i < s->count; i++) {
-        fprintf(file, "  columns %5zu to %5zu of J, in residuals", s->items[i].first,
-                s->items[i].first + s->items[i].width - 1);
-        for (int r = 0; r < normal->jacobian.row_count; r++) {
-            if (s->items[i].live[r]) {
-                fprintf(file, " %d", r);
-            }
+            l->rows, normal->parameters, ad_normal_flops(l));
+    for (int i = 0; i < l->head_count; i++) {
+        const normal_head *head = &l->heads[i];
+        fprintf(file, "  columns %5zu to %5zu of J, by functions and residuals", head->column,
+                head->column + (size_t)head->width - 1);
+        for (int w = head->weight; w < head->weight + head->weights; w++) {
+            fprintf(file, " %d:%d", l->weights[w].source, l->weights[w].residual);
+        }
+        fputc('\n', file);
+    }
+    for (int p = 0; p < l->plain_panels; p++) {
+        fprintf(file, "  panel %d from column %zu of J on, in residuals", p, l->columns[p * PANEL]);
+        for (int r = 0; r < l->rows; r++) {
+            l->live[p * l->rows + r] ? (void)fprintf(file, " %d", r) : (void)0;
         }
         fputc('\n', file);
     }
@@ -172,6 +231,14 @@ ad_program *ad_normal_program(ad_normal *normal)
 
 /* ---- rows of J ------------------------------------------------------------------------------- */
 
+/* Columns of J at some points of a tile: where they go to, and what points. */
+typedef struct patch {
+    size_t first, width; /* columns */
+    int from, points;    /* within the tile */
+    double *out;         /* [width][stride] */
+    ptrdiff_t stride;
+} patch;
+
 /* out += y x^T where a factor may be the same at every point. */
 static void add_uniform_outer(int columns, int points, double *out, ptrdiff_t stride,
                               const double *y, bool y_uniform, kernel_operand x, bool x_uniform)
@@ -184,61 +251,164 @@ static void add_uniform_outer(int columns, int points, double *out, ptrdiff_t st
     }
 }
 
-static void add_term(const normal_run *n, const tile_state *t, const jacobian_block *block,
-                     jacobian_term term, double *out)
+static size_t at_least(size_t a, size_t b)
+{
+    return a < b ? b : a;
+}
+
+/* Of one term what falls into the patch. */
+static void add_term(const ad_normal *normal, const tile_state *t, const jacobian_block *block,
+                     jacobian_term term, patch to)
 {
     static const double one = 1;
     bool y_uniform, x_uniform = true;
-    int points = ad_execute_valid(t);
-    ptrdiff_t stride = (ptrdiff_t)n->stride;
     kernel_operand y = ad_execute_output(t, term.y, &y_uniform), x = {&one, 0};
     if (term.x >= 0) {
         x = ad_execute_output(t, term.x, &x_uniform);
     }
     /* A block with outer products may have terms that are not: they have all its rows. */
-    int columns = term.x >= 0 ? block->columns : 1;
+    size_t columns = term.x >= 0 ? (size_t)block->columns : 1, end = to.first + to.width;
     for (int i = term.first; i < term.first + term.rows; i++) {
-        double *to = out + i * columns * stride;
+        size_t begin = block->offset + (size_t)i * columns, first = at_least(begin, to.first);
+        size_t last = begin + columns < end ? begin + columns : end;
+        if (first >= last) {
+            continue;
+        }
+        double *out = to.out + (ptrdiff_t)(first - to.first) * to.stride;
+        kernel_operand factor = {
+            x.at + (ptrdiff_t)(first - begin) * x.stride + (x_uniform ? 0 : to.from), x.stride};
+        const double *by = y.at + i * y.stride + (y_uniform ? 0 : to.from);
         if (y_uniform || x_uniform) {
-            add_uniform_outer(columns, points, to, stride, y.at + i * y.stride, y_uniform, x,
+            add_uniform_outer((int)(last - first), to.points, out, to.stride, by, y_uniform, factor,
                               x_uniform);
         } else {
-            n->normal->program->kernels->add_outer(columns, points, to, stride, y.at + i * y.stride,
-                                                   x);
+            normal->program->kernels->add_outer((int)(last - first), to.points, out, to.stride, by,
+                                                factor);
         }
     }
 }
 
-/* slab: the first column, where this residual's rows of J begin. */
-static void clear_rows(const normal_run *n, int residual, int points, double *slab)
+static void add_columns(const ad_normal *normal, const tile_state *t, int residual, patch to)
 {
-    const strips *s = &n->normal->strips;
-    for (size_t i = 0; i < s->count; i++) {
-        const strip *at = &s->items[i];
-        for (size_t k = 0; (n->whole || at->live[residual]) && k < at->width; k++) {
-            memset(slab + (at->first + k) * n->stride, 0, (size_t)points * sizeof *slab);
+    const jacobian *j = &normal->jacobian;
+    for (int b = 0; b < j->rows[residual].count; b++) {
+        const jacobian_block *block = &j->blocks[j->rows[residual].first + b];
+        size_t size = (size_t)block->rows * (size_t)block->columns;
+        bool apart = block->offset + size <= to.first || block->offset >= to.first + to.width;
+        for (int i = 0; i < block->count && !apart; i++) {
+            add_term(normal, t, block, j->terms[block->first + i], to);
         }
     }
 }
 
+/* Numbers of a row of an output at the points of a tile. */
+static void copy_row(const tile_state *t, int output, int row, double *to)
+{
+    bool uniform;
+    kernel_operand from = ad_execute_output(t, output, &uniform);
+    for (int i = 0; i < ad_execute_valid(t); i++) {
+        to[i] = from.at[row * from.stride + (uniform ? 0 : i)];
+    }
+}
+
+/* Whole rows, for those who want J itself. */
 static void write_rows(void *context, const tile_state *t, size_t item)
 {
     const normal_run *n = context;
-    const jacobian *j = &n->normal->jacobian;
+    const ad_normal *normal = n->normal;
     int points = ad_execute_valid(t);
-    for (int r = 0; r < j->row_count; r++) {
-        bool uniform;
+    for (int r = 0; r < normal->jacobian.row_count; r++) {
         size_t first = (size_t)r * n->points + item * (size_t)n->tile;
-        const double *from = ad_execute_output(t, j->rows[r].residual, &uniform).at;
-        for (int i = 0; i < points; i++) {
-            n->residual[first + (size_t)i] = from[uniform ? 0 : i];
+        patch to = {0, normal->parameters, 0, points, n->columns + first, (ptrdiff_t)n->stride};
+        for (size_t k = 0; k < normal->parameters; k++) {
+            memset(to.out + k * n->stride, 0, (size_t)points * sizeof *to.out);
         }
-        clear_rows(n, r, points, n->columns + first);
-        for (int b = 0; b < j->rows[r].count; b++) {
-            const jacobian_block *block = &j->blocks[j->rows[r].first + b];
-            double *out = n->columns + first + block->offset * n->stride;
-            for (int i = 0; i < block->count; i++) {
-                add_term(n, t, block, j->terms[block->first + i], out);
+        add_columns(normal, t, r, to);
+        copy_row(t, normal->jacobian.rows[r].residual, 0, n->residual + first);
+    }
+}
+
+/* ---- panels ---------------------------------------------------------------------------------- */
+
+enum { PATCH = 64 }; /* points of a panel that are written together */
+
+static int whole_vectors(int points)
+{
+    return (points + 7) / 8 * 8;
+}
+
+static void write_source(const normal_run *n, const tile_state *t, const normal_source *source,
+                         size_t first)
+{
+    bool uniform;
+    const normal_slab *slab = &n->normal->slab;
+    kernel_operand x = ad_execute_output(t, source->x, &uniform);
+    for (int k = 0; k < source->width; k += PANEL) {
+        int width = source->width - k < PANEL ? source->width - k : PANEL;
+        double *out =
+            slab->basis + ((size_t)(source->panel + k / PANEL) * slab->room + first) * PANEL;
+        kernel_operand part = {x.at + k * x.stride, x.stride};
+        if (!uniform) {
+            n->normal->program->kernels->transpose(width, whole_vectors(ad_execute_valid(t)), out,
+                                                   PANEL, part);
+        }
+        for (int i = 0; uniform && i < ad_execute_valid(t) * width; i++) {
+            out[i / width * PANEL + i % width] = part.at[i % width * part.stride];
+        }
+    }
+}
+
+/* Plain columns of one residual, each run of neighbours by itself. */
+static void write_panel(const normal_run *n, const tile_state *t, int panel, int residual,
+                        size_t first)
+{
+    const ad_normal *normal = n->normal;
+    const size_t *columns = normal->layout.columns + panel * PANEL;
+    const normal_slab *slab = &normal->slab;
+    size_t at = (size_t)(panel * normal->layout.rows + residual) * slab->room + first;
+    _Alignas(64) double rows[PANEL][PATCH];
+    for (int from = 0; from < ad_execute_valid(t); from += PATCH) {
+        int left = ad_execute_valid(t) - from, points = left < PATCH ? left : PATCH;
+        memset(rows, 0, sizeof rows);
+        for (int i = 0, end; i < PANEL && columns[i] < normal->parameters; i = end) {
+            for (end = i + 1; end < PANEL && columns[end] == columns[i] + (size_t)(end - i);) {
+                end++;
+            }
+            patch to = {columns[i], (size_t)(end - i), from, points, rows[i], PATCH};
+            add_columns(normal, t, residual, to);
+        }
+        for (int i = 0; i < PANEL; i++) {
+            for (int k = 0; columns[i] == normal->parameters && k < points; k++) {
+                bool uniform;
+                kernel_operand r =
+                    ad_execute_output(t, normal->jacobian.rows[residual].residual, &uniform);
+                rows[i][k] = r.at[uniform ? 0 : from + k];
+            }
+        }
+        kernel_operand written = {rows[0], PATCH};
+        normal->program->kernels->transpose(PANEL, whole_vectors(points),
+                                            slab->plain + (at + (size_t)from) * PANEL, PANEL,
+                                            written);
+    }
+}
+
+static void write_panels(void *context, const tile_state *t, size_t item)
+{
+    const normal_run *n = context;
+    const normal_layout *l = &n->normal->layout;
+    const normal_slab *slab = &n->normal->slab;
+    size_t first = item * (size_t)n->tile;
+    for (int i = 0; i < l->source_count; i++) {
+        write_source(n, t, &l->sources[i], first);
+    }
+    for (int i = 0; i < l->weight_count; i++) {
+        copy_row(t, l->weights[i].y, l->weights[i].row,
+                 slab->weights + (size_t)i * slab->room + first);
+    }
+    for (int p = 0; p < l->plain_panels; p++) {
+        for (int r = 0; r < l->rows; r++) {
+            if (l->live[p * l->rows + r]) {
+                write_panel(n, t, p, r, first);
             }
         }
     }
@@ -246,67 +416,18 @@ static void write_rows(void *context, const tile_state *t, size_t item)
 
 /* ---- sums of products ------------------------------------------------------------------------ */
 
-/* A factor of a product: columns of J in some rows of the slab. */
-typedef struct factor {
-    size_t first, width, row, rows;
-} factor;
-
-/* Into jtj (and jtr). */
-static void multiply(const normal_run *n, factor a, factor b)
-{
-    const ad_normal *normal = n->normal;
-    const blas *library = normal->program->blas;
-    int size = (int)normal->parameters, stride = (int)n->stride, depth = (int)a.rows;
-    const double *rows = n->columns + a.first * n->stride + a.row;
-    const double *columns = n->columns + b.first * n->stride + b.row;
-    double *to = n->jtj + a.first * normal->parameters + b.first;
-    if (a.first != b.first) {
-        library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_TRANSPOSED, (int)a.width, (int)b.width,
-                      depth, 1, rows, stride, columns, stride, 1, to, size);
-        return;
-    }
-    library->syrk(BLAS_ROW_MAJOR, BLAS_UPPER, BLAS_NORMAL, (int)a.width, depth, 1, rows, stride, 1,
-                  to, size);
-    library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, (int)a.width, 1, depth, 1, rows, stride,
-                  n->residual + a.row, 1, 1, n->jtr + a.first, 1);
-}
-
-/* What residuals first .. end - 1, alike in both groups, add to a block of J^T J. */
-static void multiply_residuals(const normal_run *n, strip_group rows, strip_group columns,
-                               int first, int end)
-{
-    const strips *s = &n->normal->strips;
-    factor a = {.row = (size_t)first * n->points, .rows = (size_t)(end - first) * n->points};
-    factor b = a;
-    size_t before = rows.first, at = rows.first;
-    for (; ad_strips_next(s, rows, first, &at, &a.first, &a.width); before = at) {
-        size_t other = rows.first == columns.first ? before : columns.first;
-        while (ad_strips_next(s, columns, first, &other, &b.first, &b.width)) {
-            multiply(n, a, b);
-        }
-    }
-}
-
 /* Item of the triangle of blocks of J^T J. */
 static void multiply_groups(void *context, int item, int thread)
 {
-    (void)thread;
     const normal_run *n = context;
-    const strips *s = &n->normal->strips;
-    size_t row = 0, column = (size_t)item;
-    for (; column >= s->group_count - row; row++) { /* a row has group_count - row blocks */
-        column -= s->group_count - row;
+    const ad_normal *normal = n->normal;
+    const normal_layout *l = &normal->layout;
+    int row = 0, column = item;
+    for (; column >= l->group_count - row; row++) { /* a row has group_count - row blocks */
+        column -= l->group_count - row;
     }
-    strip_group a = s->groups[row], b = s->groups[row + column];
-    int count = n->normal->jacobian.row_count;
-    for (int first = 0, end; first < count; first = end) {
-        end = first + 1;
-        while (end < count && ad_strips_alike(s, a, first, end) &&
-               ad_strips_alike(s, b, first, end)) {
-            end++;
-        }
-        multiply_residuals(n, a, b, first, end);
-    }
+    ad_normal_multiply(l, normal->program->kernels, &normal->slab, l->groups[row],
+                       l->groups[row + column], &normal->spaces[thread], n->jtj, n->jtr, n->rtr);
 }
 
 ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, double *jtr, double *rtr,
@@ -315,23 +436,18 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
     if (!make_room(normal, run->points)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for rows of a Jacobian");
     }
-    normal_run n = {.normal = normal, .run = run, .jtj = jtj, .jtr = jtr};
-    n.columns = normal->slab;
-    n.residual = normal->residual;
-    n.stride = normal->slab_rows;
-    size_t tiles, row_count = (size_t)normal->jacobian.row_count;
+    normal_run n = {.normal = normal, .jtj = jtj, .jtr = jtr, .rtr = rtr};
+    size_t tiles;
     ad_execute_cut(normal->program, run->points, &n.tile, &tiles);
-    size_t most = normal->slab_rows / ((size_t)n.tile * row_count),
-           groups = normal->strips.group_count;
+    size_t most = normal->slab.room / (size_t)n.tile;
+    int groups = normal->layout.group_count;
     for (size_t first = 0; first < tiles; first += most) {
         size_t count = tiles - first < most ? tiles - first : most;
         size_t points = (first + count) * (size_t)n.tile;
-        n.points = (points < run->points ? points : run->points) - first * (size_t)n.tile;
-        ad_execute_tiles(normal->program, run, first, count, write_rows, &n);
-        for (size_t i = 0; i < n.points * row_count; i++) {
-            *rtr += normal->residual[i] * normal->residual[i];
-        }
-        ad_pool_run(normal->program->pool, (int)(groups * (groups + 1) / 2), multiply_groups, &n);
+        normal->slab.points =
+            (points < run->points ? points : run->points) - first * (size_t)n.tile;
+        ad_execute_tiles(normal->program, run, first, count, write_panels, &n);
+        ad_pool_run(normal->program->pool, groups * (groups + 1) / 2, multiply_groups, &n);
     }
     return AD_OK;
 }
@@ -339,8 +455,7 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r)
 {
-    normal_run n = {
-        .normal = normal, .run = run, .stride = stride, .points = run->points, .whole = true};
+    normal_run n = {.normal = normal, .stride = stride, .points = run->points};
     size_t tiles;
     n.columns = jt + first;
     n.residual = r + first;

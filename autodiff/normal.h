@@ -32,24 +32,76 @@ typedef struct jacobian {
     int row_capacity, block_capacity, term_capacity, output_capacity;
 } jacobian;
 
-/* Neighbouring columns of J that are worked on together. A residual in which it is not live has
- * zeros there. */
-typedef struct strip {
-    size_t first, width;
-    const bool *live; /* [residuals per point] */
-} strip;
+/* Columns of J are worked on in panels of PANEL columns, the last ones of which may be empty. There
+ * are two kinds.
+ *
+ * The columns of a head, one row of the matrix of a last layer, are sums of c x^T in every
+ * residual: x the values of a basis or their derivatives, which residuals and heads share, c a
+ * coefficient. The block of J^T J of two heads is then a sum over pairs of such x, whatever the
+ * number of residuals, and their panels hold x.
+ *
+ * All other columns are plain: their panels hold the rows of J, one residual after the other. The
+ * residuals themselves are the last plain column, so that J^T r and r^T r come with J^T J. */
 
-/* Neighbouring strips that share one row or column of blocks of J^T J. */
-typedef struct strip_group {
-    size_t first, end;
-} strip_group;
+/* A basis that heads share. */
+typedef struct normal_source {
+    int x, width; /* output of the program, its rows */
+    int panel;    /* its first, of those of all sources */
+} normal_source;
 
-typedef struct strips {
-    strip *items;
-    strip_group *groups;
-    bool *live; /* [count][residuals per point] */
-    size_t count, group_count;
-} strips;
+/* A coefficient of a head: row `row` of output y, in one residual. */
+typedef struct normal_weight {
+    int residual, source, y, row;
+} normal_weight;
+
+typedef struct normal_head {
+    size_t column; /* the first */
+    int width;
+    int weight, weights; /* the first of its weights, by residual, and how many */
+} normal_head;
+
+/* Neighbouring panels of a head, or plain ones. */
+typedef struct normal_group {
+    int head; /* -1: plain */
+    int panel, panels;
+} normal_group;
+
+typedef struct normal_layout {
+    normal_source *sources;
+    normal_weight *weights;
+    normal_head *heads;
+    normal_group *groups;
+    size_t *columns; /* [plain_panels][PANEL], ascending; NO_COLUMN: none; parameters: residuals */
+    bool *live;      /* [plain_panels][residuals]: is the panel not 0 there? */
+    int source_count, weight_count, head_count, group_count, source_panels, plain_panels;
+    int weights_max; /* of any head */
+    int rows;        /* residuals per point */
+    size_t parameters;
+    size_t products; /* of two panels, per point */
+} normal_layout;
+
+#define NO_COLUMN ((size_t)-1)
+enum {
+    NORMAL_GROUP = 8
+}; /* panels in a group at most: their block of J^T J fits into the L2 cache */
+
+/* What is worked with: basis [source_panels][points][PANEL], plain [plain_panels][rows][points]
+ * [PANEL], weights [weight_count][points], `room` points apart. */
+typedef struct normal_slab {
+    double *basis, *plain, *weights;
+    size_t room, points;
+} normal_slab;
+
+/* Working memory of a thread. */
+typedef struct normal_space {
+    double *tiles;                   /* [NORMAL_GROUP][NORMAL_GROUP][TILE] */
+    double *panels;                  /* [NORMAL_GROUP][NORMAL_DEPTH][PANEL] */
+    double *by;                      /* [source_count][NORMAL_DEPTH] */
+    const double **factors, **terms; /* [weights_max + source_count] */
+    int *sources[2], *used;          /* [source_count] */
+} normal_space;
+
+enum { NORMAL_DEPTH = 128 }; /* points worked on together: two panels fit into the L1 cache */
 
 /* Record adjoints of every row of the residuals, per point. Rows that no parameter moves and that
  * are 0 are left out. */
@@ -57,16 +109,19 @@ ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, 
                              const ad_value *wrt);
 void ad_jacobian_clear(jacobian *j);
 
-/* Cut the columns of J [parameters] where other residuals begin to depend on them. AD_NO_MEMORY. */
-ad_status ad_strips_create(const jacobian *j, size_t parameters, strips *result);
-void ad_strips_clear(strips *s);
-/* The next range of columns, from strip *at on, that are live in a residual; false: the group has
- * no more. *at becomes the strip after it. */
-bool ad_strips_next(const strips *s, strip_group within, int residual, size_t *at, size_t *first,
-                    size_t *width);
-/* Are the same strips of a group live in two residuals? */
-bool ad_strips_alike(const strips *s, strip_group within, int residual, int other);
-/* Operations, per point, of the sums of products of two strips' columns. */
-size_t ad_strips_flops(const strips *s, int row_count);
+/* Heads where they save products. AD_NO_MEMORY. */
+ad_status ad_normal_layout(const jacobian *j, size_t parameters, normal_layout *result);
+void ad_normal_layout_clear(normal_layout *l);
+/* Sources of a head in residuals in which another group is not 0; how many. */
+int ad_normal_common(const normal_layout *l, const normal_head *head, normal_group other,
+                     int *sources);
+bool ad_normal_is_live(const normal_layout *l, normal_group group, int residual);
+/* Operations, per point, of the products of panels. */
+size_t ad_normal_flops(const normal_layout *l);
+
+/* Add the block of J^T J, J^T r and r^T r of two groups, a not after b. */
+void ad_normal_multiply(const normal_layout *l, const kernel_set *kernels, const normal_slab *slab,
+                        normal_group a, normal_group b, normal_space *space, double *jtj,
+                        double *jtr, double *rtr);
 
 #endif
