@@ -3,142 +3,259 @@
 #include "autodiff/program.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
-
-enum { BLOCK = 192, SMALL = 2 * BLOCK };
-
-/* Work on an upper triangle cut into tiles. */
-typedef struct tiled {
-    const blas *library;
-    size_t n, count; /* of tiles in a row */
-    double *matrix;
-    size_t k;        /* factor: the step; gram: rows of a */
-    const double *a; /* gram */
-} tiled;
-
-typedef struct span {
-    size_t first;
-    int count;
-} span;
-
-static span tile_span(const tiled *t, size_t tile)
-{
-    size_t first = tile * t->n / t->count;
-    return (span){first, (int)((tile + 1) * t->n / t->count - first)};
-}
-
-static tiled tiles_of(size_t n, double *matrix)
-{
-    return (tiled){ad_blas_load(NULL), n, (n + BLOCK - 1) / BLOCK, matrix, 0, NULL};
-}
-
-/* Tile `item` of the triangle of tiles whose rows and columns begin at `first`. */
-static void locate(const tiled *t, size_t first, size_t item, size_t *row, size_t *column)
-{
-    size_t width = t->count - first, i = 0;
-    for (; item >= width - i; i++) {
-        item -= width - i;
-    }
-    *row = first + i;
-    *column = first + i + item;
-}
 
 ad_status ad_dense_load(ad_error *error)
 {
     return ad_blas_load(error) ? AD_OK : AD_NO_BLAS;
 }
 
-/* tile(i, j) = alpha a_i^T a_j + beta tile(i, j), for columns i and j of rows of stride n. */
-static void product(const tiled *t, size_t i, size_t j, int rows, const double *from, double alpha,
-                    double beta)
-{
-    span r = tile_span(t, i), c = tile_span(t, j);
-    double *to = t->matrix + r.first * t->n + c.first;
-    int n = (int)t->n;
-    if (i == j) {
-        t->library->syrk(BLAS_ROW_MAJOR, BLAS_UPPER, BLAS_TRANSPOSED, r.count, rows, alpha,
-                         from + r.first, n, beta, to, n);
-        return;
-    }
-    t->library->gemm(BLAS_ROW_MAJOR, BLAS_TRANSPOSED, BLAS_NORMAL, r.count, c.count, rows, alpha,
-                     from + r.first, n, from + c.first, n, beta, to, n);
-}
+/* ---- a^T a ------------------------------------------------------------------------------------
+ */
 
+enum { WIDE = 192 }; /* columns of a tile of c */
+
+typedef struct gram {
+    const blas *library;
+    size_t rows, n, count; /* count: tiles in a row of c */
+    const double *a;
+    double *c;
+} gram;
+
+/* Item of the triangle of tiles. */
 static void gram_tile(void *context, int item, int thread)
 {
-    const tiled *t = context;
-    size_t row, column;
+    const gram *g = context;
+    size_t row = 0, column = (size_t)item;
     (void)thread;
-    locate(t, 0, (size_t)item, &row, &column);
-    product(t, row, column, (int)t->k, t->a, 1, 0);
+    for (; column >= g->count - row; row++) { /* a row has count - row tiles */
+        column -= g->count - row;
+    }
+    column += row;
+    size_t first = row * g->n / g->count, left = column * g->n / g->count;
+    int height = (int)((row + 1) * g->n / g->count - first), n = (int)g->n;
+    int width = (int)((column + 1) * g->n / g->count - left);
+    double *to = g->c + first * g->n + left;
+    if (row == column) {
+        g->library->syrk(BLAS_ROW_MAJOR, BLAS_UPPER, BLAS_TRANSPOSED, height, (int)g->rows, 1,
+                         g->a + first, n, 0, to, n);
+    } else {
+        g->library->gemm(BLAS_ROW_MAJOR, BLAS_TRANSPOSED, BLAS_NORMAL, height, width, (int)g->rows,
+                         1, g->a + first, n, g->a + left, n, 0, to, n);
+    }
 }
 
 void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double *c)
 {
-    tiled t = tiles_of(n, c);
-    t.k = rows;
-    t.a = a;
-    ad_pool_run(pool, (int)(t.count * (t.count + 1) / 2), gram_tile, &t);
+    gram g = {ad_blas_load(NULL), rows, n, (n + WIDE - 1) / WIDE, a, c};
+    ad_pool_run(pool, (int)(g.count * (g.count + 1) / 2), gram_tile, &g);
 }
 
-/* ---- Cholesky: a row-major upper triangle is LAPACK's lower one --------------------------------
- */
+/* ---- Cholesky: matrix = u^T u ------------------------------------------------------------------
+ * u is kept by columns in panels of PANEL columns, each of which ends with its square tile on the
+ * diagonal. Rows are found BAND tiles at a time. */
 
-static void solve_tile(void *context, int item, int thread)
-{
-    const tiled *t = context;
-    span r = tile_span(t, t->k), c = tile_span(t, t->k + 1 + (size_t)item);
-    (void)thread;
-    t->library->trsm(BLAS_ROW_MAJOR, BLAS_LEFT, BLAS_UPPER, BLAS_TRANSPOSED, BLAS_NON_UNIT, r.count,
-                     c.count, 1, t->matrix + r.first * (t->n + 1), (int)t->n,
-                     t->matrix + r.first * t->n + c.first, (int)t->n);
-}
+enum { BAND = 4, CHUNK = 128 }; /* CHUNK rows of two panels fit into the L1 cache */
 
-static void update_tile(void *context, int item, int thread)
-{
-    const tiled *t = context;
-    size_t row, column;
-    span r = tile_span(t, t->k);
-    (void)thread;
-    locate(t, t->k + 1, (size_t)item, &row, &column);
-    product(t, row, column, r.count, t->matrix + r.first * t->n, -1, 1);
-}
+struct ad_dense_factor {
+    const kernel_set *kernels;
+    size_t n, panels;
+    double *numbers; /* tile i of panel j is number j (j + 1) / 2 + i */
+};
 
-/* OpenBLAS lets a NaN pass for a pivot. */
-static int factor_block(const blas *library, size_t stride, int size, double *matrix)
+/* The rows at hand. */
+typedef struct band {
+    const ad_dense_factor *factor;
+    const double *matrix, *shift;
+    size_t first, end; /* tiles */
+    size_t panel;      /* of the first item */
+} band;
+
+ad_dense_factor *ad_dense_factor_create(size_t n)
 {
-    int n = (int)stride, info = 0;
-    library->potrf("L", &size, matrix, &n, &info);
-    for (size_t i = 0; i < (size_t)size && info == 0; i++) {
-        info = !(matrix[i * (stride + 1)] > 0);
+    ad_dense_factor *factor = calloc(1, sizeof *factor);
+    void *numbers = NULL;
+    size_t panels = (n + PANEL - 1) / PANEL;
+    if (!factor || posix_memalign(&numbers, 64, panels * (panels + 1) / 2 * TILE * 8) != 0) {
+        free(factor);
+        return NULL;
     }
-    return info;
+    *factor = (ad_dense_factor){ad_kernels_select(), n, panels, numbers};
+    return factor;
 }
 
-int ad_dense_cholesky(ad_pool *pool, size_t n, double *matrix)
+void ad_dense_factor_free(ad_dense_factor *factor)
 {
-    tiled t = tiles_of(n, matrix);
-    if (n <= SMALL) {
-        return factor_block(t.library, n, (int)n, matrix);
+    if (factor) {
+        free(factor->numbers);
+        free(factor);
     }
-    for (t.k = 0; t.k < t.count; t.k++) {
-        span s = tile_span(&t, t.k);
-        if (factor_block(t.library, n, s.count, matrix + s.first * (n + 1)) != 0) {
-            return 1;
+}
+
+static double *tile(const ad_dense_factor *f, size_t i, size_t j)
+{
+    return f->numbers + (j * (j + 1) / 2 + i) * TILE;
+}
+
+/* Columns beyond n are those of the unit matrix. */
+static void load_panel(void *context, int item, int thread)
+{
+    const band *b = context;
+    const ad_dense_factor *f = b->factor;
+    size_t left = (size_t)item * PANEL, width = f->n - left < PANEL ? f->n - left : PANEL;
+    double *to = tile(f, 0, (size_t)item);
+    (void)thread;
+    for (size_t i = 0; i < left + PANEL; i++) {
+        size_t from = i > left ? i - left : 0;
+        memset(to + i * PANEL, 0, PANEL * sizeof *to);
+        if (from < width) {
+            memcpy(to + i * PANEL + from, b->matrix + i * f->n + left + from,
+                   (width - from) * sizeof *to);
         }
-        int left = (int)(t.count - t.k - 1);
-        if (left > 0) {
-            ad_pool_run(pool, left, solve_tile, &t);
-            ad_pool_run(pool, left * (left + 1) / 2, update_tile, &t);
+    }
+    for (size_t i = 0; i < PANEL; i++) {
+        double *pivot = to + (left + i) * PANEL + i;
+        *pivot = i >= width ? 1 : *pivot + (b->shift ? b->shift[left + i] : 0);
+    }
+}
+
+/* Take from the band of a panel what all rows above it give. */
+static void update_panel(void *context, int item, int thread)
+{
+    const band *b = context;
+    const ad_dense_factor *f = b->factor;
+    size_t j = b->panel + (size_t)item, depth = b->first * PANEL;
+    (void)thread;
+    for (size_t k = 0; k < depth; k += CHUNK) {
+        size_t rows = depth - k < CHUNK ? depth - k : CHUNK;
+        for (size_t i = b->first; i < b->end && i <= j; i++) {
+            f->kernels->multiply_panels(rows, tile(f, 0, i) + k * PANEL, tile(f, 0, j) + k * PANEL,
+                                        -1, tile(f, i, j));
         }
+    }
+}
+
+/* One row of u after the other, in place; false: a pivot is not positive. */
+static bool factor_tile(double *u)
+{
+    for (int i = 0; i < PANEL; i++) {
+        double pivot = u[i * PANEL + i];
+        if (!(pivot > 0 && isfinite(pivot))) {
+            return false;
+        }
+        double by = sqrt(pivot);
+        for (int j = i; j < PANEL; j++) {
+            u[i * PANEL + j] /= by;
+        }
+        for (int k = i + 1; k < PANEL; k++) {
+            for (int j = k; j < PANEL; j++) {
+                u[k * PANEL + j] -= u[i * PANEL + k] * u[i * PANEL + j];
+            }
+        }
+    }
+    return true;
+}
+
+/* The band of panel j, once those of the panels of its diagonal are found. */
+static bool finish(const band *b, size_t j)
+{
+    const ad_dense_factor *f = b->factor;
+    bool ok = true;
+    for (size_t i = b->first; i < b->end && i <= j && ok; i++) {
+        f->kernels->multiply_panels((i - b->first) * PANEL, tile(f, b->first, i),
+                                    tile(f, b->first, j), -1, tile(f, i, j));
+        if (i < j) {
+            f->kernels->solve_tile(tile(f, i, i), tile(f, i, j));
+        } else {
+            ok = factor_tile(tile(f, i, i));
+        }
+    }
+    return ok;
+}
+
+static void finish_panel(void *context, int item, int thread)
+{
+    const band *b = context;
+    (void)thread;
+    finish(b, b->panel + (size_t)item);
+}
+
+int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
+                      ad_dense_factor *factor)
+{
+    band b = {.factor = factor, .matrix = matrix, .shift = shift};
+    ad_pool_run(pool, (int)factor->panels, load_panel, &b);
+    for (b.first = 0; b.first < factor->panels; b.first = b.end) {
+        b.end = b.first + BAND < factor->panels ? b.first + BAND : factor->panels;
+        b.panel = b.first;
+        ad_pool_run(pool, (int)(factor->panels - b.first), update_panel, &b);
+        for (size_t j = b.first; j < b.end; j++) {
+            if (!finish(&b, j)) {
+                return 1;
+            }
+        }
+        b.panel = b.end;
+        ad_pool_run(pool, (int)(factor->panels - b.end), finish_panel, &b);
     }
     return 0;
 }
 
-void ad_dense_cholesky_solve(size_t n, const double *factor, double *x)
+/* u^T z = x, from above. */
+static void solve_down(const ad_dense_factor *f, size_t j, double *x)
 {
-    int size = (int)n, one = 1, info = 0;
-    ad_blas_load(NULL)->potrs("L", &size, &one, factor, &size, x, &size, &info);
+    size_t left = j * PANEL, width = f->n - left < PANEL ? f->n - left : PANEL;
+    double sum[PANEL] = {0};
+    const double *u = tile(f, 0, j);
+    for (size_t k = 0; k < left; k++) {
+        for (size_t i = 0; i < PANEL; i++) {
+            sum[i] += u[k * PANEL + i] * x[k];
+        }
+    }
+    u += left * PANEL;
+    for (size_t i = 0; i < width; i++) {
+        x[left + i] = (x[left + i] - sum[i]) / u[i * PANEL + i];
+        for (size_t k = i + 1; k < PANEL; k++) {
+            sum[k] += u[i * PANEL + k] * x[left + i];
+        }
+    }
+}
+
+/* u y = z, from below: y of panel j, and what it takes from the rows above. */
+static void solve_up(const ad_dense_factor *f, size_t j, double *x)
+{
+    enum { PARTS = 8 }; /* sums that do not wait for each other */
+    size_t left = j * PANEL, width = f->n - left < PANEL ? f->n - left : PANEL;
+    double found[PANEL] = {0};
+    const double *u = tile(f, j, j);
+    for (size_t i = width; i-- > 0;) {
+        double sum = x[left + i];
+        for (size_t k = i + 1; k < width; k++) {
+            sum -= u[i * PANEL + k] * found[k];
+        }
+        x[left + i] = found[i] = sum / u[i * PANEL + i];
+    }
+    u = tile(f, 0, j);
+    for (size_t k = 0; k < left; k++) {
+        double part[PARTS] = {0};
+        for (size_t i = 0; i < PANEL; i += PARTS) {
+            for (size_t p = 0; p < PARTS; p++) {
+                part[p] += u[k * PANEL + i + p] * found[i + p];
+            }
+        }
+        x[k] -= ((part[0] + part[1]) + (part[2] + part[3])) +
+                ((part[4] + part[5]) + (part[6] + part[7]));
+    }
+}
+
+void ad_dense_cholesky_solve(const ad_dense_factor *factor, double *x)
+{
+    for (size_t j = 0; j < factor->panels; j++) {
+        solve_down(factor, j, x);
+    }
+    for (size_t j = factor->panels; j-- > 0;) {
+        solve_up(factor, j, x);
+    }
 }
 
 /* ---- LU ---------------------------------------------------------------------------------------

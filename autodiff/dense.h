@@ -1,7 +1,7 @@
 /* Dense linear algebra for optimisers and solvers: products and factors of large matrices, dealt to
  * the threads of a pool by tiles that depend on the sizes alone, so that results have the same bits
  * for any number of threads. Symmetric matrices [n][n] are upper triangles, row-major; the lower
- * ones are neither read nor written. Nothing here allocates. */
+ * ones are neither read nor written. Nothing allocates but what is called create. */
 #ifndef AD_DENSE_H
 #define AD_DENSE_H
 
@@ -17,12 +17,18 @@ ad_status ad_dense_load(ad_error *error);
 /* c[n][n] = a^T a for a[rows][n]. */
 void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double *c);
 
-/* The matrix becomes its Cholesky factor; 0, or not when it is not positive definite to rounding.
- */
-int ad_dense_cholesky(ad_pool *pool, size_t n, double *matrix);
+/* Room for the Cholesky factor of a matrix of order n >= 1; NULL: out of memory. */
+typedef struct ad_dense_factor ad_dense_factor;
+ad_dense_factor *ad_dense_factor_create(size_t n);
+void ad_dense_factor_free(ad_dense_factor *factor); /* NULL is fine */
+
+/* Factor the matrix plus diag(shift[n]), or without shift when it is NULL; 0, or not when that is
+ * not positive definite to rounding. */
+int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
+                      ad_dense_factor *factor);
 
 /* x[n]: the right side, then the solution. */
-void ad_dense_cholesky_solve(size_t n, const double *factor, double *x);
+void ad_dense_cholesky_solve(const ad_dense_factor *factor, double *x);
 
 /* LU factors with partial pivoting of a general matrix [n][n], column-major, in place, by the
  * calling thread alone; pivots [n]. 0, or not when the matrix is singular or holds a NaN. */

@@ -51,38 +51,44 @@ static void test_gram(void **state)
     free(three);
 }
 
-/* Solutions of equations whose right side was made from a known one; 5 below the size from which
- * matrices are cut into tiles, ORDER above. */
+/* Solutions of equations whose right side was made from a known one, for orders of one panel, of
+ * whole ones, of several bands; the shift makes up for what the diagonal lacks. */
 static void test_cholesky(void **state)
 {
     (void)state;
-    const size_t orders[] = {5, ORDER};
-    for (int o = 0; o < 2; o++) {
+    const size_t orders[] = {1, 5, 24, 120, ORDER};
+    for (int o = 0; o < 5; o++) {
         size_t n = orders[o];
-        double *a = random_matrix(ROWS * n), *right = new_numbers(n), *factors[2];
-        double *matrix = gram_of(a, ROWS, n, 1);
+        double *a = random_matrix(ROWS * n), *right = new_numbers(n), *shift = new_numbers(n);
+        double *matrix = gram_of(a, ROWS, n, 1), *solutions[2] = {NULL, NULL};
         for (size_t i = 0; i < n; i++) {
             for (size_t j = 0; j < n; j++) {
                 right[i] += (j < i ? matrix[j * n + i] : matrix[i * n + j]) * sin((double)j);
             }
+            shift[i] = 1 + (double)i;
+            matrix[i * n + i] -= shift[i];
         }
         for (int t = 0; t < 2; t++) {
             ad_pool *pool = ad_pool_create(1 + 2 * t);
-            factors[t] = gram_of(a, ROWS, n, 1);
-            assert_int_equal(ad_dense_cholesky(pool, n, factors[t]), 0);
+            ad_dense_factor *factor = ad_dense_factor_create(n);
+            solutions[t] = new_numbers(n);
+            memcpy(solutions[t], right, n * sizeof *right);
+            assert_int_equal(ad_dense_cholesky(pool, matrix, shift, factor), 0);
+            ad_dense_cholesky_solve(factor, solutions[t]);
+            ad_dense_factor_free(factor);
             ad_pool_free(pool);
         }
-        assert_memory_equal(factors[0], factors[1], n * n * sizeof(double));
-        ad_dense_cholesky_solve(n, factors[0], right);
+        assert_memory_equal(solutions[0], solutions[1], n * sizeof(double));
         for (size_t i = 0; i < n; i++) {
             /* the condition of 700 by 611 random numbers squared, below 1e4, times rounding */
-            assert_near(right[i], sin((double)i), 1e-10);
+            assert_near(solutions[0][i], sin((double)i), 1e-10);
         }
         free(a);
         free(right);
+        free(shift);
         free(matrix);
-        free(factors[0]);
-        free(factors[1]);
+        free(solutions[0]);
+        free(solutions[1]);
     }
 }
 
@@ -94,15 +100,17 @@ static void test_no_factor(void **state)
     const size_t at[] = {0, 250, ORDER - 1};
     const double bad[] = {-1, 0, (double)NAN};
     double *matrix = new_numbers((size_t)ORDER * ORDER);
+    ad_dense_factor *factor = ad_dense_factor_create(ORDER);
     for (int k = 0; k < 3; k++) {
         for (int b = 0; b < 3; b++) {
             memset(matrix, 0, (size_t)ORDER * ORDER * sizeof *matrix);
             for (size_t i = 0; i < ORDER; i++) {
                 matrix[i * ORDER + i] = i == at[k] ? bad[b] : 2;
             }
-            assert_int_not_equal(ad_dense_cholesky(pool, ORDER, matrix), 0);
+            assert_int_not_equal(ad_dense_cholesky(pool, matrix, NULL, factor), 0);
         }
     }
+    ad_dense_factor_free(factor);
     free(matrix);
     ad_pool_free(pool);
 }

@@ -70,7 +70,8 @@ typedef struct report {
 typedef struct tape_side {
     rod_case c;
     double loss, *gradient;
-    double *jtj, *factor, *jtr; /* of the Gauss-Newton step, else NULL */
+    double *jtj, *jtr, *damping; /* of the Gauss-Newton step, else NULL */
+    ad_dense_factor *factor;
 } tape_side;
 
 typedef struct fused_side {
@@ -107,16 +108,15 @@ static bool normal_step(void *side)
         cli_fail_error(program, &error);
         return false;
     }
-    memcpy(t->factor, t->jtj, n * n * sizeof *t->factor);
     for (size_t i = 0; i < n; i++) {
-        t->factor[i * n + i] += DAMPING * (t->jtj[i * n + i] + DAMPING);
+        t->damping[i] = DAMPING * (t->jtj[i * n + i] + DAMPING);
         t->gradient[i] = -t->jtr[i];
     }
-    if (ad_dense_cholesky(t->c.pool, n, t->factor) != 0) {
+    if (ad_dense_cholesky(t->c.pool, t->jtj, t->damping, t->factor) != 0) {
         cli_fail(program, "Gauss-Newton: the matrix has no Cholesky factor");
         return false;
     }
-    ad_dense_cholesky_solve(n, t->factor, t->gradient);
+    ad_dense_cholesky_solve(t->factor, t->gradient);
     return true;
 }
 
@@ -125,7 +125,8 @@ static void tape_free(tape_side *t)
     rod_case_free(&t->c);
     free(t->gradient);
     free(t->jtj);
-    free(t->factor);
+    free(t->damping);
+    ad_dense_factor_free(t->factor);
     free(t->jtr);
     *t = (tape_side){0};
 }
@@ -177,8 +178,9 @@ static bool normal_create(tape_side *t, int points, int threads)
     t->gradient = malloc(n * sizeof *t->gradient);
     t->jtr = malloc(n * sizeof *t->jtr);
     t->jtj = malloc(n * n * sizeof *t->jtj);
-    t->factor = malloc(n * n * sizeof *t->factor);
-    if (!t->gradient || !t->jtr || !t->jtj || !t->factor) {
+    t->damping = malloc(n * sizeof *t->damping);
+    t->factor = ad_dense_factor_create(n);
+    if (!t->gradient || !t->jtr || !t->jtj || !t->damping || !t->factor) {
         cli_fail(program, "out of memory");
         tape_free(t);
         return false;

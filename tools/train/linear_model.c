@@ -16,13 +16,14 @@ struct linear_model {
     ad_pool *pool;
     linear_model_info info;
     size_t count, rows;
-    double *jtr;    /* [count] */
-    double *matrix; /* J^T J [count][count]; or J D^-1 J^T [rows][rows] */
-    double *factor; /* the same shape */
-    double *jt;     /* kernel: [count][rows], in time divided by sqrt(scale) */
-    double *r, *z;  /* [rows] */
-    bool scaled;    /* kernel: jt is divided, matrix is made of it */
-    double damped;  /* damping of `factor`; NaN: of another matrix */
+    double *jtr;             /* [count] */
+    double *matrix;          /* J^T J [count][count]; or J D^-1 J^T [rows][rows] */
+    ad_dense_factor *factor; /* of the matrix and `shift` on its diagonal */
+    double *shift;
+    double *jt;    /* kernel: [count][rows], in time divided by sqrt(scale) */
+    double *r, *z; /* [rows] */
+    bool scaled;   /* kernel: jt is divided, matrix is made of it */
+    double damped; /* damping of `factor`; NaN: of another matrix */
     optim_nystrom *preconditioner;
     optim_cg *cg;
     double *x; /* matrix_free: where J is, [count] */
@@ -124,7 +125,8 @@ void linear_model_free(linear_model *m)
     if (m) {
         free(m->jtr);
         free(m->matrix);
-        free(m->factor);
+        ad_dense_factor_free(m->factor);
+        free(m->shift);
         free(m->jt);
         free(m->r);
         free(m->z);
@@ -161,11 +163,12 @@ static bool allocate(linear_model *m)
     size_t order = kernel ? m->rows : m->count;
     m->jtr = calloc(m->count, sizeof *m->jtr);
     m->matrix = calloc(order, order * sizeof *m->matrix);
-    m->factor = calloc(order, order * sizeof *m->factor);
+    m->factor = ad_dense_factor_create(order);
+    m->shift = calloc(order, sizeof *m->shift);
     m->r = calloc(m->rows, sizeof *m->r);
     m->z = calloc(m->rows, sizeof *m->z);
     m->jt = kernel ? calloc(m->count, m->rows * sizeof *m->jt) : NULL;
-    return m->jtr && m->matrix && m->factor && m->r && m->z && (!kernel || m->jt);
+    return m->jtr && m->matrix && m->factor && m->shift && m->r && m->z && (!kernel || m->jt);
 }
 
 ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool *pool,
@@ -270,11 +273,10 @@ static bool factor(linear_model *m, size_t n, double damping, const double *scal
     if (damping == m->damped) { /* and so is D */
         return true;
     }
-    memcpy(m->factor, m->matrix, n * n * sizeof *m->factor);
     for (size_t i = 0; i < n; i++) {
-        m->factor[i * n + i] += damping * (scale ? scale[i] : 1);
+        m->shift[i] = damping * (scale ? scale[i] : 1);
     }
-    const bool found = ad_dense_cholesky(m->pool, n, m->factor) == 0;
+    const bool found = ad_dense_cholesky(m->pool, m->matrix, m->shift, m->factor) == 0;
     m->info.factors++;
     m->info.failed += !found;
     m->damped = found ? damping : NAN;
@@ -290,7 +292,7 @@ static int solve_normal_equations(linear_model *m, double damping, const double 
     for (size_t i = 0; i < m->count; i++) {
         step[i] = -m->jtr[i];
     }
-    ad_dense_cholesky_solve(m->count, m->factor, step);
+    ad_dense_cholesky_solve(m->factor, step);
     return 0;
 }
 
@@ -315,7 +317,7 @@ static int solve_kernel(linear_model *m, double damping, const double *scale, do
         return 1;
     }
     memcpy(m->z, m->r, m->rows * sizeof *m->z);
-    ad_dense_cholesky_solve(m->rows, m->factor, m->z);
+    ad_dense_cholesky_solve(m->factor, m->z);
     for (size_t i = 0; i < m->count; i++) {
         double sum = 0;
         for (size_t k = 0; k < m->rows; k++) {
