@@ -98,25 +98,25 @@ static double *tile(const ad_dense_factor *f, size_t i, size_t j)
     return f->numbers + (j * (j + 1) / 2 + i) * TILE;
 }
 
-/* Columns beyond n are those of the unit matrix. */
-static void load_panel(void *context, int item, int thread)
+/* The tiles of one row of tiles; columns beyond n are those of the unit matrix. */
+static void load_tiles(void *context, int item, int thread)
 {
     const band *b = context;
     const ad_dense_factor *f = b->factor;
-    size_t left = (size_t)item * PANEL, width = f->n - left < PANEL ? f->n - left : PANEL;
-    double *to = tile(f, 0, (size_t)item);
+    size_t row = (size_t)item;
     (void)thread;
-    for (size_t i = 0; i < left + PANEL; i++) {
-        size_t from = i > left ? i - left : 0;
-        memset(to + i * PANEL, 0, PANEL * sizeof *to);
-        if (from < width) {
-            memcpy(to + i * PANEL + from, b->matrix + i * f->n + left + from,
-                   (width - from) * sizeof *to);
+    for (size_t i = row * PANEL; i < (row + 1) * PANEL; i++) {
+        for (size_t j = row; j < f->panels; j++) {
+            double *to = tile(f, row, j) + i % PANEL * PANEL;
+            size_t left = j * PANEL, from = i > left ? i : left;
+            size_t end = left + PANEL < f->n ? left + PANEL : f->n;
+            memset(to, 0, PANEL * sizeof *to);
+            if (i < f->n) {
+                memcpy(to + (from - left), b->matrix + i * f->n + from, (end - from) * sizeof *to);
+            }
         }
-    }
-    for (size_t i = 0; i < PANEL; i++) {
-        double *pivot = to + (left + i) * PANEL + i;
-        *pivot = i >= width ? 1 : *pivot + (b->shift ? b->shift[left + i] : 0);
+        double *pivot = tile(f, row, row) + i % PANEL * (PANEL + 1);
+        *pivot = i >= f->n ? 1 : *pivot + (b->shift ? b->shift[i] : 0);
     }
 }
 
@@ -185,7 +185,7 @@ int ad_dense_cholesky(ad_pool *pool, const double *matrix, const double *shift,
                       ad_dense_factor *factor)
 {
     band b = {.factor = factor, .matrix = matrix, .shift = shift};
-    ad_pool_run(pool, (int)factor->panels, load_panel, &b);
+    ad_pool_run(pool, (int)factor->panels, load_tiles, &b);
     for (b.first = 0; b.first < factor->panels; b.first = b.end) {
         b.end = b.first + BAND < factor->panels ? b.first + BAND : factor->panels;
         b.panel = b.first;
