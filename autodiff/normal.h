@@ -82,7 +82,7 @@ typedef struct normal_layout {
 
 #define NO_COLUMN ((size_t)-1)
 enum {
-    NORMAL_GROUP = 8
+    NORMAL_GROUP = 14
 }; /* panels in a group at most: their block of J^T J fits into the L2 cache */
 
 /* What is worked with: basis [source_panels][points][PANEL], plain [plain_panels][rows][points]
@@ -101,7 +101,7 @@ typedef struct normal_space {
     int *sources[2], *used;          /* [source_count] */
 } normal_space;
 
-enum { NORMAL_DEPTH = 128 }; /* points worked on together: two panels fit into the L1 cache */
+enum { NORMAL_DEPTH = 96 }; /* points worked on together: two panels fit into the L1 cache */
 
 /* Record adjoints of every row of the residuals, per point. Rows that no parameter moves and that
  * are 0 are left out. */
