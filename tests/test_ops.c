@@ -585,12 +585,68 @@ static void test_derivatives(void **state)
     }
 }
 
+/* ---- panels ----------------------------------------------------------------------------------
+ */
+
+/* Products, combinations and triangular solves of panels, by every kernel set, against plain loops.
+ */
+static void check_panels(const kernel_set *set)
+{
+    enum { DEPTH = 13 };
+    _Alignas(64) double a[DEPTH * PANEL], b[DEPTH * PANEL], c[TILE], u[TILE], out[DEPTH * PANEL];
+    uint64_t seed = 3;
+    for (int i = 0; i < DEPTH * PANEL; i++) {
+        a[i] = random_in(&seed, -1, 1);
+        b[i] = random_in(&seed, -1, 1);
+    }
+    for (int i = 0; i < TILE; i++) {
+        c[i] = random_in(&seed, -1, 1);
+        u[i] = i % PANEL < i / PANEL ? (double)NAN : random_in(&seed, 1, 2) / (1 + i % PANEL);
+    }
+    double before[TILE], x[TILE];
+    memcpy(before, c, sizeof c);
+    set->multiply_panels(DEPTH, a, b, -2, c);
+    memcpy(x, c, sizeof c);
+    set->solve_tile(u, c);
+    const double *by[2] = {a, b}, *of[2] = {b, a};
+    set->combine_panels(2, DEPTH, by, of, out);
+    for (int i = 0; i < PANEL; i++) {
+        for (int j = 0; j < PANEL; j++) {
+            double sum = 0, product = 0, size = 0;
+            for (int k = 0; k < DEPTH; k++) {
+                sum += a[k * PANEL + i] * b[k * PANEL + j];
+            }
+            for (int k = 0; k <= i; k++) {
+                product += u[k * PANEL + i] * c[k * PANEL + j];
+                size += fabs(u[k * PANEL + i] * c[k * PANEL + j]);
+            }
+            /* orders of summing and rounding of some 13 and 24 products */
+            assert_true(fabs(x[i * PANEL + j] - (before[i * PANEL + j] - 2 * sum)) <= 1e-14);
+            assert_true(fabs(product - x[i * PANEL + j]) <= 1e-14 * size);
+        }
+        for (int k = 0; k < DEPTH; k++) {
+            double expected = a[k] * b[k * PANEL + i] + b[k] * a[k * PANEL + i];
+            assert_true(fabs(out[k * PANEL + i] - expected) <= 1e-15);
+        }
+    }
+}
+
+static void test_panels(void **state)
+{
+    (void)state;
+    const kernel_set *sets[3];
+    for (int i = kernel_sets(sets) - 1; i >= 0; i--) {
+        check_panels(sets[i]);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_operation_has_its_rules),
         cmocka_unit_test(test_kernels),
         cmocka_unit_test(test_derivatives),
+        cmocka_unit_test(test_panels),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
