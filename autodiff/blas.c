@@ -58,10 +58,9 @@ static void load(void)
         const char *name;
         void *to;
     } wanted[] = {{"cblas_dgemm", &state.loaded.gemm}, {"cblas_dsyrk", &state.loaded.syrk},
-                  {"cblas_dtrsm", &state.loaded.trsm}, {"dpotrf_", &state.loaded.potrf},
-                  {"dpotrs_", &state.loaded.potrs},    {"dgetrf_", &state.loaded.getrf},
-                  {"dgetrs_", &state.loaded.getrs},    {"dgeqp3_", &state.loaded.geqp3},
-                  {"dtrtri_", &state.loaded.trtri},    {"dsytf2_", &state.loaded.sytf2}};
+                  {"dgetrf_", &state.loaded.getrf},    {"dgetrs_", &state.loaded.getrs},
+                  {"dgeqp3_", &state.loaded.geqp3},    {"dtrtri_", &state.loaded.trtri},
+                  {"dsytf2_", &state.loaded.sytf2}};
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         void *function = library ? dlsym(library, wanted[i].name) : NULL;
         if (!function) {

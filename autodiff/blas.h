@@ -14,26 +14,11 @@ typedef void (*blas_gemm)(int order, int transpose_a, int transpose_b, int m, in
 typedef void (*blas_syrk)(int order, int triangle, int transpose, int n, int k, double alpha,
                           const double *a, int lda, double beta, double *c, int ldc);
 
-/* b = a^-T b and the like: the names are those of the BLAS. */
-typedef void (*blas_trsm)(int order, int side, int triangle, int transpose, int diagonal, int m,
-                          int n, double alpha, const double *a, int lda, double *b, int ldb);
-
-enum {
-    BLAS_ROW_MAJOR = 101,
-    BLAS_NORMAL = 111,
-    BLAS_TRANSPOSED = 112,
-    BLAS_UPPER = 121,
-    BLAS_NON_UNIT = 131,
-    BLAS_LEFT = 141
-};
+enum { BLAS_ROW_MAJOR = 101, BLAS_NORMAL = 111, BLAS_TRANSPOSED = 112, BLAS_UPPER = 121 };
 
 typedef struct blas {
     blas_gemm gemm;
     blas_syrk syrk;
-    blas_trsm trsm;
-    void (*potrf)(const char *, const int *, double *, const int *, int *);
-    void (*potrs)(const char *, const int *, const int *, const double *, const int *, double *,
-                  const int *, int *);
     void (*getrf)(const int *, const int *, double *, const int *, int *, int *);
     void (*getrs)(const char *, const int *, const int *, const double *, const int *, const int *,
                   double *, const int *, int *);

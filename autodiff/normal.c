@@ -71,9 +71,9 @@ static bool make_space(const normal_layout *l, normal_space *space)
     return true;
 }
 
-static bool make_spaces(ad_normal *normal, ad_pool *pool)
+static bool make_spaces(ad_normal *normal)
 {
-    normal->threads = ad_pool_threads(pool);
+    normal->threads = ad_pool_threads(normal->program->pool);
     normal->spaces = calloc((size_t)normal->threads, sizeof *normal->spaces);
     bool ok = normal->spaces;
     for (int i = 0; ok && i < normal->threads; i++) {
@@ -101,7 +101,7 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                          "contain sums over them");
     }
     if (status == AD_OK && (ad_normal_layout(j, normal->parameters, &normal->layout) != AD_OK ||
-                            !make_spaces(normal, pool))) {
+                            !make_spaces(normal))) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for normal equations");
     }
     return status;

@@ -81,9 +81,10 @@ typedef struct normal_layout {
 } normal_layout;
 
 #define NO_COLUMN ((size_t)-1)
-enum {
-    NORMAL_GROUP = 14
-}; /* panels in a group at most: their block of J^T J fits into the L2 cache */
+
+/* Panels in a group at most, so that a block of J^T J fits into the L2 cache; points worked on
+ * together, so that two panels fit into the L1 cache. */
+enum { NORMAL_GROUP = 14, NORMAL_DEPTH = 96 };
 
 /* What is worked with: basis [source_panels][points][PANEL], plain [plain_panels][rows][points]
  * [PANEL], weights [weight_count][points], `room` points apart. */
@@ -100,8 +101,6 @@ typedef struct normal_space {
     const double **factors, **terms; /* [weights_max + source_count] */
     int *sources[2], *used;          /* [source_count] */
 } normal_space;
-
-enum { NORMAL_DEPTH = 96 }; /* points worked on together: two panels fit into the L1 cache */
 
 /* Record adjoints of every row of the residuals, per point. Rows that no parameter moves and that
  * are 0 are left out. */
