@@ -1,4 +1,5 @@
-/* Matrix products: OpenBLAS, loaded so that it picks kernels that fit the processor. Private. */
+/* Large matrices: OpenBLAS, loaded so that it picks kernels that fit the processor; the products of
+ * tiles are those of products.c. Private. */
 #ifndef AD_BLAS_H
 #define AD_BLAS_H
 

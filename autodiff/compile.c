@@ -328,8 +328,6 @@ static void count_instructions(ad_program *program)
         }
         for (int i = 0; i < p->count; i++) {
             const instruction *now = &p->instructions[i];
-            size_t scratch = ad_execute_scratch(now);
-            program->scratch = scratch > program->scratch ? scratch : program->scratch;
             info->products += instruction_flops(now) > 0;
             info->flops_per_point += instruction_flops(now);
         }
@@ -361,8 +359,6 @@ static bool allocate_workspaces(ad_program *program)
     program->tile = choose_tile(program);
     program->info.tile = program->tile;
     size_t numbers = (size_t)program->most_units * (size_t)program->tile;
-    program->workspace_numbers = numbers;
-    numbers += program->scratch;
     program->info.workspace_bytes = numbers * sizeof(double);
     program->workspaces = calloc((size_t)threads, sizeof *program->workspaces);
     for (int i = 0; program->workspaces && i < threads; i++) {

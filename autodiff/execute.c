@@ -24,7 +24,7 @@ typedef struct execution {
 /* One tile at work. */
 struct tile_state {
     const execution *e;
-    double *workspace, *scratch;
+    double *workspace;
     double *sums;
     const double *base[3]; /* by place_kind: where its values lie */
     ptrdiff_t unit[3];     /* by place_kind: numbers per unit of offset and stride */
@@ -44,7 +44,6 @@ static tile_state begin(const execution *e, int thread)
 {
     const ad_program *program = e->program;
     tile_state t = {.e = e, .workspace = program->workspaces[thread], .tile = e->tile};
-    t.scratch = t.workspace + program->workspace_numbers;
     t.base[PLACE_TILE] = t.workspace;
     t.base[PLACE_UNIFORM] = program->uniform;
     t.base[PLACE_PARAMETER] = e->run->parameters;
@@ -90,36 +89,15 @@ static void run_group(const tile_state *t, const group *g)
     }
 }
 
-/* OpenBLAS has kernels for small products that read the operands where they are; they take products
- * of at most 10^6 multiplications. The others copy the operands first, which for a tile costs more
- * than half as much as the product. */
-enum { SMALL_PRODUCT = 1000000, PIECE_MIN = 32, OUTER_PART_MAX = 120 };
-
-/* The dimension of n points to cut up so that each part, times `other`, is a small product: points
- * per part, parts about equal; n itself when the parts would be too thin to gain. */
-static int small_part(int n, int other)
-{
-    int most = SMALL_PRODUCT / other / TILE_STEP * TILE_STEP;
-    if (n <= most || most < PIECE_MIN) {
-        return n;
-    }
-    int parts = (n + most - 1) / most;
-    return ((n + parts - 1) / parts + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
-}
-
 /* y = W x for `points` columns of a panel, from x and y on. */
 static void multiply(const tile_state *t, const instruction *i, const double *x, double *y,
                      int points)
 {
     bool transposed = i->op == OP_MATVEC_TRANSPOSED;
-    int m = i->out.rows, k = i->in[1].rows, part = small_part(points, m * k);
-    kernel_operand w = operand(t, i->in[0], 0);
-    for (int at = 0; at < points; at += part) {
-        t->e->program->blas->gemm(BLAS_ROW_MAJOR, transposed ? BLAS_TRANSPOSED : BLAS_NORMAL,
-                                  BLAS_NORMAL, m, points - at < part ? points - at : part, k, 1,
-                                  w.at, transposed ? m : k, x + at, i->in[1].stride * t->tile, 0,
-                                  y + at, i->out.stride * t->tile);
-    }
+    int m = i->out.rows, k = i->in[1].rows;
+    t->e->program->kernels->products->multiply(
+        m, points, k, operand(t, i->in[0], 0).at, transposed ? 1 : k, transposed ? m : 1, x,
+        (ptrdiff_t)i->in[1].stride * t->tile, y, (ptrdiff_t)i->out.stride * t->tile, false);
 }
 
 /* All columns of the panel at once when the tile is full, else column by column. */
@@ -136,62 +114,18 @@ static void run_matvec(const tile_state *t, const instruction *i)
     }
 }
 
-/* Points per part of a sum of outer products of m and k rows; 0: not worth transposing. */
-static int outer_part(int m, int k)
-{
-    int most = SMALL_PRODUCT / (m * k) / TILE_STEP * TILE_STEP;
-    most = most > OUTER_PART_MAX ? OUTER_PART_MAX : most;
-    return m < 16 || k < 8 || most < PIECE_MIN ? 0 : most;
-}
-
-/* Between rows of the transposed matrix: no power of two, which would fill few sets of a cache. */
-static int transposed_stride(int k)
-{
-    return (k + TILE_STEP - 1) / TILE_STEP * TILE_STEP + TILE_STEP;
-}
-
-size_t ad_execute_scratch(const instruction *i)
-{
-    if (i->op != OP_OUTER_SUM) {
-        return 0;
-    }
-    int m = i->in[0].rows, k = i->in[1].rows;
-    return (size_t)outer_part(m, k) * (size_t)transposed_stride(k);
-}
-
-/* sum += y x^T over `points` columns of both panels. There is no fast kernel for small products of
- * two row-major matrices along their rows: x is transposed first, a part at a time. */
-static void multiply_outer(const tile_state *t, const instruction *i, const double *y,
-                           const double *x, double *sum, int points)
-{
-    const ad_program *program = t->e->program;
-    int m = i->in[0].rows, k = i->in[1].rows, part = outer_part(m, k);
-    int y_stride = i->in[0].stride * t->tile, x_stride = i->in[1].stride * t->tile;
-    if (part == 0) {
-        program->blas->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_TRANSPOSED, m, k, points, 1, y,
-                            y_stride, x, x_stride, 1, sum, k);
-        return;
-    }
-    int stride = transposed_stride(k);
-    for (int at = 0; at < points; at += part) {
-        int count = points - at < part ? points - at : part;
-        program->kernels->transpose(k, (count + TILE_STEP - 1) / TILE_STEP * TILE_STEP, t->scratch,
-                                    stride, (kernel_operand){x + at, x_stride});
-        program->blas->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, m, k, count, 1, y + at,
-                            y_stride, t->scratch, stride, 1, sum, k);
-    }
-}
-
+/* sum += y x^T, all columns of both panels at once when the tile is full. */
 static void run_outer_sum(const tile_state *t, const instruction *i)
 {
+    const product_set *products = t->e->program->kernels->products;
     const double *y = tile_at(t, i->in[0], 0), *x = tile_at(t, i->in[1], 0);
     double *sum = t->sums + (i->out.offset - t->e->pass->reduced_offset);
-    if (t->valid == t->tile) {
-        multiply_outer(t, i, y, x, sum, i->columns * t->tile);
-        return;
-    }
-    for (int c = 0; c < i->columns; c++) {
-        multiply_outer(t, i, y + c * t->tile, x + c * t->tile, sum, t->valid);
+    bool full = t->valid == t->tile;
+    int count = full ? 1 : i->columns, points = full ? i->columns * t->tile : t->valid;
+    for (int c = 0; c < count; c++) {
+        products->add_outer_sum(i->in[0].rows, i->in[1].rows, points, y + c * t->tile,
+                                (ptrdiff_t)i->in[0].stride * t->tile, x + c * t->tile,
+                                (ptrdiff_t)i->in[1].stride * t->tile, sum);
     }
 }
 

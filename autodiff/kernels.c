@@ -6,18 +6,6 @@
 
 #include <string.h>
 
-/* HALVES: the first, and the second halves of two vectors, interleaved. */
-#if defined(__AVX512F__)
-#define FIRST_HALVES  0, 8, 1, 9, 2, 10, 3, 11
-#define SECOND_HALVES 4, 12, 5, 13, 6, 14, 7, 15
-#elif defined(__AVX2__)
-#define FIRST_HALVES  0, 4, 1, 5
-#define SECOND_HALVES 2, 6, 3, 7
-#else
-#define FIRST_HALVES  0, 2
-#define SECOND_HALVES 1, 3
-#endif
-
 /* A loop over rows and points; `mask` and `arity` are known at compile time. Rows are short: what
  * counts is how little surrounds the inner loop. */
 #define LOOP(name, expression)                                                                     \
@@ -138,18 +126,27 @@ static void sum_points(int rows, int points, double *sum, kernel_operand x)
     enum { PARTS = 8 }; /* the same for every instruction set: so is the order of the sum */
     for (int row = 0; row < rows; row++) {
         const double *from = x.at + row * x.stride;
-        double part[PARTS] = {0};
+        vec parts[PARTS / LANES];
+        double part[PARTS];
         int j = 0;
+        for (int i = 0; i < PARTS / LANES; i++) {
+            parts[i] = splat(0);
+        }
         for (; j + PARTS <= points; j += PARTS) {
-            for (int i = 0; i < PARTS; i++) {
-                part[i] += from[j + i];
+            for (int i = 0; i < PARTS / LANES; i++) {
+                parts[i] += *(const vec *)(from + j + i * LANES);
             }
         }
+        memcpy(part, parts, sizeof part);
         for (int i = 0; j + i < points; i++) {
             part[i] += from[j + i];
         }
-        sum[row] += ((part[0] + part[4]) + (part[2] + part[6])) +
-                    ((part[1] + part[5]) + (part[3] + part[7]));
+        for (int half = PARTS / 2; half > 0; half /= 2) {
+            for (int i = 0; i < half; i++) {
+                part[i] += part[i + half];
+            }
+        }
+        sum[row] += part[0];
     }
 }
 
@@ -161,42 +158,6 @@ static void add_outer(int columns, int points, double *out, ptrdiff_t stride, co
         const double *restrict from = x.at + k * x.stride;
         for (int j = 0; j < points; j++) {
             to[j] = mul_add(y[j], from[j], to[j]);
-        }
-    }
-}
-
-/* LANES x LANES numbers: vectors i and i + LANES/2 interleaved into 2 i and 2 i + 1 shift the bits
- * of (vector, lane) round by one; after log2(LANES) times the two have changed places. */
-INLINE void transpose_block(const double *from, ptrdiff_t from_stride, double *to,
-                            ptrdiff_t to_stride)
-{
-    vec a[LANES], b[LANES];
-    for (int i = 0; i < LANES; i++) {
-        a[i] = *(const vec *)(from + i * from_stride);
-    }
-    for (int step = 1; step < LANES; step *= 2) {
-        for (int i = 0; i < LANES / 2; i++) {
-            b[2 * i] = __builtin_shufflevector(a[i], a[i + LANES / 2], FIRST_HALVES);
-            b[2 * i + 1] = __builtin_shufflevector(a[i], a[i + LANES / 2], SECOND_HALVES);
-        }
-        memcpy(a, b, sizeof a);
-    }
-    for (int i = 0; i < LANES; i++) {
-        *(vec *)(to + i * to_stride) = a[i];
-    }
-}
-
-static void transpose(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x)
-{
-    int row = 0;
-    for (; row + LANES <= rows; row += LANES) {
-        for (int j = 0; j < points; j += LANES) {
-            transpose_block(x.at + row * x.stride + j, x.stride, out + j * stride + row, stride);
-        }
-    }
-    for (; row < rows; row++) {
-        for (int j = 0; j < points; j++) {
-            out[j * stride + row] = x.at[row * x.stride + j];
         }
     }
 }
@@ -219,6 +180,8 @@ static void transpose(int rows, int points, double *out, ptrdiff_t stride, kerne
         name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7, name##_8,  \
             name##_9, name##_10, name##_11, name##_12, name##_13, name##_14                        \
     }
+
+extern const product_set AD_PRODUCT_SET;
 
 const kernel_set AD_KERNEL_SET = {
     .name = AD_KERNEL_NAME,
@@ -256,8 +219,8 @@ const kernel_set AD_KERNEL_SET = {
             [OP_COPY] = ROW1(copy),
         },
     .sum_points = sum_points,
-    .transpose = transpose,
     .add_outer = add_outer,
+    .products = &AD_PRODUCT_SET,
     .multiply_panels = multiply_panels,
     .combine_panels = combine_panels,
     .solve_tile = solve_tile,

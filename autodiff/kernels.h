@@ -20,18 +20,29 @@ typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, cons
 
 enum { KERNEL_MASKS = 1 << AD_ARITY_MAX };
 
+/* Single-threaded; see products.c. */
+typedef struct product_set {
+    /* c[m][n] = a b, or += where `add`: a[i][l] at a + i row + l column, i < m, l < k; rows of b
+     * are aligned to 64 bytes and may be read up to the next multiple of 8 numbers */
+    void (*multiply)(int m, int n, int k, const double *a, ptrdiff_t row, ptrdiff_t column,
+                     const double *b, ptrdiff_t b_stride, double *c, ptrdiff_t c_stride, bool add);
+    /* sum[m][k] += y x^T over the first `points` of m rows of y and k rows of x; rows of x as
+     * those of b */
+    void (*add_outer_sum)(int m, int k, int points, const double *y, ptrdiff_t y_stride,
+                          const double *x, ptrdiff_t x_stride, double *sum);
+} product_set;
+
 typedef struct kernel_set {
     const char *name, *flags; /* the compiler's, for this instruction set */
     /* by operation and by which operands are uniform: bit i set for operand i */
     kernel loops[OP_ELEMENTWISE_END][KERNEL_MASKS];
     /* sum[r] += sum over the first `points` of x[r], in an order fixed by `points` alone */
     void (*sum_points)(int rows, int points, double *sum, kernel_operand x);
-    /* out[j * stride + r] = x[r][j]; `out` aligned to 64 bytes, stride a multiple of 8 */
-    void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
     /* out[k * stride + j] += y[j] x[k][j] for k < columns, j < points; operands per point; nothing
      * need be aligned */
     void (*add_outer)(int columns, int points, double *out, ptrdiff_t stride, const double *y,
                       kernel_operand x);
+    const product_set *products;
     /* Panels [depth][PANEL] hold PANEL columns of a matrix; they are aligned to 64 bytes, as are
      * square tiles [PANEL][PANEL]. */
     /* c[i][j] += scale * (sum over k of a[k][i] b[k][j]), summed from k = 0 on */

@@ -330,13 +330,13 @@ void ad_program_print(const ad_program *program, FILE *file)
     fprintf(file,
             "program of %zu instruction%s in %zu group%s of pieces, %zu pass%s; %zu operations of "
             "the tape are not needed\n"
-            "  tiles of %d points, %zu bytes of workspace per thread, of these %zu scratch; "
-            "kernels for %s, OpenBLAS for %s\n"
+            "  tiles of %d points, %zu bytes of workspace per thread; kernels and products "
+            "for %s\n"
             "  %zu matrix products per tile, %zu flops per point; %zu sums over points\n",
             info->instructions, plural(info->instructions), info->groups, plural(info->groups),
             info->passes, info->passes == 1 ? "" : "es", info->dead, program->tile,
-            info->workspace_bytes, program->scratch * sizeof(double), program->kernels->name,
-            program->blas->core, info->products, info->flops_per_point, info->reduced);
+            info->workspace_bytes, program->kernels->name, info->products, info->flops_per_point,
+            info->reduced);
     for (int s = 0; s <= program->pass_count; s++) {
         if (!put_pass(program, s, file)) {
             fputs("  out of memory while printing\n", file);

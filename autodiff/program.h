@@ -105,9 +105,8 @@ struct ad_program {
 
     /* memory of a run */
     int tile;            /* largest */
-    double **workspaces; /* per thread: tile * most_units numbers, then `scratch` */
-    size_t workspace_numbers, scratch;
-    double *sums; /* [chunk_capacity][most reduced] */
+    double **workspaces; /* per thread: tile * most_units numbers */
+    double *sums;        /* [chunk_capacity][most reduced] */
     size_t chunk_capacity;
     int most_reduced, most_units;
 };
@@ -154,9 +153,6 @@ void ad_uniform_evaluate(ad_program *program, const pass *p, const ad_run *run);
 const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run);
 
 void ad_fuse_clear(ad_program *program); /* fuse.c */
-
-/* Numbers of memory beside the workspace that an instruction needs while it runs (execute.c). */
-size_t ad_execute_scratch(const instruction *i);
 
 /* For those who use the values of a tile in place: programs of one pass that sums nothing. Tiles
  * first .. first+count-1 are replayed on the pool's threads and handed to work, which sees outputs

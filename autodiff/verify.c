@@ -441,9 +441,6 @@ static bool replay_sum(verifier *v, const instruction *i)
         i->out.offset + rows > p->reduced_offset + p->reduced) {
         return wrong(v, "adds outside of the sums of the pass");
     }
-    if (ad_execute_scratch(i) > v->program->scratch) {
-        return wrong(v, "needs more than the scratch memory there is");
-    }
     for (int c = 0; c < i->columns; c++) {
         for (int row = 0; row < rows; row++) {
             int a = read_row(v, column_of(i->in[0], c), row / width);
@@ -556,7 +553,8 @@ static bool check_workspace(verifier *v)
 {
     const ad_program *program = v->program;
     size_t tile = (size_t)program->tile;
-    bool fits = program->workspace_numbers >= tile * (size_t)program->most_units;
+    bool fits =
+        program->info.workspace_bytes >= tile * (size_t)program->most_units * sizeof(double);
     for (int s = 0; s < program->pass_count; s++) {
         const pass *p = &program->passes[s];
         fits = fits && p->units <= program->most_units && p->reduced <= program->most_reduced &&

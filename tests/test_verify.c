@@ -225,8 +225,8 @@ static void test_bounds(void **state)
     subject *s = *state;
     ad_program *program = s->c.program;
     pass *first = pass_of(s, 0);
-    MUST_CATCH(s, "a workspace too small", program->workspace_numbers,
-               program->workspace_numbers - 1);
+    MUST_CATCH(s, "a workspace too small", program->info.workspace_bytes,
+               program->info.workspace_bytes - 1);
     MUST_CATCH(s, "fewer units", first->units, first->units - 1);
     MUST_CATCH(s, "tiles that are not aligned", program->tile, 20);
     MUST_CATCH(s, "a workspace that is not aligned", program->workspaces[0],
