@@ -6,7 +6,13 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { TILE_MAX = 128, TILE_ALLOWED = 1 << 16, ROWS_MAX = INT_MAX / 64 };
+/* Tiles are whole strips of products (products.c) for every instruction set. */
+enum {
+    TILE_STRIP = 24,
+    TILE_MAX = 5 * TILE_STRIP,
+    TILE_ALLOWED = 1 << 16,
+    ROWS_MAX = INT_MAX / 64
+};
 
 ad_settings ad_settings_default(void)
 {
@@ -337,9 +343,9 @@ static void count_instructions(ad_program *program)
     }
 }
 
-/* A workspace of three quarters of the second cache, which also holds parameters, sums and a
- * transposed panel. Larger tiles have fewer calls and longer rows, but the values of layers that
- * rest from the way forward to the way back are then fetched from the third cache. */
+/* A workspace of five eighths of the second cache, which also holds parameters and sums. Larger
+ * tiles have fewer calls, but the values of layers that rest from the way forward to the way back
+ * are then fetched from the third cache. */
 static int choose_tile(const ad_program *program)
 {
     if (program->settings.tile > 0) {
@@ -347,10 +353,10 @@ static int choose_tile(const ad_program *program)
         return steps * TILE_STEP;
     }
     long cache = sysconf(_SC_LEVEL2_CACHE_SIZE);
-    size_t budget = (cache > 0 ? (size_t)cache : 1u << 20) / 4 * 3;
+    size_t budget = (cache > 0 ? (size_t)cache : 1u << 20) / 8 * 5;
     size_t per_point = (size_t)program->most_units * sizeof(double);
-    size_t tile = per_point ? budget / per_point / TILE_MIN * TILE_MIN : TILE_MAX;
-    return tile < TILE_MIN ? TILE_MIN : tile > TILE_MAX ? TILE_MAX : (int)tile;
+    size_t tile = per_point ? budget / per_point / TILE_STRIP * TILE_STRIP : TILE_MAX;
+    return tile < TILE_STRIP ? TILE_STRIP : tile > TILE_MAX ? TILE_MAX : (int)tile;
 }
 
 static bool allocate_workspaces(ad_program *program)
