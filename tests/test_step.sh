@@ -20,7 +20,7 @@ fail()
 if [ "$2" = alone ]; then
     # 72 points: tiles of both sides that are not full
     "$1" --points 72 --rounds 1 --out step.csv >table.txt 2>&1 || fail "step does not end well"
-    [ "$(wc -l <step.csv)" = 6 ] || fail "the table has not five rows"
+    [ "$(wc -l <step.csv)" = 9 ] || fail "the table has not eight rows"
     "$1" --points 72 --normal-points 8 --rounds 1 --peers --python no-such-python \
         --out step.csv >table.txt 2>&1 || fail "missing peers are an error"
     [ "$(grep -c 'not installed: no-such-python' table.txt)" = 11 ] || fail "rows of missing peers"

@@ -4,6 +4,7 @@
  * See --help. */
 #include "autodiff/blas.h"
 #include "autodiff/dense.h"
+#include "autodiff/kernels.h"
 #include "fused.h"
 #include "peers.h"
 #include "physics/sort.h"
@@ -49,7 +50,7 @@ typedef struct row {
     size_t points;
     double seconds;            /* median, of a step */
     double ratio, least, most; /* to the tape with `reference_threads`, median and extremes */
-    double flops, fraction;    /* per second; of dgemm's rate. NaN: not known */
+    double flops, fraction;    /* per second; of the products' rate. NaN: not known */
     double disagreement;       /* NaN: nothing to compare with */
     double preparation;        /* s; NaN: none */
     char remark[160];          /* why there are no numbers */
@@ -59,7 +60,7 @@ enum { ROWS_MAX = 32 };
 
 typedef struct report {
     const options *o;
-    double rate; /* of dgemm, one thread */
+    double rates[2], rate; /* of products, one thread: OpenBLAS's, the tape's; the better one's */
     row rows[ROWS_MAX];
     int count;
     bool wrong; /* somebody of this program disagrees */
@@ -203,26 +204,33 @@ static double median(double *values, int count)
     return values[count / 2];
 }
 
+/* The tape's products by the name of OpenBLAS's. */
+static void tape_gemm(int order, int transpose_a, int transpose_b, int m, int n, int k,
+                      double alpha, const double *a, int lda, const double *b, int ldb, double beta,
+                      double *c, int ldc)
+{
+    (void)order, (void)transpose_b, (void)alpha; /* row-major, as it is, 1 */
+    bool turned = transpose_a == BLAS_TRANSPOSED;
+    ad_kernels_select()->products->multiply(m, n, k, a, turned ? 1 : lda, turned ? lda : 1, b, ldb,
+                                            c, ldc, beta != 0);
+}
+
 /* Multiply-adds per second, times 2, of the products that a step consists of: weights of a hidden
  * layer times five coefficients of 32 points, the median of many. */
-static double dgemm_rate(const blas *library)
+static double gemm_rate(blas_gemm gemm)
 {
     enum { N = FUSED_WIDTH, COLUMNS = 160, TIMES = 200, TRIALS = 21 };
-    double *a = calloc(N * N, sizeof *a), *b = calloc(N * COLUMNS, sizeof *b);
-    double *c = calloc(N * COLUMNS, sizeof *c), seconds[TRIALS];
-    for (int trial = 0; a && b && c && trial < TRIALS; trial++) {
+    static double a[N * N], b[N * COLUMNS] __attribute__((aligned(64))), c[N * COLUMNS];
+    double seconds[TRIALS];
+    for (int trial = 0; trial < TRIALS; trial++) {
         double start = train_seconds();
         for (int i = 0; i < TIMES; i++) {
-            library->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, N, COLUMNS, N, 1, a, N, b,
-                          COLUMNS, 0, c, COLUMNS);
+            gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_NORMAL, N, COLUMNS, N, 1, a, N, b, COLUMNS, 0, c,
+                 COLUMNS);
         }
         seconds[trial] = (train_seconds() - start) / TIMES;
     }
-    double rate = a && b && c ? 2.0 * N * N * COLUMNS / median(seconds, TRIALS) : NAN;
-    free(a);
-    free(b);
-    free(c);
-    return rate;
+    return 2.0 * N * N * COLUMNS / median(seconds, TRIALS);
 }
 
 /* ---- turns ---------------------------------------------------------------------------------- */
@@ -293,7 +301,7 @@ static void print_number(const char *format, int width, double x)
 static void print_header(void)
 {
     printf("%-30s %7s %10s %8s %9s %8s %17s %8s %9s\n", "", "threads", "us/point", "Gflop/s",
-           "of dgemm", "/ tape", "least..most", "differs", "first, s");
+           "of rate", "/ tape", "least..most", "differs", "first, s");
 }
 
 static void print_row(const row *r)
@@ -320,8 +328,8 @@ static bool write_csv(const report *from)
         cli_fail(program, "%s: %s", from->o->out, strerror(errno));
         return false;
     }
-    fprintf(file, "step,contender,threads,points,us_per_point,gflops,dgemm_gflops_per_thread,"
-                  "fraction_of_dgemm,ratio_to_tape,ratio_least,ratio_most,disagreement,"
+    fprintf(file, "step,contender,threads,points,us_per_point,gflops,product_gflops_per_thread,"
+                  "fraction_of_products,ratio_to_tape,ratio_least,ratio_most,disagreement,"
                   "first_step_seconds,remark\n");
     for (int i = 0; i < from->count; i++) {
         const row *r = &from->rows[i];
@@ -404,17 +412,19 @@ static bool race_tape(report *to, const entrant *reference, const entrant *e, co
     return ok;
 }
 
-static bool race_fused(report *to, const entrant *reference, const blas *library, tape_side *t,
+/* With the tape's products or OpenBLAS's. */
+static bool race_fused(report *to, const entrant *reference, blas_gemm gemm, tape_side *t,
                        int threads, double flops)
 {
     static fused_side side;
-    const fused_blas pointer = {library->gemm};
+    const fused_blas pointer = {gemm};
     side = (fused_side){.state = fused_create(&pointer, 0, threads), .c = &t->c};
     if (!side.state) {
         cli_fail(program, "cannot set up %d threads", threads);
         return false;
     }
-    const entrant other = {"fused by hand", fused_side_step, &side, NULL, threads};
+    const char *name = gemm == tape_gemm ? "by hand, the tape's products" : "by hand, OpenBLAS";
+    const entrant other = {name, fused_side_step, &side, NULL, threads};
     row *r = new_row(to, "gradient", other.name, threads, t->c.points);
     bool ok = take_turns(reference, &other, to->o->rounds, r);
     if (ok) {
@@ -428,13 +438,13 @@ static bool race_fused(report *to, const entrant *reference, const blas *library
     return ok;
 }
 
-/* Compiled groups compute what interpreted ones do. */
+/* So they are for compiled and interpreted groups, one thread and more. */
 static bool same_bits(const tape_side *a, const tape_side *b)
 {
     bool same = a->loss == b->loss &&
                 memcmp(a->gradient, b->gradient, a->c.parameters * sizeof *a->gradient) == 0;
     if (!same) {
-        cli_fail(program, "compiled and interpreted groups give different bits");
+        cli_fail(program, "the same step gives different bits, interpreted or with another number of threads");
     }
     return same;
 }
@@ -447,7 +457,8 @@ static bool race_ours(report *to, const blas *library, tape_side *all, double fl
     const entrant ours = {"tape", tape_step, all, NULL, threads};
     tape_side plain = {0}, single = {0};
     bool ok = race_tape(to, &ours, &ours, all, flops) &&
-              race_fused(to, &ours, library, all, threads, flops);
+              race_fused(to, &ours, tape_gemm, all, threads, flops) &&
+              race_fused(to, &ours, library->gemm, all, threads, flops);
     if (ok) {
         const entrant interpreted = {"tape, interpreted", tape_step, &plain, NULL, threads};
         ok = tape_create(&plain, to->o->points, threads, false) &&
@@ -457,8 +468,13 @@ static bool race_ours(report *to, const blas *library, tape_side *all, double fl
     if (ok && threads > 1) {
         ok = tape_create(&single, to->o->points, 1, true);
         const entrant one = {"tape", tape_step, &single, NULL, 1};
-        ok = ok && race_tape(to, &ours, &one, &single, flops) &&
-             race_fused(to, &one, library, &single, 1, flops);
+        const entrant interpreted = {"tape, interpreted", tape_step, &plain, NULL, 1};
+        ok = ok && tape_create(&plain, to->o->points, 1, false) &&
+             race_tape(to, &ours, &one, &single, flops) &&
+             race_tape(to, &one, &interpreted, &plain, flops) && same_bits(&single, &plain) &&
+             same_bits(all, &single) && race_fused(to, &one, tape_gemm, &single, 1, flops) &&
+             race_fused(to, &one, library->gemm, &single, 1, flops);
+        tape_free(&plain);
         tape_free(&single);
     }
     return ok;
@@ -472,11 +488,12 @@ static bool compare_gradients(report *to, const blas *library)
     }
     const ad_program_info info = problem_set_inspect(t.c.problem, 0).program;
     const double flops = (double)info.flops_per_point;
-    printf("loss and gradient: network 2-64-64-64-64-7, %d points, OpenBLAS kernels %s\n",
-           to->o->points, library->core);
-    printf("dgemm, one thread: %.1f Gflop/s; products of a step: %.0f flops/point; %zu "
-           "instructions, tiles of %d points\n\n",
-           1e-9 * to->rate, flops, info.instructions, info.tile);
+    printf("loss and gradient: network 2-64-64-64-64-7, %d points; products of a step: %.0f "
+           "flops/point; %zu instructions, tiles of %d points\n",
+           to->o->points, flops, info.instructions, info.tile);
+    printf("products of 64 x 64 weights, one thread: %.1f Gflop/s by the tape's own (%s), %.1f by "
+           "OpenBLAS (%s)\n\n",
+           1e-9 * to->rates[1], ad_kernels_select()->name, 1e-9 * to->rates[0], library->core);
     print_header();
     bool ok = race_ours(to, library, &t, flops);
     if (ok && to->o->peers) {
@@ -519,7 +536,8 @@ static bool compare_normal(report *to)
 static int compare_sides(const options *o, const blas *library)
 {
     static report table;
-    table = (report){.o = o, .rate = dgemm_rate(library)};
+    table = (report){.o = o, .rates = {gemm_rate(library->gemm), gemm_rate(tape_gemm)}};
+    table.rate = fmax(table.rates[0], table.rates[1]);
     bool ok = compare_gradients(&table, library) && (!o->peers || compare_normal(&table));
     ok = ok && (!o->out || write_csv(&table));
     if (table.wrong) {
