@@ -444,7 +444,9 @@ static bool same_bits(const tape_side *a, const tape_side *b)
     bool same = a->loss == b->loss &&
                 memcmp(a->gradient, b->gradient, a->c.parameters * sizeof *a->gradient) == 0;
     if (!same) {
-        cli_fail(program, "the same step gives different bits, interpreted or with another number of threads");
+        cli_fail(
+            program,
+            "the same step gives different bits, interpreted or with another number of threads");
     }
     return same;
 }
