@@ -30,6 +30,9 @@ typedef struct product_set {
      * those of b */
     void (*add_outer_sum)(int m, int k, int points, const double *y, ptrdiff_t y_stride,
                           const double *x, ptrdiff_t x_stride, double *sum);
+    /* out[j * stride + r] = x[r][j]; points and stride are multiples of 8, `out` and rows of x are
+     * aligned to 64 bytes */
+    void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
 } product_set;
 
 typedef struct kernel_set {

@@ -349,8 +349,8 @@ static void write_source(const normal_run *n, const tile_state *t, const normal_
             slab->basis + ((size_t)(source->panel + k / PANEL) * slab->room + first) * PANEL;
         kernel_operand part = {x.at + k * x.stride, x.stride};
         if (!uniform) {
-            n->normal->program->kernels->transpose(width, whole_vectors(ad_execute_valid(t)), out,
-                                                   PANEL, part);
+            n->normal->program->kernels->products->transpose(
+                width, whole_vectors(ad_execute_valid(t)), out, PANEL, part);
         }
         for (int i = 0; uniform && i < ad_execute_valid(t) * width; i++) {
             out[i / width * PANEL + i % width] = part.at[i % width * part.stride];
@@ -386,9 +386,9 @@ static void write_panel(const normal_run *n, const tile_state *t, int panel, int
             }
         }
         kernel_operand written = {rows[0], PATCH};
-        normal->program->kernels->transpose(PANEL, whole_vectors(points),
-                                            slab->plain + (at + (size_t)from) * PANEL, PANEL,
-                                            written);
+        normal->program->kernels->products->transpose(PANEL, whole_vectors(points),
+                                                      slab->plain + (at + (size_t)from) * PANEL,
+                                                      PANEL, written);
     }
 }
 

@@ -281,4 +281,24 @@ static void add_outer_sum(int m, int k, int points, const double *y, ptrdiff_t y
     }
 }
 
-const product_set AD_PRODUCT_SET = {multiply, add_outer_sum};
+/* Rows that are no whole block one number after the other. */
+static void transpose(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x)
+{
+    const int whole = rows / LANES * LANES;
+    for (int row = 0; row < whole; row += LANES) {
+        const double *from[LANES];
+        for (int i = 0; i < LANES; i++) {
+            from[i] = x.at + (row + i) * x.stride;
+        }
+        for (int j = 0; j < points; j += LANES) {
+            turn_block(from, j, out + j * stride + row, stride);
+        }
+    }
+    for (int row = whole; row < rows; row++) {
+        for (int j = 0; j < points; j++) {
+            out[j * stride + row] = x.at[row * x.stride + j];
+        }
+    }
+}
+
+const product_set AD_PRODUCT_SET = {multiply, add_outer_sum, transpose};
