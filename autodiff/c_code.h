@@ -14,10 +14,10 @@ void ad_c_text(const char *const *lines, FILE *file);
  * does. */
 int ad_c_run_length(const pass *p, int group);
 
-/* All elementwise groups of a program for tiles of `tile` points, one function for each run of
+/* All elementwise groups of a program for the tiles of its passes, one function for each run of
  * them, and a table `name` of the functions in the order of passes and groups. False: out of
  * memory. */
-bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FILE *file);
+bool ad_c_write_groups(const ad_program *program, const char *name, FILE *file);
 
 /* ---- elementwise instructions, for both (c_segments.c) -------------------------------------- */
 

@@ -379,6 +379,10 @@ ad_status ad_write_c(ad_program *program, const ad_c_options *options, FILE *fil
                        "points of a call",
                        POINTS_MAX);
     }
+    if (program->members) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "C of a program: values of members are not written; give them per point");
+    }
     f.w = (c_writer){.program = program,
                      .type = options->single ? "float" : "double",
                      .suffix = options->single ? "f" : "",

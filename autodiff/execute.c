@@ -1,9 +1,12 @@
-/* Replay a program over tiles of points.
+/* Replay a program over tiles of points, or of members.
  *
  * Points are cut into tiles and tiles dealt to chunks, both by the number of points alone, never by
  * the number of threads. A chunk adds up its tiles in order, whichever thread takes it, and the
  * chunks are added pairwise in order: so the sums are the same to the last bit for any number of
- * threads. */
+ * threads.
+ *
+ * Where there are values of members, a tile of points has whole members, or a part of one: the
+ * points of a member are added up by the tile, or tile by tile and then in order. */
 #include "autodiff/program.h"
 
 #include <stdlib.h>
@@ -16,7 +19,12 @@ typedef struct execution {
     const ad_run *run;
     const pass *pass;
     const int *input_units;
-    int tile; /* points per tile of this run, a multiple of 8 */
+    size_t count;   /* points, or members, that the pass goes over */
+    size_t members; /* of the run */
+    size_t each;    /* points of a member; 1 where the pass goes over the members */
+    int tile;       /* points per tile of this run, a multiple of 8 */
+    size_t step;    /* of these, the ones that are taken */
+    size_t parts;   /* tiles per member where they have a part of one, else 1 */
     size_t tiles, chunks;
     size_t slices, width; /* of the final sum */
 } execution;
@@ -26,11 +34,12 @@ struct tile_state {
     const execution *e;
     double *workspace, *scratch;
     double *sums;
-    const double *base[3]; /* by place_kind: where its values lie */
-    ptrdiff_t unit[3];     /* by place_kind: numbers per unit of offset and stride */
+    const double *base[PLACE_KINDS]; /* by place_kind: where its values lie */
+    ptrdiff_t unit[PLACE_KINDS];     /* by place_kind: numbers per unit of offset and stride */
     int tile;
     int width; /* points computed: `valid` rounded up to a multiple of 8 */
     int valid;
+    size_t start, number; /* the first point; of the tile */
 };
 
 static size_t minimum(size_t a, size_t b)
@@ -50,6 +59,8 @@ static tile_state begin(const execution *e, int thread)
     t.base[PLACE_PARAMETER] = e->run->parameters;
     t.unit[PLACE_TILE] = e->tile;
     t.unit[PLACE_UNIFORM] = t.unit[PLACE_PARAMETER] = 1;
+    t.base[PLACE_MEMBER] = program->member;
+    t.unit[PLACE_MEMBER] = (ptrdiff_t)e->members;
     return t;
 }
 
@@ -152,10 +163,13 @@ static int transposed_stride(int k)
 
 size_t ad_execute_scratch(const instruction *i)
 {
-    if (i->op != OP_OUTER_SUM) {
-        return 0;
-    }
     int m = i->in[0].rows, k = i->in[1].rows;
+    if (i->out.kind == PLACE_MEMBER) { /* the sum for one member */
+        return (size_t)m * (size_t)(i->op == OP_OUTER_SUM ? k : 1);
+    }
+    if (i->op != OP_OUTER_SUM) { /* a member's matrix */
+        return op_is_matvec(i->op) && i->in[0].kind == PLACE_MEMBER ? (size_t)m : 0;
+    }
     return (size_t)outer_part(m, k) * (size_t)transposed_stride(k);
 }
 
@@ -236,12 +250,137 @@ static void run_outer(const tile_state *t, const instruction *i)
     }
 }
 
+/* ---- values of members ---------------------------------------------------------------------- */
+
+/* Neighbouring points of a tile that are of one member. */
+typedef struct stretch {
+    size_t member;
+    int first, count;
+} stretch;
+
+/* The next one, after `before` (NULL: the first); false: there is none. */
+static bool next_stretch(const tile_state *t, stretch *s, bool first)
+{
+    size_t each = t->e->each;
+    s->first = first ? 0 : s->first + s->count;
+    if (s->first >= t->valid) {
+        return false;
+    }
+    size_t at = t->start + (size_t)s->first;
+    s->member = at / each;
+    s->count = (int)minimum(each - at % each, (size_t)(t->valid - s->first));
+    return true;
+}
+
+static void run_spread(const tile_state *t, const instruction *i)
+{
+    for (int row = 0; row < i->out.rows; row++) {
+        const double *from = operand(t, i->in[0], row).at;
+        double *to = tile_at(t, i->out, row);
+        if (t->e->each == 1) {
+            memcpy(to, from + t->start, (size_t)t->valid * sizeof *to);
+        } else {
+            stretch s;
+            for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
+                for (int j = s.first; j < s.first + s.count; j++) {
+                    to[j] = from[s.member];
+                }
+            }
+        }
+        for (int j = t->valid; j < t->width; j++) {
+            to[j] = to[t->valid - 1];
+        }
+    }
+}
+
+/* y = W x with a matrix of each member: where they have many points, a product for each. */
+static void run_member_matvec(const tile_state *t, const instruction *i)
+{
+    bool transposed = i->op == OP_MATVEC_TRANSPOSED;
+    int m = i->out.rows, k = i->in[1].rows;
+    const double *x = tile_at(t, i->in[1], 0);
+    double *y = tile_at(t, i->out, 0);
+    kernel_operand w = operand(t, i->in[0], 0);
+    stretch s;
+    for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
+        int count = s.first + s.count == t->valid ? t->width - s.first : s.count;
+        for (int n = 0; n < m * k; n++) {
+            t->scratch[n] = w.at[n * w.stride + (ptrdiff_t)s.member];
+        }
+        t->e->program->blas->gemm(BLAS_ROW_MAJOR, transposed ? BLAS_TRANSPOSED : BLAS_NORMAL,
+                                  BLAS_NORMAL, m, count, k, 1, t->scratch, transposed ? m : k,
+                                  x + s.first, i->in[1].stride * t->tile, 0, y + s.first,
+                                  i->out.stride * t->tile);
+    }
+}
+
+/* Where what a tile adds up for a member goes, and how far apart rows are. */
+static double *share_of(const tile_state *t, const instruction *i, size_t member, ptrdiff_t *stride)
+{
+    const execution *e = t->e;
+    const ad_program *program = e->program;
+    size_t row = (size_t)(i->out.offset - e->pass->summed_offset);
+    *stride = (ptrdiff_t)(e->parts > 1 ? e->tiles : e->members);
+    return e->parts > 1 ? program->shares + row * e->tiles + t->number
+                        : program->member + (size_t)i->out.offset * e->members + member;
+}
+
+/* Of each member's points: the values, or their outer products. */
+static void run_member_sum(const tile_state *t, const instruction *i)
+{
+    const ad_program *program = t->e->program;
+    kernel_operand y = operand(t, i->in[0], 0), x = operand(t, i->in[1], 0);
+    int m = i->in[0].rows, k = i->op == OP_OUTER_SUM ? i->in[1].rows : 1;
+    stretch s;
+    for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
+        ptrdiff_t stride;
+        double *to = share_of(t, i, s.member, &stride);
+        if (i->op == OP_OUTER_SUM) {
+            program->blas->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_TRANSPOSED, m, k, s.count, 1,
+                                y.at + s.first, (int)y.stride, x.at + s.first, (int)x.stride, 0,
+                                t->scratch, k);
+        } else {
+            memset(t->scratch, 0, (size_t)m * sizeof *t->scratch);
+            program->kernels->sum_points(m, s.count, t->scratch,
+                                         (kernel_operand){y.at + s.first, y.stride});
+        }
+        for (int n = 0; n < m * k; n++) {
+            to[n * stride] = t->scratch[n];
+        }
+    }
+}
+
+/* The shares of a member's tiles, in their order. */
+static void add_shares(const execution *e)
+{
+    const ad_program *program = e->program;
+    for (size_t row = 0; e->parts > 1 && row < (size_t)e->pass->summed; row++) {
+        const double *from = program->shares + row * e->tiles;
+        double *to = program->member + ((size_t)e->pass->summed_offset + row) * e->members;
+        for (size_t member = 0; member < e->members; member++) {
+            to[member] = from[member * e->parts];
+            for (size_t part = 1; part < e->parts; part++) {
+                to[member] += from[member * e->parts + part];
+            }
+        }
+    }
+}
+
 static void run_other(const tile_state *t, const instruction *i)
 {
+    if (i->out.kind == PLACE_MEMBER) {
+        run_member_sum(t, i);
+        return;
+    }
     switch (i->op) {
+    case OP_SPREAD:
+        run_spread(t, i);
+        break;
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
-        if (i->in[0].kind == PLACE_TILE) {
+        if (i->in[0].kind == PLACE_MEMBER) {
+            run_member_matvec(t, i);
+        } else if (i->in[0].kind == PLACE_TILE) {
             run_point_matvec(t, i);
         } else {
             run_matvec(t, i);
@@ -262,14 +401,14 @@ static void run_other(const tile_state *t, const instruction *i)
 
 /* ---- tiles and chunks ------------------------------------------------------------------------ */
 
-static void read_inputs(const tile_state *t, size_t start)
+static void read_inputs(const tile_state *t)
 {
     const ad_tape *tape = t->e->program->tape;
     const ad_run *run = t->e->run;
     for (int i = 0; i < tape->inputs; i++) {
         int unit = t->e->input_units[i];
         for (int row = 0; unit >= 0 && row < tape->input_rows[i]; row++) {
-            const double *from = run->inputs[i] + (size_t)row * run->points + start;
+            const double *from = run->inputs[i] + (size_t)row * t->e->count + t->start;
             double *to = t->workspace + (ptrdiff_t)(unit + row) * t->tile;
             memcpy(to, from, (size_t)t->valid * sizeof *to);
             for (int j = t->valid; j < t->width; j++) {
@@ -279,25 +418,36 @@ static void read_inputs(const tile_state *t, size_t start)
     }
 }
 
-static void write_outputs(const tile_state *t, size_t start)
+static void write_rows(const tile_state *t, place from, double *to)
 {
-    const ad_run *run = t->e->run;
-    for (int i = 0; i < t->e->pass->output_count; i++) {
-        batch_output o = t->e->pass->outputs[i];
-        for (int row = 0; run->outputs[o.number] && row < o.from.rows; row++) {
-            memcpy(run->outputs[o.number] + (size_t)row * run->points + start,
-                   tile_at(t, o.from, row), (size_t)t->valid * sizeof(double));
-        }
+    for (int row = 0; to && row < from.rows; row++) {
+        memcpy(to + (size_t)row * t->e->count + t->start, tile_at(t, from, row),
+               (size_t)t->valid * sizeof(double));
+    }
+}
+
+static void write_outputs(const tile_state *t)
+{
+    const pass *p = t->e->pass;
+    for (int i = 0; i < p->output_count; i++) {
+        write_rows(t, p->outputs[i].from, t->e->run->outputs[p->outputs[i].number]);
+    }
+    for (int i = 0; i < p->kept_count; i++) {
+        write_rows(t, p->kept[i].from,
+                   t->e->program->member + (size_t)p->kept[i].number * t->e->members);
     }
 }
 
 static void run_tile(tile_state *t, size_t number)
 {
-    size_t start = number * (size_t)t->tile;
-    t->valid = (int)minimum((size_t)t->tile, t->e->run->points - start);
+    const execution *e = t->e;
+    size_t first = number / e->parts * e->each, end = e->parts > 1 ? first + e->each : e->count;
+    t->number = number;
+    t->start = e->parts > 1 ? first + number % e->parts * e->step : number * e->step;
+    t->valid = (int)minimum(e->step, end - t->start);
     t->width = (t->valid + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
-    read_inputs(t, start);
-    bool fused = t->tile == t->e->program->fused_tile;
+    read_inputs(t);
+    bool fused = t->tile == e->pass->fused_tile;
     for (int g = 0; g < t->e->pass->group_count; g++) {
         const group *now = &t->e->pass->groups[g];
         const instruction *i = &t->e->pass->instructions[now->first];
@@ -322,7 +472,7 @@ static void run_chunk(void *context, int chunk, int thread)
     size_t end = ((size_t)chunk + 1) * e->tiles / e->chunks;
     for (size_t number = first; number < end; number++) {
         run_tile(&t, number);
-        write_outputs(&t, number * (size_t)t.tile);
+        write_outputs(&t);
     }
 }
 
@@ -348,15 +498,18 @@ static void sum_slice(void *context, int slice, int thread)
 
 static void run_pass(execution *e)
 {
+    const pass *p = e->pass;
     if (e->chunks == 0) {
-        memset(e->program->uniform + e->pass->reduced_offset, 0,
-               (size_t)e->pass->reduced * sizeof(double));
+        memset(e->program->uniform + p->reduced_offset, 0, (size_t)p->reduced * sizeof(double));
+        memset(e->program->member + (size_t)p->summed_offset * e->members, 0,
+               (size_t)p->summed * e->members * sizeof(double));
         return;
     }
-    if (e->pass->count == 0 && e->pass->output_count == 0) {
+    if (p->count == 0 && p->output_count == 0 && p->kept_count == 0) {
         return;
     }
     ad_pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
+    add_shares(e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
     if (e->slices > 0) {
@@ -366,42 +519,92 @@ static void run_pass(execution *e)
 
 /* ---- runs ------------------------------------------------------------------------------------ */
 
-static void cut(execution *e, size_t points)
+static size_t rounded_up(size_t count, size_t step)
 {
-    size_t wanted = (points + CHUNKS_FEW - 1) / CHUNKS_FEW; /* work for several threads */
-    wanted = (wanted + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
+    return (count + step - 1) / step * step;
+}
+
+/* Tiles of a number of whole members, or of equal parts of one. */
+static void cut_members(execution *e)
+{
+    size_t tile = (size_t)e->tile;
+    if (e->each <= tile) {
+        e->step = tile / e->each * e->each;
+        e->tiles = (e->count + e->step - 1) / e->step;
+    } else {
+        e->parts = (e->each + tile - 1) / tile;
+        e->step = rounded_up((e->each + e->parts - 1) / e->parts, TILE_STEP);
+        e->parts = (e->each + e->step - 1) / e->step;
+        e->tiles = e->members * e->parts;
+    }
+    e->tile = (int)rounded_up(e->step, TILE_STEP);
+}
+
+static void cut(execution *e, const pass *p, size_t points, size_t members)
+{
+    e->pass = p;
+    e->members = members > 0 ? members : 1;
+    e->each = p->members ? 1 : points / e->members;
+    e->count = p->members ? e->members : points;
+    e->parts = 1;
+    size_t wanted = (e->count + CHUNKS_FEW - 1) / CHUNKS_FEW; /* work for several threads */
+    wanted = rounded_up(wanted, TILE_STEP);
     wanted = wanted < TILE_MIN ? TILE_MIN : wanted;
     e->tile = (int)minimum(wanted, (size_t)e->program->tile);
-    e->tiles = (points + (size_t)e->tile - 1) / (size_t)e->tile;
+    e->step = (size_t)e->tile;
+    e->tiles = (e->count + e->step - 1) / e->step;
+    if (e->program->members && e->each > 1) {
+        cut_members(e);
+    }
     size_t chunks = e->tiles / CHUNKS_FEW;
     chunks = chunks < CHUNKS_FEW ? CHUNKS_FEW : chunks;
     e->chunks = minimum(e->tiles, minimum(chunks, CHUNKS_MANY));
 }
 
-static bool make_room(ad_program *program, size_t chunks)
+/* Memory for so many items of equally many numbers; what is in it is lost. */
+static bool enlarge(double **memory, size_t *capacity, size_t items, int numbers)
 {
-    if (chunks <= program->chunk_capacity) {
+    if (items <= *capacity) {
         return true;
     }
-    size_t numbers = chunks * (size_t)program->most_reduced + 1;
-    double *sums = realloc(program->sums, numbers * sizeof *sums);
-    if (!sums) {
-        return false;
+    double *larger = realloc(*memory, (items * (size_t)numbers + 1) * sizeof *larger);
+    if (larger) {
+        *memory = larger;
+        *capacity = items;
     }
-    program->sums = sums;
-    program->chunk_capacity = chunks;
-    return true;
+    return larger != NULL;
+}
+
+static bool make_room(execution *e, const ad_run *run)
+{
+    ad_program *program = e->program;
+    bool ok = enlarge(&program->member, &program->member_capacity, run->members + 1,
+                      program->member_rows);
+    for (int s = 0; ok && s < program->pass_count; s++) {
+        const pass *p = &program->passes[s];
+        cut(e, p, run->points, run->members);
+        ok = enlarge(&program->sums, &program->chunk_capacity, e->chunks, program->most_reduced) &&
+             enlarge(&program->shares, &program->share_capacity, e->parts > 1 ? e->tiles : 0,
+                     program->most_summed);
+    }
+    return ok;
 }
 
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
 {
     execution e = {.program = program, .run = run};
-    cut(&e, run->points);
-    if (!make_room(program, e.chunks)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for the sums of %zu chunks", e.chunks);
+    if (program->members && run->members > 1 && run->points % run->members != 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%zu points of %zu members: every member has to have equally many",
+                       run->points, run->members);
+    }
+    if (!make_room(&e, run)) {
+        return ad_fail(error, AD_NO_MEMORY,
+                       "out of memory for the sums and values of %zu points and %zu members",
+                       run->points, run->members);
     }
     for (int s = 0; s < program->pass_count; s++) {
-        e.pass = &program->passes[s];
+        cut(&e, &program->passes[s], run->points, run->members);
         e.input_units = program->input_units + s * program->tape->inputs;
         ad_uniform_evaluate(program, e.pass, run);
         run_pass(&e);
@@ -438,17 +641,23 @@ static void run_tile_job(void *context, int item, int thread)
 void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
 {
     execution e = {.program = program};
-    cut(&e, points);
+    cut(&e, &program->passes[0], points, 1);
     *tile = e.tile;
     *tiles = e.tiles;
+}
+
+int ad_execute_tile(ad_program *program, const pass *p, size_t points, size_t members)
+{
+    execution e = {.program = program};
+    cut(&e, p, points, members);
+    return e.tile;
 }
 
 void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
                       tile_work work, void *context)
 {
-    tile_job job = {
-        {.program = program, .run = run, .pass = &program->passes[0]}, first, work, context};
-    cut(&job.e, run->points);
+    tile_job job = {{.program = program, .run = run}, first, work, context};
+    cut(&job.e, &program->passes[0], run->points, 1);
     job.e.input_units = program->input_units;
     if (first == 0) {
         ad_uniform_evaluate(program, job.e.pass, run);

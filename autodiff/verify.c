@@ -21,9 +21,11 @@ typedef struct verifier {
     bool *ready, *owned; /* [uniform_count] numbers of the uniform memory */
     bool *constant;      /* [uniform_count] */
     uint64_t *sums;      /* [uniform_count] what is expected, then minus what was added */
+    int *member;         /* [member_rows] formula held in the memory of the members; 0: none yet */
     int *outputs;        /* [outputs] how often each was written */
     int *unit, *reader;  /* [units] of the pass: formula held; last instruction that read it */
     int pass, instruction;
+    bool again;          /* the pass is replayed a second time */
     ad_status status;
     ad_error *error;
 } verifier;
@@ -258,6 +260,9 @@ static int read_row(verifier *v, place from, int row)
     if (from.stride != 0 && row >= from.rows) {
         return wrong(v, "row %d of an operand of %d", row, from.rows);
     }
+    if (from.kind == PLACE_MEMBER) {
+        return wrong(v, "reads a value of members that is not spread");
+    }
     if (from.kind != PLACE_TILE) {
         if (!is_there(v, from.kind, at)) {
             return 0;
@@ -294,6 +299,37 @@ static bool write_row(verifier *v, place to, int row, int held, bool apart)
     }
     v->unit[at] = held;
     return true;
+}
+
+/* A number of the memory of the members, written once, by one pass. */
+static bool write_member(verifier *v, int at, int held)
+{
+    if (v->status != AD_OK || at < 0 || at >= v->program->member_rows) {
+        return wrong(v, "writes row %d of %d of the members", at, v->program->member_rows);
+    }
+    if (!held || (v->again ? v->member[at] != held : v->member[at] != 0)) {
+        return wrong(v, "row %d of the members is of no value of the tape, or written twice", at);
+    }
+    v->member[at] = held;
+    return true;
+}
+
+static int read_member(verifier *v, place from, int row)
+{
+    int at = from.offset + row * from.stride, rows = v->program->member_rows;
+    if (from.kind != PLACE_MEMBER || row >= from.rows || at < 0 || at >= rows || !v->member[at]) {
+        return wrong(v, "reads row %d of %d of the members, which holds nothing", at, rows);
+    }
+    return v->member[at];
+}
+
+/* What points see of it; a pass over the members sees it as it is. */
+static int read_spread(verifier *v, place from, int row)
+{
+    int held = read_member(v, from, row);
+    return v->program->passes[v->pass].members
+               ? held
+               : ad_formulas_find(&v->formulas, (formula){.op = OP_SPREAD, .a = held});
 }
 
 static int scaled(const formulas *f, double factor, int product)
@@ -363,15 +399,15 @@ static bool replay_elementwise(verifier *v, const instruction *i, int first, int
 
 static int read_all(verifier *v, place from)
 {
-    if (from.kind != PLACE_TILE) {
+    if (from.kind == PLACE_UNIFORM || from.kind == PLACE_PARAMETER) {
         for (int i = 0; i < from.rows && is_there(v, from.kind, from.offset + i); i++) {
         }
         return ad_formulas_find(&v->formulas, block_at(from));
     }
     int list = 0;
     for (int row = 0; row < from.rows; row++) {
-        list = ad_formulas_find(&v->formulas,
-                                (formula){.op = LIST, .a = list, .b = read_row(v, from, row)});
+        int held = from.kind == PLACE_MEMBER ? read_spread(v, from, row) : read_row(v, from, row);
+        list = ad_formulas_find(&v->formulas, (formula){.op = LIST, .a = list, .b = held});
     }
     return list;
 }
@@ -392,11 +428,16 @@ static bool check_columns(verifier *v, const instruction *i, place panel)
 static bool replay_product(verifier *v, const instruction *i)
 {
     enum { COLUMNS_MAX = 64 };
-    bool uniform = i->in[0].kind != PLACE_TILE;
+    const pass *p = &v->program->passes[v->pass];
+    bool uniform = i->in[0].kind == PLACE_UNIFORM || i->in[0].kind == PLACE_PARAMETER;
     int lists[COLUMNS_MAX], w = read_all(v, i->in[0]);
     if ((uniform && (!check_columns(v, i, i->in[1]) || !check_columns(v, i, i->out))) ||
         i->columns > (uniform ? COLUMNS_MAX : 1) || i->in[0].rows != i->in[1].rows * i->out.rows) {
         return wrong(v, "shapes do not fit");
+    }
+    if (i->in[0].kind == PLACE_MEMBER &&
+        (p->members || i->in[1].kind != PLACE_TILE || ad_execute_scratch(i) > v->program->scratch)) {
+        return wrong(v, "a matrix of each member does not stand here");
     }
     for (int c = 0; c < i->columns; c++) {
         lists[c] = read_all(v, column_of(i->in[1], c));
@@ -431,8 +472,46 @@ static bool replay_outer(verifier *v, const instruction *i)
     return true;
 }
 
+/* Of each member's points. */
+static bool replay_member_sum(verifier *v, const instruction *i)
+{
+    const pass *p = &v->program->passes[v->pass];
+    bool outer = i->op == OP_OUTER_SUM;
+    int width = outer ? i->in[1].rows : 1, rows = i->in[0].rows * width;
+    if (p->members || i->columns != 1 || i->in[0].kind != PLACE_TILE || i->out.stride != 1 ||
+        (outer && i->in[1].kind != PLACE_TILE) || i->out.rows != rows ||
+        i->out.offset < p->summed_offset ||
+        i->out.offset + rows > p->summed_offset + p->summed ||
+        ad_execute_scratch(i) > v->program->scratch) {
+        return wrong(v, "adds outside of the members' sums of the pass");
+    }
+    for (int row = 0; row < rows; row++) {
+        int a = read_row(v, i->in[0], row / width);
+        int b = outer ? read_row(v, i->in[1], row % width) : 0;
+        if (!write_member(v, i->out.offset + row,
+                          ad_formulas_find(&v->formulas, member_sum_of(i->op, a, b)))) {
+            return false;
+        }
+    }
+    return v->status == AD_OK;
+}
+
+static bool replay_spread(verifier *v, const instruction *i)
+{
+    bool fits = i->out.rows == i->in[0].rows && i->out.kind == PLACE_TILE;
+    for (int row = 0; fits && row < i->out.rows; row++) {
+        if (!write_row(v, i->out, row, read_spread(v, i->in[0], row), true)) {
+            return false;
+        }
+    }
+    return fits || wrong(v, "shapes do not fit");
+}
+
 static bool replay_sum(verifier *v, const instruction *i)
 {
+    if (i->out.kind == PLACE_MEMBER) {
+        return replay_member_sum(v, i);
+    }
     const pass *p = &v->program->passes[v->pass];
     bool outer = i->op == OP_OUTER_SUM;
     int width = outer ? i->in[1].rows : 1, rows = i->in[0].rows * width;
@@ -465,6 +544,8 @@ static bool replay_other(verifier *v, const instruction *i)
     case OP_OUTER_SUM:
     case OP_SUM_POINTS:
         return replay_sum(v, i);
+    case OP_SPREAD:
+        return replay_spread(v, i);
     default:
         return wrong(v, "no instruction");
     }
@@ -499,6 +580,9 @@ static bool place_inputs(verifier *v, const pass *p)
     const int *units = v->program->input_units + v->pass * v->tape->inputs;
     v->instruction = -1;
     for (int i = 0; i < v->tape->inputs; i++) {
+        if (units[i] >= 0 && (v->tape->input_extent[i] == AD_MEMBER) != p->members) {
+            return wrong(v, "input %d is not one of this pass", i);
+        }
         for (int row = 0; units[i] >= 0 && row < v->tape->input_rows[i]; row++) {
             int at = units[i] + row;
             if (at >= p->units || v->unit[at]) {
@@ -520,7 +604,8 @@ static bool check_outputs(verifier *v, const pass *p)
             return wrong(v, "writes output %d of %d", o.number, v->program->outputs);
         }
         int id = v->program->output_ids[o.number];
-        if (o.from.rows != v->tape->nodes[id].rows || o.from.local) {
+        if (o.from.rows != v->tape->nodes[id].rows || o.from.local ||
+            (v->tape->nodes[id].extent == AD_MEMBER) != p->members) {
             return wrong(v, "output %d of %d rows is read as %d", o.number, v->tape->nodes[id].rows,
                          o.from.rows);
         }
@@ -533,8 +618,28 @@ static bool check_outputs(verifier *v, const pass *p)
     return true;
 }
 
+/* What later passes find in the memory of the members. */
+static bool keep(verifier *v, const pass *p)
+{
+    v->instruction = -1;
+    for (int i = 0; i < p->kept_count; i++) {
+        place from = p->kept[i].from;
+        bool good = p->members && from.kind == PLACE_TILE && !from.local;
+        for (int row = 0; good && row < from.rows; row++) {
+            if (!write_member(v, p->kept[i].number + row, read_row(v, from, row))) {
+                return false;
+            }
+        }
+        if (!good) {
+            return wrong(v, "keeps what it may not");
+        }
+    }
+    return true;
+}
+
 static bool replay_pass(verifier *v, const pass *p, bool one_row)
 {
+    v->again = one_row;
     memset(v->unit, 0, (size_t)v->program->most_units * sizeof *v->unit);
     memset(v->reader, -1, (size_t)v->program->most_units * sizeof *v->reader);
     bool ok = expect_sums(v, p) && place_inputs(v, p);
@@ -548,7 +653,7 @@ static bool replay_pass(verifier *v, const pass *p, bool one_row)
     }
     v->instruction = -1;
     ok = ok && (next == p->count || wrong(v, "instructions outside of all groups"));
-    return ok && check_sums(v, p) && check_outputs(v, p);
+    return ok && check_sums(v, p) && check_outputs(v, p) && keep(v, p);
 }
 
 /* Rows of a tile begin at multiples of 64 bytes, and the workspace has all of them. */
@@ -560,7 +665,9 @@ static bool check_workspace(verifier *v)
     for (int s = 0; s < program->pass_count; s++) {
         const pass *p = &program->passes[s];
         fits = fits && p->units <= program->most_units && p->reduced <= program->most_reduced &&
-               p->reduced_offset >= 1 && p->reduced_offset + p->reduced <= program->uniform_count;
+               p->reduced_offset >= 1 && p->reduced_offset + p->reduced <= program->uniform_count &&
+               p->summed <= program->most_summed &&
+               p->summed_offset + p->summed <= program->member_rows;
     }
     for (int i = 0; i < ad_pool_threads(program->pool); i++) {
         fits = fits && (uintptr_t)program->workspaces[i] % 64 == 0;
@@ -593,7 +700,7 @@ static bool replay(verifier *v)
     }
     for (int i = 0; i < program->outputs; i++) {
         int id = program->output_ids[i];
-        bool batch = v->tape->nodes[id].extent == AD_BATCH;
+        bool batch = v->tape->nodes[id].extent != AD_UNIFORM;
         if (v->outputs[i] != batch) {
             return wrong(v, "output %d is written %d times", i, v->outputs[i]);
         }
@@ -613,9 +720,11 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error)
     v.constant = v.ready ? v.ready + 2 * uniform : NULL;
     v.sums = calloc(uniform, sizeof *v.sums);
     v.outputs = calloc((size_t)program->outputs, sizeof *v.outputs);
+    v.member = calloc((size_t)program->member_rows + 1, sizeof *v.member);
     v.unit = calloc(2 * units, sizeof *v.unit);
     v.reader = v.unit ? v.unit + units : NULL;
-    if (ad_formulas_create(program, &v.formulas) && v.ready && v.sums && v.outputs && v.unit) {
+    if (ad_formulas_create(program, &v.formulas) && v.ready && v.sums && v.outputs && v.unit &&
+        v.member) {
         (void)(check_workspace(&v) && check_uniforms(&v) && replay(&v));
     } else {
         v.status = ad_fail(error, AD_NO_MEMORY, "out of memory while verifying a program");
@@ -624,6 +733,7 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error)
     free(v.ready);
     free(v.sums);
     free(v.outputs);
+    free(v.member);
     free(v.unit);
     return v.status;
 }

@@ -284,7 +284,7 @@ ad_status problem_fuse(problem *p, const char *folder, bool wait, problem_fusing
             continue;
         }
         ad_error *to = first == AD_OK ? error : NULL;
-        ad_status status = begin ? ad_fuse_begin(now, s->trained.count, folder, to)
+        ad_status status = begin ? ad_fuse_begin(now, s->trained.count, 1, folder, to)
                                  : ad_fuse_finish(now, wait, &fused, to);
         first = first == AD_OK ? status : first;
         state->programs += begin;

@@ -276,7 +276,7 @@ static void check_fused(subject *s, int number)
         before[i] = new_numbers(s->c.sizes[i]);
         memcpy(before[i], s->c.results[i], s->c.sizes[i] * sizeof(double));
     }
-    if (ad_fuse_begin(s->c.program, s->data.points, folder, &error) != AD_OK ||
+    if (ad_fuse_begin(s->c.program, s->data.points, 1, folder, &error) != AD_OK ||
         ad_fuse_finish(s->c.program, true, &fused, &error) != AD_OK)
         fail_msg("fuse: %s", error.message);
     assert_true(fused);
@@ -305,7 +305,8 @@ static void test_every_operation_occurs(void **state)
             for (int i = 0; i < subjects[k].c.program->passes[s].count; i++)
                 seen[subjects[k].c.program->passes[s].instructions[i].op] = true;
     for (int op = OP_ADD; op < OP_COUNT; op++) {
-        bool is_view = op == OP_SLICE || op == OP_STACK || op == OP_PAD || op == OP_SUM_ROWS;
+        bool is_view = op == OP_SLICE || op == OP_STACK || op == OP_PAD || op == OP_SUM_ROWS ||
+                       op == OP_SPREAD; /* test_members */
         if (!seen[op] && !is_view)
             fail_msg("%s: in no program of this test", ad_op_table[op].name);
     }
@@ -320,7 +321,7 @@ static void test_groups_without_warnings(void **state)
     snprintf(path, sizeof path, "%s/groups.c", folder);
     FILE *file = fopen(path, "w");
     assert_non_null(file);
-    assert_true(ad_c_write_groups(program, 64, "groups", file));
+    assert_true(ad_c_write_groups(program, "groups", file));
     assert_int_equal(fclose(file), 0);
     char options[128];
     snprintf(options, sizeof options, "-std=c11 -Wno-unused-function %s", program->kernels->flags);
@@ -343,7 +344,7 @@ static void test_kept_files(void **state)
         assert_int_equal(
             ad_compile(s->count, s->outputs, &s->c.program->settings, s->c.pool, &program, &error),
             AD_OK);
-        ad_status status = ad_fuse_begin(program, s->data.points, kept, &error);
+        ad_status status = ad_fuse_begin(program, s->data.points, 1, kept, &error);
         assert_int_equal(status, round < 3 ? AD_OK : AD_IO);
         assert_int_equal(ad_fuse_finish(program, false, &fused, &error), AD_OK);
         assert_true(round == 1 ? fused : !fused || round == 0); /* 1: kept; 2: damaged */
@@ -389,7 +390,7 @@ static void test_without_compiler(void **state)
     snprintf(none, sizeof none, "%s/none", folder);
     assert_int_equal(ad_compile(s->count, s->outputs, NULL, s->c.pool, &program, &error), AD_OK);
     assert_int_equal(setenv("PATH", "/no/such/folder", 1), 0);
-    assert_int_equal(ad_fuse_begin(program, s->data.points, none, &error), AD_IO);
+    assert_int_equal(ad_fuse_begin(program, s->data.points, 1, none, &error), AD_IO);
     assert_int_equal(setenv("PATH", path, 1), 0);
     assert_int_equal(ad_fuse_finish(program, true, &fused, &error), AD_OK);
     assert_false(fused);

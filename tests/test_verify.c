@@ -113,7 +113,7 @@ static void test_places(void **state)
                 CHANGE(s, "stride", n, at->stride, at->stride + 1);
                 CHANGE(s, "rows", n, at->rows, at->rows - 1);
                 CHANGE(s, "local", n, at->local, !at->local);
-                CHANGE(s, "kind", n, at->kind, (at->kind + 1) % 3);
+                CHANGE(s, "kind", n, at->kind, (at->kind + 1) % PLACE_KINDS);
                 CHANGE(s, "other", n, *at, next->out);
                 CHANGE(s, "other operand", n, *at, next->in[0]);
             }
