@@ -476,6 +476,7 @@ static void count_instructions(ad_program *program)
         for (int i = 0; i < p->count; i++) {
             const instruction *now = &p->instructions[i];
             size_t scratch = ad_execute_scratch(now);
+            scratch = (scratch + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
             program->scratch = scratch > program->scratch ? scratch : program->scratch;
             info->products += instruction_flops(now) > 0;
             *(p->members ? &info->flops_per_member : &info->flops_per_point) +=
@@ -511,7 +512,7 @@ static bool allocate_workspaces(ad_program *program)
     program->info.tile = program->tile;
     size_t numbers = (size_t)program->most_units * (size_t)program->tile;
     program->workspace_numbers = numbers;
-    numbers += program->scratch;
+    numbers += program->scratch + (program->members ? (size_t)program->tile : 0);
     program->info.workspace_bytes = numbers * sizeof(double);
     program->workspaces = calloc((size_t)threads, sizeof *program->workspaces);
     for (int i = 0; program->workspaces && i < threads; i++) {

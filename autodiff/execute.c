@@ -33,6 +33,7 @@ typedef struct execution {
 struct tile_state {
     const execution *e;
     double *workspace, *scratch;
+    double *row; /* scratch for one row */
     double *sums;
     const double *base[PLACE_KINDS]; /* by place_kind: where its values lie */
     ptrdiff_t unit[PLACE_KINDS];     /* by place_kind: numbers per unit of offset and stride */
@@ -54,6 +55,7 @@ static tile_state begin(const execution *e, int thread)
     const ad_program *program = e->program;
     tile_state t = {.e = e, .workspace = program->workspaces[thread], .tile = e->tile};
     t.scratch = t.workspace + program->workspace_numbers;
+    t.row = t.scratch + program->scratch;
     t.base[PLACE_TILE] = t.workspace;
     t.base[PLACE_UNIFORM] = program->uniform;
     t.base[PLACE_PARAMETER] = e->run->parameters;
@@ -258,42 +260,61 @@ typedef struct stretch {
     int first, count;
 } stretch;
 
-/* The next one, after `before` (NULL: the first); false: there is none. */
-static bool next_stretch(const tile_state *t, stretch *s, bool first)
+/* Tiles begin with a member, or have points of one member only. */
+static stretch first_stretch(const tile_state *t)
 {
     size_t each = t->e->each;
-    s->first = first ? 0 : s->first + s->count;
-    if (s->first >= t->valid) {
-        return false;
+    return (stretch){t->start / each, 0, (int)minimum(each, (size_t)t->valid)};
+}
+
+static bool next_stretch(const tile_state *t, stretch *s)
+{
+    s->member++;
+    s->first += s->count;
+    s->count = (int)minimum((size_t)s->count, (size_t)(t->valid - s->first));
+    return s->count > 0;
+}
+
+/* One row of the memory of the members, at every point. */
+static void spread_row(const tile_state *t, const double *from, double *to)
+{
+    if (t->e->each == 1) {
+        memcpy(to, from + t->start, (size_t)t->valid * sizeof *to);
+    } else {
+        stretch s = first_stretch(t);
+        do {
+            for (int j = s.first; j < s.first + s.count; j++) {
+                to[j] = from[s.member];
+            }
+        } while (next_stretch(t, &s));
     }
-    size_t at = t->start + (size_t)s->first;
-    s->member = at / each;
-    s->count = (int)minimum(each - at % each, (size_t)(t->valid - s->first));
-    return true;
+    for (int j = t->valid; j < t->width; j++) {
+        to[j] = to[t->valid - 1];
+    }
 }
 
 static void run_spread(const tile_state *t, const instruction *i)
 {
     for (int row = 0; row < i->out.rows; row++) {
-        const double *from = operand(t, i->in[0], row).at;
-        double *to = tile_at(t, i->out, row);
-        if (t->e->each == 1) {
-            memcpy(to, from + t->start, (size_t)t->valid * sizeof *to);
-        } else {
-            stretch s;
-            for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
-                for (int j = s.first; j < s.first + s.count; j++) {
-                    to[j] = from[s.member];
-                }
-            }
-        }
-        for (int j = t->valid; j < t->width; j++) {
-            to[j] = to[t->valid - 1];
+        spread_row(t, operand(t, i->in[0], row).at, tile_at(t, i->out, row));
+    }
+}
+
+/* y = W x for members of one point each. */
+static void multiply_spread(const tile_state *t, const instruction *i, bool transposed)
+{
+    int m = i->out.rows, k = i->in[1].rows;
+    for (int row = 0; row < m; row++) {
+        for (int j = 0; j < k; j++) {
+            int entry = transposed ? j * m + row : row * k + j;
+            spread_row(t, operand(t, i->in[0], entry).at, t->row);
+            multiply_rows(t, i->out, row, 1, (kernel_operand){t->row, 0},
+                          operand(t, i->in[1], j), j > 0, 0);
         }
     }
 }
 
-/* y = W x with a matrix of each member: where they have many points, a product for each. */
+/* y = W x with a matrix of each member: a product for the points of each. */
 static void run_member_matvec(const tile_state *t, const instruction *i)
 {
     bool transposed = i->op == OP_MATVEC_TRANSPOSED;
@@ -301,8 +322,12 @@ static void run_member_matvec(const tile_state *t, const instruction *i)
     const double *x = tile_at(t, i->in[1], 0);
     double *y = tile_at(t, i->out, 0);
     kernel_operand w = operand(t, i->in[0], 0);
-    stretch s;
-    for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
+    if (t->e->each == 1) {
+        multiply_spread(t, i, transposed);
+        return;
+    }
+    stretch s = first_stretch(t);
+    do {
         int count = s.first + s.count == t->valid ? t->width - s.first : s.count;
         for (int n = 0; n < m * k; n++) {
             t->scratch[n] = w.at[n * w.stride + (ptrdiff_t)s.member];
@@ -311,7 +336,7 @@ static void run_member_matvec(const tile_state *t, const instruction *i)
                                   BLAS_NORMAL, m, count, k, 1, t->scratch, transposed ? m : k,
                                   x + s.first, i->in[1].stride * t->tile, 0, y + s.first,
                                   i->out.stride * t->tile);
-    }
+    } while (next_stretch(t, &s));
 }
 
 /* Where what a tile adds up for a member goes, and how far apart rows are. */
@@ -325,14 +350,36 @@ static double *share_of(const tile_state *t, const instruction *i, size_t member
                         : program->member + (size_t)i->out.offset * e->members + member;
 }
 
+/* The sums of members of one point each. */
+static void keep_points(const tile_state *t, const instruction *i)
+{
+    bool outer = i->op == OP_OUTER_SUM;
+    int k = outer ? i->in[1].rows : 1;
+    for (int n = 0; n < i->out.rows; n++) {
+        kernel_operand in[2] = {operand(t, i->in[0], n / k)};
+        const double *from = in[0].at;
+        if (outer) {
+            in[1] = operand(t, i->in[1], n % k);
+            t->e->program->kernels->loops[OP_MUL][0](1, t->width, t->row, 0, in, 0, 0);
+            from = t->row;
+        }
+        memcpy(t->e->program->member + (size_t)(i->out.offset + n) * t->e->members + t->start,
+               from, (size_t)t->valid * sizeof *from);
+    }
+}
+
 /* Of each member's points: the values, or their outer products. */
 static void run_member_sum(const tile_state *t, const instruction *i)
 {
     const ad_program *program = t->e->program;
     kernel_operand y = operand(t, i->in[0], 0), x = operand(t, i->in[1], 0);
     int m = i->in[0].rows, k = i->op == OP_OUTER_SUM ? i->in[1].rows : 1;
-    stretch s;
-    for (bool more = next_stretch(t, &s, true); more; more = next_stretch(t, &s, false)) {
+    if (t->e->each == 1) {
+        keep_points(t, i);
+        return;
+    }
+    stretch s = first_stretch(t);
+    do {
         ptrdiff_t stride;
         double *to = share_of(t, i, s.member, &stride);
         if (i->op == OP_OUTER_SUM) {
@@ -347,7 +394,7 @@ static void run_member_sum(const tile_state *t, const instruction *i)
         for (int n = 0; n < m * k; n++) {
             to[n * stride] = t->scratch[n];
         }
-    }
+    } while (next_stretch(t, &s));
 }
 
 /* The shares of a member's tiles, in their order. */

@@ -220,8 +220,9 @@ static void put_instruction(const printer *p, int number)
     put_attribute(i->op, i->whole, i->number, p->file);
     if (instruction_flops(i) > 0) {
         int columns = i->in[1].rows, rows = i->in[0].rows / (i->op == OP_OUTER_SUM ? 1 : columns);
-        fprintf(p->file, "; %d x %d times %d column%s, %zu flops per point", rows, columns,
-                i->columns, plural((size_t)i->columns), instruction_flops(i));
+        fprintf(p->file, "; %d x %d times %d column%s, %zu flops per %s", rows, columns, i->columns,
+                plural((size_t)i->columns), instruction_flops(i),
+                p->pass->members ? "member" : "point");
     }
     put_lifetime(p, number);
     fputc('\n', p->file);

@@ -125,7 +125,8 @@ struct ad_program {
 
     /* memory of a run */
     int tile;            /* largest */
-    double **workspaces; /* per thread: tile * most_units numbers, then `scratch` */
+    double **workspaces; /* per thread: tile * most_units numbers, then `scratch`, then with values
+                          * of members one row */
     size_t workspace_numbers, scratch;
     double *sums; /* [chunk_capacity][most reduced] */
     size_t chunk_capacity;

@@ -420,6 +420,13 @@ static bool simplify_sum_points(sum_over over, ad_value x, ad_value *result)
         *result = ad_tape_outer_sum(argument_of(x, 0), argument_of(x, 1), over);
         return true;
     }
+    if (n->op == OP_ADD && over == OF_MEMBER) { /* adjoints of a matrix of each member */
+        ad_value a = argument_of(x, 0), b = argument_of(x, 1);
+        if (node_of(a)->op == OP_OUTER || node_of(b)->op == OP_OUTER) {
+            *result = ad_add(ad_tape_sum(a, over), ad_tape_sum(b, over));
+            return true;
+        }
+    }
     if (n->op == OP_MUL) {
         ad_value a = argument_of(x, 0), b = argument_of(x, 1);
         if (is_factor(a, over) || is_factor(b, over)) {

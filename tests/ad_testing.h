@@ -21,7 +21,7 @@
 /* ---- data of a run -----------------------------------------------------------------------------
  */
 
-enum { LEAVES_MAX = 24, PARAMETERS_MAX = 4096 };
+enum { LEAVES_MAX = 24, PARAMETERS_MAX = 8192 };
 
 typedef struct run_data {
     size_t points, members; /* members: 0 is 1 */
