@@ -338,7 +338,8 @@ typedef struct ad_normal_info {
 
 /* Compile residuals (any number of rows each) and their Jacobian by wrt: recorded ad_parameters
  * that cover parts of the vector [parameters] and do not overlap; x outside of them does not count.
- * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points.
+ * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points,
+ * nor values of members (AD_BAD_ARGUMENT), which ad_normal_product takes.
  */
 ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, size_t parameters, ad_pool *pool,
@@ -361,8 +362,9 @@ void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size
 
 /* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
  * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program
- * takes some three times the operations of a gradient. The tape gains an input that no program
- * needs. */
+ * takes some three times the operations of a gradient; through values of members J is that of the
+ * points by these times that of these by the parameters, each once. The tape gains an input that no
+ * program needs. */
 ad_status ad_normal_product(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, const ad_value *directions, ad_value *products);
 

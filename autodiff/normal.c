@@ -61,6 +61,12 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                    : ad_fail(error, AD_BAD_ARGUMENT, "normal equations: every residual is 0");
     }
     status = ad_compile(j->output_count, j->outputs, NULL, pool, &normal->program, error);
+    if (status == AD_OK && normal->program->members) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "normal equations: residuals need values of members, of which rows of J "
+                         "are not made; give inputs of members per point, or use products with "
+                         "J^T J (ad_normal_product)");
+    }
     if (status == AD_OK && normal->program->pass_count != 1) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "normal equations: residuals have to vary over the points and may not "

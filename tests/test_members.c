@@ -238,6 +238,269 @@ static family make_family(ad_value (*input)(ad_tape *, const char *, int))
     return f;
 }
 
+static void free_pair(family *f, family *p, run_data *data, run_data *wide)
+{
+    data_free(data);
+    data_free(wide);
+    ad_tape_free(f->tape);
+    ad_tape_free(p->tape);
+}
+
+/* The family and the same per point, at the same numbers. */
+static void make_pair(family *f, family *p, run_data *data, run_data *wide, shape s)
+{
+    uint64_t random = 3;
+    *f = make_family(ad_input_member);
+    *p = make_family(ad_input);
+    data_fill_members(data, f->tape, points_of(s), s.members, -0.3, 0.3, &random);
+    data_fill(wide, p->tape, points_of(s), -1, 1, &random);
+    repeat_inputs(wide, data, f->tape);
+}
+
+/* ---- derivatives -------------------------------------------------------------------------------
+ */
+
+typedef struct loss_of {
+    compiled *c;
+    const ad_value *outputs;
+    run_data *data;
+} loss_of;
+
+static int evaluate_loss(void *context, const double *x, double *value, double *gradient)
+{
+    static const size_t at[6] = {0, 0, ACTUATIONS * HIDDEN, W2, W2 + HIDDEN * HIDDEN, W3};
+    const loss_of *l = context;
+    memcpy(l->data->parameters, x, FAMILY_PARAMETERS * sizeof *x);
+    compiled_execute(l->c, l->outputs, l->data);
+    *value = l->c->results[0][0];
+    for (int i = 1; gradient && i < 6; i++)
+        memcpy(gradient + at[i], l->c->results[i], l->c->sizes[i] * sizeof *x);
+    return 0;
+}
+
+static void test_gradient(void **state)
+{
+    (void)state;
+    for (int i = 0; i < (int)SHAPES; i++) {
+        family f = make_family(ad_input_member);
+        run_data data;
+        uint64_t random = 5;
+        ad_check check;
+        ad_error error = {AD_OK, ""};
+        data_fill_members(&data, f.tape, points_of(shapes[i]), shapes[i].members, -0.3, 0.3,
+                          &random);
+        ad_settings settings = {.tile = shapes[i].tile, .piece = 64, .fuse = true};
+        compiled c = compile_values(6, f.outputs, &settings, 1);
+        loss_of loss = {&c, f.outputs, &data};
+        double *x = new_numbers(FAMILY_PARAMETERS);
+        memcpy(x, data.parameters, FAMILY_PARAMETERS * sizeof *x);
+        assert_int_equal(ad_check_gradient(evaluate_loss, &loss, x, FAMILY_PARAMETERS, 12, 1e-2,
+                                           &check, &error),
+                         AD_OK);
+        /* differences of sixth order at this step are good to 1e-9 */
+        assert_true(check.worst_error < 1e-7 && check.dot_error < 1e-7);
+        free(x);
+        compiled_free(&c);
+        data_free(&data);
+        ad_tape_free(f.tape);
+    }
+}
+
+/* J^T J v, forwards and backwards through the values of members, against the same per point. */
+static void test_normal_product(void **state)
+{
+    (void)state;
+    static const shape s = {6, 21, 0};
+    family pair[2];
+    run_data data[2];
+    compiled c[2];
+    ad_value products[2][5], v[5];
+    make_pair(&pair[0], &pair[1], &data[0], &data[1], s);
+    for (int k = 0; k < 2; k++) {
+        family *f = &pair[k];
+        ad_value wrt[5] = {f->w[0], f->b[0], f->w[1], f->b[1], f->w[2]};
+        for (int i = 0; i < 5; i++)
+            v[i] = ad_parameter(f->tape, "v", ad_rows(wrt[i]), (size_t)i);
+        assert_int_equal(ad_normal_product(1, &f->residual, 5, wrt, v, products[k]), AD_OK);
+        c[k] = compile_values(5, products[k], NULL, 1);
+        data[k].inputs = 2; /* the weights are in no program */
+        compiled_execute(&c[k], products[k], &data[k]);
+    }
+    for (int i = 0; i < 5; i++)
+        assert_true(difference(&c[0], &c[1], i, AD_UNIFORM, AD_UNIFORM, false, data) < ROUNDING);
+    ad_program_info once = ad_program_inspect(c[0].program), often = ad_program_inspect(c[1].program);
+    assert_true(once.flops_per_point * 20 < often.flops_per_point);
+    compiled_free(&c[0]);
+    compiled_free(&c[1]);
+
+    ad_pool *pool = ad_pool_create(1);
+    ad_normal *normal;
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(ad_normal_compile(1, &pair[0].residual, 1, &pair[0].w[2], FAMILY_PARAMETERS,
+                                       pool, &normal, &error),
+                     AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "values of members"));
+    ad_pool_free(pool);
+    free_pair(&pair[0], &pair[1], &data[0], &data[1]);
+}
+
+/* Rows of the Jacobian by a member's coefficients, each of the member's points; r = c0 s + c1^2 and
+ * its Taylor coefficient along c. */
+static void test_rows_of_members(void **state)
+{
+    (void)state;
+    enum { MEMBERS_HERE = 3, EACH = 11 };
+    ad_tape *tape = ad_tape_create();
+    ad_value c = ad_input_member(tape, "c", 2), s = ad_input(tape, "s", 1), rows, taylor[3];
+    ad_value r = ad_add(ad_mul(ad_row(c, 0), s), ad_square(ad_row(c, 1)));
+    ad_value direction = ad_constant(tape, 2, (double[]){1, 3});
+    assert_int_equal(ad_reverse(r, 1, &c, AD_PER_POINT, &rows), AD_OK);
+    assert_int_equal(ad_taylor(1, &r, c, direction, 2, taylor), AD_OK);
+    assert_int_equal(ad_extent_of(taylor[2]), AD_UNIFORM);
+    run_data data;
+    uint64_t random = 1;
+    data_fill_members(&data, tape, MEMBERS_HERE * EACH, MEMBERS_HERE, -1, 1, &random);
+    ad_value outputs[2] = {rows, taylor[1]};
+    compiled result = run_compiled(2, outputs, NULL, 1, &data);
+    for (size_t j = 0; j < data.points; j++) {
+        double c1 = data.input[0][MEMBERS_HERE + j / EACH];
+        assert_near(result.results[0][j], data.input[1][j], 1e-15);
+        assert_near(result.results[0][data.points + j], 2 * c1, 1e-15);
+        assert_near(result.results[1][j], data.input[1][j] + 3 * 2 * c1, 1e-14);
+    }
+    assert_true(ad_is_constant(taylor[2], 9));
+    compiled_free(&result);
+    data_free(&data);
+    ad_tape_free(tape);
+}
+
+/* ---- algebra and errors ------------------------------------------------------------------------
+ */
+
+static void test_extents(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value m = ad_input_member(tape, "m", 1), x = ad_input(tape, "x", 3);
+    ad_value p = ad_parameter(tape, "p", 9, 0), u = ad_uniform(tape, "u", 1);
+    ad_value load = ad_vector(ad_scalar(tape, 0), ad_scalar(tape, 0), m);
+    assert_int_equal(ad_extent_of(ad_matvec(p, load)), AD_MEMBER);
+    assert_int_equal(ad_extent_of(ad_mul(m, u)), AD_MEMBER);
+    assert_int_equal(ad_extent_of(ad_add(load, x)), AD_BATCH);
+    assert_int_equal(ad_extent_of(ad_tanh(ad_row(ad_stack(2, (ad_value[]){x, m}), 3))), AD_MEMBER);
+    assert_true(ad_is_constant(ad_row(ad_mul(load, x), 1), 0)); /* zeros within a value of members */
+    assert_int_equal(ad_extent_of(ad_sum_points_of_member(x)), AD_MEMBER);
+    assert_int_equal(ad_extent_of(ad_sum_members(m)), AD_UNIFORM);
+    assert_int_equal(ad_extent_of(ad_sum_points(m)), AD_UNIFORM);
+    ad_value same = ad_mul(m, ad_sum_points_of_member(ad_row(x, 0)));
+    assert_int_equal(ad_sum_points_of_member(ad_mul(m, ad_row(x, 0))).id, same.id);
+    assert_int_equal(ad_sum_points_of_member(u).id, ad_mul(u, ad_points_of_member(tape)).id);
+    assert_int_equal(ad_sum_members(u).id, ad_mul(u, ad_members(tape)).id);
+    assert_tape_ok(tape);
+    assert_false(ad_is_valid(ad_sum_members(x)));
+    assert_int_equal(ad_tape_status(tape, NULL), AD_BAD_SHAPE);
+    ad_tape_free(tape);
+}
+
+/* No points at all: members are computed, sums are 0. Uneven members are refused. */
+static void test_numbers_of_points(void **state)
+{
+    (void)state;
+    ad_tape *tape = ad_tape_create();
+    ad_value m = ad_input_member(tape, "m", 1), x = ad_input(tape, "x", 1), outputs[3];
+    outputs[0] = ad_scale(m, 2);
+    outputs[1] = ad_add(m, ad_sum_points_of_member(ad_mul(m, ad_sin(x))));
+    outputs[2] = ad_add(ad_sum_members(m), ad_sum_points(ad_add(ad_sin(x), m)));
+    compiled c = compile_values(3, outputs, NULL, 2);
+    run_data data;
+    uint64_t random = 9;
+    static const size_t sizes[][2] = {{0, 5}, {0, 0}, {1, 0}, {1, 1}, {400, 4}, {5, 5}, {0, 5}};
+    for (int k = 0; k < (int)(sizeof sizes / sizeof *sizes); k++) {
+        data_fill_members(&data, tape, sizes[k][0], sizes[k][1], -1, 1, &random);
+        compiled_execute(&c, outputs, &data);
+        naive n = naive_run(tape, &data);
+        assert_true(compiled_error(&c, outputs, &n) < ROUNDING);
+        naive_free(&n);
+        data_free(&data);
+    }
+    ad_error error = {AD_OK, ""};
+    ad_run run = {.points = 7, .members = 2};
+    assert_int_equal(ad_execute(c.program, &run, &error), AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "7 points of 2 members"));
+    compiled_free(&c);
+    ad_tape_free(tape);
+}
+
+/* What depends on inputs of members alone is taken out once, as values of members. */
+static void test_hoist(void **state)
+{
+    (void)state;
+    enum { FIXED_MAX = 4 };
+    ad_tape *tape = ad_tape_create();
+    ad_value m = ad_input_member(tape, "m", 1), x = ad_input(tape, "x", 1);
+    ad_value p = ad_parameter(tape, "p", 1, 0), fixed[FIXED_MAX];
+    ad_value heavy = ad_exp(ad_sin(m)), y = ad_mul(ad_tanh(ad_mul(p, x)), heavy);
+    ad_value outputs[2] = {ad_sum_points(ad_square(y)), heavy};
+    run_data data;
+    uint64_t random = 2;
+    data_fill_members(&data, tape, 60, 5, -1, 1, &random);
+    compiled before = run_compiled(1, outputs, NULL, 1, &data);
+    int count;
+    assert_int_equal(ad_hoist(1, outputs, 0, NULL, 4, FIXED_MAX, fixed, &count), AD_OK);
+    assert_int_equal(count, 1);
+    assert_int_equal(ad_extent_of(fixed[0]), AD_MEMBER);
+    compiled once = run_compiled(1, fixed, NULL, 1, &data);
+    data.input[data.inputs++] = once.results[0];
+    compiled after = run_compiled(1, outputs, NULL, 1, &data);
+    assert_near(after.results[0][0], before.results[0][0], 1e-13);
+    data.inputs--;
+    compiled_free(&before);
+    compiled_free(&once);
+    compiled_free(&after);
+    data_free(&data);
+    ad_tape_free(tape);
+}
+
+/* ---- machine code ------------------------------------------------------------------------------
+ */
+
+static void test_groups_give_the_same_bits(void **state)
+{
+    (void)state;
+    char folder[] = "/tmp/cpinn_test_XXXXXX", command[64];
+    if (system("cc --version > /dev/null 2>&1") != 0)
+        skip();
+    assert_non_null(mkdtemp(folder));
+    for (uint64_t seed = 30; seed < 34; seed++) {
+        shape s = shapes[seed % SHAPES];
+        garden g;
+        ad_value outputs[OUTPUTS];
+        run_data data;
+        bool fused = false;
+        ad_error error = {AD_OK, ""};
+        garden_plant_members(&g, seed, 40, true, MEMBERS_AND_SUMS);
+        int count = garden_outputs(&g, outputs);
+        data_fill_members(&data, g.tape, points_of(s), s.members, -1, 1, &g.random);
+        compiled before = run_compiled(count, outputs, NULL, 1, &data);
+        compiled after = compile_values(count, outputs, NULL, 1);
+        assert_int_equal(
+            ad_fuse_begin(after.program, data.points, data.members, folder, &error), AD_OK);
+        assert_int_equal(ad_fuse_finish(after.program, true, &fused, &error), AD_OK);
+        assert_true(fused);
+        compiled_execute(&after, outputs, &data);
+        assert_same_bits(&before, &after, seed);
+        compiled_free(&before);
+        compiled_free(&after);
+        data_free(&data);
+        ad_tape_free(g.tape);
+    }
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    assert_int_equal(system(command), 0);
+}
+
+/* ---- what is saved ------------------------------------------------------------------------------
+ */
+
 static double seconds(void)
 {
     struct timespec now;
@@ -258,12 +521,9 @@ static void test_saved(void **state)
 {
     (void)state;
     enum { EACH = 64, FAMILY = 128, ROUNDS = 7 };
-    family f = make_family(ad_input_member), p = make_family(ad_input);
+    family f, p;
     run_data data, wide;
-    uint64_t random = 3;
-    data_fill_members(&data, f.tape, FAMILY * EACH, FAMILY, -0.3, 0.3, &random);
-    data_fill(&wide, p.tape, FAMILY * EACH, -1, 1, &random);
-    repeat_inputs(&wide, &data, f.tape);
+    make_pair(&f, &p, &data, &wide, (shape){FAMILY, EACH, 0});
     compiled once = run_compiled(6, f.outputs, NULL, 1, &data);
     compiled often = run_compiled(6, p.outputs, NULL, 1, &wide);
     for (int i = 0; i < 6; i++) {
@@ -289,10 +549,7 @@ static void test_saved(void **state)
     assert_true(slow > 4 * quick); /* it is some 50 times; others may use the processor */
     compiled_free(&once);
     compiled_free(&often);
-    data_free(&data);
-    data_free(&wide);
-    ad_tape_free(f.tape);
-    ad_tape_free(p.tape);
+    free_pair(&f, &p, &data, &wide);
 }
 
 int main(void)
@@ -300,6 +557,13 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_random_graphs),
         cmocka_unit_test(test_same_as_per_point),
+        cmocka_unit_test(test_gradient),
+        cmocka_unit_test(test_normal_product),
+        cmocka_unit_test(test_rows_of_members),
+        cmocka_unit_test(test_extents),
+        cmocka_unit_test(test_numbers_of_points),
+        cmocka_unit_test(test_hoist),
+        cmocka_unit_test(test_groups_give_the_same_bits),
         cmocka_unit_test(test_saved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
