@@ -304,7 +304,8 @@ ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, cons
                         ad_error *error);
 ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
 
-/* The whole program as one C99 function without anything but libm, for `points` points at a call:
+/* The whole program as one C99 function without anything but libm, for `points` points at a call, of
+ * one member where there are values of members, which are computed once:
  *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,
  *               double *const *outputs)
  * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where

@@ -98,6 +98,7 @@ typedef struct c_function {
     ad_program *program;
     const ad_c_options *options;
     bool *known; /* [uniform memory] */
+    const char *loop; /* head of a loop over points; "" for one */
     c_table *tables;
     int table_count, table_capacity;
     bool uses_u, uses_p, failed;
@@ -114,9 +115,9 @@ void ad_c_put_uniform(const c_writer *w, place p, int row, char *text);
  * "eval_2[". C_OPERAND characters. */
 void ad_c_begin_index(c_function *f, c_table t, char *text);
 
-/* What is computed before a pass, arrays of what is known, zeros in u. */
+/* What is computed before a pass, arrays of what is known, zeros in the array u or m. */
 void ad_c_write_uniforms(c_function *f, const pass *p);
 void ad_c_write_tables(const c_function *f, FILE *file);
-void ad_c_write_zeros(c_function *f, int to, int rows);
+void ad_c_write_zeros(c_function *f, char memory, int to, int rows);
 
 #endif
