@@ -296,23 +296,23 @@ ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin starts the compiler and returns, for
- * runs over so many points and members (others go on as they are); compiled groups are kept in `folder`, which
- * must belong to this user alone, and are taken from there the next time. Finish takes over what is
- * ready, or waits for it; until then, and where there is no compiler, the program goes on as it is.
- * Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it runs. */
+ * runs over so many points and members (others go on as they are); compiled groups are kept in
+ * `folder`, which must belong to this user alone, and are taken from there the next time. Finish
+ * takes over what is ready, or waits for it; until then, and where there is no compiler, the
+ * program goes on as it is. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not
+ * while it runs. */
 ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,
                         ad_error *error);
 ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
 
-/* The whole program as one C99 function without anything but libm, for `points` points at a call, of
- * one member where there are values of members, which are computed once:
- *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,
- *               double *const *outputs)
- * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where
- * their numbers are given here and stand in the C instead. float in place of double where `single`.
- * The names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order
- * than by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY;
- * those of the file are the caller's to see. */
+/* The whole program as one C99 function without anything but libm, for `points` points at a call,
+ * of one member where there are values of members, which are computed once: void NAME(const double
+ * *const *inputs, const double *const *uniforms, const double *p, double *const *outputs) with
+ * arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where their
+ * numbers are given here and stand in the C instead. float in place of double where `single`. The
+ * names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order than
+ * by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY; those of
+ * the file are the caller's to see. */
 typedef struct ad_c_options {
     const char *name;              /* a C identifier of at most 30 characters */
     size_t points;                 /* 1 to 1024 */
@@ -340,7 +340,7 @@ typedef struct ad_normal_info {
 /* Compile residuals (any number of rows each) and their Jacobian by wrt: recorded ad_parameters
  * that cover parts of the vector [parameters] and do not overlap; x outside of them does not count.
  * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points,
- * nor values of members (AD_BAD_ARGUMENT), which ad_normal_product takes.
+ * nor values of members (AD_BAD_ARGUMENT), for which see ad_member_normal and ad_normal_product.
  */
 ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, size_t parameters, ad_pool *pool,
@@ -360,6 +360,18 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
  * [stride], zeros too, and of r; all points of a residual follow each other. Allocates nothing. */
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r);
+
+/* The same sums where the parameters act on residuals through values of members alone (through the
+ * coefficients of a robot, from a network): dr/dc is summed up at the points, dc/dx is taken once
+ * per member. AD_BAD_ARGUMENT for residuals with parameters per point, sums or numbers of points.
+ */
+typedef struct ad_member_normal ad_member_normal;
+ad_status ad_member_normal_compile(int count, const ad_value *residuals, int wrt_count,
+                                   const ad_value *wrt, size_t parameters, ad_pool *pool,
+                                   ad_member_normal **normal, ad_error *error);
+void ad_member_normal_free(ad_member_normal *normal);
+ad_status ad_member_normal_add(ad_member_normal *normal, const ad_run *run, double *jtj,
+                               double *jtr, double *rtr, ad_error *error);
 
 /* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
  * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program

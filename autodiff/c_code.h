@@ -97,7 +97,7 @@ typedef struct c_function {
     c_writer w;
     ad_program *program;
     const ad_c_options *options;
-    bool *known; /* [uniform memory] */
+    bool *known;      /* [uniform memory] */
     const char *loop; /* head of a loop over points; "" for one */
     c_table *tables;
     int table_count, table_capacity;

@@ -361,8 +361,7 @@ static void write_comment(const c_function *f, FILE *file)
     for (int i = 0; i < f->program->outputs; i++) {
         fprintf(file, " [%d]", tape->nodes[f->program->output_ids[i]].rows);
     }
-    fputs(points == 1 ? ". */\n" : ", rows one after the other, each of all points. */\n",
-          file);
+    fputs(points == 1 ? ". */\n" : ", rows one after the other, each of all points. */\n", file);
 }
 
 static void write_all(const c_function *f, const char *body, FILE *file)

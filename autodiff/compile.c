@@ -20,10 +20,10 @@ typedef struct compilation {
     bool *needed;
     int *stage; /* passes that must be over before the node can be evaluated */
     int *uses;
-    int *sum_of; /* reductions and sums of reductions: the node that holds the whole sum, or -1 */
-    bool *in;    /* needed in the pass at hand */
-    int *home;   /* of values of members: stage of the pass that computes it, -1: none has yet */
-    bool *kept;  /* lies in the memory of the members */
+    int *sum_of;  /* reductions and sums of reductions: the node that holds the whole sum, or -1 */
+    bool *in;     /* needed in the pass at hand */
+    int *home;    /* of values of members: stage of the pass that computes it, -1: none has yet */
+    bool *kept;   /* lies in the memory of the members */
     bool *stored; /* is put there by the pass at hand */
     int stages;
 } compilation;
@@ -180,8 +180,7 @@ static bool is_summed_by(const compilation *c, int id, const pass *p)
     while (!op_is_reduction(c->tape->nodes[id].op)) {
         id = argument(c, id, 0);
     }
-    return c->stage[id] == p->stage + 1 &&
-           (c->tape->nodes[id].whole == OVER_MEMBERS) == p->members;
+    return c->stage[id] == p->stage + 1 && (c->tape->nodes[id].whole == OVER_MEMBERS) == p->members;
 }
 
 /* The sums of one pass lie side by side, then every other uniform value. */
@@ -249,14 +248,14 @@ static bool list_uniforms(compilation *c, pass *p, int stage)
 
 /* ---- passes --------------------------------------------------------------------------------- */
 
-/* Is it there when a pass over members begins: a sum over a member's points, or what an earlier pass
- * has computed? */
+/* Is it there when a pass over members begins: a sum over a member's points, or what an earlier
+ * pass has computed? */
 static bool is_there(const compilation *c, int id, const pass *p)
 {
     int op = c->tape->nodes[id].op;
-    return p->members && (op_is_reduction(op)
-                              ? c->tape->nodes[id].extent == AD_MEMBER
-                              : op != OP_INPUT && c->home[id] >= 0 && c->home[id] < p->stage);
+    return p->members &&
+           (op_is_reduction(op) ? c->tape->nodes[id].extent == AD_MEMBER
+                                : op != OP_INPUT && c->home[id] >= 0 && c->home[id] < p->stage);
 }
 
 /* What a node of the pass needs. A matrix of its own for each member is read where it is. */
@@ -266,8 +265,8 @@ static void mark_arguments(compilation *c, int id, const pass *p)
     for (int i = 0; i < n->count; i++) {
         int x = argument(c, id, i);
         bool matrix = i == 0 && op_is_matvec(n->op) && spread_of(c->tape, x) >= 0;
-        c->in[x] = c->in[x] || (!matrix && c->tape->nodes[x].extent ==
-                                               (p->members ? AD_MEMBER : AD_BATCH));
+        c->in[x] = c->in[x] ||
+                   (!matrix && c->tape->nodes[x].extent == (p->members ? AD_MEMBER : AD_BATCH));
     }
 }
 
@@ -417,8 +416,7 @@ static bool list_outputs(compilation *c, const pass_plan *plan, pass *p)
             units[plan->nodes[id].whole] = plan->places[id].offset;
         }
         if (c->stored[id]) {
-            p->kept[p->kept_count++] =
-                (batch_output){program->places[id].offset, plan->places[id]};
+            p->kept[p->kept_count++] = (batch_output){program->places[id].offset, plan->places[id]};
         }
     }
     return true;

@@ -308,8 +308,8 @@ static void multiply_spread(const tile_state *t, const instruction *i, bool tran
         for (int j = 0; j < k; j++) {
             int entry = transposed ? j * m + row : row * k + j;
             spread_row(t, operand(t, i->in[0], entry).at, t->row);
-            multiply_rows(t, i->out, row, 1, (kernel_operand){t->row, 0},
-                          operand(t, i->in[1], j), j > 0, 0);
+            multiply_rows(t, i->out, row, 1, (kernel_operand){t->row, 0}, operand(t, i->in[1], j),
+                          j > 0, 0);
         }
     }
 }
@@ -363,8 +363,8 @@ static void keep_points(const tile_state *t, const instruction *i)
             t->e->program->kernels->loops[OP_MUL][0](1, t->width, t->row, 0, in, 0, 0);
             from = t->row;
         }
-        memcpy(t->e->program->member + (size_t)(i->out.offset + n) * t->e->members + t->start,
-               from, (size_t)t->valid * sizeof *from);
+        memcpy(t->e->program->member + (size_t)(i->out.offset + n) * t->e->members + t->start, from,
+               (size_t)t->valid * sizeof *from);
     }
 }
 

@@ -43,10 +43,10 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
         const node *n = &h->tape->nodes[id];
         h->varies[id] =
             h->varies[id] || n->op == OP_PARAMETER || n->op == OP_POINTS || op_is_reduction(n->op);
-        h->work[id] = n->count == 0                            ? 0
-                      : op_is_smooth(n->op)                    ? HEAVY_OPERATION
+        h->work[id] = n->count == 0         ? 0
+                      : op_is_smooth(n->op) ? HEAVY_OPERATION
                       : n->op == OP_SLICE || n->op == OP_STACK || n->op == OP_SPREAD ? 0
-                                                               : 1;
+                                                                                     : 1;
         for (int i = 0; i < n->count; i++) {
             int x = argument(h, id, i);
             h->varies[id] = h->varies[id] || h->varies[x];
@@ -97,8 +97,8 @@ static void rewrite(hoist *h, int fixed_count, const ad_value *fixed, ad_value *
     }
     for (int i = 0; i < fixed_count; i++) {
         bool member = ad_extent_of(fixed[i]) == AD_MEMBER;
-        h->renamed[fixed[i].id] = (member ? ad_input_member : ad_input)(h->tape, "fixed",
-                                                                       ad_rows(fixed[i])).id;
+        h->renamed[fixed[i].id] =
+            (member ? ad_input_member : ad_input)(h->tape, "fixed", ad_rows(fixed[i])).id;
     }
     for (int id = 0; id < h->count; id++) {
         if (h->needed[id] && !h->taken[id]) {

@@ -10,9 +10,9 @@ enum { PARTS_MAX = 16 };
 static ad_value gathered(ad_value x)
 {
     const node *n = node_of(x);
-    return n->op == OP_SPREAD                   ? argument_of(x, 0)
+    return n->op == OP_SPREAD                  ? argument_of(x, 0)
            : n->op == OP_STACK && n->whole > 0 ? value_of(x.tape, n->whole - 1)
-                                                : x;
+                                               : x;
 }
 
 static ad_value spread(ad_value x)

@@ -35,7 +35,7 @@ typedef struct normal_run {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status check_wrt(int count, const ad_value *wrt, size_t parameters, ad_error *error)
+ad_status ad_normal_check(int count, const ad_value *wrt, size_t parameters, ad_error *error)
 {
     for (int i = 0; i < count; i++) {
         bool inside = ad_is_valid(wrt[i]) && node_of(wrt[i])->op == OP_PARAMETER &&
@@ -64,8 +64,8 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
     if (status == AD_OK && normal->program->members) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "normal equations: residuals need values of members, of which rows of J "
-                         "are not made; give inputs of members per point, or use products with "
-                         "J^T J (ad_normal_product)");
+                         "are not made: see ad_member_normal and ad_normal_product, or give "
+                         "inputs of members per point");
     }
     if (status == AD_OK && normal->program->pass_count != 1) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
@@ -110,7 +110,7 @@ ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             ad_normal **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = check_wrt(wrt_count, wrt, parameters, error);
+    ad_status status = ad_normal_check(wrt_count, wrt, parameters, error);
     if (status != AD_OK) {
         return status;
     }

@@ -57,6 +57,9 @@ ad_status ad_jacobian_record(jacobian *j, int count, const ad_value *residuals, 
                              const ad_value *wrt);
 void ad_jacobian_clear(jacobian *j);
 
+/* Are these recorded parameters, within the vector [parameters]? Else AD_BAD_ARGUMENT. */
+ad_status ad_normal_check(int count, const ad_value *wrt, size_t parameters, ad_error *error);
+
 /* Cut the columns of J [parameters] where other residuals begin to depend on them. AD_NO_MEMORY. */
 ad_status ad_strips_create(const jacobian *j, size_t parameters, strips *result);
 void ad_strips_clear(strips *s);

@@ -147,8 +147,8 @@ typedef struct pass_plan {
     int *level;
     int *order; /* [ordered] node ids in order of execution */
     int ordered;
-    int *position; /* in order, by id */
-    int *sum_of;   /* reductions: the node they are added to, by id */
+    int *position;      /* in order, by id */
+    int *sum_of;        /* reductions: the node they are added to, by id */
     const bool *stored; /* goes into the memory of the members, by id */
     /* placement */
     int *parent;        /* the stack or viewed value a node lives in, -1 */

@@ -452,9 +452,9 @@ static bool simplify_outer(const node *n, ad_value y, ad_value x, ad_value *resu
         return true;
     }
     if (sum && is_counted(y, over)) {
-        *result = ad_mul(ad_points_of_member(y.tape),
-                         over == OVER_POINTS ? ad_tape_outer_sum(y, x, OVER_MEMBERS)
-                                             : tape_record2(OP_OUTER, y, x));
+        *result = ad_mul(ad_points_of_member(y.tape), over == OVER_POINTS
+                                                          ? ad_tape_outer_sum(y, x, OVER_MEMBERS)
+                                                          : tape_record2(OP_OUTER, y, x));
         return true;
     }
     if (ad_rows(y) == 1 || ad_rows(x) == 1) {

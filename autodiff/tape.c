@@ -484,8 +484,7 @@ static ad_value record(ad_tape *tape, node n, const ad_value *arguments, int row
 static ad_value record_members(ad_tape *tape, node n, const ad_value *arguments, int rows)
 {
     ad_value few[AD_ARITY_MAX];
-    ad_value *own =
-        n.count <= AD_ARITY_MAX ? few : malloc((size_t)n.count * sizeof *own);
+    ad_value *own = n.count <= AD_ARITY_MAX ? few : malloc((size_t)n.count * sizeof *own);
     ad_value result = ad_tape_failed(tape);
     if (!own) {
         return no_memory(tape);

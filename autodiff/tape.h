@@ -98,8 +98,8 @@ typedef struct node {
     int rows;
     int first; /* of its arguments in tape->arguments */
     int count;
-    int whole; /* integer attribute: slice first row, pad rows before, Stumpff k, input number,
-                * sum_over; stack: 1 + the value of members that it spreads, part by part */
+    int whole;     /* integer attribute: slice first row, pad rows before, Stumpff k, input number,
+                    * sum_over; stack: 1 + the value of members that it spreads, part by part */
     double number; /* attribute: power's exponent, splat constant */
     size_t offset; /* constant: into tape->numbers; parameter: into the flat vector */
     int partials;  /* 1 + index of its first known partial derivative, 0: none are noted */

@@ -73,7 +73,7 @@ static void evaluate(const ad_program *program, const node *n, const ad_run *run
         memcpy(out, run->uniforms[n->whole], (size_t)n->rows * sizeof *out);
         break;
     case OP_POINTS:
-        out[0] = n->whole == OVER_POINTS  ? (double)run->points
+        out[0] = n->whole == OVER_POINTS    ? (double)run->points
                  : n->whole == OVER_MEMBERS ? (double)members
                                             : (double)run->points / (double)members;
         break;

@@ -25,7 +25,7 @@ typedef struct verifier {
     int *outputs;        /* [outputs] how often each was written */
     int *unit, *reader;  /* [units] of the pass: formula held; last instruction that read it */
     int pass, instruction;
-    bool again;          /* the pass is replayed a second time */
+    bool again; /* the pass is replayed a second time */
     ad_status status;
     ad_error *error;
 } verifier;
@@ -435,8 +435,8 @@ static bool replay_product(verifier *v, const instruction *i)
         i->columns > (uniform ? COLUMNS_MAX : 1) || i->in[0].rows != i->in[1].rows * i->out.rows) {
         return wrong(v, "shapes do not fit");
     }
-    if (i->in[0].kind == PLACE_MEMBER &&
-        (p->members || i->in[1].kind != PLACE_TILE || ad_execute_scratch(i) > v->program->scratch)) {
+    if (i->in[0].kind == PLACE_MEMBER && (p->members || i->in[1].kind != PLACE_TILE ||
+                                          ad_execute_scratch(i) > v->program->scratch)) {
         return wrong(v, "a matrix of each member does not stand here");
     }
     for (int c = 0; c < i->columns; c++) {
@@ -480,8 +480,7 @@ static bool replay_member_sum(verifier *v, const instruction *i)
     int width = outer ? i->in[1].rows : 1, rows = i->in[0].rows * width;
     if (p->members || i->columns != 1 || i->in[0].kind != PLACE_TILE || i->out.stride != 1 ||
         (outer && i->in[1].kind != PLACE_TILE) || i->out.rows != rows ||
-        i->out.offset < p->summed_offset ||
-        i->out.offset + rows > p->summed_offset + p->summed ||
+        i->out.offset < p->summed_offset || i->out.offset + rows > p->summed_offset + p->summed ||
         ad_execute_scratch(i) > v->program->scratch) {
         return wrong(v, "adds outside of the members' sums of the pass");
     }

@@ -48,10 +48,8 @@ static inline size_t blocks_of(const run_data *data, ad_extent extent)
 static inline void data_fill_members(run_data *data, const ad_tape *tape, size_t points,
                                      size_t members, double low, double high, uint64_t *state)
 {
-    *data = (run_data){.points = points,
-                       .members = members,
-                       .inputs = tape->inputs,
-                       .uniforms = tape->uniforms};
+    *data = (run_data){
+        .points = points, .members = members, .inputs = tape->inputs, .uniforms = tape->uniforms};
     assert_true(tape->inputs <= LEAVES_MAX && tape->uniforms <= LEAVES_MAX);
     for (int i = 0; i < tape->inputs; i++) {
         size_t count =
@@ -154,8 +152,8 @@ static inline double naive_number(const naive *n, const node *now, int row, size
     case OP_CONSTANT:
         return now->splat ? now->number : n->tape->numbers[now->offset + (size_t)row];
     case OP_INPUT:
-        return data->input[now->whole][(size_t)row * blocks_of(data, (ad_extent)now->extent) +
-                                       point];
+        return data
+            ->input[now->whole][(size_t)row * blocks_of(data, (ad_extent)now->extent) + point];
     case OP_UNIFORM:
         return data->uniform[now->whole][row];
     case OP_PARAMETER:

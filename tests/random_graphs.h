@@ -148,8 +148,9 @@ static inline ad_value grow_product(garden *g)
 /* A matrix of each member. */
 static inline ad_value grow_member_product(garden *g)
 {
-    return random_below(&g->random, 2) ? ad_tanh(ad_matvec(g->member_matrix, pick(g, 3)))
-                                       : ad_tanh(ad_matvec_transposed(g->member_matrix, pick(g, 2)));
+    return random_below(&g->random, 2)
+               ? ad_tanh(ad_matvec(g->member_matrix, pick(g, 3)))
+               : ad_tanh(ad_matvec_transposed(g->member_matrix, pick(g, 2)));
 }
 
 static inline ad_value grow_geometry(garden *g)
@@ -203,13 +204,13 @@ static inline void grow(garden *g, int operations, bool sums)
     for (int i = 0; i < operations; i++) {
         int kind = random_below(&g->random, 20);
         bool of_member = g->kind != PLAIN && random_below(&g->random, 12) == 0;
-        plant(g, of_member            ? grow_member_product(g)
-                 : kind < 9             ? grow_elementwise(g)
-                 : kind < 12          ? grow_rows(g)
-                 : kind < 17          ? grow_product(g)
-                 : kind < 19 || !sums ? grow_geometry(g)
+        plant(g, of_member                     ? grow_member_product(g)
+                 : kind < 9                    ? grow_elementwise(g)
+                 : kind < 12                   ? grow_rows(g)
+                 : kind < 17                   ? grow_product(g)
+                 : kind < 19 || !sums          ? grow_geometry(g)
                  : g->kind == MEMBERS_AND_SUMS ? grow_member_sum(g)
-                                      : grow_sum(g));
+                                               : grow_sum(g));
     }
 }
 
@@ -256,7 +257,8 @@ static inline void garden_plant(garden *g, uint64_t seed, int operations, bool s
     garden_plant_members(g, seed, operations, sums, PLAIN);
 }
 
-/* Some values, a Taylor coefficient and a gradient; with members last those by two inputs of theirs. */
+/* Some values, a Taylor coefficient and a gradient; with members last those by two inputs of
+ * theirs. */
 static inline int garden_outputs(garden *g, ad_value *outputs)
 {
     int count = 0;

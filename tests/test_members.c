@@ -18,7 +18,7 @@ typedef struct shape {
 } shape;
 
 /* One member, one point of each, odd numbers, tiles smaller and larger than members. */
-static const shape shapes[] = {{1, 40, 32}, {40, 1, 16}, {7, 5, 0},   {3, 33, 8},
+static const shape shapes[] = {{1, 40, 32}, {40, 1, 16},  {7, 5, 0},  {3, 33, 8},
                                {13, 7, 32}, {2, 100, 24}, {0, 17, 0}, {50, 8, 64}};
 
 enum { SHAPES = sizeof shapes / sizeof *shapes };
@@ -99,9 +99,10 @@ static void test_random_graphs(void **state)
     occurrence o = {0};
     for (uint64_t seed = 1; seed <= 200; seed++)
         check_naive(seed, 6 + (int)(seed % 40), seed % 2 ? MEMBERS : MEMBERS_AND_SUMS, &o);
-    print_message("%d passes over members, %d values spread, %d loaded again, %d products, %d sums, "
-                  "%d of products, %d in shares\n",
-                  o.passes, o.spread, o.loaded, o.matrix, o.sum, o.outer, o.shares);
+    print_message(
+        "%d passes over members, %d values spread, %d loaded again, %d products, %d sums, "
+        "%d of products, %d in shares\n",
+        o.passes, o.spread, o.loaded, o.matrix, o.sum, o.outer, o.shares);
     assert_true(o.passes > 100 && o.spread > 100 && o.loaded > 100 && o.matrix > 10 &&
                 o.sum > 100 && o.outer > 10 && o.shares > 10);
 }
@@ -168,8 +169,8 @@ static void check_per_point(uint64_t seed, int operations)
     compiled b = run_compiled(count, same, &settings, 1, &wide);
     for (int i = 0; i < count; i++) {
         ad_extent extent = ad_extent_of(outputs[i]), other = ad_extent_of(same[i]);
-        double off = difference(&a, &b, i, extent, other,
-                                i >= count - 2 && extent == AD_MEMBER, &data);
+        double off =
+            difference(&a, &b, i, extent, other, i >= count - 2 && extent == AD_MEMBER, &data);
         if (!(off <= 20 * ROUNDING))
             fail_msg("graph %llu, output %d: off by %g", (unsigned long long)seed, i, off);
     }
@@ -295,9 +296,9 @@ static void test_gradient(void **state)
         loss_of loss = {&c, f.outputs, &data};
         double *x = new_numbers(FAMILY_PARAMETERS);
         memcpy(x, data.parameters, FAMILY_PARAMETERS * sizeof *x);
-        assert_int_equal(ad_check_gradient(evaluate_loss, &loss, x, FAMILY_PARAMETERS, 12, 1e-2,
-                                           &check, &error),
-                         AD_OK);
+        assert_int_equal(
+            ad_check_gradient(evaluate_loss, &loss, x, FAMILY_PARAMETERS, 12, 1e-2, &check, &error),
+            AD_OK);
         /* differences of sixth order at this step are good to 1e-9 */
         assert_true(check.worst_error < 1e-7 && check.dot_error < 1e-7);
         free(x);
@@ -329,7 +330,8 @@ static void test_normal_product(void **state)
     }
     for (int i = 0; i < 5; i++)
         assert_true(difference(&c[0], &c[1], i, AD_UNIFORM, AD_UNIFORM, false, data) < ROUNDING);
-    ad_program_info once = ad_program_inspect(c[0].program), often = ad_program_inspect(c[1].program);
+    ad_program_info once = ad_program_inspect(c[0].program),
+                    often = ad_program_inspect(c[1].program);
     assert_true(once.flops_per_point * 20 < often.flops_per_point);
     compiled_free(&c[0]);
     compiled_free(&c[1]);
@@ -343,6 +345,98 @@ static void test_normal_product(void **state)
     assert_non_null(strstr(error.message, "values of members"));
     ad_pool_free(pool);
     free_pair(&pair[0], &pair[1], &data[0], &data[1]);
+}
+
+/* J^T J, J^T r, r^T r through a member's coefficients against those of rows taken per point. */
+static void check_normal(shape s, bool also_members)
+{
+    enum { WIDTH = 4, INPUTS = 3, COUNT = INPUTS * WIDTH + WIDTH + 5 * WIDTH };
+    double jtj[2][COUNT * COUNT] = {{0}}, jtr[2][COUNT] = {{0}}, rtr[2] = {0}, scale = 0;
+    for (int k = 0; k < 2; k++) {
+        ad_tape *tape = ad_tape_create();
+        ad_value p = (k ? ad_input : ad_input_member)(tape, "p", INPUTS);
+        ad_value x = ad_input(tape, "s", 1);
+        ad_value w[3] = {ad_parameter(tape, "w", WIDTH * INPUTS, 0),
+                         ad_parameter(tape, "b", WIDTH, INPUTS * WIDTH),
+                         ad_parameter(tape, "v", 5 * WIDTH, INPUTS * WIDTH + WIDTH)};
+        ad_value c = ad_matvec(w[2], ad_tanh(ad_add(ad_matvec(w[0], p), w[1])));
+        ad_value modes = ad_stack(2, (ad_value[]){x, ad_sin(x)});
+        ad_value u = ad_matvec(ad_slice(c, 0, 4), modes), r[3];
+        r[0] = ad_add(ad_mul(ad_row(p, 0), ad_derivative(u, x, 1)), ad_square(u));
+        r[1] = ad_sub(ad_mul(ad_row(c, 4), ad_row(u, 1)), x);
+        r[2] = ad_sub(ad_row(c, 4), ad_square(ad_row(p, 1)));
+        run_data data, wide;
+        uint64_t random = 4;
+        data_fill_members(&data, tape, points_of(s), s.members, -1, 1, &random);
+        if (k == 1) { /* the same numbers, repeated */
+            ad_tape *members = ad_tape_create();
+            ad_input_member(members, "p", INPUTS);
+            ad_input(members, "s", 1);
+            wide = data;
+            random = 4;
+            data_fill_members(&data, members, points_of(s), s.members, -1, 1, &random);
+            repeat_inputs(&wide, &data, members);
+            data_free(&data);
+            data = wide;
+            ad_tape_free(members);
+        }
+        ad_error error = {AD_OK, ""};
+        ad_run run = {.points = data.points,
+                      .members = s.members,
+                      .inputs = (const double *const *)data.input,
+                      .parameters = data.parameters};
+        for (int threads = 1; threads <= 2 - k; threads++) {
+            double first = jtj[k][1] + jtr[k][0];
+            ad_pool *pool = ad_pool_create(threads);
+            ad_normal *normal = NULL;
+            ad_member_normal *through = NULL;
+            int count = also_members ? 3 : 2;
+            memset(jtj[k], 0, sizeof jtj[k]);
+            memset(jtr[k], 0, sizeof jtr[k]);
+            rtr[k] = 0;
+            ad_status status =
+                k ? ad_normal_compile(count, r, 3, w, COUNT, pool, &normal, &error)
+                  : ad_member_normal_compile(count, r, 3, w, COUNT, pool, &through, &error);
+            if (status != AD_OK)
+                fail_msg("%s", error.message);
+            status = k ? ad_normal_add(normal, &run, jtj[k], jtr[k], &rtr[k], &error)
+                       : ad_member_normal_add(through, &run, jtj[k], jtr[k], &rtr[k], &error);
+            assert_int_equal(status, AD_OK);
+            assert_true(threads == 1 || first == jtj[k][1] + jtr[k][0]);
+            ad_normal_free(normal);
+            ad_member_normal_free(through);
+            ad_pool_free(pool);
+        }
+        data_free(&data);
+        ad_tape_free(tape);
+    }
+    for (int i = 0; i < COUNT; i++)
+        scale = fmax(scale, jtj[1][i * COUNT + i]);
+    for (int i = 0; i < COUNT; i++) {
+        for (int k = i; k < COUNT; k++)
+            assert_near(jtj[0][i * COUNT + k], jtj[1][i * COUNT + k], 1e-11 * scale);
+        assert_near(jtr[0][i], jtr[1][i], 1e-11 * sqrt(scale * rtr[1]));
+    }
+    assert_near(rtr[0], rtr[1], 1e-11 * rtr[1]);
+    assert_true(scale > 0.1);
+}
+
+static void test_normal_equations(void **state)
+{
+    (void)state;
+    for (int i = 0; i < (int)SHAPES; i++) /* also with fewer residuals than coefficients */
+        check_normal(shapes[i], i % 2);
+    ad_tape *tape = ad_tape_create();
+    ad_value m = ad_input_member(tape, "m", 1), x = ad_input(tape, "x", 1);
+    ad_value p = ad_parameter(tape, "p", 1, 0), r = ad_mul(ad_mul(p, x), ad_tanh(ad_mul(p, m)));
+    ad_pool *pool = ad_pool_create(1);
+    ad_member_normal *normal;
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(ad_member_normal_compile(1, &r, 1, &p, 1, pool, &normal, &error),
+                     AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, "through values of members alone"));
+    ad_pool_free(pool);
+    ad_tape_free(tape);
 }
 
 /* Rows of the Jacobian by a member's coefficients, each of the member's points; r = c0 s + c1^2 and
@@ -389,7 +483,8 @@ static void test_extents(void **state)
     assert_int_equal(ad_extent_of(ad_mul(m, u)), AD_MEMBER);
     assert_int_equal(ad_extent_of(ad_add(load, x)), AD_BATCH);
     assert_int_equal(ad_extent_of(ad_tanh(ad_row(ad_stack(2, (ad_value[]){x, m}), 3))), AD_MEMBER);
-    assert_true(ad_is_constant(ad_row(ad_mul(load, x), 1), 0)); /* zeros within a value of members */
+    assert_true(
+        ad_is_constant(ad_row(ad_mul(load, x), 1), 0)); /* zeros within a value of members */
     assert_int_equal(ad_extent_of(ad_sum_points_of_member(x)), AD_MEMBER);
     assert_int_equal(ad_extent_of(ad_sum_members(m)), AD_UNIFORM);
     assert_int_equal(ad_extent_of(ad_sum_points(m)), AD_UNIFORM);
@@ -484,8 +579,8 @@ static void test_groups_give_the_same_bits(void **state)
         data_fill_members(&data, g.tape, points_of(s), s.members, -1, 1, &g.random);
         compiled before = run_compiled(count, outputs, NULL, 1, &data);
         compiled after = compile_values(count, outputs, NULL, 1);
-        assert_int_equal(
-            ad_fuse_begin(after.program, data.points, data.members, folder, &error), AD_OK);
+        assert_int_equal(ad_fuse_begin(after.program, data.points, data.members, folder, &error),
+                         AD_OK);
         assert_int_equal(ad_fuse_finish(after.program, true, &fused, &error), AD_OK);
         assert_true(fused);
         compiled_execute(&after, outputs, &data);
@@ -601,10 +696,11 @@ static void test_saved(void **state)
         slow = fmin(slow, time_of(&often, p.outputs, &wide));
         quick = fmin(quick, time_of(&once, f.outputs, &data));
     }
-    print_message("%zu flops per point and %zu per member, without members %zu per point: %.0f times "
-                  "as fast, %.0f ns per point\n",
-                  a.flops_per_point, a.flops_per_member, b.flops_per_point, slow / quick,
-                  1e9 * quick / (FAMILY * EACH));
+    print_message(
+        "%zu flops per point and %zu per member, without members %zu per point: %.0f times "
+        "as fast, %.0f ns per point\n",
+        a.flops_per_point, a.flops_per_member, b.flops_per_point, slow / quick,
+        1e9 * quick / (FAMILY * EACH));
     assert_true(slow > 4 * quick); /* it is some 50 times; others may use the processor */
     compiled_free(&once);
     compiled_free(&often);
@@ -618,6 +714,7 @@ int main(void)
         cmocka_unit_test(test_same_as_per_point),
         cmocka_unit_test(test_gradient),
         cmocka_unit_test(test_normal_product),
+        cmocka_unit_test(test_normal_equations),
         cmocka_unit_test(test_rows_of_members),
         cmocka_unit_test(test_extents),
         cmocka_unit_test(test_numbers_of_points),

@@ -330,8 +330,10 @@ int main(void)
         cmocka_unit_test(test_groups),       cmocka_unit_test(test_bounds),
     };
     const struct CMUnitTest of_members[] = {
-        cmocka_unit_test(test_places),        cmocka_unit_test(test_instructions),
-        cmocka_unit_test(test_shared_memory), cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_places),
+        cmocka_unit_test(test_instructions),
+        cmocka_unit_test(test_shared_memory),
+        cmocka_unit_test(test_groups),
         cmocka_unit_test(test_bounds_of_members),
     };
     int failed = cmocka_run_group_tests(tests, make_subject, free_subject);
