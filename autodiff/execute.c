@@ -7,46 +7,12 @@
  *
  * Where there are values of members, a tile of points has whole members, or a part of one: the
  * points of a member are added up by the tile, or tile by tile and then in order. */
-#include "autodiff/program.h"
+#include "autodiff/execute.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64, SLICE = 4096 };
-
-typedef struct execution {
-    ad_program *program;
-    const ad_run *run;
-    const pass *pass;
-    const int *input_units;
-    size_t count;   /* points, or members, that the pass goes over */
-    size_t members; /* of the run */
-    size_t each;    /* points of a member; 1 where the pass goes over the members */
-    int tile;       /* points per tile of this run, a multiple of 8 */
-    size_t step;    /* of these, the ones that are taken */
-    size_t parts;   /* tiles per member where they have a part of one, else 1 */
-    size_t tiles, chunks;
-    size_t slices, width; /* of the final sum */
-} execution;
-
-/* One tile at work. */
-struct tile_state {
-    const execution *e;
-    double *workspace, *scratch;
-    double *row; /* scratch for one row */
-    double *sums;
-    const double *base[PLACE_KINDS]; /* by place_kind: where its values lie */
-    ptrdiff_t unit[PLACE_KINDS];     /* by place_kind: numbers per unit of offset and stride */
-    int tile;
-    int width; /* points computed: `valid` rounded up to a multiple of 8 */
-    int valid;
-    size_t start, number; /* the first point; of the tile */
-};
-
-static size_t minimum(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
 
 /* ---- instructions --------------------------------------------------------------------------- */
 
@@ -64,17 +30,6 @@ static tile_state begin(const execution *e, int thread)
     t.base[PLACE_MEMBER] = program->member;
     t.unit[PLACE_MEMBER] = (ptrdiff_t)e->members;
     return t;
-}
-
-static double *tile_at(const tile_state *t, place p, int row)
-{
-    return t->workspace + (ptrdiff_t)(p.offset + row * p.stride) * t->tile;
-}
-
-static kernel_operand operand(const tile_state *t, place p, int row)
-{
-    ptrdiff_t unit = t->unit[p.kind];
-    return (kernel_operand){t->base[p.kind] + (p.offset + row * p.stride) * unit, p.stride * unit};
 }
 
 static void run_elementwise(const tile_state *t, const instruction *i, int row, int rows)
@@ -216,8 +171,8 @@ static unsigned mask_of(place a, place b)
     return (a.kind != PLACE_TILE ? 1u : 0) | (b.kind != PLACE_TILE ? 2u : 0);
 }
 
-static void multiply_rows(const tile_state *t, place out, int row, int rows, kernel_operand a,
-                          kernel_operand b, bool add, unsigned mask)
+void ad_execute_multiply_rows(const tile_state *t, place out, int row, int rows, kernel_operand a,
+                              kernel_operand b, bool add, unsigned mask)
 {
     const kernel_set *kernels = t->e->program->kernels;
     double *to = tile_at(t, out, row);
@@ -235,8 +190,8 @@ static void run_point_matvec(const tile_state *t, const instruction *i)
     for (int row = 0; row < m; row++) {
         for (int j = 0; j < k; j++) {
             int entry = transposed ? j * m + row : row * k + j;
-            multiply_rows(t, i->out, row, 1, operand(t, i->in[0], entry), operand(t, i->in[1], j),
-                          j > 0, mask);
+            ad_execute_multiply_rows(t, i->out, row, 1, operand(t, i->in[0], entry),
+                                     operand(t, i->in[1], j), j > 0, mask);
         }
     }
 }
@@ -247,186 +202,25 @@ static void run_outer(const tile_state *t, const instruction *i)
     for (int row = 0; row < i->in[0].rows; row++) {
         kernel_operand y = operand(t, i->in[0], row);
         y.stride = 0;
-        multiply_rows(t, i->out, row * k, k, y, operand(t, i->in[1], 0), false,
-                      mask_of(i->in[0], i->in[1]));
-    }
-}
-
-/* ---- values of members ---------------------------------------------------------------------- */
-
-/* Neighbouring points of a tile that are of one member. */
-typedef struct stretch {
-    size_t member;
-    int first, count;
-} stretch;
-
-/* Tiles begin with a member, or have points of one member only. */
-static stretch first_stretch(const tile_state *t)
-{
-    size_t each = t->e->each;
-    return (stretch){t->start / each, 0, (int)minimum(each, (size_t)t->valid)};
-}
-
-static bool next_stretch(const tile_state *t, stretch *s)
-{
-    s->member++;
-    s->first += s->count;
-    s->count = (int)minimum((size_t)s->count, (size_t)(t->valid - s->first));
-    return s->count > 0;
-}
-
-/* One row of the memory of the members, at every point. */
-static void spread_row(const tile_state *t, const double *from, double *to)
-{
-    if (t->e->each == 1) {
-        memcpy(to, from + t->start, (size_t)t->valid * sizeof *to);
-    } else {
-        stretch s = first_stretch(t);
-        do {
-            for (int j = s.first; j < s.first + s.count; j++) {
-                to[j] = from[s.member];
-            }
-        } while (next_stretch(t, &s));
-    }
-    for (int j = t->valid; j < t->width; j++) {
-        to[j] = to[t->valid - 1];
-    }
-}
-
-static void run_spread(const tile_state *t, const instruction *i)
-{
-    for (int row = 0; row < i->out.rows; row++) {
-        spread_row(t, operand(t, i->in[0], row).at, tile_at(t, i->out, row));
-    }
-}
-
-/* y = W x for members of one point each. */
-static void multiply_spread(const tile_state *t, const instruction *i, bool transposed)
-{
-    int m = i->out.rows, k = i->in[1].rows;
-    for (int row = 0; row < m; row++) {
-        for (int j = 0; j < k; j++) {
-            int entry = transposed ? j * m + row : row * k + j;
-            spread_row(t, operand(t, i->in[0], entry).at, t->row);
-            multiply_rows(t, i->out, row, 1, (kernel_operand){t->row, 0}, operand(t, i->in[1], j),
-                          j > 0, 0);
-        }
-    }
-}
-
-/* y = W x with a matrix of each member: a product for the points of each. */
-static void run_member_matvec(const tile_state *t, const instruction *i)
-{
-    bool transposed = i->op == OP_MATVEC_TRANSPOSED;
-    int m = i->out.rows, k = i->in[1].rows;
-    const double *x = tile_at(t, i->in[1], 0);
-    double *y = tile_at(t, i->out, 0);
-    kernel_operand w = operand(t, i->in[0], 0);
-    if (t->e->each == 1) {
-        multiply_spread(t, i, transposed);
-        return;
-    }
-    stretch s = first_stretch(t);
-    do {
-        int count = s.first + s.count == t->valid ? t->width - s.first : s.count;
-        for (int n = 0; n < m * k; n++) {
-            t->scratch[n] = w.at[n * w.stride + (ptrdiff_t)s.member];
-        }
-        t->e->program->blas->gemm(BLAS_ROW_MAJOR, transposed ? BLAS_TRANSPOSED : BLAS_NORMAL,
-                                  BLAS_NORMAL, m, count, k, 1, t->scratch, transposed ? m : k,
-                                  x + s.first, i->in[1].stride * t->tile, 0, y + s.first,
-                                  i->out.stride * t->tile);
-    } while (next_stretch(t, &s));
-}
-
-/* Where what a tile adds up for a member goes, and how far apart rows are. */
-static double *share_of(const tile_state *t, const instruction *i, size_t member, ptrdiff_t *stride)
-{
-    const execution *e = t->e;
-    const ad_program *program = e->program;
-    size_t row = (size_t)(i->out.offset - e->pass->summed_offset);
-    *stride = (ptrdiff_t)(e->parts > 1 ? e->tiles : e->members);
-    return e->parts > 1 ? program->shares + row * e->tiles + t->number
-                        : program->member + (size_t)i->out.offset * e->members + member;
-}
-
-/* The sums of members of one point each. */
-static void keep_points(const tile_state *t, const instruction *i)
-{
-    bool outer = i->op == OP_OUTER_SUM;
-    int k = outer ? i->in[1].rows : 1;
-    for (int n = 0; n < i->out.rows; n++) {
-        kernel_operand in[2] = {operand(t, i->in[0], n / k)};
-        const double *from = in[0].at;
-        if (outer) {
-            in[1] = operand(t, i->in[1], n % k);
-            t->e->program->kernels->loops[OP_MUL][0](1, t->width, t->row, 0, in, 0, 0);
-            from = t->row;
-        }
-        memcpy(t->e->program->member + (size_t)(i->out.offset + n) * t->e->members + t->start, from,
-               (size_t)t->valid * sizeof *from);
-    }
-}
-
-/* Of each member's points: the values, or their outer products. */
-static void run_member_sum(const tile_state *t, const instruction *i)
-{
-    const ad_program *program = t->e->program;
-    kernel_operand y = operand(t, i->in[0], 0), x = operand(t, i->in[1], 0);
-    int m = i->in[0].rows, k = i->op == OP_OUTER_SUM ? i->in[1].rows : 1;
-    if (t->e->each == 1) {
-        keep_points(t, i);
-        return;
-    }
-    stretch s = first_stretch(t);
-    do {
-        ptrdiff_t stride;
-        double *to = share_of(t, i, s.member, &stride);
-        if (i->op == OP_OUTER_SUM) {
-            program->blas->gemm(BLAS_ROW_MAJOR, BLAS_NORMAL, BLAS_TRANSPOSED, m, k, s.count, 1,
-                                y.at + s.first, (int)y.stride, x.at + s.first, (int)x.stride, 0,
-                                t->scratch, k);
-        } else {
-            memset(t->scratch, 0, (size_t)m * sizeof *t->scratch);
-            program->kernels->sum_points(m, s.count, t->scratch,
-                                         (kernel_operand){y.at + s.first, y.stride});
-        }
-        for (int n = 0; n < m * k; n++) {
-            to[n * stride] = t->scratch[n];
-        }
-    } while (next_stretch(t, &s));
-}
-
-/* The shares of a member's tiles, in their order. */
-static void add_shares(const execution *e)
-{
-    const ad_program *program = e->program;
-    for (size_t row = 0; e->parts > 1 && row < (size_t)e->pass->summed; row++) {
-        const double *from = program->shares + row * e->tiles;
-        double *to = program->member + ((size_t)e->pass->summed_offset + row) * e->members;
-        for (size_t member = 0; member < e->members; member++) {
-            to[member] = from[member * e->parts];
-            for (size_t part = 1; part < e->parts; part++) {
-                to[member] += from[member * e->parts + part];
-            }
-        }
+        ad_execute_multiply_rows(t, i->out, row * k, k, y, operand(t, i->in[1], 0), false,
+                                 mask_of(i->in[0], i->in[1]));
     }
 }
 
 static void run_other(const tile_state *t, const instruction *i)
 {
     if (i->out.kind == PLACE_MEMBER) {
-        run_member_sum(t, i);
+        ad_execute_member_sum(t, i);
         return;
     }
     switch (i->op) {
     case OP_SPREAD:
-        run_spread(t, i);
+        ad_execute_spread(t, i);
         break;
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
         if (i->in[0].kind == PLACE_MEMBER) {
-            run_member_matvec(t, i);
+            ad_execute_member_matvec(t, i);
         } else if (i->in[0].kind == PLACE_TILE) {
             run_point_matvec(t, i);
         } else {
@@ -556,7 +350,7 @@ static void run_pass(execution *e)
         return;
     }
     ad_pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
-    add_shares(e);
+    ad_execute_add_shares(e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
     if (e->slices > 0) {
