@@ -5,10 +5,16 @@
 #include <string.h>
 
 /* to_of: by id, what takes the place of a node, -1: nothing does. */
-static ad_value rewrite(ad_value y, dependence *d, const int *to_of, int *renamed,
+static ad_value rewrite(ad_value y, dependence *d, bool *needed, const int *to_of, int *renamed,
                         ad_value *arguments)
 {
     ad_tape *tape = y.tape;
+    for (int id = y.id; id >= 0; id--) { /* what y does not need stays out of it */
+        d->on[id] = d->on[id] && (id == y.id || needed[id]);
+        for (int i = 0; d->on[id] && to_of[id] < 0 && i < tape->nodes[id].count; i++) {
+            needed[tape->arguments[tape->nodes[id].first + i]] = true;
+        }
+    }
     for (int id = 0; id <= y.id; id++) {
         renamed[id] = to_of[id] >= 0 ? to_of[id] : id;
         if (!d->on[id] || to_of[id] >= 0) {
@@ -33,21 +39,24 @@ ad_value ad_transform_replace(ad_value y, int count, const ad_value *from, const
     for (int id = 0; id <= y.id; id++) {
         widest = tape->nodes[id].count > widest ? tape->nodes[id].count : widest;
     }
-    int *renamed = malloc(2 * (size_t)nodes * sizeof *renamed), *to_of = renamed + nodes;
+    int *renamed = malloc(2 * (size_t)nodes * sizeof *renamed);
     ad_value *arguments = malloc(((size_t)widest + 1) * sizeof *arguments);
+    bool *needed = calloc((size_t)nodes, sizeof *needed);
     ad_value result = ad_tape_failed(tape);
-    if (!renamed || !arguments || !ad_dependence_extend(&d)) {
+    if (!renamed || !arguments || !needed || !ad_dependence_extend(&d)) {
         ad_tape_fail(tape, AD_NO_MEMORY, "out of memory in a substitution");
     } else {
+        int *to_of = renamed + nodes;
         memset(to_of, -1, (size_t)nodes * sizeof *to_of);
         for (int i = 0; i < count; i++) {
             to_of[from[i].id] = to[i].id;
             ad_dependence_mark(&d, from[i].id);
         }
-        result = rewrite(y, &d, to_of, renamed, arguments);
+        result = rewrite(y, &d, needed, to_of, renamed, arguments);
     }
     free(renamed);
     free(arguments);
+    free(needed);
     free(d.on);
     return result;
 }
