@@ -188,6 +188,34 @@ static void test_numbers_of_points(void **state)
     ad_tape_free(tape);
 }
 
+/* What a printed tape and program say of members. */
+static void test_print(void **state)
+{
+    (void)state;
+    static const char *const expected[] = {"3 of member  input \"m\"", "of each member",
+                                           "over members\n",           "kept of members, row 3",
+                                           " of members sum_points",   "flops per member, "};
+    ad_tape *tape = ad_tape_create();
+    ad_value m = ad_input_member(tape, "m", 3), x = ad_input(tape, "x", 3);
+    ad_value w = ad_parameter(tape, "w", 9, 0), c = ad_matvec(w, m), outputs[2];
+    outputs[0] = ad_sum_points(ad_square(ad_dot(ad_tanh(x), c)));
+    ad_reverse(outputs[0], 1, &w, AD_SUMMED, &outputs[1]);
+    compiled compiled_outputs = compile_values(2, outputs, NULL, 1);
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = open_memstream(&text, &size);
+    assert_non_null(file);
+    ad_tape_print(tape, file);
+    ad_program_print(compiled_outputs.program, file);
+    assert_int_equal(fclose(file), 0);
+    for (size_t i = 0; i < sizeof expected / sizeof *expected; i++)
+        if (!strstr(text, expected[i]))
+            fail_msg("\"%s\" is missing in:\n%s", expected[i], text);
+    free(text);
+    compiled_free(&compiled_outputs);
+    ad_tape_free(tape);
+}
+
 /* What depends on inputs of members alone is taken out once, as values of members. */
 static void test_hoist(void **state)
 {
@@ -221,10 +249,22 @@ static void test_hoist(void **state)
 /* ---- machine code ------------------------------------------------------------------------------
  */
 
+/* Groups of machine code in passes over members, or over points. */
+static int count_fused(const ad_program *program, bool members)
+{
+    int count = 0;
+    for (int k = 0; k < program->pass_count; k++)
+        for (int n = 0; n < program->passes[k].group_count; n++)
+            count += program->passes[k].members == members &&
+                     program->passes[k].groups[n].fused_count > 0;
+    return count;
+}
+
 static void test_groups_give_the_same_bits(void **state)
 {
     (void)state;
     char folder[] = "/tmp/cpinn_test_XXXXXX", command[64];
+    int of_members = 0, of_points = 0;
     if (system("cc --version > /dev/null 2>&1") != 0)
         skip();
     assert_non_null(mkdtemp(folder));
@@ -246,11 +286,14 @@ static void test_groups_give_the_same_bits(void **state)
         assert_true(fused);
         compiled_execute(&after, outputs, &data);
         assert_same_bits(&before, &after, seed);
+        of_members += count_fused(after.program, true);
+        of_points += count_fused(after.program, false);
         compiled_free(&before);
         compiled_free(&after);
         data_free(&data);
         ad_tape_free(g.tape);
     }
+    assert_true(of_members > 0 && of_points > 0);
     snprintf(command, sizeof command, "rm -r %s", folder);
     assert_int_equal(system(command), 0);
 }
@@ -320,6 +363,7 @@ int main(void)
         cmocka_unit_test(test_same_as_per_point),
         cmocka_unit_test(test_extents),
         cmocka_unit_test(test_numbers_of_points),
+        cmocka_unit_test(test_print),
         cmocka_unit_test(test_hoist),
         cmocka_unit_test(test_groups_give_the_same_bits),
         cmocka_unit_test(test_written_for_one_member),
