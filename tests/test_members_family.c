@@ -281,6 +281,47 @@ static void test_rows_of_members(void **state)
     ad_tape_free(tape);
 }
 
+/* Where all members have the same points s, the modes at these are a matrix for all: a product per
+ * member, of as many rows as there are points. */
+static void test_common_points(void **state)
+{
+    (void)state;
+    enum { EACH = 16 };
+    static const shape s = {9, EACH, 0};
+    double at[EACH * MODES];
+    family f = make_family(ad_input_member);
+    run_data data;
+    uint64_t random = 8;
+    data_fill_members(&data, f.tape, points_of(s), s.members, -0.3, 0.3, &random);
+    for (size_t j = 0; j < data.points; j++)
+        data.input[1][j] = -1 + 2.0 * (double)(j % EACH) / (EACH - 1);
+    ad_value modes = modes_of(f.s), outputs[4], sum = ad_zeros(f.tape, 1);
+    run_data one = data;
+    one.points = EACH;
+    one.members = 1;
+    compiled c = run_compiled(1, &modes, NULL, 1, &one);
+    for (int i = 0; i < EACH * MODES; i++)
+        at[i] = c.results[0][i % MODES * EACH + i / MODES];
+    compiled_free(&c);
+    ad_value matrix = ad_constant(f.tape, EACH * MODES, at);
+    for (int i = 0; i < 3; i++) {
+        ad_value u = ad_matvec(matrix, ad_slice(f.coefficients, i * MODES, MODES));
+        assert_int_equal(ad_extent_of(u), AD_MEMBER);
+        sum = ad_add(sum, ad_dot(u, u));
+    }
+    outputs[0] = ad_sum_members(sum);
+    outputs[1] = ad_sum_points(ad_dot(f.curvature, f.curvature));
+    ad_reverse(sum, 1, &f.w[2], AD_SUMMED, &outputs[2]); /* a root per member: of their sum */
+    ad_reverse(outputs[1], 1, &f.w[2], AD_SUMMED, &outputs[3]);
+    c = run_compiled(4, outputs, NULL, 1, &data);
+    assert_near(c.results[0][0], c.results[1][0], ROUNDING * c.results[1][0]);
+    for (size_t i = 0; i < c.sizes[2]; i++)
+        assert_near(c.results[2][i], c.results[3][i], 100 * ROUNDING);
+    compiled_free(&c);
+    data_free(&data);
+    ad_tape_free(f.tape);
+}
+
 /* ---- what is saved ------------------------------------------------------------------------------
  */
 
@@ -339,11 +380,9 @@ static void test_saved(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_gradient),
-        cmocka_unit_test(test_normal_product),
-        cmocka_unit_test(test_normal_equations),
-        cmocka_unit_test(test_rows_of_members),
-        cmocka_unit_test(test_saved),
+        cmocka_unit_test(test_gradient),         cmocka_unit_test(test_normal_product),
+        cmocka_unit_test(test_normal_equations), cmocka_unit_test(test_rows_of_members),
+        cmocka_unit_test(test_common_points),    cmocka_unit_test(test_saved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
