@@ -305,14 +305,15 @@ ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, cons
                         ad_error *error);
 ad_status ad_fuse_finish(ad_program *program, bool wait, bool *fused, ad_error *error);
 
-/* The whole program as one C99 function without anything but libm, for `points` points at a call,
- * of one member where there are values of members, which are computed once: void NAME(const double
- * *const *inputs, const double *const *uniforms, const double *p, double *const *outputs) with
- * arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where their
- * numbers are given here and stand in the C instead. float in place of double where `single`. The
- * names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order than
- * by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY; those of
- * the file are the caller's to see. */
+/* The whole program as one C99 function without anything but libm, for `points` points at a call
+ * (of one member where there are values of members, which are then computed once):
+ *     void NAME(const double *const *inputs, const double *const *uniforms, const double *p,
+ *               double *const *outputs)
+ * with arrays as in ad_run, all outputs wanted; uniforms and p, the parameters, are left out where
+ * their numbers are given here and stand in the C instead. float in place of double where `single`.
+ * The names NAME_0, NAME_1, ... are taken as well. Sums and products are added up in another order
+ * than by ad_execute. Not while it runs. Errors: AD_BAD_ARGUMENT (name, points), AD_NO_MEMORY;
+ * those of the file are the caller's to see. */
 typedef struct ad_c_options {
     const char *name;              /* a C identifier of at most 30 characters */
     size_t points;                 /* 1 to 1024 */
