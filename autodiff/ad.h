@@ -8,13 +8,19 @@
  *   compile     ad_compile keeps what the outputs need and gives every value a place
  *   execute     ad_execute replays the program over tiles of points, on all threads of a pool
  *
- * A value is a block of `rows` scalars, either one block per point of a batch (AD_BATCH) or one
- * block for all points (AD_UNIFORM: constants, parameters, scalars of the scene). In memory a batch
- * value is [rows][points], points contiguous; a matrix [m][k] is a uniform value of m*k rows,
- * row-major.
+ * A value is a block of `rows` scalars: one block per point of a batch (AD_BATCH), one block for
+ * all points (AD_UNIFORM: constants, parameters, scalars of the scene), or, between the two, one
+ * block per member of a family (AD_MEMBER: a robot's stiffness, coefficients of its shape), where
+ * every member has equally many points, which follow each other. In memory a batch value is
+ * [rows][points], points contiguous; a value of members is [rows][members]; a matrix [m][k] is a
+ * value of m*k rows, row-major.
  *
  * Elementwise operations take values of equal rows, or one of a single row, which is repeated;
- * a uniform value meets a batch value by being the same at every point.
+ * a uniform value meets a batch value by being the same at every point, a value of a member by
+ * being the same at every point of the member. What follows from values of members alone is
+ * computed once per member, and so are its derivatives: ad_reverse sums what the points of a member
+ * contribute before it goes on. Algebra may find that a value varies less than its operands seem to
+ * (a row of a stack, 0 times a batch value); no result depends on that.
  *
  * Errors while recording are sticky: the first one stays on the tape, later operations return
  * values that may be passed on but compute nothing, and ad_compile refuses the tape. So physics
@@ -42,7 +48,7 @@ typedef struct ad_value {
     int id;
 } ad_value;
 
-typedef enum ad_extent { AD_UNIFORM, AD_BATCH } ad_extent;
+typedef enum ad_extent { AD_UNIFORM, AD_MEMBER, AD_BATCH } ad_extent; /* in this order */
 
 /* ---- tape ---------------------------------------------------------------------------------- */
 
@@ -79,6 +85,9 @@ bool ad_is_valid(ad_value x);
 /* One block per point, given at every run; inputs are numbered in the order of recording. */
 ad_value ad_input(ad_tape *tape, const char *name, int rows);
 
+/* The same with one block per member, numbered together with the others. */
+ad_value ad_input_member(ad_tape *tape, const char *name, int rows);
+
 /* One block for all points, given at every run; numbered in the order of recording. */
 ad_value ad_uniform(ad_tape *tape, const char *name, int rows);
 
@@ -89,8 +98,10 @@ ad_value ad_constant(ad_tape *tape, int rows, const double *values);
 ad_value ad_scalar(ad_tape *tape, double value);
 ad_value ad_zeros(ad_tape *tape, int rows);
 
-/* The number of points of the run, a uniform scalar. */
+/* Numbers of the run, uniform scalars: points, members, points of each member. */
 ad_value ad_points(ad_tape *tape);
+ad_value ad_members(ad_tape *tape);
+ad_value ad_points_of_member(ad_tape *tape);
 
 /* ---- elementwise --------------------------------------------------------------------------- */
 
@@ -143,7 +154,13 @@ ad_value ad_stack(int count, const ad_value *parts); /* parts above one another 
 ad_value ad_pad(ad_value a, int before, int rows);   /* a within `rows` rows of zeros */
 ad_value ad_repeat(ad_value a, int rows);            /* 1 row -> rows */
 ad_value ad_sum_rows(ad_value a);                    /* rows -> 1 */
-ad_value ad_sum_points(ad_value a);                  /* batch -> uniform; fixed order */
+
+/* Sums over points, in a fixed order, of values that need not vary over them: of all points ->
+ * uniform; of each member's points -> of members; and of one number per member -> uniform. The last
+ * is an error (AD_BAD_SHAPE) for a value that varies within a member. */
+ad_value ad_sum_points(ad_value a);
+ad_value ad_sum_points_of_member(ad_value a);
+ad_value ad_sum_members(ad_value a);
 
 ad_value ad_matvec(ad_value w, ad_value x);            /* [m*k] x [k] -> [m] */
 ad_value ad_matvec_transposed(ad_value w, ad_value y); /* [m*k]^T x [m] -> [k] */
@@ -183,10 +200,14 @@ ad_status ad_directional(int count, const ad_value *y, int wrt_count, const ad_v
 /* Adjoints d root / d wrt[i] for a scalar root, each with the rows of wrt[i]; wrt are inputs,
  * uniforms or parameters. A parameter that no operation on the tape uses is an error: most likely
  * its offset or rows differ from what was recorded, and a 0 would hide that.
- * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant) and
- * adjoints of uniform values are summed over the points.
+ * AD_SUMMED: the root is uniform (or a batch value, of which the sum over points is meant, or a
+ * value of members, of which the sum over members is meant) and adjoints of uniform values are
+ * summed over the points, those of values of members over the points of each.
  * AD_PER_POINT: the root is a batch scalar and adjoints stay per point, so that adjoints of
- * parameters are rows of a Jacobian. */
+ * parameters are rows of a Jacobian. By a member's input they are derivatives of the point by the
+ * block of its member. Rows by what lies before other values of members are right, but go back
+ * through those at every point: record such a value as an input of members of its own, take rows by
+ * that, and ad_substitute the value where the residuals themselves are wanted. */
 typedef enum ad_reduction { AD_SUMMED, AD_PER_POINT } ad_reduction;
 
 ad_status ad_reverse(ad_value root, int count, const ad_value *wrt, ad_reduction reduction,
@@ -200,7 +221,7 @@ ad_value ad_substitute(ad_value y, ad_value x, ad_value replacement);
  * least `least` operations and is used by something that depends on parameters, sums or one of the
  * `varying` inputs and uniforms becomes a new input, together of at most `rows` rows; outputs are
  * replaced by equal ones of these inputs. fixed [rows] receives the values that the new inputs
- * stand for, in the order of the inputs. */
+ * stand for, in the order of the inputs; one of members becomes an input of members. */
 ad_status ad_hoist(int count, ad_value *outputs, int varying_count, const ad_value *varying,
                    int least, int rows, ad_value *fixed, int *fixed_count);
 
@@ -234,7 +255,8 @@ typedef struct ad_program_info {
     size_t groups;          /* groups of elementwise instructions */
     size_t products;        /* matrix products per tile */
     size_t flops_per_point; /* of the matrix products */
-    size_t passes;          /* passes over the points */
+    size_t flops_per_member;
+    size_t passes;          /* passes over the points or the members */
     size_t workspace_bytes; /* per thread */
     size_t reduced;         /* numbers summed over points */
     int tile;
@@ -256,29 +278,34 @@ void ad_program_print(const ad_program *program, FILE *file);
 
 typedef struct ad_run {
     size_t points;
-    const double *const *inputs;   /* per ad_input of the tape: [rows][points] */
+    const double *const *inputs;   /* per ad_input of the tape: [rows][points] or, of members,
+                                    * [rows][members] */
     const double *const *uniforms; /* per ad_uniform of the tape: [rows] */
     const double *parameters;      /* flat vector */
-    double *const *outputs;        /* per output: [rows] if uniform, [rows][points] if batch; NULL:
-                                    * not wanted this time */
+    double *const *outputs;        /* per output: [rows] if uniform, [rows][points] if batch,
+                                    * [rows][members] if of members; NULL: not wanted this time */
+    size_t members;                /* 0 is 1; divides points, which are those of the first member,
+                                    * of the second, ...; of no meaning to programs without values
+                                    * of members */
 } ad_run;
 
-/* Replay. Allocates nothing after the first run with a given or larger number of points. The
- * result is the same to the last bit for any number of threads. */
+/* Replay. Allocates nothing after the first run with a given or larger number of points (and
+ * members). The result is the same to the last bit for any number of threads. AD_BAD_ARGUMENT:
+ * members with different numbers of points; AD_NO_MEMORY. */
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error);
 
 /* The elementwise groups of a program can be taken from C that is written for it and compiled by
  * the command cc: the same bits, in half the time. Begin takes compiled groups from `folder`, where
  * an earlier compilation kept them and which must belong to this user alone (it is made if it is
  * missing); if there are none and it is to `compile`, it starts the compiler and returns. For runs
- * over so many points (others go on as they are). Finish takes over what is ready, or waits for it;
- * until then, and where there is no compiler, the program goes on as it is. What was tried is not
- * tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not while it
- * runs. */
+ * over so many points and members (others go on as they are). Finish takes over what is ready, or
+ * waits for it; until then, and where there is no compiler, the program goes on as it is. What was
+ * tried is not tried again. Errors: AD_IO, AD_NO_MEMORY; the program can be used all the same. Not
+ * while it runs. */
 typedef enum ad_fuse_state { AD_INTERPRETED, AD_FUSING, AD_FUSED } ad_fuse_state;
 
-ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, bool compile,
-                        ad_error *error);
+ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,
+                        bool compile, ad_error *error);
 ad_status ad_fuse_finish(ad_program *program, bool wait, ad_fuse_state *state, ad_error *error);
 
 /* The command cc: the first in an absolute folder of PATH. False: there is none. */
@@ -288,7 +315,8 @@ bool ad_fuse_compiler(char *path, size_t room);
  * call, in numbers of type double or, where `single`, float:
  *     void NAME(const double *x, const double *const *uniforms, const double *p,
  *               double *y, double *w)
- * x: the inputs one after the other, y: the outputs, each as in ad_run; w: workspace, *memory
+ * x: the inputs one after the other, y: the outputs, each as in ad_run, where there are values of
+ * members of one member, whose values are computed once; w: workspace, *memory
  * numbers are enough for any of the functions. Where parameters and uniforms are given here, they
  * stand in the C and are no arguments; where several sets of them are given, the first argument is
  * `int set`. What several functions have in common stands there once, and is called NAME_0, NAME_1,
@@ -323,7 +351,8 @@ typedef struct ad_normal_info {
 
 /* Compile residuals (any number of rows each) and their Jacobian by wrt: recorded ad_parameters
  * that cover parts of the vector [parameters] and do not overlap; x outside of them does not count.
- * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points.
+ * Appends to the tape, which may be freed afterwards. Residuals may not contain sums over points,
+ * nor values of members (AD_BAD_ARGUMENT), for which see ad_member_normal and ad_normal_product.
  */
 ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, size_t parameters, ad_pool *pool,
@@ -344,10 +373,23 @@ ad_status ad_normal_add(ad_normal *normal, const ad_run *run, double *jtj, doubl
 void ad_normal_jacobian(ad_normal *normal, const ad_run *run, size_t first, size_t stride,
                         double *jt, double *r);
 
+/* The same sums where the parameters act on residuals through values of members alone (through the
+ * coefficients of a robot, from a network): dr/dc is summed up at the points, dc/dx is taken once
+ * per member. AD_BAD_ARGUMENT for residuals with parameters per point, sums or numbers of points.
+ */
+typedef struct ad_member_normal ad_member_normal;
+ad_status ad_member_normal_compile(int count, const ad_value *residuals, int wrt_count,
+                                   const ad_value *wrt, size_t parameters, ad_pool *pool,
+                                   ad_member_normal **normal, ad_error *error);
+void ad_member_normal_free(ad_member_normal *normal);
+ad_status ad_member_normal_add(ad_member_normal *normal, const ad_run *run, double *jtj,
+                               double *jtr, double *rtr, ad_error *error);
+
 /* J^T J v without J, recorded: products[i] has the rows of wrt[i], of the vector v given by parts
  * as directions[wrt_count], uniform values; residuals and wrt as above. Linear in v, so a program
- * takes some three times the operations of a gradient. The tape gains an input that no program
- * needs. */
+ * takes some three times the operations of a gradient; through values of members J is that of the
+ * points by these times that of these by the parameters, each once. The tape gains an input that no
+ * program needs. */
 ad_status ad_normal_product(int count, const ad_value *residuals, int wrt_count,
                             const ad_value *wrt, const ad_value *directions, ad_value *products);
 

@@ -17,10 +17,10 @@ void ad_c_text(const char *const *lines, FILE *file);
  * does. */
 int ad_c_run_length(const pass *p, int group);
 
-/* All elementwise groups of a program for tiles of `tile` points, one function for each run of
+/* All elementwise groups of a program for the tiles of its passes, one function for each run of
  * them, and a table `name` of the functions in the order of passes and groups. False: out of
  * memory. */
-bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FILE *file);
+bool ad_c_write_groups(const ad_program *program, const char *name, FILE *file);
 
 /* ---- elementwise instructions, for both (c_segments.c) -------------------------------------- */
 
@@ -121,10 +121,11 @@ typedef struct c_function {
     ad_program *program;
     const ad_c_options *options;
     c_tables *tables;
-    bool *known;    /* [uniform memory] */
-    bool *same;     /* [uniform memory] known, and the same in all sets */
-    double *values; /* [sets][uniform memory] */
-    int *varying;   /* of numbers that differ, where they are: v[i] in the C */
+    const char *loop; /* head of a loop over points; "" for one */
+    bool *known;      /* [uniform memory] */
+    bool *same;       /* [uniform memory] known, and the same in all sets */
+    double *values;   /* [sets][uniform memory] */
+    int *varying;     /* of numbers that differ, where they are: v[i] in the C */
     int varying_count, varying_capacity;
     bool uses_u, failed;
 } c_function;
@@ -145,10 +146,10 @@ void ad_c_begin_index(c_function *f, place p, int k, char *text);
 /* The array of numbers that are no places of their own, behind their name: `set` of it. -1: none */
 int ad_c_varying_table(c_function *f);
 
-/* What is computed before a pass, arrays of what is known, zeros in u. */
+/* What is computed before a pass, arrays of what is known, zeros in the array u or m. */
 void ad_c_write_uniforms(c_function *f, const pass *p);
 void ad_c_write_tables(const c_writer *w, const c_tables *tables, FILE *file);
 void ad_c_clear_tables(c_tables *tables);
-void ad_c_write_zeros(c_function *f, int to, int rows);
+void ad_c_write_zeros(c_function *f, char memory, int to, int rows);
 
 #endif

@@ -125,6 +125,10 @@ static void write_product(c_function *f, const instruction *i)
 static void put_entry(c_function *f, place p, const char *row, char *text)
 {
     char start[C_OPERAND];
+    if (p.kind == PLACE_MEMBER) {
+        snprintf(text, 2 * C_OPERAND, "m[%d + %s]", p.offset, row);
+        return;
+    }
     if (p.kind != PLACE_TILE) {
         ad_c_begin_index(f, p, 0, start);
         snprintf(text, 2 * C_OPERAND, "%s%s]", start, row);
@@ -138,7 +142,7 @@ static void put_entry(c_function *f, place p, const char *row, char *text)
     }
 }
 
-/* A matrix of its own at every point. */
+/* A matrix of its own at every point, or of the member. */
 static void write_point_product(c_function *f, const instruction *i)
 {
     char matrix[2 * C_OPERAND], x[2 * C_OPERAND], out[2 * C_OPERAND], entry[C_OPERAND];
@@ -171,13 +175,24 @@ static void write_outer(c_function *f, const instruction *i)
             i->in[0].rows, k, f->w.points, out, y, x);
 }
 
-/* u += y x^T, or u += y, summed over columns and points. */
+/* A value of the member at every point, or as it is. */
+static void write_spread(c_function *f, const instruction *i)
+{
+    char out[2 * C_OPERAND];
+    put_entry(f, i->out, "r", out);
+    fprintf(f->w.file,
+            "    for (int r = 0; r < %d; r++) {\n        %s{\n            %s = m[%d + r];\n"
+            "        }\n    }\n",
+            i->out.rows, f->w.points, out, i->in[0].offset);
+}
+
+/* u += y x^T, or u += y, summed over columns and points; m where the sum is the member's. */
 static void write_sum(c_function *f, const instruction *i)
 {
-    bool outer = i->op == OP_OUTER_SUM;
+    bool outer = i->op == OP_OUTER_SUM, member = i->out.kind == PLACE_MEMBER;
     int columns = i->columns > 1 ? i->columns : 1, k = outer ? i->in[1].rows : 1;
     char factor[2 * C_OPERAND] = "";
-    f->uses_u = true;
+    f->uses_u = f->uses_u || !member;
     if (outer) {
         snprintf(factor, sizeof factor, " * w[(%d + k * %d) * %d + j]", i->in[1].offset,
                  i->in[1].stride, f->w.numbers);
@@ -185,10 +200,10 @@ static void write_sum(c_function *f, const instruction *i)
     fprintf(f->w.file,
             "    for (int i = 0; i < %d; i++) {\n        for (int k = 0; k < %d; k++) {\n"
             "            for (int j = 0; j < %d; j++) {\n"
-            "                u[%d + i * %d + k] += w[(%d + i * %d) * %d + j]%s;\n"
+            "                %c[%d + i * %d + k] += w[(%d + i * %d) * %d + j]%s;\n"
             "            }\n        }\n    }\n",
-            i->in[0].rows, k, columns * f->w.numbers, i->out.offset, k, i->in[0].offset,
-            i->in[0].stride, f->w.numbers, factor);
+            i->in[0].rows, k, columns * f->w.numbers, member ? 'm' : 'u', i->out.offset, k,
+            i->in[0].offset, i->in[0].stride, f->w.numbers, factor);
 }
 
 static void write_other(c_function *f, const instruction *i)
@@ -196,7 +211,7 @@ static void write_other(c_function *f, const instruction *i)
     switch (i->op) {
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
-        if (i->in[0].kind == PLACE_TILE) {
+        if (i->in[0].kind == PLACE_TILE || i->in[0].kind == PLACE_MEMBER) {
             write_point_product(f, i);
         } else {
             write_product(f, i);
@@ -205,6 +220,9 @@ static void write_other(c_function *f, const instruction *i)
     case OP_OUTER:
         write_outer(f, i);
         break;
+    case OP_SPREAD:
+        write_spread(f, i);
+        break;
     default:
         write_sum(f, i);
     }
@@ -212,12 +230,19 @@ static void write_other(c_function *f, const instruction *i)
 
 /* ---- passes --------------------------------------------------------------------------------- */
 
+/* Numbers of one row of an input or output: one, or one per point. */
+static int numbers_of(const c_function *f, int extent)
+{
+    return extent == AD_BATCH ? (int)f->options->points : 1;
+}
+
 static void write_inputs(c_function *f, const int *units)
 {
     const ad_tape *tape = f->program->tape;
     int first = 0;
     for (int i = 0; i < tape->inputs; i++) {
-        int numbers = tape->input_rows[i] * f->w.numbers, to = units[i] * f->w.numbers;
+        int numbers = tape->input_rows[i] * numbers_of(f, tape->input_extent[i]);
+        int to = units[i] * f->w.numbers;
         if (to >= 0 && numbers == 1) {
             fprintf(f->w.file, "    w[%d] = x[%d];\n", to, first);
         } else if (to >= 0) {
@@ -235,7 +260,7 @@ static int output_at(const c_function *f, int output)
     int first = 0;
     for (int i = 0; i < output; i++) {
         const node *n = &f->program->tape->nodes[f->program->output_ids[i]];
-        first += n->rows * (n->extent == AD_UNIFORM ? 1 : f->w.numbers);
+        first += n->rows * numbers_of(f, n->extent);
     }
     return first;
 }
@@ -261,15 +286,29 @@ static void write_outputs(c_function *f, const pass *p)
     }
 }
 
+/* What later passes need of the member. */
+static void write_kept(c_function *f, const pass *p)
+{
+    char from[2 * C_OPERAND];
+    for (int i = 0; i < p->kept_count; i++) {
+        put_entry(f, p->kept[i].from, "r", from);
+        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        m[%d + r] = %s;\n    }\n",
+                p->kept[i].from.rows, p->kept[i].number, from);
+    }
+}
+
 static bool write_pass(c_function *f, int number)
 {
     const pass *p = &f->program->passes[number];
+    f->w.numbers = p->members ? 1 : (int)f->options->points;
+    f->w.points = p->members ? "" : f->loop;
     bool ok = ad_c_begin_pass(&f->w, p);
     write_inputs(f, f->program->input_units + number * f->program->tape->inputs);
     if (p->reduced > 0) {
         f->uses_u = true;
-        ad_c_write_zeros(f, p->reduced_offset, p->reduced);
+        ad_c_write_zeros(f, 'u', p->reduced_offset, p->reduced);
     }
+    ad_c_write_zeros(f, 'm', p->summed_offset, p->summed);
     for (int g = 0; ok && g < p->group_count; g++) {
         int length = ad_c_run_length(p, g);
         if (length > 0) {
@@ -281,6 +320,7 @@ static bool write_pass(c_function *f, int number)
         }
     }
     write_outputs(f, p);
+    write_kept(f, p);
     ad_c_end_pass(&f->w);
     return ok;
 }
@@ -329,7 +369,9 @@ static void write_signature(const c_function *f, FILE *file)
 static void write_comment(const c_function *f, FILE *file)
 {
     const ad_tape *tape = f->program->tape;
-    fprintf(file, "/* At %d point%s. x:", f->w.numbers, f->w.numbers == 1 ? "" : "s");
+    int points = (int)f->options->points;
+    fprintf(file, "/* At %d point%s%s. x:", points, points == 1 ? "" : "s",
+            f->program->members ? " of one member" : "");
     for (int id = 0; id < tape->count; id++) {
         const node *n = &tape->nodes[id];
         if (n->op == OP_INPUT) {
@@ -340,8 +382,7 @@ static void write_comment(const c_function *f, FILE *file)
     for (int i = 0; i < f->program->outputs; i++) {
         fprintf(file, " [%d]", tape->nodes[f->program->output_ids[i]].rows);
     }
-    fputs(f->w.numbers == 1 ? ". */\n" : ", rows one after the other, each of all points. */\n",
-          file);
+    fputs(points == 1 ? ". */\n" : ", rows one after the other, each of all points. */\n", file);
 }
 
 /* The function around its body; returns the numbers of workspace it needs. */
@@ -360,6 +401,10 @@ static size_t write_function(c_function *f, const char *body, FILE *file)
     if (f->uses_u) {
         fprintf(file, "    %s *const u = w + %zu;\n", f->w.type, numbers);
         numbers += (size_t)program->uniform_count;
+    }
+    if (program->member_rows > 0) {
+        fprintf(file, "    %s *const m = w + %zu;\n", f->w.type, numbers);
+        numbers += (size_t)program->member_rows;
     }
     if (varying >= 0) {
         fprintf(file, "    const %s *const v = %s_%d[set];\n", f->w.type, f->tables->name, varying);
@@ -394,8 +439,7 @@ static bool write_one(ad_program *program, const ad_c_options *options, c_writer
         snprintf(loop, sizeof loop, "for (int j = 0; j < %d; j++) ", (int)options->points);
     }
     f.w.program = program;
-    f.w.points = loop;
-    f.w.numbers = (int)options->points;
+    f.loop = loop;
     f.w.uniform = ad_c_put_uniform;
     f.w.context = &f;
     f.w.file = open_memstream(&body, &size);

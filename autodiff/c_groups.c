@@ -24,6 +24,7 @@ static void uniform_in_memory(const c_writer *w, place p, int row, char *text)
 static bool write_pass(c_writer *w, const pass *p, int *number)
 {
     bool ok = ad_c_begin_pass(w, p);
+    fprintf(w->file, "\n#undef TILE\n#define TILE %d\n", p->fused_tile);
     for (int g = 0; ok && g < p->group_count; g++) {
         int length = ad_c_run_length(p, g);
         if (length > 0) {
@@ -53,7 +54,7 @@ static void write_table(const char *name, int count, FILE *file)
     fputs("\n    0};\n", file);
 }
 
-bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FILE *file)
+bool ad_c_write_groups(const ad_program *program, const char *name, FILE *file)
 {
     c_writer w = {.program = program, .file = file, .vectors = true, .type = "vec"};
     bool *known = ad_c_constants(program), ok = known != NULL;
@@ -68,11 +69,9 @@ bool ad_c_write_groups(const ad_program *program, int tile, const char *name, FI
         file);
     ad_c_text(ad_text_stumpff, file);
     ad_c_text(ad_text_lanes, file);
-    fprintf(file,
-            "\n#define TILE              %d\n"
-            "#define AT(unit)          (*(vec *)(w + (ptrdiff_t)(unit) * TILE + j))\n"
-            "#define ROW(unit, stride) AT((unit) + r * (stride))\n",
-            tile);
+    fputs("\n#define AT(unit)          (*(vec *)(w + (ptrdiff_t)(unit) * TILE + j))\n"
+          "#define ROW(unit, stride) AT((unit) + r * (stride))\n",
+          file);
     for (int s = 0; ok && s < program->pass_count; s++) {
         ok = write_pass(&w, &program->passes[s], &count);
     }

@@ -99,6 +99,9 @@ bool ad_c_find_lives(c_writer *w)
     for (int i = 0; live && i < p->output_count; i++) {
         mark(live, p->outputs[i].from, 1, true);
     }
+    for (int i = 0; live && i < p->kept_count; i++) {
+        mark(live, p->kept[i].from, 1, true);
+    }
     for (int n = p->count; live && n > 0;) {
         int first = n - 1;
         while (first > 0 && w->end[first - 1] == n) {

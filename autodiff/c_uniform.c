@@ -281,11 +281,11 @@ static void write_copy(c_function *f, int to, place from)
             from.rows, to, text);
 }
 
-void ad_c_write_zeros(c_function *f, int to, int rows)
+void ad_c_write_zeros(c_function *f, char memory, int to, int rows)
 {
     if (rows > 0) {
-        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        u[%d + r] = 0;\n    }\n",
-                rows, to);
+        fprintf(f->w.file, "    for (int r = 0; r < %d; r++) {\n        %c[%d + r] = 0;\n    }\n",
+                rows, memory, to);
     }
 }
 
@@ -331,13 +331,13 @@ static void write_uniform_elementwise(c_function *f, const node *n, int out)
 static void write_joined(c_function *f, const node *n, int out)
 {
     int row = n->op == OP_PAD ? n->whole : 0;
-    ad_c_write_zeros(f, out, row);
+    ad_c_write_zeros(f, 'u', out, row);
     for (int i = 0; i < n->count; i++) {
         place p = argument_place(f, n, i);
         write_copy(f, out + row, p);
         row += p.rows;
     }
-    ad_c_write_zeros(f, out + row, n->rows - row);
+    ad_c_write_zeros(f, 'u', out + row, n->rows - row);
 }
 
 static void write_uniform(c_function *f, int id)

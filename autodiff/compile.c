@@ -1,5 +1,5 @@
 /* From a tape to a program: what is needed, in which pass, which instructions. */
-#include "autodiff/program.h"
+#include "autodiff/compile.h"
 
 #include <limits.h>
 #include <stdlib.h>
@@ -18,18 +18,6 @@ ad_settings ad_settings_default(void)
 {
     return (ad_settings){.tile = 0, .piece = 256, .fuse = true};
 }
-
-/* Working memory of one compilation; arrays by node id. */
-typedef struct compilation {
-    ad_program *program;
-    ad_tape *tape;
-    bool *needed;
-    int *stage; /* passes that must be over before the node can be evaluated */
-    int *uses;
-    int *sum_of; /* reductions and sums of reductions: the node that holds the whole sum, or -1 */
-    bool *in;    /* needed in the pass at hand */
-    int stages;
-} compilation;
 
 static ad_status no_memory(ad_error *error)
 {
@@ -55,6 +43,7 @@ static ad_tape *tape_copy(const ad_tape *tape)
     copy->count = tape->count;
     copy->inputs = tape->inputs;
     copy->uniforms = tape->uniforms;
+    copy->members = tape->members;
     copy->nodes = copy_of(tape->nodes, (size_t)tape->count, sizeof *tape->nodes);
     copy->arguments =
         copy_of(tape->arguments, (size_t)tape->argument_count, sizeof *tape->arguments);
@@ -63,18 +52,14 @@ static ad_tape *tape_copy(const ad_tape *tape)
     copy->name_count = tape->name_count;
     copy->text = copy_of(tape->text, (size_t)tape->text_count, 1);
     copy->input_rows = copy_of(tape->input_rows, (size_t)tape->inputs, sizeof(int));
+    copy->input_extent = copy_of(tape->input_extent, (size_t)tape->inputs, 1);
     copy->uniform_rows = copy_of(tape->uniform_rows, (size_t)tape->uniforms, sizeof(int));
     if (!copy->nodes || !copy->arguments || !copy->numbers || !copy->names || !copy->text ||
-        !copy->input_rows || !copy->uniform_rows) {
+        !copy->input_rows || !copy->input_extent || !copy->uniform_rows) {
         ad_tape_free(copy);
         return NULL;
     }
     return copy;
-}
-
-static int argument(const compilation *c, int id, int i)
-{
-    return c->tape->arguments[c->tape->nodes[id].first + i];
 }
 
 /* ---- what is needed, and when --------------------------------------------------------------- */
@@ -100,7 +85,7 @@ static ad_status check_rows(const compilation *c, ad_error *error)
     for (int id = 0; id < c->tape->count; id++) {
         const node *n = &c->tape->nodes[id];
         long long rows = c->needed[id] ? n->rows : 0;
-        batch += n->extent == AD_BATCH ? rows : 0;
+        batch += n->extent != AD_UNIFORM ? rows : 0;
         uniform += n->extent == AD_UNIFORM && n->op != OP_PARAMETER ? rows : 0;
     }
     if (uniform > INT_MAX || batch > ROWS_MAX) {
@@ -110,45 +95,6 @@ static ad_status check_rows(const compilation *c, ad_error *error)
                        batch, uniform, ROWS_MAX, INT_MAX);
     }
     return AD_OK;
-}
-
-static void assign_stages(compilation *c)
-{
-    for (int id = 0; id < c->tape->count; id++) {
-        const node *n = &c->tape->nodes[id];
-        for (int i = 0; c->needed[id] && i < n->count; i++) {
-            int before = c->stage[argument(c, id, i)] + op_is_reduction(n->op);
-            c->stage[id] = before > c->stage[id] ? before : c->stage[id];
-        }
-        c->stages = c->needed[id] && c->stage[id] > c->stages ? c->stage[id] : c->stages;
-        if (c->needed[id] && n->extent == AD_BATCH && c->stage[id] >= c->stages) {
-            c->stages = c->stage[id] + 1;
-        }
-    }
-}
-
-/* A sum of sums over points is summed in one place: reductions are the leaves of a tree of
- * additions without other users, whose root holds the sum. */
-static void assign_sums(compilation *c)
-{
-    for (int id = 0; id < c->tape->count; id++) {
-        const node *n = &c->tape->nodes[id];
-        c->sum_of[id] = c->needed[id] && op_is_reduction(n->op) ? id : -1;
-        if (!c->needed[id] || n->op != OP_ADD || n->extent != AD_UNIFORM) {
-            continue;
-        }
-        int a = argument(c, id, 0), b = argument(c, id, 1);
-        bool tree = c->sum_of[a] >= 0 && c->sum_of[b] >= 0 && c->uses[a] == 1 && c->uses[b] == 1;
-        if (tree && c->stage[a] == c->stage[b] && c->tape->nodes[a].rows == n->rows &&
-            c->tape->nodes[b].rows == n->rows) {
-            c->sum_of[id] = id;
-        }
-    }
-    for (int id = c->tape->count - 1; id >= 0; id--) {
-        for (int i = 0; c->sum_of[id] >= 0 && c->tape->nodes[id].op == OP_ADD && i < 2; i++) {
-            c->sum_of[argument(c, id, i)] = c->sum_of[id];
-        }
-    }
 }
 
 /* ---- uniform values ------------------------------------------------------------------------- */
@@ -167,18 +113,20 @@ static void place_uniforms(compilation *c)
     ad_program *program = c->program;
     program->uniform_count = 1; /* number 0 is a zero, for padding */
     for (int s = 0; s < program->pass_count; s++) {
-        program->passes[s].reduced_offset = program->uniform_count;
+        pass *p = &program->passes[s];
+        p->reduced_offset = program->uniform_count;
         for (int id = 0; id < c->tape->count; id++) {
-            if (c->sum_of[id] == id && c->stage[id] == s + 1) {
+            if (c->sum_of[id] == id && c->tape->nodes[id].extent == AD_UNIFORM &&
+                ad_stages_summed_by(c, id, p)) {
                 program->places[id] = uniform_place(c, c->tape->nodes[id].rows);
             }
         }
-        program->passes[s].reduced = program->uniform_count - program->passes[s].reduced_offset;
-        program->info.reduced += (size_t)program->passes[s].reduced;
+        p->reduced = program->uniform_count - p->reduced_offset;
+        program->info.reduced += (size_t)p->reduced;
     }
     for (int id = 0; id < c->tape->count; id++) {
         const node *n = &c->tape->nodes[id];
-        if (!c->needed[id] || n->extent == AD_BATCH || c->sum_of[id] >= 0) {
+        if (!c->needed[id] || n->extent != AD_UNIFORM || c->sum_of[id] >= 0) {
             continue;
         }
         if (n->op == OP_PARAMETER) {
@@ -224,25 +172,39 @@ static bool list_uniforms(compilation *c, pass *p, int stage)
 
 /* ---- passes --------------------------------------------------------------------------------- */
 
-static void mark_pass(compilation *c, int stage)
+/* ---- values of members ---------------------------------------------------------------------- */
+
+static void place_member(compilation *c, int id)
 {
-    memset(c->in, 0, (size_t)c->tape->count * sizeof *c->in);
-    for (int i = 0; i < c->program->outputs; i++) {
-        int id = c->program->output_ids[i];
-        c->in[id] = c->tape->nodes[id].extent == AD_BATCH && c->stage[id] == stage;
+    int rows = c->tape->nodes[id].rows;
+    c->program->places[id] = (place){.kind = PLACE_MEMBER, .stride = 1, .rows = rows};
+    c->program->places[id].offset = c->program->member_rows;
+    c->program->member_rows += rows;
+}
+
+/* The sums of one pass lie side by side, then all that passes from one pass to another. */
+static void place_members(compilation *c)
+{
+    for (int s = 0; s < c->program->pass_count; s++) {
+        pass *p = &c->program->passes[s];
+        p->summed_offset = c->program->member_rows;
+        for (int id = 0; id < c->tape->count; id++) {
+            const node *n = &c->tape->nodes[id];
+            if (c->needed[id] && op_is_reduction(n->op) && n->extent == AD_MEMBER &&
+                ad_stages_summed_by(c, id, p)) {
+                place_member(c, id);
+            }
+        }
+        p->summed = c->program->member_rows - p->summed_offset;
     }
-    for (int id = c->tape->count - 1; id >= 0; id--) {
-        const node *n = &c->tape->nodes[id];
-        bool reduction = c->needed[id] && op_is_reduction(n->op) && c->stage[id] == stage + 1;
-        c->in[id] = c->in[id] || reduction;
-        for (int i = 0; c->in[id] && i < n->count; i++) {
-            int x = argument(c, id, i);
-            c->in[x] = c->in[x] || c->tape->nodes[x].extent == AD_BATCH;
+    for (int id = 0; id < c->tape->count; id++) {
+        if (c->kept[id] && !op_is_reduction(c->tape->nodes[id].op)) {
+            place_member(c, id);
         }
     }
 }
 
-static void fill_plan(const compilation *c, pass_plan *plan)
+static void fill_plan(const compilation *c, pass_plan *plan, const pass *p)
 {
     memset(plan->uses, 0, (size_t)plan->count * sizeof *plan->uses);
     for (int id = 0; id < plan->count; id++) {
@@ -252,6 +214,11 @@ static void fill_plan(const compilation *c, pass_plan *plan)
             plan->nodes[id].count = 0;
             continue;
         }
+        if (ad_stages_is_there(c, id, p) || plan->nodes[id].op == OP_SPREAD) {
+            plan->nodes[id].op = OP_SPREAD; /* read from the memory of the members */
+            plan->nodes[id].count = 0;
+        }
+        plan->uses[id] += c->stored[id];
         for (int i = 0; i < plan->nodes[id].count; i++) {
             plan->uses[argument(c, id, i)]++;
             if (i < AD_ARITY_MAX) {
@@ -264,23 +231,35 @@ static void fill_plan(const compilation *c, pass_plan *plan)
     }
 }
 
-static bool list_outputs(compilation *c, const pass_plan *plan, pass *p, int stage)
+static bool list_outputs(compilation *c, const pass_plan *plan, pass *p)
 {
     ad_program *program = c->program;
+    int *units = program->input_units + (p - program->passes) * c->tape->inputs;
+    size_t stored = 0;
+    for (int id = 0; id < plan->count; id++) {
+        stored += c->stored[id];
+    }
     p->outputs = malloc(((size_t)program->outputs + 1) * sizeof *p->outputs);
-    for (int i = 0; p->outputs && i < program->outputs; i++) {
+    p->kept = malloc((stored + 1) * sizeof *p->kept);
+    if (!p->outputs || !p->kept) {
+        return false;
+    }
+    for (int i = 0; i < program->outputs; i++) {
         int id = program->output_ids[i];
-        if (c->tape->nodes[id].extent == AD_BATCH && c->stage[id] == stage) {
+        if (c->tape->nodes[id].extent == (p->members ? AD_MEMBER : AD_BATCH) &&
+            c->stage[id] == p->stage) {
             p->outputs[p->output_count++] = (batch_output){i, plan->places[id]};
         }
     }
-    for (int id = 0; p->outputs && id < plan->count; id++) {
+    for (int id = 0; id < plan->count; id++) {
         if (plan->nodes[id].op == OP_INPUT) {
-            program->input_units[stage * c->tape->inputs + plan->nodes[id].whole] =
-                plan->places[id].offset;
+            units[plan->nodes[id].whole] = plan->places[id].offset;
+        }
+        if (c->stored[id]) {
+            p->kept[p->kept_count++] = (batch_output){program->places[id].offset, plan->places[id]};
         }
     }
-    return p->outputs != NULL;
+    return true;
 }
 
 static void plan_free(pass_plan *plan)
@@ -291,9 +270,8 @@ static void plan_free(pass_plan *plan)
     free(plan->places);
 }
 
-static bool compile_pass(compilation *c, int stage)
+static bool compile_pass(compilation *c, pass *p)
 {
-    pass *p = &c->program->passes[stage];
     size_t count = (size_t)c->tape->count + 1;
     enum { INTEGERS = 9 }; /* integer arrays by id */
     pass_plan plan = {.program = c->program, .tape = c->tape, .count = c->tape->count};
@@ -312,9 +290,10 @@ static bool compile_pass(compilation *c, int stage)
         plan.column = plan.uses + 7 * count;
         plan.panel_columns = plan.uses + 8 * count;
         plan.sum_of = c->sum_of;
-        mark_pass(c, stage);
-        fill_plan(c, &plan);
-        ok = ad_plan_layout(&plan, p) && ad_emit_pass(&plan, p) && list_outputs(c, &plan, p, stage);
+        plan.stored = c->stored;
+        ad_stages_mark(c, p);
+        fill_plan(c, &plan, p);
+        ok = ad_plan_layout(&plan, p) && ad_emit_pass(&plan, p) && list_outputs(c, &plan, p);
     }
     plan_free(&plan);
     return ok;
@@ -334,9 +313,14 @@ static void count_instructions(ad_program *program)
         }
         for (int i = 0; i < p->count; i++) {
             const instruction *now = &p->instructions[i];
+            size_t scratch = ad_execute_scratch(now);
+            scratch = (scratch + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
+            program->scratch = scratch > program->scratch ? scratch : program->scratch;
             info->products += instruction_flops(now) > 0;
-            info->flops_per_point += instruction_flops(now);
+            *(p->members ? &info->flops_per_member : &info->flops_per_point) +=
+                instruction_flops(now);
         }
+        program->most_summed = p->summed > program->most_summed ? p->summed : program->most_summed;
         program->most_reduced =
             p->reduced > program->most_reduced ? p->reduced : program->most_reduced;
         program->most_units = p->units > program->most_units ? p->units : program->most_units;
@@ -365,6 +349,8 @@ static bool allocate_workspaces(ad_program *program)
     program->tile = choose_tile(program);
     program->info.tile = program->tile;
     size_t numbers = (size_t)program->most_units * (size_t)program->tile;
+    program->workspace_numbers = numbers;
+    numbers += program->scratch + (program->members ? (size_t)program->tile : 0);
     program->info.workspace_bytes = numbers * sizeof(double);
     program->workspaces = calloc((size_t)threads, sizeof *program->workspaces);
     for (int i = 0; program->workspaces && i < threads; i++) {
@@ -382,15 +368,19 @@ static bool allocate_workspaces(ad_program *program)
 static ad_status begin(compilation *c, ad_error *error)
 {
     size_t count = (size_t)c->tape->count + 1;
-    c->needed = calloc(count, sizeof *c->needed);
-    c->in = calloc(count, sizeof *c->in);
-    c->stage = calloc(3 * count, sizeof *c->stage);
+    c->needed = calloc(4 * count, sizeof *c->needed);
+    c->stage = calloc(4 * count, sizeof *c->stage);
     c->program->places = calloc(count, sizeof *c->program->places);
-    if (!c->needed || !c->in || !c->stage || !c->program->places) {
+    if (!c->needed || !c->stage || !c->program->places) {
         return no_memory(error);
     }
+    c->in = c->needed + count;
+    c->kept = c->needed + 2 * count;
+    c->stored = c->needed + 3 * count;
     c->uses = c->stage + count;
     c->sum_of = c->stage + 2 * count;
+    c->home = c->stage + 3 * count;
+    memset(c->home, -1, count * sizeof *c->home);
     mark_needed(c);
     return check_rows(c, error);
 }
@@ -399,20 +389,23 @@ static ad_status begin(compilation *c, ad_error *error)
 static bool build(compilation *c)
 {
     ad_program *program = c->program;
-    assign_stages(c);
-    assign_sums(c);
-    size_t inputs = (size_t)c->stages * (size_t)c->tape->inputs + 1;
-    program->passes = calloc((size_t)c->stages + 1, sizeof *program->passes);
+    if (!ad_stages_assign(c)) {
+        return false;
+    }
+    int passes = program->pass_count;
+    size_t inputs = (size_t)passes * (size_t)c->tape->inputs + 1;
     program->input_units = malloc(inputs * sizeof *program->input_units);
-    if (!program->passes || !program->input_units) {
+    if (!program->input_units) {
         return false;
     }
     memset(program->input_units, -1, inputs * sizeof *program->input_units);
-    program->pass_count = c->stages;
     place_uniforms(c);
+    place_members(c);
     bool ok = write_constants(c);
-    for (int s = 0; ok && s <= c->stages; s++) {
-        ok = list_uniforms(c, &program->passes[s], s) && (s == c->stages || compile_pass(c, s));
+    for (int s = 0; ok && s <= passes; s++) {
+        pass *p = &program->passes[s];
+        bool first = s == 0 || p->stage != p[-1].stage;
+        ok = list_uniforms(c, p, first ? p->stage : -1) && (s == passes || compile_pass(c, p));
     }
     for (int id = 0; id < c->tape->count; id++) {
         program->info.dead += !c->needed[id];
@@ -478,7 +471,6 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
         status = ad_program_verify(program, error);
     }
     free(c.needed);
-    free(c.in);
     free(c.stage);
     if (status != AD_OK) {
         ad_program_free(program);
@@ -499,6 +491,7 @@ void ad_program_free(ad_program *program)
         free(program->passes[s].instructions);
         free(program->passes[s].groups);
         free(program->passes[s].outputs);
+        free(program->passes[s].kept);
     }
     for (int i = 0; program->workspaces && i < ad_pool_threads(program->pool); i++) {
         free(program->workspaces[i]);
@@ -511,6 +504,8 @@ void ad_program_free(ad_program *program)
     free(program->output_ids);
     free(program->workspaces);
     free(program->sums);
+    free(program->member);
+    free(program->shares);
     free(program);
 }
 

@@ -13,7 +13,7 @@ typedef struct emitter {
 static place place_for(const emitter *e, int id, int rows)
 {
     const pass_plan *plan = e->plan;
-    bool tile = plan->tape->nodes[id].extent == AD_BATCH;
+    bool tile = plan->tape->nodes[id].extent != AD_UNIFORM;
     place p = tile ? plan->places[id] : plan->program->places[id];
     if (p.rows == 1 && rows > 1) {
         p.stride = 0;
@@ -68,7 +68,7 @@ static void emit_stack(emitter *e, int id)
     int row = 0;
     for (int i = 0; i < plan->nodes[id].count; i++) {
         int part = ad_plan_argument(plan, id, i), rows = plan->tape->nodes[part].rows;
-        if (!(plan->tape->nodes[part].extent == AD_BATCH && plan->parent[part] == id &&
+        if (!(plan->tape->nodes[part].extent != AD_UNIFORM && plan->parent[part] == id &&
               plan->row[part] == row)) {
             emit_copy(e, part_of(plan->places[id], row, rows), place_for(e, part, rows));
         }
@@ -157,6 +157,31 @@ static void emit_products(emitter *e, int at, bool *done)
     }
 }
 
+/* Where the rows of values of members are: of the one that a node spreads over the points, or, in a
+ * pass over the members, of its own. */
+static place member_place(const pass_plan *plan, int id)
+{
+    int spread = spread_of(plan->tape, id);
+    return plan->program->places[spread >= 0 ? spread : id];
+}
+
+static void emit_spread(emitter *e, int id)
+{
+    instruction i = {.op = OP_SPREAD, .columns = 1, .out = e->plan->places[id]};
+    i.in[0] = member_place(e->plan, id);
+    append(e, i);
+}
+
+/* A product with a matrix of each member, read where it is. */
+static void emit_member_product(emitter *e, int id)
+{
+    const pass_plan *plan = e->plan;
+    instruction i = {.op = plan->nodes[id].op, .columns = 1, .out = plan->places[id]};
+    i.in[0] = member_place(plan, plan->arguments[id][0]);
+    i.in[1] = place_for(e, plan->arguments[id][1], 0);
+    append(e, i);
+}
+
 static void emit_node(emitter *e, int at, bool *done)
 {
     const pass_plan *plan = e->plan;
@@ -176,6 +201,9 @@ static void emit_node(emitter *e, int at, bool *done)
     case OP_PAD:
         emit_pad(e, id);
         return;
+    case OP_SPREAD:
+        emit_spread(e, id);
+        return;
     case OP_SUM_ROWS:
         emit_sum_rows(e, id);
         return;
@@ -188,6 +216,10 @@ static void emit_node(emitter *e, int at, bool *done)
     }
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
+        if (spread_of(plan->tape, plan->arguments[id][0]) >= 0) {
+            emit_member_product(e, id);
+            return;
+        } /* fallthrough */
     case OP_OUTER:
     case OP_OUTER_SUM:
         emit_products(e, at, done);

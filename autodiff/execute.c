@@ -1,42 +1,18 @@
-/* Replay a program over tiles of points.
+/* Replay a program over tiles of points, or of members.
  *
  * Points are cut into tiles and tiles dealt to chunks, both by the number of points alone, never by
  * the number of threads. A chunk adds up its tiles in order, whichever thread takes it, and the
  * chunks are added pairwise in order: so the sums are the same to the last bit for any number of
- * threads. */
-#include "autodiff/program.h"
+ * threads.
+ *
+ * Where there are values of members, a tile of points has whole members, or a part of one: the
+ * points of a member are added up by the tile, or tile by tile and then in order. */
+#include "autodiff/execute.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { CHUNKS_FEW = 8, CHUNKS_MANY = 64, SLICE = 4096 };
-
-typedef struct execution {
-    ad_program *program;
-    const ad_run *run;
-    const pass *pass;
-    const int *input_units;
-    int tile; /* points per tile of this run, a multiple of 8 */
-    size_t tiles, chunks;
-    size_t slices, width; /* of the final sum */
-} execution;
-
-/* One tile at work. */
-struct tile_state {
-    const execution *e;
-    double *workspace;
-    double *sums;
-    const double *base[3]; /* by place_kind: where its values lie */
-    ptrdiff_t unit[3];     /* by place_kind: numbers per unit of offset and stride */
-    int tile;
-    int width; /* points computed: `valid` rounded up to a multiple of 8 */
-    int valid;
-};
-
-static size_t minimum(size_t a, size_t b)
-{
-    return a < b ? a : b;
-}
 
 /* ---- instructions --------------------------------------------------------------------------- */
 
@@ -44,23 +20,16 @@ static tile_state begin(const execution *e, int thread)
 {
     const ad_program *program = e->program;
     tile_state t = {.e = e, .workspace = program->workspaces[thread], .tile = e->tile};
+    t.scratch = t.workspace + program->workspace_numbers;
+    t.row = t.scratch + program->scratch;
     t.base[PLACE_TILE] = t.workspace;
     t.base[PLACE_UNIFORM] = program->uniform;
     t.base[PLACE_PARAMETER] = e->run->parameters;
     t.unit[PLACE_TILE] = e->tile;
     t.unit[PLACE_UNIFORM] = t.unit[PLACE_PARAMETER] = 1;
+    t.base[PLACE_MEMBER] = program->member;
+    t.unit[PLACE_MEMBER] = (ptrdiff_t)e->members;
     return t;
-}
-
-static double *tile_at(const tile_state *t, place p, int row)
-{
-    return t->workspace + (ptrdiff_t)(p.offset + row * p.stride) * t->tile;
-}
-
-static kernel_operand operand(const tile_state *t, place p, int row)
-{
-    ptrdiff_t unit = t->unit[p.kind];
-    return (kernel_operand){t->base[p.kind] + (p.offset + row * p.stride) * unit, p.stride * unit};
 }
 
 static void run_elementwise(const tile_state *t, const instruction *i, int row, int rows)
@@ -114,6 +83,16 @@ static void run_matvec(const tile_state *t, const instruction *i)
     }
 }
 
+size_t ad_execute_scratch(const instruction *i)
+{
+    int m = i->in[0].rows, k = i->in[1].rows;
+    if (i->out.kind == PLACE_MEMBER) { /* the sum for one member */
+        return (size_t)m * (size_t)(i->op == OP_OUTER_SUM ? k : 1);
+    }
+    /* a member's matrix */
+    return op_is_matvec(i->op) && i->in[0].kind == PLACE_MEMBER ? (size_t)m : 0;
+}
+
 /* sum += y x^T, all columns of both panels at once when the tile is full. */
 static void run_outer_sum(const tile_state *t, const instruction *i)
 {
@@ -134,8 +113,8 @@ static unsigned mask_of(place a, place b)
     return (a.kind != PLACE_TILE ? 1u : 0) | (b.kind != PLACE_TILE ? 2u : 0);
 }
 
-static void multiply_rows(const tile_state *t, place out, int row, int rows, kernel_operand a,
-                          kernel_operand b, bool add, unsigned mask)
+void ad_execute_multiply_rows(const tile_state *t, place out, int row, int rows, kernel_operand a,
+                              kernel_operand b, bool add, unsigned mask)
 {
     const kernel_set *kernels = t->e->program->kernels;
     double *to = tile_at(t, out, row);
@@ -153,8 +132,8 @@ static void run_point_matvec(const tile_state *t, const instruction *i)
     for (int row = 0; row < m; row++) {
         for (int j = 0; j < k; j++) {
             int entry = transposed ? j * m + row : row * k + j;
-            multiply_rows(t, i->out, row, 1, operand(t, i->in[0], entry), operand(t, i->in[1], j),
-                          j > 0, mask);
+            ad_execute_multiply_rows(t, i->out, row, 1, operand(t, i->in[0], entry),
+                                     operand(t, i->in[1], j), j > 0, mask);
         }
     }
 }
@@ -165,17 +144,26 @@ static void run_outer(const tile_state *t, const instruction *i)
     for (int row = 0; row < i->in[0].rows; row++) {
         kernel_operand y = operand(t, i->in[0], row);
         y.stride = 0;
-        multiply_rows(t, i->out, row * k, k, y, operand(t, i->in[1], 0), false,
-                      mask_of(i->in[0], i->in[1]));
+        ad_execute_multiply_rows(t, i->out, row * k, k, y, operand(t, i->in[1], 0), false,
+                                 mask_of(i->in[0], i->in[1]));
     }
 }
 
 static void run_other(const tile_state *t, const instruction *i)
 {
+    if (i->out.kind == PLACE_MEMBER) {
+        ad_execute_member_sum(t, i);
+        return;
+    }
     switch (i->op) {
+    case OP_SPREAD:
+        ad_execute_spread(t, i);
+        break;
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
-        if (i->in[0].kind == PLACE_TILE) {
+        if (i->in[0].kind == PLACE_MEMBER) {
+            ad_execute_member_matvec(t, i);
+        } else if (i->in[0].kind == PLACE_TILE) {
             run_point_matvec(t, i);
         } else {
             run_matvec(t, i);
@@ -196,14 +184,14 @@ static void run_other(const tile_state *t, const instruction *i)
 
 /* ---- tiles and chunks ------------------------------------------------------------------------ */
 
-static void read_inputs(const tile_state *t, size_t start)
+static void read_inputs(const tile_state *t)
 {
     const ad_tape *tape = t->e->program->tape;
     const ad_run *run = t->e->run;
     for (int i = 0; i < tape->inputs; i++) {
         int unit = t->e->input_units[i];
         for (int row = 0; unit >= 0 && row < tape->input_rows[i]; row++) {
-            const double *from = run->inputs[i] + (size_t)row * run->points + start;
+            const double *from = run->inputs[i] + (size_t)row * t->e->count + t->start;
             double *to = t->workspace + (ptrdiff_t)(unit + row) * t->tile;
             memcpy(to, from, (size_t)t->valid * sizeof *to);
             for (int j = t->valid; j < t->width; j++) {
@@ -213,25 +201,36 @@ static void read_inputs(const tile_state *t, size_t start)
     }
 }
 
-static void write_outputs(const tile_state *t, size_t start)
+static void write_rows(const tile_state *t, place from, double *to)
 {
-    const ad_run *run = t->e->run;
-    for (int i = 0; i < t->e->pass->output_count; i++) {
-        batch_output o = t->e->pass->outputs[i];
-        for (int row = 0; run->outputs[o.number] && row < o.from.rows; row++) {
-            memcpy(run->outputs[o.number] + (size_t)row * run->points + start,
-                   tile_at(t, o.from, row), (size_t)t->valid * sizeof(double));
-        }
+    for (int row = 0; to && row < from.rows; row++) {
+        memcpy(to + (size_t)row * t->e->count + t->start, tile_at(t, from, row),
+               (size_t)t->valid * sizeof(double));
+    }
+}
+
+static void write_outputs(const tile_state *t)
+{
+    const pass *p = t->e->pass;
+    for (int i = 0; i < p->output_count; i++) {
+        write_rows(t, p->outputs[i].from, t->e->run->outputs[p->outputs[i].number]);
+    }
+    for (int i = 0; i < p->kept_count; i++) {
+        write_rows(t, p->kept[i].from,
+                   t->e->program->member + (size_t)p->kept[i].number * t->e->members);
     }
 }
 
 static void run_tile(tile_state *t, size_t number)
 {
-    size_t start = number * (size_t)t->tile;
-    t->valid = (int)minimum((size_t)t->tile, t->e->run->points - start);
+    const execution *e = t->e;
+    size_t first = number / e->parts * e->each, end = e->parts > 1 ? first + e->each : e->count;
+    t->number = number;
+    t->start = e->parts > 1 ? first + number % e->parts * e->step : number * e->step;
+    t->valid = (int)minimum(e->step, end - t->start);
     t->width = (t->valid + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
-    read_inputs(t, start);
-    bool fused = t->tile == t->e->program->fused_tile;
+    read_inputs(t);
+    bool fused = t->tile == e->pass->fused_tile;
     for (int g = 0; g < t->e->pass->group_count; g++) {
         const group *now = &t->e->pass->groups[g];
         const instruction *i = &t->e->pass->instructions[now->first];
@@ -256,7 +255,7 @@ static void run_chunk(void *context, int chunk, int thread)
     size_t end = ((size_t)chunk + 1) * e->tiles / e->chunks;
     for (size_t number = first; number < end; number++) {
         run_tile(&t, number);
-        write_outputs(&t, number * (size_t)t.tile);
+        write_outputs(&t);
     }
 }
 
@@ -282,15 +281,18 @@ static void sum_slice(void *context, int slice, int thread)
 
 static void run_pass(execution *e)
 {
+    const pass *p = e->pass;
     if (e->chunks == 0) {
-        memset(e->program->uniform + e->pass->reduced_offset, 0,
-               (size_t)e->pass->reduced * sizeof(double));
+        memset(e->program->uniform + p->reduced_offset, 0, (size_t)p->reduced * sizeof(double));
+        memset(e->program->member + (size_t)p->summed_offset * e->members, 0,
+               (size_t)p->summed * e->members * sizeof(double));
         return;
     }
-    if (e->pass->count == 0 && e->pass->output_count == 0) {
+    if (p->count == 0 && p->output_count == 0 && p->kept_count == 0) {
         return;
     }
     ad_pool_run(e->program->pool, (int)e->chunks, run_chunk, e);
+    ad_execute_add_shares(e);
     e->width = SLICE;
     e->slices = ((size_t)e->pass->reduced + SLICE - 1) / SLICE;
     if (e->slices > 0) {
@@ -300,42 +302,92 @@ static void run_pass(execution *e)
 
 /* ---- runs ------------------------------------------------------------------------------------ */
 
-static void cut(execution *e, size_t points)
+static size_t rounded_up(size_t count, size_t step)
 {
-    size_t wanted = (points + CHUNKS_FEW - 1) / CHUNKS_FEW; /* work for several threads */
-    wanted = (wanted + TILE_STEP - 1) / TILE_STEP * TILE_STEP;
+    return (count + step - 1) / step * step;
+}
+
+/* Tiles of a number of whole members, or of equal parts of one. */
+static void cut_members(execution *e)
+{
+    size_t tile = (size_t)e->tile;
+    if (e->each <= tile) {
+        e->step = tile / e->each * e->each;
+        e->tiles = (e->count + e->step - 1) / e->step;
+    } else {
+        e->parts = (e->each + tile - 1) / tile;
+        e->step = rounded_up((e->each + e->parts - 1) / e->parts, TILE_STEP);
+        e->parts = (e->each + e->step - 1) / e->step;
+        e->tiles = e->members * e->parts;
+    }
+    e->tile = (int)rounded_up(e->step, TILE_STEP);
+}
+
+static void cut(execution *e, const pass *p, size_t points, size_t members)
+{
+    e->pass = p;
+    e->members = members > 0 ? members : 1;
+    e->each = p->members ? 1 : points / e->members;
+    e->count = p->members ? e->members : points;
+    e->parts = 1;
+    size_t wanted = (e->count + CHUNKS_FEW - 1) / CHUNKS_FEW; /* work for several threads */
+    wanted = rounded_up(wanted, TILE_STEP);
     wanted = wanted < TILE_MIN ? TILE_MIN : wanted;
     e->tile = (int)minimum(wanted, (size_t)e->program->tile);
-    e->tiles = (points + (size_t)e->tile - 1) / (size_t)e->tile;
+    e->step = (size_t)e->tile;
+    e->tiles = (e->count + e->step - 1) / e->step;
+    if (e->program->members && e->each > 1) {
+        cut_members(e);
+    }
     size_t chunks = e->tiles / CHUNKS_FEW;
     chunks = chunks < CHUNKS_FEW ? CHUNKS_FEW : chunks;
     e->chunks = minimum(e->tiles, minimum(chunks, CHUNKS_MANY));
 }
 
-static bool make_room(ad_program *program, size_t chunks)
+/* Memory for so many items of equally many numbers; what is in it is lost. */
+static bool enlarge(double **memory, size_t *capacity, size_t items, int numbers)
 {
-    if (chunks <= program->chunk_capacity) {
+    if (items <= *capacity) {
         return true;
     }
-    size_t numbers = chunks * (size_t)program->most_reduced + 1;
-    double *sums = realloc(program->sums, numbers * sizeof *sums);
-    if (!sums) {
-        return false;
+    double *larger = realloc(*memory, (items * (size_t)numbers + 1) * sizeof *larger);
+    if (larger) {
+        *memory = larger;
+        *capacity = items;
     }
-    program->sums = sums;
-    program->chunk_capacity = chunks;
-    return true;
+    return larger != NULL;
+}
+
+static bool make_room(execution *e, const ad_run *run)
+{
+    ad_program *program = e->program;
+    bool ok = enlarge(&program->member, &program->member_capacity, run->members + 1,
+                      program->member_rows);
+    for (int s = 0; ok && s < program->pass_count; s++) {
+        const pass *p = &program->passes[s];
+        cut(e, p, run->points, run->members);
+        ok = enlarge(&program->sums, &program->chunk_capacity, e->chunks, program->most_reduced) &&
+             enlarge(&program->shares, &program->share_capacity, e->parts > 1 ? e->tiles : 0,
+                     program->most_summed);
+    }
+    return ok;
 }
 
 ad_status ad_execute(ad_program *program, const ad_run *run, ad_error *error)
 {
     execution e = {.program = program, .run = run};
-    cut(&e, run->points);
-    if (!make_room(program, e.chunks)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for the sums of %zu chunks", e.chunks);
+    if (program->members && run->members > 1 && run->points % run->members != 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%zu points of %zu members: every member has to have equally many",
+                       run->points, run->members);
+    }
+    if (!make_room(&e, run)) {
+        return ad_fail(error, AD_NO_MEMORY,
+                       "out of memory for the sums and values of %zu points and %zu members",
+                       run->points, run->members);
     }
     for (int s = 0; s < program->pass_count; s++) {
-        e.pass = &program->passes[s];
+        cut(&e, &program->passes[s], run->points, run->members);
         e.input_units = program->input_units + s * program->tape->inputs;
         ad_uniform_evaluate(program, e.pass, run);
         run_pass(&e);
@@ -372,17 +424,23 @@ static void run_tile_job(void *context, int item, int thread)
 void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles)
 {
     execution e = {.program = program};
-    cut(&e, points);
+    cut(&e, &program->passes[0], points, 1);
     *tile = e.tile;
     *tiles = e.tiles;
+}
+
+int ad_execute_tile(ad_program *program, const pass *p, size_t points, size_t members)
+{
+    execution e = {.program = program};
+    cut(&e, p, points, members);
+    return e.tile;
 }
 
 void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
                       tile_work work, void *context)
 {
-    tile_job job = {
-        {.program = program, .run = run, .pass = &program->passes[0]}, first, work, context};
-    cut(&job.e, run->points);
+    tile_job job = {{.program = program, .run = run}, first, work, context};
+    cut(&job.e, &program->passes[0], run->points, 1);
     job.e.input_units = program->input_units;
     if (first == 0) {
         ad_uniform_evaluate(program, job.e.pass, run);

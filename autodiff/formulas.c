@@ -101,15 +101,15 @@ int ad_formulas_row(const formulas *f, int id, int row)
 {
     const node *n = &f->tape->nodes[id];
     row = n->rows == 1 ? 0 : row;
-    return n->extent == AD_BATCH ? f->rows[f->first[id] + row]
-                                 : ad_formulas_find(f, uniform_row(f, id, row));
+    return n->extent != AD_UNIFORM ? f->rows[f->first[id] + row]
+                                   : ad_formulas_find(f, uniform_row(f, id, row));
 }
 
 static int row_of(formulas *f, int id, int row)
 {
     const node *n = &f->tape->nodes[id];
-    return n->extent == AD_BATCH ? ad_formulas_row(f, id, row)
-                                 : make(f, uniform_row(f, id, n->rows == 1 ? 0 : row));
+    return n->extent != AD_UNIFORM ? ad_formulas_row(f, id, row)
+                                   : make(f, uniform_row(f, id, n->rows == 1 ? 0 : row));
 }
 
 /* All rows of a value as one formula: matrices of parameters by where they lie. */
@@ -167,8 +167,17 @@ static int make_row(formulas *f, const node *n, int row, int w, int x)
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
         return make(f, (formula){.op = n->op, .a = w, .b = x, .c = row});
+    case OP_SPREAD:
+        return make(f, (formula){.op = n->op, .a = row_of(f, argument(f, n, 0), row)});
+    case OP_SUM_POINTS:
+        return make(f, member_sum_of(n->op, row_of(f, argument(f, n, 0), row), 0));
+    case OP_OUTER_SUM:
     case OP_OUTER: {
         int width = argument_node(f, n, 1)->rows;
+        if (n->op == OP_OUTER_SUM) {
+            return make(f, member_sum_of(n->op, row_of(f, argument(f, n, 0), row / width),
+                                         row_of(f, argument(f, n, 1), row % width)));
+        }
         return make(f, product_of(row_of(f, argument(f, n, 0), row / width),
                                   row_of(f, argument(f, n, 1), row % width)));
     }
@@ -184,10 +193,10 @@ static bool number_rows(formulas *f)
 {
     for (int id = 0; !f->failed && id < f->tape->count; id++) {
         const node *n = &f->tape->nodes[id];
-        if (!f->needed[id] || n->extent != AD_BATCH) {
+        if (!f->needed[id] || n->extent == AD_UNIFORM) {
             continue;
         }
-        bool product = n->op == OP_MATVEC || n->op == OP_MATVEC_TRANSPOSED;
+        bool product = op_is_matvec(n->op);
         int w = product ? all_rows(f, argument(f, n, 0)) : 0;
         int x = product ? all_rows(f, argument(f, n, 1)) : 0;
         for (int row = 0; row < n->rows; row++) {
@@ -225,7 +234,7 @@ bool ad_formulas_create(const ad_program *program, formulas *result)
     for (int id = 0; id < f->tape->count; id++) {
         f->first[id] = count;
         count +=
-            f->needed[id] && f->tape->nodes[id].extent == AD_BATCH ? f->tape->nodes[id].rows : 0;
+            f->needed[id] && f->tape->nodes[id].extent != AD_UNIFORM ? f->tape->nodes[id].rows : 0;
     }
     f->rows = calloc((size_t)count + 1, sizeof *f->rows);
     return f->rows && number_rows(f);

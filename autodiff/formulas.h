@@ -1,5 +1,6 @@
-/* What a program has to compute: a number for every row of every batch value of its tape, by the
- * formula that makes it; equal formulas have one number. Private to autodiff. */
+/* What a program has to compute: a number for every row of every batch value of its tape, and of
+ * those of members, by the formula that makes it; equal formulas have one number. Private to
+ * autodiff. */
 #ifndef AD_FORMULAS_H
 #define AD_FORMULAS_H
 
@@ -24,7 +25,7 @@ typedef struct formulas {
     int *table; /* hash table of items, 0 empty; capacity a power of two */
     int table_capacity;
     bool *needed; /* [nodes] by an output */
-    int *first;   /* [nodes] where the rows of a batch value begin in `rows` */
+    int *first;   /* [nodes] where the rows of a value that is not uniform begin in `rows` */
     int *rows;
     bool failed; /* out of memory */
 } formulas;
@@ -32,6 +33,12 @@ typedef struct formulas {
 /* Of all values that the outputs of a program need. False: out of memory; clear it all the same. */
 bool ad_formulas_create(const ad_program *program, formulas *result);
 void ad_formulas_clear(formulas *f);
+
+/* A row of a sum over each member's points; b: 0, or the other factor of a product. */
+static inline formula member_sum_of(int op, int a, int b)
+{
+    return (formula){.op = op, .whole = OF_MEMBER, .a = a, .b = b};
+}
 
 /* The number of a formula; 0 when no value of the tape has it. */
 int ad_formulas_find(const formulas *f, formula wanted);

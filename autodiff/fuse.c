@@ -342,19 +342,22 @@ static ad_status begin(ad_program *program, const char *text, size_t size, const
     return start_compiler(program, f, error);
 }
 
-ad_status ad_fuse_begin(ad_program *program, size_t points, const char *folder, bool compile,
-                        ad_error *error)
+ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, const char *folder,
+                        bool compile, ad_error *error)
 {
     char *text = NULL;
-    size_t size = 0, tiles;
+    size_t size = 0;
     int way = compile ? 2 : 1;
     if (program->library || program->fuse_begun >= way) {
         return AD_OK;
     }
     program->fuse_begun = way;
-    ad_execute_cut(program, points, &program->fused_tile, &tiles);
+    for (int s = 0; s < program->pass_count; s++) {
+        pass *p = &program->passes[s];
+        p->fused_tile = ad_execute_tile(program, p, points, members);
+    }
     FILE *file = open_memstream(&text, &size);
-    bool ok = file && ad_c_write_groups(program, program->fused_tile, TABLE_NAME, file);
+    bool ok = file && ad_c_write_groups(program, TABLE_NAME, file);
     ok = file && fclose(file) == 0 && ok;
     ad_status status = ok ? begin(program, text, size, folder, compile, error)
                           : ad_fail(error, AD_NO_MEMORY, "out of memory while writing C");

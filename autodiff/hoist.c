@@ -43,10 +43,10 @@ static void mark_varying(hoist *h, int count, const ad_value *varying)
         const node *n = &h->tape->nodes[id];
         h->varies[id] =
             h->varies[id] || n->op == OP_PARAMETER || n->op == OP_POINTS || op_is_reduction(n->op);
-        h->work[id] = n->count == 0                            ? 0
-                      : op_is_smooth(n->op)                    ? HEAVY_OPERATION
-                      : n->op == OP_SLICE || n->op == OP_STACK ? 0
-                                                               : 1;
+        h->work[id] = n->count == 0         ? 0
+                      : op_is_smooth(n->op) ? HEAVY_OPERATION
+                      : n->op == OP_SLICE || n->op == OP_STACK || n->op == OP_SPREAD ? 0
+                                                                                     : 1;
         for (int i = 0; i < n->count; i++) {
             int x = argument(h, id, i);
             h->varies[id] = h->varies[id] || h->varies[x];
@@ -65,8 +65,9 @@ static int choose(hoist *h, int least, int rows, ad_value *fixed)
         bool outside = h->needed[id] && (h->varies[id] || op_is_reduction(user->op));
         for (int i = 0; outside && i < user->count; i++) {
             int x = argument(h, id, i);
+            x = h->tape->nodes[x].op == OP_SPREAD ? argument(h, x, 0) : x;
             const node *n = &h->tape->nodes[x];
-            if (!h->taken[x] && !h->varies[x] && n->extent == AD_BATCH && h->work[x] >= least &&
+            if (!h->taken[x] && !h->varies[x] && n->extent != AD_UNIFORM && h->work[x] >= least &&
                 used + n->rows <= rows) {
                 h->taken[x] = true;
                 used += n->rows;
@@ -95,7 +96,9 @@ static void rewrite(hoist *h, int fixed_count, const ad_value *fixed, ad_value *
         h->renamed[id] = id;
     }
     for (int i = 0; i < fixed_count; i++) {
-        h->renamed[fixed[i].id] = ad_input(h->tape, "fixed", ad_rows(fixed[i])).id;
+        bool member = ad_extent_of(fixed[i]) == AD_MEMBER;
+        h->renamed[fixed[i].id] =
+            (member ? ad_input_member : ad_input)(h->tape, "fixed", ad_rows(fixed[i])).id;
     }
     for (int id = 0; id < h->count; id++) {
         if (h->needed[id] && !h->taken[id]) {

@@ -28,8 +28,7 @@ int ad_plan_argument(const pass_plan *plan, int id, int i)
 
 bool ad_plan_is_product(const pass_plan *plan, int id)
 {
-    int op = plan->nodes[id].op;
-    return (op == OP_MATVEC || op == OP_MATVEC_TRANSPOSED) &&
+    return op_is_matvec(plan->nodes[id].op) &&
            plan->tape->nodes[ad_plan_argument(plan, id, 0)].extent == AD_UNIFORM;
 }
 
@@ -148,9 +147,24 @@ static void contract(pass_plan *plan)
 
 /* ---- order --------------------------------------------------------------------------------- */
 
+/* A product with a matrix of each member: with products, but by itself. */
+static bool is_member_product(const pass_plan *plan, int id)
+{
+    return op_is_matvec(plan->nodes[id].op) &&
+           spread_of(plan->tape, ad_plan_argument(plan, id, 0)) >= 0;
+}
+
 static int phase_of(const pass_plan *plan, int id)
 {
-    return ad_plan_is_product(plan, id) ? 0 : op_is_reduction(plan->nodes[id].op) ? 2 : 1;
+    int op = plan->nodes[id].op;
+    bool first = op == OP_SPREAD || ad_plan_is_product(plan, id) || is_member_product(plan, id);
+    return first ? 0 : op_is_reduction(op) ? 2 : 1;
+}
+
+/* Does its level come after those of its operands? */
+static bool is_step(const pass_plan *plan, int id)
+{
+    return phase_of(plan, id) == 0 && plan->nodes[id].op != OP_SPREAD;
 }
 
 static void assign_levels(pass_plan *plan, int *latest)
@@ -161,7 +175,7 @@ static void assign_levels(pass_plan *plan, int *latest)
         for (int i = 0; in_pass(plan, id) && i < plan->nodes[id].count; i++) {
             int argument = ad_plan_argument(plan, id, i);
             int level = in_pass(plan, argument) ? plan->level[argument] : 0;
-            level += phase_of(plan, id) == 0;
+            level += is_step(plan, id);
             plan->level[id] = level > plan->level[id] ? level : plan->level[id];
         }
     }
@@ -169,10 +183,11 @@ static void assign_levels(pass_plan *plan, int *latest)
         if (!in_pass(plan, id)) {
             continue;
         }
-        if (phase_of(plan, id) == 1 && latest[id] < 1 << 30 && latest[id] > plan->level[id]) {
+        if ((phase_of(plan, id) == 1 || plan->nodes[id].op == OP_SPREAD) && latest[id] < 1 << 30 &&
+            latest[id] > plan->level[id]) {
             plan->level[id] = latest[id];
         }
-        int limit = plan->level[id] - (phase_of(plan, id) == 0);
+        int limit = plan->level[id] - is_step(plan, id);
         for (int i = 0; i < plan->nodes[id].count; i++) {
             int *l = &latest[ad_plan_argument(plan, id, i)];
             *l = limit < *l ? limit : *l;
@@ -408,6 +423,9 @@ static void extend(buffer *b, int position)
 static bool is_output(const pass_plan *plan, int id)
 {
     const ad_program *program = plan->program;
+    if (plan->stored[id]) {
+        return true;
+    }
     for (int i = 0; i < program->outputs; i++) {
         if (program->output_ids[i] == id) {
             return true;

@@ -31,7 +31,7 @@ typedef struct normal_run {
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status check_wrt(int count, const ad_value *wrt, size_t parameters, ad_error *error)
+ad_status ad_normal_check(int count, const ad_value *wrt, size_t parameters, ad_error *error)
 {
     for (int i = 0; i < count; i++) {
         bool inside = ad_is_valid(wrt[i]) && node_of(wrt[i])->op == OP_PARAMETER &&
@@ -95,6 +95,12 @@ static ad_status compile(ad_normal *normal, int count, const ad_value *residuals
                    : ad_fail(error, AD_BAD_ARGUMENT, "normal equations: every residual is 0");
     }
     status = ad_compile(j->output_count, j->outputs, NULL, pool, &normal->program, error);
+    if (status == AD_OK && normal->program->members) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "normal equations: residuals need values of members, of which rows of J "
+                         "are not made: see ad_member_normal and ad_normal_product, or give "
+                         "inputs of members per point");
+    }
     if (status == AD_OK && normal->program->pass_count != 1) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "normal equations: residuals have to vary over the points and may not "
@@ -149,7 +155,7 @@ ad_status ad_normal_compile(int count, const ad_value *residuals, int wrt_count,
                             ad_normal **result, ad_error *error)
 {
     *result = NULL;
-    ad_status status = check_wrt(wrt_count, wrt, parameters, error);
+    ad_status status = ad_normal_check(wrt_count, wrt, parameters, error);
     if (status != AD_OK) {
         return status;
     }

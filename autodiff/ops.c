@@ -215,6 +215,7 @@ const op_row ad_op_table[OP_COUNT] = {
     [OP_MATVEC_TRANSPOSED] = {"matvec_transposed", 2, BILINEAR, NULL, adjoint_matvec_transposed},
     [OP_OUTER] = {"outer", 2, BILINEAR, NULL, adjoint_outer},
     [OP_OUTER_SUM] = {"outer_sum", 2, BILINEAR, NULL, adjoint_outer},
+    [OP_SPREAD] = {"spread", 1, LINEAR, NULL, adjoint_add},
 };
 
 double ad_op_evaluate(int op, int whole, double number, const double *x)
@@ -408,9 +409,29 @@ ad_value ad_sum_rows(ad_value a)
     return tape_record1(OP_SUM_ROWS, a);
 }
 
+ad_value ad_tape_sum(ad_value a, sum_over over)
+{
+    return ad_tape_record(a.tape, OP_SUM_POINTS, 1, &a, (int)over, 0, 0);
+}
+
+ad_value ad_tape_outer_sum(ad_value y, ad_value x, sum_over over)
+{
+    return ad_tape_record(y.tape, OP_OUTER_SUM, 2, (ad_value[]){y, x}, (int)over, 0, 0);
+}
+
 ad_value ad_sum_points(ad_value a)
 {
-    return tape_record1(OP_SUM_POINTS, a);
+    return ad_tape_sum(a, OVER_POINTS);
+}
+
+ad_value ad_sum_points_of_member(ad_value a)
+{
+    return ad_tape_sum(a, OF_MEMBER);
+}
+
+ad_value ad_sum_members(ad_value a)
+{
+    return ad_tape_sum(a, OVER_MEMBERS);
 }
 
 ad_value ad_matvec(ad_value w, ad_value x)

@@ -11,7 +11,7 @@ static const char *plural(size_t count)
 
 static const char *shape_text(const node *n)
 {
-    return n->extent == AD_BATCH ? "per point" : "for all";
+    return n->extent == AD_BATCH ? "per point" : n->extent == AD_MEMBER ? "of member" : "for all";
 }
 
 /* %12, or what a leaf is called, or the number that a constant is. */
@@ -37,6 +37,8 @@ static void put_attribute(int op, int whole, double number, FILE *file)
         fprintf(file, " order %d", whole);
     } else if (op == OP_SLICE || op == OP_PAD) {
         fprintf(file, " from row %d", whole);
+    } else if ((op_is_reduction(op) || op == OP_POINTS) && whole != OVER_POINTS) {
+        fputs(whole == OF_MEMBER ? " of each member" : " over members", file);
     }
 }
 
@@ -129,6 +131,9 @@ static void find_lifetimes(printer *p)
     for (int i = 0; i < p->pass->output_count; i++) {
         set_reader(p, p->pass->outputs[i].from, 1, UNTIL_OUTPUT, true);
     }
+    for (int i = 0; i < p->pass->kept_count; i++) {
+        set_reader(p, p->pass->kept[i].from, 1, UNTIL_OUTPUT, true);
+    }
     for (int n = p->pass->count - 1; n >= 0; n--) {
         const instruction *i = &p->pass->instructions[n];
         int columns = columns_of(i);
@@ -177,7 +182,10 @@ static void put_place(const printer *p, place at)
 static void put_result(const printer *p, const instruction *i)
 {
     if (i->out.kind != PLACE_TILE) {
-        fprintf(p->file, "sum %-20d", i->out.offset - p->pass->reduced_offset);
+        bool member = i->out.kind == PLACE_MEMBER;
+        fprintf(p->file, member ? "row %-13d" : "sum %-20d",
+                i->out.offset - (member ? 0 : p->pass->reduced_offset));
+        fputs(member ? " of members " : "", p->file);
         return;
     }
     int n = fprintf(p->file, "%%%d@%d", i->value, i->out.offset);
@@ -212,8 +220,9 @@ static void put_instruction(const printer *p, int number)
     put_attribute(i->op, i->whole, i->number, p->file);
     if (instruction_flops(i) > 0) {
         int columns = i->in[1].rows, rows = i->in[0].rows / (i->op == OP_OUTER_SUM ? 1 : columns);
-        fprintf(p->file, "; %d x %d times %d column%s, %zu flops per point", rows, columns,
-                i->columns, plural((size_t)i->columns), instruction_flops(i));
+        fprintf(p->file, "; %d x %d times %d column%s, %zu flops per %s", rows, columns, i->columns,
+                plural((size_t)i->columns), instruction_flops(i),
+                p->pass->members ? "member" : "point");
     }
     put_lifetime(p, number);
     fputc('\n', p->file);
@@ -293,7 +302,7 @@ static bool put_pass(const ad_program *program, int number, FILE *file)
     if (last) {
         fputs("after all passes\n", file);
     } else {
-        fprintf(file, "pass %d\n", number);
+        fprintf(file, "pass %d%s\n", number, now->members ? " over members" : "");
     }
     for (int i = 0; i < now->uniform_count; i++) {
         put_node(program->tape, now->uniforms[i], file);
@@ -313,6 +322,11 @@ static bool put_pass(const ad_program *program, int number, FILE *file)
         for (int i = 0; i < now->output_count; i++) {
             fprintf(file, "  output %d:", now->outputs[i].number);
             put_place(&p, now->outputs[i].from);
+            fputc('\n', file);
+        }
+        for (int i = 0; i < now->kept_count; i++) {
+            fprintf(file, "  kept of members, row %d:", now->kept[i].number);
+            put_place(&p, now->kept[i].from);
             fputc('\n', file);
         }
         put_workspace(&p);
@@ -337,6 +351,10 @@ void ad_program_print(const ad_program *program, FILE *file)
             info->passes, info->passes == 1 ? "" : "es", info->dead, program->tile,
             info->workspace_bytes, program->kernels->name, info->products, info->flops_per_point,
             info->reduced);
+    if (program->members) {
+        fprintf(file, "  %zu flops per member, %d rows of memory of the members\n",
+                info->flops_per_member, program->member_rows);
+    }
     for (int s = 0; s <= program->pass_count; s++) {
         if (!put_pass(program, s, file)) {
             fputs("  out of memory while printing\n", file);

@@ -2,12 +2,17 @@
  *
  * A run is a sequence of passes; pass p evaluates the uniform values that do not need sums of pass
  * p or later, then replays its instructions over all tiles, then sums. Most programs have one pass.
+ * A pass goes over the points or, where there are values of members, over the members: forwards to
+ * what points need of their members, then over the points, then over the members again with what
+ * the points of each add up to. What passes between these lies in the memory of the members, and so
+ * do values that a later pass over the members needs again.
  *
  * Places. A tile of T points lives in a workspace of `units * T` doubles per thread. A value there
  * is `rows` rows of T numbers; row r starts at (offset + r * stride) * T. Values that are
  * multiplied by the same matrix are columns of one panel, so that one matrix product serves all:
  * their stride is the number of columns. Uniform values are `rows` numbers at `offset` of the
- * uniform memory or of the parameter vector. */
+ * uniform memory or of the parameter vector. The memory of the members has rows of one number per
+ * member, of which a value has those from `offset` on. */
 #ifndef AD_PROGRAM_H
 #define AD_PROGRAM_H
 
@@ -15,7 +20,13 @@
 #include "autodiff/kernels.h"
 #include "autodiff/tape.h"
 
-typedef enum place_kind { PLACE_TILE, PLACE_UNIFORM, PLACE_PARAMETER } place_kind;
+typedef enum place_kind {
+    PLACE_TILE,
+    PLACE_UNIFORM,
+    PLACE_PARAMETER,
+    PLACE_MEMBER,
+    PLACE_KINDS
+} place_kind;
 
 /* Small: a tile reads all of them. */
 typedef struct place {
@@ -44,8 +55,9 @@ typedef struct instruction {
 static inline size_t instruction_flops(const instruction *i)
 {
     size_t a = (size_t)i->in[0].rows, b = (size_t)i->in[1].rows;
-    return i->op == OP_SUM_POINTS ? 0
-                                  : 2 * (i->op == OP_OUTER_SUM ? a * b : a) * (size_t)i->columns;
+    return i->op == OP_SUM_POINTS || i->op == OP_SPREAD
+               ? 0
+               : 2 * (i->op == OP_OUTER_SUM ? a * b : a) * (size_t)i->columns;
 }
 
 /* Compiled groups: workspace, uniform memory, parameters; points, a multiple of 8. */
@@ -61,11 +73,13 @@ typedef struct group {
 } group;
 
 typedef struct batch_output {
-    int number; /* of the output */
+    int number; /* of the output, or first row in the memory of the members */
     place from;
 } batch_output;
 
 typedef struct pass {
+    bool members;  /* goes over the members, not over the points */
+    int stage;     /* reductions that have to be over before it, one after the other */
     int *uniforms; /* ids of uniform nodes to evaluate before the pass, in order */
     int uniform_count;
     instruction *instructions;
@@ -74,8 +88,12 @@ typedef struct pass {
     int group_count;
     batch_output *outputs;
     int output_count;
+    batch_output *kept; /* what goes into the memory of the members */
+    int kept_count;
     int reduced_offset, reduced; /* sums: a range of the uniform memory */
+    int summed_offset, summed;   /* sums of each member's points: rows of the members' memory */
     int units;                   /* of workspace */
+    int fused_tile;              /* points per tile that groups of machine code are made for */
 } pass;
 
 struct ad_program {
@@ -87,9 +105,12 @@ struct ad_program {
 
     /* uniform values: the nodes they came from, kept to evaluate them */
     ad_tape *tape; /* a private copy of what is needed */
-    place *places; /* [tape->count]; of uniform nodes */
+    place *places; /* [tape->count]; of uniform nodes, and of what is in the members' memory */
     double *uniform;
     int uniform_count;
+    bool members; /* there are values of members */
+    int member_rows;
+    double *member; /* [member_rows][members of the run] */
 
     pass *passes; /* [pass_count + 1]: the last has only uniform values */
     int pass_count;
@@ -101,14 +122,18 @@ struct ad_program {
     int fuse_begun;        /* 1: with what is kept, 2: with a compiler (fuse.c) */
     struct fusing *fusing; /* a compiler at work, else NULL */
     void *library;         /* of fused groups, else NULL */
-    int fused_tile;        /* points per tile that they are made for */
 
     /* memory of a run */
     int tile;            /* largest */
-    double **workspaces; /* per thread: tile * most_units numbers */
-    double *sums;        /* [chunk_capacity][most reduced] */
+    double **workspaces; /* per thread: tile * most_units numbers, then with values of members
+                          * `scratch` and one row */
+    size_t workspace_numbers, scratch;
+    double *sums; /* [chunk_capacity][most reduced] */
     size_t chunk_capacity;
-    int most_reduced, most_units;
+    size_t member_capacity; /* numbers */
+    double *shares;         /* of members that take several tiles: [most summed][tiles] */
+    size_t share_capacity;
+    int most_reduced, most_units, most_summed;
 };
 
 /* Lay out and order one pass (layout.c). `needed` marks the nodes of the pass. */
@@ -122,8 +147,9 @@ typedef struct pass_plan {
     int *level;
     int *order; /* [ordered] node ids in order of execution */
     int ordered;
-    int *position; /* in order, by id */
-    int *sum_of;   /* reductions: the uniform node they are added to, by id */
+    int *position;      /* in order, by id */
+    int *sum_of;        /* reductions: the node they are added to, by id */
+    const bool *stored; /* goes into the memory of the members, by id */
     /* placement */
     int *parent;        /* the stack or viewed value a node lives in, -1 */
     int *row;           /* within the parent */
@@ -142,6 +168,18 @@ bool ad_instructions_conflict(const instruction *earlier, const instruction *lat
 int ad_plan_argument(const pass_plan *plan, int id, int i);
 bool ad_plan_is_product(const pass_plan *plan, int id); /* a matrix product with a uniform matrix */
 
+/* The value of members that a node of the tape spreads over the points, or -1. */
+static inline int spread_of(const ad_tape *tape, int id)
+{
+    const node *n = &tape->nodes[id];
+    return n->op == OP_SPREAD ? tape->arguments[n->first] : -1;
+}
+
+static inline bool op_is_matvec(int op)
+{
+    return op == OP_MATVEC || op == OP_MATVEC_TRANSPOSED;
+}
+
 /* verify_default.c: verifying takes as long as compiling. */
 extern const int ad_verifies_programs;
 
@@ -154,6 +192,9 @@ const double *ad_uniform_at(const ad_program *program, int id, const ad_run *run
 
 void ad_fuse_clear(ad_program *program); /* fuse.c */
 
+/* Numbers of memory beside the workspace that an instruction needs while it runs (execute.c). */
+size_t ad_execute_scratch(const instruction *i);
+
 /* For those who use the values of a tile in place: programs of one pass that sums nothing. Tiles
  * first .. first+count-1 are replayed on the pool's threads and handed to work, which sees outputs
  * by ad_execute_output: rows of `valid` points, or single numbers of a uniform value. The cut
@@ -161,6 +202,7 @@ void ad_fuse_clear(ad_program *program); /* fuse.c */
 typedef struct tile_state tile_state;
 typedef void (*tile_work)(void *context, const tile_state *t, size_t item);
 void ad_execute_cut(ad_program *program, size_t points, int *tile, size_t *tiles);
+int ad_execute_tile(ad_program *program, const pass *p, size_t points, size_t members);
 void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size_t count,
                       tile_work work, void *context);
 kernel_operand ad_execute_output(const tile_state *t, int output, bool *uniform);

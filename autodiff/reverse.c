@@ -30,8 +30,11 @@ static ad_value fit(reverse *r, ad_value contribution, ad_value y, ad_value x)
     if (ad_rows(contribution) < ad_rows(x)) {
         contribution = ad_repeat(contribution, ad_rows(x));
     }
-    if (ad_extent_of(x) == AD_UNIFORM && ad_extent_of(y) == AD_BATCH && r->reduction == AD_SUMMED) {
-        contribution = ad_sum_points(contribution);
+    ad_extent from = ad_extent_of(y), to = ad_extent_of(x);
+    if (to < from && r->reduction == AD_SUMMED) {
+        contribution = ad_tape_sum(contribution, to == AD_MEMBER     ? OF_MEMBER
+                                                 : from == AD_MEMBER ? OVER_MEMBERS
+                                                                     : OVER_POINTS);
     }
     return contribution;
 }

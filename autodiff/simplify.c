@@ -389,22 +389,49 @@ static bool simplify_sum_rows(ad_value x, ad_value *result)
 
 /* ---- points and matrices ------------------------------------------------------------------- */
 
-static bool simplify_sum_points(ad_value x, ad_value *result)
+/* Is x the same for all that a sum runs over? */
+static bool is_factor(ad_value x, sum_over over)
+{
+    return node_of(x)->extent == AD_UNIFORM || (over == OF_MEMBER && node_of(x)->op == OP_SPREAD);
+}
+
+/* A sum over points of values of members: so many times each. */
+static bool is_counted(ad_value x, sum_over over)
+{
+    return node_of(x)->extent == AD_MEMBER && over != OVER_MEMBERS;
+}
+
+static bool simplify_sum_points(sum_over over, ad_value x, ad_value *result)
 {
     const node *n = node_of(x);
     if (n->extent == AD_UNIFORM) {
-        *result = is_zero(x) ? x : ad_mul(ad_points(x.tape), x);
+        *result = is_zero(x)             ? x
+                  : over == OVER_POINTS  ? ad_mul(ad_points(x.tape), x)
+                  : over == OVER_MEMBERS ? ad_mul(ad_members(x.tape), x)
+                                         : ad_mul(ad_points_of_member(x.tape), x);
+        return true;
+    }
+    if (is_counted(x, over)) {
+        *result = ad_mul(ad_points_of_member(x.tape),
+                         over == OVER_POINTS ? ad_tape_sum(x, OVER_MEMBERS) : x);
         return true;
     }
     if (n->op == OP_OUTER) {
-        *result = tape_record2(OP_OUTER_SUM, argument_of(x, 0), argument_of(x, 1));
+        *result = ad_tape_outer_sum(argument_of(x, 0), argument_of(x, 1), over);
         return true;
+    }
+    if (n->op == OP_ADD && over == OF_MEMBER) { /* adjoints of a matrix of each member */
+        ad_value a = argument_of(x, 0), b = argument_of(x, 1);
+        if (node_of(a)->op == OP_OUTER || node_of(b)->op == OP_OUTER) {
+            *result = ad_add(ad_tape_sum(a, over), ad_tape_sum(b, over));
+            return true;
+        }
     }
     if (n->op == OP_MUL) {
         ad_value a = argument_of(x, 0), b = argument_of(x, 1);
-        if (node_of(a)->extent == AD_UNIFORM || node_of(b)->extent == AD_UNIFORM) {
-            bool first = node_of(a)->extent == AD_UNIFORM;
-            *result = ad_mul(first ? a : b, ad_sum_points(first ? b : a));
+        if (is_factor(a, over) || is_factor(b, over)) {
+            bool first = is_factor(a, over);
+            *result = ad_mul(first ? a : b, ad_tape_sum(first ? b : a, over));
             return true;
         }
     }
@@ -414,19 +441,25 @@ static bool simplify_sum_points(ad_value x, ad_value *result)
 static bool simplify_outer(const node *n, ad_value y, ad_value x, ad_value *result)
 {
     bool sum = n->op == OP_OUTER_SUM;
+    sum_over over = (sum_over)n->whole;
     if (is_zero(y) || is_zero(x)) {
         *result = ad_zeros(y.tape, n->rows);
         return true;
     }
-    bool y_uniform = node_of(y)->extent == AD_UNIFORM, x_uniform = node_of(x)->extent == AD_UNIFORM;
-    if (sum && (y_uniform || x_uniform)) {
-        *result = y_uniform ? tape_record2(OP_OUTER, y, ad_sum_points(x))
-                            : tape_record2(OP_OUTER, ad_sum_points(y), x);
+    if (sum && (is_factor(y, over) || is_factor(x, over))) {
+        *result = is_factor(y, over) ? tape_record2(OP_OUTER, y, ad_tape_sum(x, over))
+                                     : tape_record2(OP_OUTER, ad_tape_sum(y, over), x);
+        return true;
+    }
+    if (sum && is_counted(y, over)) {
+        *result = ad_mul(ad_points_of_member(y.tape), over == OVER_POINTS
+                                                          ? ad_tape_outer_sum(y, x, OVER_MEMBERS)
+                                                          : tape_record2(OP_OUTER, y, x));
         return true;
     }
     if (ad_rows(y) == 1 || ad_rows(x) == 1) {
         ad_value product = ad_mul(y, x);
-        *result = sum ? tape_record1(OP_SUM_POINTS, product) : product;
+        *result = sum ? ad_tape_sum(product, over) : product;
         return true;
     }
     return false;
@@ -464,7 +497,7 @@ bool ad_simplify(ad_tape *tape, const node *n, const ad_value *x, ad_value *resu
     case OP_SUM_ROWS:
         return simplify_sum_rows(x[0], result);
     case OP_SUM_POINTS:
-        return simplify_sum_points(x[0], result);
+        return simplify_sum_points((sum_over)n->whole, x[0], result);
     case OP_OUTER:
     case OP_OUTER_SUM:
         return simplify_outer(n, x[0], x[1], result);

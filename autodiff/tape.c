@@ -24,6 +24,7 @@ void ad_tape_free(ad_tape *tape)
     free(tape->text);
     free(tape->table);
     free(tape->input_rows);
+    free(tape->input_extent);
     free(tape->uniform_rows);
     free(tape);
 }
@@ -256,9 +257,9 @@ static bool good_rows(ad_tape *tape, const char *name, int rows)
     return tape->error.status == AD_OK;
 }
 
-/* An input of either extent: numbered, so that equal names or shapes are never shared. */
-static ad_value leaf_numbered(ad_tape *tape, int op, const char *name, int rows, int **all,
-                              int *count)
+/* An input of any extent: numbered, so that equal names or shapes are never shared. */
+static ad_value leaf_numbered(ad_tape *tape, int op, ad_extent extent, const char *name, int rows,
+                              int **all, int *count)
 {
     if (!good_rows(tape, name, rows)) {
         return ad_tape_failed(tape);
@@ -270,19 +271,37 @@ static ad_value leaf_numbered(ad_tape *tape, int op, const char *name, int rows,
     *all = larger;
     larger[*count] = rows;
     node n = {.op = (uint16_t)op, .rows = rows, .whole = (*count)++};
-    n.extent = op == OP_INPUT ? AD_BATCH : AD_UNIFORM;
+    n.extent = (uint8_t)extent;
     int before = tape->count;
     return named(ad_tape_append(tape, n, NULL), before, name);
 }
 
+static ad_value input_of(ad_tape *tape, const char *name, int rows, ad_extent extent)
+{
+    uint8_t *larger = realloc(tape->input_extent, (size_t)tape->inputs + 1);
+    if (!larger) {
+        return no_memory(tape);
+    }
+    tape->input_extent = larger;
+    larger[tape->inputs] = (uint8_t)extent;
+    tape->members = tape->members || extent == AD_MEMBER;
+    return leaf_numbered(tape, OP_INPUT, extent, name, rows, &tape->input_rows, &tape->inputs);
+}
+
 ad_value ad_input(ad_tape *tape, const char *name, int rows)
 {
-    return leaf_numbered(tape, OP_INPUT, name, rows, &tape->input_rows, &tape->inputs);
+    return input_of(tape, name, rows, AD_BATCH);
+}
+
+ad_value ad_input_member(ad_tape *tape, const char *name, int rows)
+{
+    return input_of(tape, name, rows, AD_MEMBER);
 }
 
 ad_value ad_uniform(ad_tape *tape, const char *name, int rows)
 {
-    return leaf_numbered(tape, OP_UNIFORM, name, rows, &tape->uniform_rows, &tape->uniforms);
+    return leaf_numbered(tape, OP_UNIFORM, AD_UNIFORM, name, rows, &tape->uniform_rows,
+                         &tape->uniforms);
 }
 
 ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset)
@@ -301,11 +320,25 @@ ad_value ad_parameter(ad_tape *tape, const char *name, int rows, size_t offset)
     return named(ad_tape_append(tape, n, NULL), before, name);
 }
 
+static ad_value number_of(ad_tape *tape, sum_over what)
+{
+    node n = {.op = OP_POINTS, .rows = 1, .whole = (int)what};
+    return tape->error.status == AD_OK ? ad_tape_append(tape, n, NULL) : ad_tape_failed(tape);
+}
+
 ad_value ad_points(ad_tape *tape)
 {
-    return tape->error.status == AD_OK
-               ? ad_tape_append(tape, (node){.op = OP_POINTS, .rows = 1}, NULL)
-               : ad_tape_failed(tape);
+    return number_of(tape, OVER_POINTS);
+}
+
+ad_value ad_members(ad_tape *tape)
+{
+    return number_of(tape, OVER_MEMBERS);
+}
+
+ad_value ad_points_of_member(ad_tape *tape)
+{
+    return number_of(tape, OF_MEMBER);
 }
 
 static ad_value constant_splat(ad_tape *tape, int rows, double value)
@@ -406,32 +439,29 @@ static int64_t result_rows(int op, int count, const ad_value *x, int whole, int 
     return most;
 }
 
-ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
-                        double number, int rows)
+/* The extent of a result whose arguments vary like `widest`; fails where they vary too much. */
+static ad_extent result_extent(ad_tape *tape, int op, int whole, ad_extent widest)
 {
-    if (!tape || tape->error.status != AD_OK) {
-        return (ad_value){tape, -1};
+    if (!op_is_reduction(op)) {
+        return widest;
     }
-    uint8_t extent = AD_UNIFORM;
-    for (int i = 0; i < count; i++) {
-        if (!ad_is_valid(arguments[i]) || arguments[i].tape != tape) {
-            ad_tape_fail(tape, AD_BAD_ARGUMENT, "%s: argument %d is not a value of this tape",
-                         ad_op_table[op].name, i + 1);
-            return ad_tape_failed(tape);
-        }
-        tape->nodes[arguments[i].id].used = true;
-        if (node_of(arguments[i])->extent == AD_BATCH && !op_is_reduction(op)) {
-            extent = AD_BATCH;
-        }
+    if (whole == OVER_MEMBERS && widest == AD_BATCH) {
+        ad_tape_fail(tape, AD_BAD_SHAPE,
+                     "a sum over members of a value that varies within a member; sum the points of "
+                     "each member first");
     }
-    node n = {.op = (uint16_t)op, .extent = extent, .count = count, .whole = whole};
-    n.number = number;
-    int64_t height = result_rows(op, count, arguments, whole, rows);
+    return whole == OF_MEMBER && widest != AD_UNIFORM ? AD_MEMBER : AD_UNIFORM;
+}
+
+/* An operation on valid arguments. */
+static ad_value record(ad_tape *tape, node n, const ad_value *arguments, int rows)
+{
+    int64_t height = result_rows(n.op, n.count, arguments, n.whole, rows);
     if (height < 1) {
-        return bad_shape(tape, op, count, arguments);
+        return bad_shape(tape, n.op, n.count, arguments);
     }
     if (height > INT_MAX) {
-        return too_many_rows(tape, ad_op_table[op].name, "in the result");
+        return too_many_rows(tape, ad_op_table[n.op].name, "in the result");
     }
     n.rows = (int)height;
     int before = tape->count;
@@ -448,4 +478,59 @@ ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *argume
         tape->counts.shared += old && !simplified;
     }
     return result;
+}
+
+/* The same on a tape with values of members. */
+static ad_value record_members(ad_tape *tape, node n, const ad_value *arguments, int rows)
+{
+    ad_value few[AD_ARITY_MAX];
+    ad_value *own = n.count <= AD_ARITY_MAX ? few : malloc((size_t)n.count * sizeof *own);
+    ad_value result = ad_tape_failed(tape);
+    if (!own) {
+        return no_memory(tape);
+    }
+    memcpy(own, arguments, (size_t)n.count * sizeof *own);
+    ad_extent widest = ad_members_gather(n.count, own);
+    n.extent = (uint8_t)result_extent(tape, n.op, n.whole, widest);
+    if (tape->error.status == AD_OK &&
+        (widest != AD_BATCH || ad_members_spread(n.op, n.count, own))) {
+        result = record(tape, n, own, rows);
+    }
+    if (ad_is_valid(result)) {
+        ad_members_gather(1, &result);
+    }
+    if (own != few) {
+        free(own);
+    }
+    return result;
+}
+
+ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
+                        double number, int rows)
+{
+    if (!tape || tape->error.status != AD_OK) {
+        return (ad_value){tape, -1};
+    }
+    ad_extent widest = AD_UNIFORM;
+    for (int i = 0; i < count; i++) {
+        if (!ad_is_valid(arguments[i]) || arguments[i].tape != tape) {
+            ad_tape_fail(tape, AD_BAD_ARGUMENT, "%s: argument %d is not a value of this tape",
+                         ad_op_table[op].name, i + 1);
+            return ad_tape_failed(tape);
+        }
+        tape->nodes[arguments[i].id].used = true;
+        ad_extent extent = (ad_extent)node_of(arguments[i])->extent;
+        widest = extent > widest ? extent : widest;
+    }
+    if (op == OP_SPREAD) { /* again by itself, where it meets others */
+        return arguments[0];
+    }
+    node n = {.op = (uint16_t)op, .count = count, .whole = op == OP_STACK ? 0 : whole};
+    n.number = number;
+    tape->members = tape->members || (op_is_reduction(op) && whole != OVER_POINTS);
+    if (tape->members) {
+        return record_members(tape, n, arguments, rows);
+    }
+    n.extent = (uint8_t)result_extent(tape, op, whole, widest);
+    return record(tape, n, arguments, rows);
 }

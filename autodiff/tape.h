@@ -65,8 +65,13 @@ typedef enum op_code {
     OP_MATVEC_TRANSPOSED,
     OP_OUTER,
     OP_OUTER_SUM, /* sum over points of outer */
+    OP_SPREAD,    /* a value of members at every point: made where it meets a batch value */
     OP_COUNT
 } op_code;
+
+/* What a reduction sums over, its attribute `whole`: all points; the members, of a value that has
+ * one block for each; the points of each member. OP_POINTS has the same, as the number of them. */
+typedef enum sum_over { OVER_POINTS, OVER_MEMBERS, OF_MEMBER } sum_over;
 
 static inline bool op_is_elementwise(int op)
 {
@@ -93,7 +98,8 @@ typedef struct node {
     int rows;
     int first; /* of its arguments in tape->arguments */
     int count;
-    int whole; /* integer attribute: slice first row, pad rows before, Stumpff k, input number */
+    int whole;     /* integer attribute: slice first row, pad rows before, Stumpff k, input number,
+                    * sum_over; stack: 1 + the value of members that it spreads, part by part */
     double number; /* attribute: power's exponent, splat constant */
     size_t offset; /* constant: into tape->numbers; parameter: into the flat vector */
     int partials;  /* 1 + index of its first known partial derivative, 0: none are noted */
@@ -132,6 +138,8 @@ struct ad_tape {
     int table_capacity;
     int inputs, uniforms;
     int *input_rows, *uniform_rows; /* by number */
+    uint8_t *input_extent;          /* ad_extent, by number */
+    bool members;                   /* some value has one block per member */
     ad_tape_counts counts;
     int depth; /* of operations recorded by simplification */
     ad_error error;
@@ -144,7 +152,7 @@ typedef struct op_row {
     op_kind kind;
     /* SMOOTH, ENTIRE: d y / d argument i. */
     ad_value (*partial)(ad_value y, int i);
-    /* LINEAR, BILINEAR: contribution of the adjoint of y to argument i. */
+    /* LINEAR, BILINEAR: contribution of the adjoint of y to argument i, not yet summed. */
     ad_value (*adjoint)(ad_value y, ad_value adjoint, int i);
 } op_row;
 
@@ -193,6 +201,10 @@ ad_value ad_tape_append(ad_tape *tape, node prototype, const ad_value *arguments
 ad_value ad_tape_record(ad_tape *tape, int op, int count, const ad_value *arguments, int whole,
                         double number, int rows);
 
+/* A sum over points or members of a; of the outer product of two values. */
+ad_value ad_tape_sum(ad_value a, sum_over over);
+ad_value ad_tape_outer_sum(ad_value y, ad_value x, sum_over over);
+
 static inline ad_value tape_record1(int op, ad_value a)
 {
     return ad_tape_record(a.tape, op, 1, &a, 0, 0, 0);
@@ -202,6 +214,11 @@ static inline ad_value tape_record2(int op, ad_value a, ad_value b)
 {
     return ad_tape_record(a.tape, op, 2, (ad_value[]){a, b}, 0, 0, 0);
 }
+
+/* What operands stand for where they are values of members, in place, and how they vary together;
+ * then, where they meet a batch value, the same at every point (false: out of memory). */
+ad_extent ad_members_gather(int count, ad_value *arguments);
+bool ad_members_spread(int op, int count, ad_value *arguments);
 
 /* Rules of algebra; false: none applies. `prototype` has rows and extent filled in. */
 bool ad_simplify(ad_tape *tape, const node *prototype, const ad_value *arguments, ad_value *result);

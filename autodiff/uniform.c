@@ -67,12 +67,15 @@ static void evaluate(const ad_program *program, const node *n, const ad_run *run
     const double *a = n->count > 0 ? argument_at(program, n, 0, run) : NULL;
     const double *b = n->count > 1 ? argument_at(program, n, 1, run) : NULL;
     int b_rows = n->count > 1 ? argument_rows(program, n, 1) : 0;
+    size_t members = run->members > 0 ? run->members : 1;
     switch (n->op) {
     case OP_UNIFORM:
         memcpy(out, run->uniforms[n->whole], (size_t)n->rows * sizeof *out);
         break;
     case OP_POINTS:
-        out[0] = (double)run->points;
+        out[0] = n->whole == OVER_POINTS    ? (double)run->points
+                 : n->whole == OVER_MEMBERS ? (double)members
+                                            : (double)run->points / (double)members;
         break;
     case OP_STACK:
     case OP_PAD:

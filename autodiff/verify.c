@@ -7,34 +7,15 @@
  * Groups are replayed twice, with all rows in one piece and with one row in each. Any other piece
  * lies in between: an instruction that reads row r after an earlier one wrote row q is in order for
  * every piece when q <= r, which one row finds, or wrong for whole blocks already. */
-#include "autodiff/formulas.h"
+#include "autodiff/verify.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-typedef struct verifier {
-    const ad_program *program;
-    const ad_tape *tape;
-    formulas formulas;
-    bool *ready, *owned; /* [uniform_count] numbers of the uniform memory */
-    bool *constant;      /* [uniform_count] */
-    uint64_t *sums;      /* [uniform_count] what is expected, then minus what was added */
-    int *outputs;        /* [outputs] how often each was written */
-    int *unit, *reader;  /* [units] of the pass: formula held; last instruction that read it */
-    int pass, instruction;
-    ad_status status;
-    ad_error *error;
-} verifier;
-
-static int argument(const verifier *v, const node *n, int i)
-{
-    return v->tape->arguments[n->first + i];
-}
-
 /* The first thing that is wrong. */
-static bool wrong(verifier *v, const char *format, ...)
+bool ad_verify_wrong(verifier *v, const char *format, ...)
 {
     char what[256];
     va_list arguments;
@@ -52,133 +33,6 @@ static bool wrong(verifier *v, const char *format, ...)
     return false;
 }
 
-/* ---- uniform values ------------------------------------------------------------------------- */
-
-static bool has_place(const verifier *v, int id)
-{
-    return v->program->places[id].rows > 0;
-}
-
-/* Every uniform value has numbers of its own; slices and parameters lie within those of others. */
-static bool check_uniform_place(verifier *v, int id)
-{
-    const node *n = &v->tape->nodes[id];
-    place p = v->program->places[id];
-    if (!has_place(v, id)) {
-        return n->op == OP_ADD || op_is_reduction(n->op) || wrong(v, "%%%d has no place", id);
-    }
-    if (p.rows != n->rows || p.stride != 1 || p.kind == PLACE_TILE) {
-        return wrong(v, "%%%d of %d rows has a place of %d", id, n->rows, p.rows);
-    }
-    if (n->op == OP_PARAMETER) {
-        return (p.kind == PLACE_PARAMETER && (size_t)p.offset == n->offset) ||
-               wrong(v, "%%%d is not where the parameter is", id);
-    }
-    if (n->op == OP_SLICE) {
-        place whole = v->program->places[argument(v, n, 0)];
-        return (p.kind == whole.kind && p.offset == whole.offset + n->whole &&
-                n->whole + n->rows <= whole.rows) ||
-               wrong(v, "%%%d is not a part of %%%d", id, argument(v, n, 0));
-    }
-    if (p.kind != PLACE_UNIFORM || p.offset < 1 || p.offset > v->program->uniform_count - p.rows) {
-        return wrong(v, "%%%d lies outside of the uniform memory", id);
-    }
-    for (int i = p.offset; i < p.offset + p.rows; i++) {
-        if (v->owned[i]) {
-            return wrong(v, "%%%d shares uniform memory with another value", id);
-        }
-        v->owned[i] = true;
-    }
-    return true;
-}
-
-static void set_ready(verifier *v, int id)
-{
-    place p = v->program->places[id];
-    for (int i = 0; i < p.rows; i++) {
-        v->ready[p.offset + i] = true;
-    }
-}
-
-static bool check_ready(verifier *v, int id)
-{
-    place p = v->program->places[id];
-    for (int i = 0; p.kind == PLACE_UNIFORM && i < p.rows; i++) {
-        if (!v->ready[p.offset + i]) {
-            return wrong(v, "%%%d is used before it is computed", id);
-        }
-    }
-    return has_place(v, id) || wrong(v, "%%%d is used but has no place", id);
-}
-
-static bool check_constant(verifier *v, int id)
-{
-    const node *n = &v->tape->nodes[id];
-    const double *at = v->program->uniform + v->program->places[id].offset;
-    for (int row = 0; row < n->rows; row++) {
-        double value = n->splat ? n->number : v->tape->numbers[n->offset + (size_t)row];
-        if (memcmp(&at[row], &value, sizeof value) != 0) {
-            return wrong(v, "constant %%%d holds %g in place of %g", id, at[row], value);
-        }
-        v->constant[v->program->places[id].offset + row] = true;
-    }
-    set_ready(v, id);
-    return true;
-}
-
-/* What has no place is a summand of a sum over points, and of that alone. */
-static bool check_arguments(verifier *v, int id)
-{
-    const node *n = &v->tape->nodes[id];
-    for (int i = 0; i < n->count; i++) {
-        int x = argument(v, n, i);
-        bool summand = n->op == OP_ADD && n->extent == AD_UNIFORM;
-        if (v->tape->nodes[x].extent == AD_UNIFORM && !has_place(v, x) && !summand) {
-            return wrong(v, "%%%d is used but has no place", x);
-        }
-    }
-    return true;
-}
-
-static bool check_uniforms(verifier *v)
-{
-    for (int id = 0; id < v->tape->count; id++) {
-        const node *n = &v->tape->nodes[id];
-        if (v->formulas.needed[id] && !check_arguments(v, id)) {
-            return false;
-        }
-        if (v->formulas.needed[id] && n->extent == AD_UNIFORM &&
-            (!check_uniform_place(v, id) || (n->op == OP_CONSTANT && !check_constant(v, id)))) {
-            return false;
-        }
-    }
-    v->ready[0] = v->constant[0] = v->program->uniform[0] == 0;
-    return v->ready[0] || wrong(v, "the zero for padding is not 0");
-}
-
-/* What is computed once, before a pass. */
-static bool evaluate_uniforms(verifier *v, const pass *p)
-{
-    v->instruction = -1;
-    for (int i = 0; i < p->uniform_count; i++) {
-        int id = p->uniforms[i];
-        const node *n = &v->tape->nodes[id];
-        place at = v->program->places[id];
-        bool computed = n->op != OP_CONSTANT && n->op != OP_SLICE && !op_is_reduction(n->op);
-        if (!computed || !v->formulas.needed[id] || n->extent != AD_UNIFORM || !has_place(v, id) ||
-            at.kind != PLACE_UNIFORM || v->ready[at.offset]) {
-            return wrong(v, "%%%d is computed for nothing, or twice", id);
-        }
-        for (int k = 0; k < n->count; k++) {
-            if (!check_ready(v, argument(v, n, k))) {
-                return false;
-            }
-        }
-        set_ready(v, id);
-    }
-    return true;
-}
-
 /* ---- sums over points ----------------------------------------------------------------------- */
 
 /* One summand: a row, or a product of two. Sums of hashes stand for sets of summands. */
@@ -191,13 +45,13 @@ static bool expect_sum(verifier *v, int id, place to)
 {
     const node *n = &v->tape->nodes[id];
     if (n->rows != to.rows || !v->formulas.needed[id]) {
-        return wrong(v, "%%%d of %d rows is added to a sum of %d", id, n->rows, to.rows);
+        return ad_verify_wrong(v, "%%%d of %d rows is added to a sum of %d", id, n->rows, to.rows);
     }
     if (n->op == OP_ADD) {
         return expect_sum(v, argument(v, n, 0), to) && expect_sum(v, argument(v, n, 1), to);
     }
     if (!op_is_reduction(n->op)) {
-        return wrong(v, "%%%d is no sum over points", id);
+        return ad_verify_wrong(v, "%%%d is no sum over points", id);
     }
     int width = n->op == OP_OUTER_SUM ? v->tape->nodes[argument(v, n, 1)].rows : 1;
     for (int row = 0; row < n->rows; row++) {
@@ -234,8 +88,8 @@ static bool check_sums(verifier *v, const pass *p)
     v->instruction = -1;
     for (int i = p->reduced_offset; i < p->reduced_offset + p->reduced; i++) {
         if (v->sums[i] != 0) {
-            return wrong(v, "sum %d of %d is not that of its summands", i - p->reduced_offset,
-                         p->reduced);
+            return ad_verify_wrong(v, "sum %d of %d is not that of its summands",
+                                   i - p->reduced_offset, p->reduced);
         }
     }
     return true;
@@ -248,7 +102,7 @@ static bool is_there(verifier *v, place_kind kind, int at)
 {
     bool known =
         kind == PLACE_PARAMETER || (at >= 0 && at < v->program->uniform_count && v->ready[at]);
-    return known || wrong(v, "number %d of the uniform memory is not there yet", at);
+    return known || ad_verify_wrong(v, "number %d of the uniform memory is not there yet", at);
 }
 
 /* What row `row` of an operand holds; 0 and an error when nothing is there. */
@@ -256,7 +110,10 @@ static int read_row(verifier *v, place from, int row)
 {
     int at = from.offset + row * from.stride;
     if (from.stride != 0 && row >= from.rows) {
-        return wrong(v, "row %d of an operand of %d", row, from.rows);
+        return ad_verify_wrong(v, "row %d of an operand of %d", row, from.rows);
+    }
+    if (from.kind == PLACE_MEMBER) {
+        return ad_verify_wrong(v, "reads a value of members that is not spread");
     }
     if (from.kind != PLACE_TILE) {
         if (!is_there(v, from.kind, at)) {
@@ -267,11 +124,11 @@ static int read_row(verifier *v, place from, int row)
                                                        : formula_at(from, row));
     }
     if (at < 0 || at >= v->program->passes[v->pass].units) {
-        return wrong(v, "reads unit %d of %d", at, v->program->passes[v->pass].units);
+        return ad_verify_wrong(v, "reads unit %d of %d", at, v->program->passes[v->pass].units);
     }
     v->reader[at] = v->instruction;
     if (!v->unit[at]) {
-        return wrong(v, "reads unit %d, which holds nothing", at);
+        return ad_verify_wrong(v, "reads unit %d, which holds nothing", at);
     }
     return v->unit[at];
 }
@@ -284,16 +141,50 @@ static bool write_row(verifier *v, place to, int row, int held, bool apart)
         return false;
     }
     if (to.kind != PLACE_TILE || at < 0 || at >= units || row >= to.rows) {
-        return wrong(v, "writes unit %d of %d", at, units);
+        return ad_verify_wrong(v, "writes unit %d of %d", at, units);
     }
     if (apart && v->reader[at] == v->instruction) {
-        return wrong(v, "overwrites unit %d, which it reads", at);
+        return ad_verify_wrong(v, "overwrites unit %d, which it reads", at);
     }
     if (!held) {
-        return wrong(v, "row %d is made of operands that no value of the tape has", row);
+        return ad_verify_wrong(v, "row %d is made of operands that no value of the tape has", row);
     }
     v->unit[at] = held;
     return true;
+}
+
+/* A number of the memory of the members, written once, by one pass. */
+static bool write_member(verifier *v, int at, int held)
+{
+    if (v->status != AD_OK || at < 0 || at >= v->program->member_rows) {
+        return ad_verify_wrong(v, "writes row %d of %d of the members", at,
+                               v->program->member_rows);
+    }
+    if (!held || (v->again ? v->member[at] != held : v->member[at] != 0)) {
+        return ad_verify_wrong(
+            v, "row %d of the members is of no value of the tape, or written twice", at);
+    }
+    v->member[at] = held;
+    return true;
+}
+
+static int read_member(verifier *v, place from, int row)
+{
+    int at = from.offset + row * from.stride, rows = v->program->member_rows;
+    if (from.kind != PLACE_MEMBER || row >= from.rows || at < 0 || at >= rows || !v->member[at]) {
+        return ad_verify_wrong(v, "reads row %d of %d of the members, which holds nothing", at,
+                               rows);
+    }
+    return v->member[at];
+}
+
+/* What points see of it; a pass over the members sees it as it is. */
+static int read_spread(verifier *v, place from, int row)
+{
+    int held = read_member(v, from, row);
+    return v->program->passes[v->pass].members
+               ? held
+               : ad_formulas_find(&v->formulas, (formula){.op = OP_SPREAD, .a = held});
 }
 
 static int scaled(const formulas *f, double factor, int product)
@@ -347,7 +238,7 @@ static bool replay_elementwise(verifier *v, const instruction *i, int first, int
         mask |= i->in[k].kind == PLACE_TILE ? 0 : 1u << k;
     }
     if (!i->loop || i->loop != v->program->kernels->loops[i->op][mask]) {
-        return wrong(v, "another operation's loop");
+        return ad_verify_wrong(v, "another operation's loop");
     }
     for (int row = first; row < first + rows; row++) {
         int x[AD_ARITY_MAX] = {0};
@@ -363,15 +254,15 @@ static bool replay_elementwise(verifier *v, const instruction *i, int first, int
 
 static int read_all(verifier *v, place from)
 {
-    if (from.kind != PLACE_TILE) {
+    if (from.kind == PLACE_UNIFORM || from.kind == PLACE_PARAMETER) {
         for (int i = 0; i < from.rows && is_there(v, from.kind, from.offset + i); i++) {
         }
         return ad_formulas_find(&v->formulas, block_at(from));
     }
     int list = 0;
     for (int row = 0; row < from.rows; row++) {
-        list = ad_formulas_find(&v->formulas,
-                                (formula){.op = LIST, .a = list, .b = read_row(v, from, row)});
+        int held = from.kind == PLACE_MEMBER ? read_spread(v, from, row) : read_row(v, from, row);
+        list = ad_formulas_find(&v->formulas, (formula){.op = LIST, .a = list, .b = held});
     }
     return list;
 }
@@ -386,17 +277,22 @@ static place column_of(place panel, int column)
 static bool check_columns(verifier *v, const instruction *i, place panel)
 {
     return (panel.kind == PLACE_TILE && i->columns >= 1 && panel.stride >= i->columns) ||
-           wrong(v, "%d columns in rows of %d", i->columns, panel.stride);
+           ad_verify_wrong(v, "%d columns in rows of %d", i->columns, panel.stride);
 }
 
 static bool replay_product(verifier *v, const instruction *i)
 {
     enum { COLUMNS_MAX = 64 };
-    bool uniform = i->in[0].kind != PLACE_TILE;
+    const pass *p = &v->program->passes[v->pass];
+    bool uniform = i->in[0].kind == PLACE_UNIFORM || i->in[0].kind == PLACE_PARAMETER;
     int lists[COLUMNS_MAX], w = read_all(v, i->in[0]);
     if ((uniform && (!check_columns(v, i, i->in[1]) || !check_columns(v, i, i->out))) ||
         i->columns > (uniform ? COLUMNS_MAX : 1) || i->in[0].rows != i->in[1].rows * i->out.rows) {
-        return wrong(v, "shapes do not fit");
+        return ad_verify_wrong(v, "shapes do not fit");
+    }
+    if (i->in[0].kind == PLACE_MEMBER && (p->members || i->in[1].kind != PLACE_TILE ||
+                                          ad_execute_scratch(i) > v->program->scratch)) {
+        return ad_verify_wrong(v, "a matrix of each member does not stand here");
     }
     for (int c = 0; c < i->columns; c++) {
         lists[c] = read_all(v, column_of(i->in[1], c));
@@ -417,7 +313,7 @@ static bool replay_outer(verifier *v, const instruction *i)
 {
     int width = i->in[1].rows;
     if (i->out.rows != i->in[0].rows * width) {
-        return wrong(v, "shapes do not fit");
+        return ad_verify_wrong(v, "shapes do not fit");
     }
     for (int row = 0; row < i->in[0].rows; row++) {
         for (int k = 0; k < width; k++) {
@@ -431,15 +327,55 @@ static bool replay_outer(verifier *v, const instruction *i)
     return true;
 }
 
+/* Of each member's points. */
+static bool replay_member_sum(verifier *v, const instruction *i)
+{
+    const pass *p = &v->program->passes[v->pass];
+    bool outer = i->op == OP_OUTER_SUM;
+    int width = outer ? i->in[1].rows : 1, rows = i->in[0].rows * width;
+    if (p->members || i->columns != 1 || i->in[0].kind != PLACE_TILE || i->out.stride != 1 ||
+        (outer && i->in[1].kind != PLACE_TILE) || i->out.rows != rows ||
+        i->out.offset < p->summed_offset || i->out.offset + rows > p->summed_offset + p->summed ||
+        ad_execute_scratch(i) > v->program->scratch) {
+        return ad_verify_wrong(v, "adds outside of the members' sums of the pass");
+    }
+    for (int row = 0; row < rows; row++) {
+        int a = read_row(v, i->in[0], row / width);
+        int b = outer ? read_row(v, i->in[1], row % width) : 0;
+        if (!write_member(v, i->out.offset + row,
+                          ad_formulas_find(&v->formulas, member_sum_of(i->op, a, b)))) {
+            return false;
+        }
+    }
+    return v->status == AD_OK;
+}
+
+static bool replay_spread(verifier *v, const instruction *i)
+{
+    bool fits = i->out.rows == i->in[0].rows && i->out.kind == PLACE_TILE;
+    for (int row = 0; fits && row < i->out.rows; row++) {
+        if (!write_row(v, i->out, row, read_spread(v, i->in[0], row), true)) {
+            return false;
+        }
+    }
+    return fits || ad_verify_wrong(v, "shapes do not fit");
+}
+
 static bool replay_sum(verifier *v, const instruction *i)
 {
+    if (i->out.kind == PLACE_MEMBER) {
+        return replay_member_sum(v, i);
+    }
     const pass *p = &v->program->passes[v->pass];
     bool outer = i->op == OP_OUTER_SUM;
     int width = outer ? i->in[1].rows : 1, rows = i->in[0].rows * width;
     if (!check_columns(v, i, i->in[0]) || (outer && !check_columns(v, i, i->in[1])) ||
         i->out.kind != PLACE_UNIFORM || i->out.rows != rows || i->out.offset < p->reduced_offset ||
         i->out.offset + rows > p->reduced_offset + p->reduced) {
-        return wrong(v, "adds outside of the sums of the pass");
+        return ad_verify_wrong(v, "adds outside of the sums of the pass");
+    }
+    if (ad_execute_scratch(i) > v->program->scratch) {
+        return ad_verify_wrong(v, "needs more than the scratch memory there is");
     }
     for (int c = 0; c < i->columns; c++) {
         for (int row = 0; row < rows; row++) {
@@ -462,8 +398,10 @@ static bool replay_other(verifier *v, const instruction *i)
     case OP_OUTER_SUM:
     case OP_SUM_POINTS:
         return replay_sum(v, i);
+    case OP_SPREAD:
+        return replay_spread(v, i);
     default:
-        return wrong(v, "no instruction");
+        return ad_verify_wrong(v, "no instruction");
     }
 }
 
@@ -474,14 +412,14 @@ static bool replay_group(verifier *v, const pass *p, const group *g, bool one_ro
     const instruction *first = &p->instructions[g->first];
     v->instruction = g->first;
     if (!op_is_elementwise(first->op)) {
-        return g->count == 1 ? replay_other(v, first) : wrong(v, "stands in a group");
+        return g->count == 1 ? replay_other(v, first) : ad_verify_wrong(v, "stands in a group");
     }
     int rows = first->out.rows, piece = g->pieces && one_row ? 1 : rows;
     for (int row = 0; row < rows; row += piece) {
         for (int i = g->first; i < g->first + g->count; i++) {
             v->instruction = i;
             if (!op_is_elementwise(p->instructions[i].op) || p->instructions[i].out.rows != rows) {
-                return wrong(v, "stands in a group of other rows");
+                return ad_verify_wrong(v, "stands in a group of other rows");
             }
             if (!replay_elementwise(v, &p->instructions[i], row, piece)) {
                 return false;
@@ -496,10 +434,13 @@ static bool place_inputs(verifier *v, const pass *p)
     const int *units = v->program->input_units + v->pass * v->tape->inputs;
     v->instruction = -1;
     for (int i = 0; i < v->tape->inputs; i++) {
+        if (units[i] >= 0 && (v->tape->input_extent[i] == AD_MEMBER) != p->members) {
+            return ad_verify_wrong(v, "input %d is not one of this pass", i);
+        }
         for (int row = 0; units[i] >= 0 && row < v->tape->input_rows[i]; row++) {
             int at = units[i] + row;
             if (at >= p->units || v->unit[at]) {
-                return wrong(v, "input %d has no memory of its own", i);
+                return ad_verify_wrong(v, "input %d has no memory of its own", i);
             }
             v->unit[at] =
                 ad_formulas_find(&v->formulas, (formula){.op = OP_INPUT, .whole = i, .a = row});
@@ -514,17 +455,37 @@ static bool check_outputs(verifier *v, const pass *p)
     for (int i = 0; i < p->output_count; i++) {
         batch_output o = p->outputs[i];
         if (o.number < 0 || o.number >= v->program->outputs) {
-            return wrong(v, "writes output %d of %d", o.number, v->program->outputs);
+            return ad_verify_wrong(v, "writes output %d of %d", o.number, v->program->outputs);
         }
         int id = v->program->output_ids[o.number];
-        if (o.from.rows != v->tape->nodes[id].rows || o.from.local) {
-            return wrong(v, "output %d of %d rows is read as %d", o.number, v->tape->nodes[id].rows,
-                         o.from.rows);
+        if (o.from.rows != v->tape->nodes[id].rows || o.from.local ||
+            (v->tape->nodes[id].extent == AD_MEMBER) != p->members) {
+            return ad_verify_wrong(v, "output %d of %d rows is read as %d", o.number,
+                                   v->tape->nodes[id].rows, o.from.rows);
         }
         for (int row = 0; row < o.from.rows; row++) {
             if (read_row(v, o.from, row) != ad_formulas_row(&v->formulas, id, row)) {
-                return wrong(v, "output %d holds another value in row %d", o.number, row);
+                return ad_verify_wrong(v, "output %d holds another value in row %d", o.number, row);
             }
+        }
+    }
+    return true;
+}
+
+/* What later passes find in the memory of the members. */
+static bool keep(verifier *v, const pass *p)
+{
+    v->instruction = -1;
+    for (int i = 0; i < p->kept_count; i++) {
+        place from = p->kept[i].from;
+        bool good = p->members && from.kind == PLACE_TILE && !from.local;
+        for (int row = 0; good && row < from.rows; row++) {
+            if (!write_member(v, p->kept[i].number + row, read_row(v, from, row))) {
+                return false;
+            }
+        }
+        if (!good) {
+            return ad_verify_wrong(v, "keeps what it may not");
         }
     }
     return true;
@@ -532,6 +493,7 @@ static bool check_outputs(verifier *v, const pass *p)
 
 static bool replay_pass(verifier *v, const pass *p, bool one_row)
 {
+    v->again = one_row;
     memset(v->unit, 0, (size_t)v->program->most_units * sizeof *v->unit);
     memset(v->reader, -1, (size_t)v->program->most_units * sizeof *v->reader);
     bool ok = expect_sums(v, p) && place_inputs(v, p);
@@ -540,12 +502,12 @@ static bool replay_pass(verifier *v, const pass *p, bool one_row)
         const group *now = &p->groups[g];
         ok = now->first == next && now->count >= 1 && now->count <= p->count - now->first
                  ? replay_group(v, p, now, one_row)
-                 : wrong(v, "groups do not follow each other");
+                 : ad_verify_wrong(v, "groups do not follow each other");
         next = now->first + now->count;
     }
     v->instruction = -1;
-    ok = ok && (next == p->count || wrong(v, "instructions outside of all groups"));
-    return ok && check_sums(v, p) && check_outputs(v, p);
+    ok = ok && (next == p->count || ad_verify_wrong(v, "instructions outside of all groups"));
+    return ok && check_sums(v, p) && check_outputs(v, p) && keep(v, p);
 }
 
 /* Rows of a tile begin at multiples of 64 bytes, and the workspace has all of them. */
@@ -558,13 +520,16 @@ static bool check_workspace(verifier *v)
     for (int s = 0; s < program->pass_count; s++) {
         const pass *p = &program->passes[s];
         fits = fits && p->units <= program->most_units && p->reduced <= program->most_reduced &&
-               p->reduced_offset >= 1 && p->reduced_offset + p->reduced <= program->uniform_count;
+               p->reduced_offset >= 1 && p->reduced_offset + p->reduced <= program->uniform_count &&
+               p->summed <= program->most_summed &&
+               p->summed_offset + p->summed <= program->member_rows;
     }
     for (int i = 0; i < ad_pool_threads(program->pool); i++) {
         fits = fits && (uintptr_t)program->workspaces[i] % 64 == 0;
     }
     return (fits && tile >= TILE_STEP && tile % TILE_STEP == 0) ||
-           wrong(v, "workspaces do not have the size or alignment that tiles of %zu need", tile);
+           ad_verify_wrong(v, "workspaces do not have the size or alignment that tiles of %zu need",
+                           tile);
 }
 
 static bool replay(verifier *v)
@@ -573,7 +538,7 @@ static bool replay(verifier *v)
     for (int s = 0; s <= program->pass_count; s++) {
         const pass *p = &program->passes[s];
         v->pass = s;
-        if (!evaluate_uniforms(v, p)) {
+        if (!ad_verify_evaluated(v, p)) {
             return false;
         }
         if (s == program->pass_count) {
@@ -591,11 +556,11 @@ static bool replay(verifier *v)
     }
     for (int i = 0; i < program->outputs; i++) {
         int id = program->output_ids[i];
-        bool batch = v->tape->nodes[id].extent == AD_BATCH;
+        bool batch = v->tape->nodes[id].extent != AD_UNIFORM;
         if (v->outputs[i] != batch) {
-            return wrong(v, "output %d is written %d times", i, v->outputs[i]);
+            return ad_verify_wrong(v, "output %d is written %d times", i, v->outputs[i]);
         }
-        if (!batch && !check_ready(v, id)) {
+        if (!batch && !ad_verify_ready(v, id)) {
             return false;
         }
     }
@@ -611,10 +576,12 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error)
     v.constant = v.ready ? v.ready + 2 * uniform : NULL;
     v.sums = calloc(uniform, sizeof *v.sums);
     v.outputs = calloc((size_t)program->outputs, sizeof *v.outputs);
+    v.member = calloc((size_t)program->member_rows + 1, sizeof *v.member);
     v.unit = calloc(2 * units, sizeof *v.unit);
     v.reader = v.unit ? v.unit + units : NULL;
-    if (ad_formulas_create(program, &v.formulas) && v.ready && v.sums && v.outputs && v.unit) {
-        (void)(check_workspace(&v) && check_uniforms(&v) && replay(&v));
+    if (ad_formulas_create(program, &v.formulas) && v.ready && v.sums && v.outputs && v.unit &&
+        v.member) {
+        (void)(check_workspace(&v) && ad_verify_uniforms(&v) && replay(&v));
     } else {
         v.status = ad_fail(error, AD_NO_MEMORY, "out of memory while verifying a program");
     }
@@ -622,6 +589,7 @@ ad_status ad_program_verify(const ad_program *program, ad_error *error)
     free(v.ready);
     free(v.sums);
     free(v.outputs);
+    free(v.member);
     free(v.unit);
     return v.status;
 }

@@ -286,7 +286,7 @@ ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, pro
         ad_error *to = first == AD_OK ? error : NULL;
         ad_fuse_state is = AD_INTERPRETED;
         ad_status status =
-            ad_fuse_begin(now, s->trained.count, folder, way != PROBLEM_FUSE_KEPT && !busy, to);
+            ad_fuse_begin(now, s->trained.count, 1, folder, way != PROBLEM_FUSE_KEPT && !busy, to);
         status = status == AD_OK ? ad_fuse_finish(now, way == PROBLEM_FUSE_WAIT, &is, to) : status;
         first = first == AD_OK ? status : first;
         busy = busy || is == AD_FUSING;

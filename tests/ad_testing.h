@@ -21,10 +21,10 @@
 /* ---- data of a run -----------------------------------------------------------------------------
  */
 
-enum { LEAVES_MAX = 24, PARAMETERS_MAX = 4096 };
+enum { LEAVES_MAX = 24, PARAMETERS_MAX = 8192 };
 
 typedef struct run_data {
-    size_t points;
+    size_t points, members; /* members: 0 is 1 */
     int inputs, uniforms;
     double *input[LEAVES_MAX], *uniform[LEAVES_MAX];
     double parameters[PARAMETERS_MAX];
@@ -37,14 +37,23 @@ static inline double *new_numbers(size_t count)
     return numbers;
 }
 
-/* Numbers in [low, high) for every leaf of the tape. */
-static inline void data_fill(run_data *data, const ad_tape *tape, size_t points, double low,
-                             double high, uint64_t *state)
+/* How many blocks a value has. */
+static inline size_t blocks_of(const run_data *data, ad_extent extent)
 {
-    *data = (run_data){.points = points, .inputs = tape->inputs, .uniforms = tape->uniforms};
+    size_t members = data->members > 0 ? data->members : 1;
+    return extent == AD_BATCH ? data->points : extent == AD_MEMBER ? members : 1;
+}
+
+/* Numbers in [low, high) for every leaf of the tape. */
+static inline void data_fill_members(run_data *data, const ad_tape *tape, size_t points,
+                                     size_t members, double low, double high, uint64_t *state)
+{
+    *data = (run_data){
+        .points = points, .members = members, .inputs = tape->inputs, .uniforms = tape->uniforms};
     assert_true(tape->inputs <= LEAVES_MAX && tape->uniforms <= LEAVES_MAX);
     for (int i = 0; i < tape->inputs; i++) {
-        size_t count = (size_t)tape->input_rows[i] * points;
+        size_t count =
+            (size_t)tape->input_rows[i] * blocks_of(data, (ad_extent)tape->input_extent[i]);
         data->input[i] = new_numbers(count);
         for (size_t k = 0; k < count; k++)
             data->input[i][k] = random_in(state, low, high);
@@ -56,6 +65,12 @@ static inline void data_fill(run_data *data, const ad_tape *tape, size_t points,
     }
     for (int k = 0; k < PARAMETERS_MAX; k++)
         data->parameters[k] = random_in(state, low, high);
+}
+
+static inline void data_fill(run_data *data, const ad_tape *tape, size_t points, double low,
+                             double high, uint64_t *state)
+{
+    data_fill_members(data, tape, points, 0, low, high, state);
 }
 
 static inline void data_free(run_data *data)
@@ -71,15 +86,17 @@ static inline void data_free(run_data *data)
 
 typedef struct naive {
     const ad_tape *tape;
-    size_t points;
+    size_t points, members;
     int count;
-    double **values; /* per node [rows][points], or [rows] if uniform */
+    double **values; /* per node [rows][points], [rows][members] or [rows] */
 } naive;
 
 static inline double naive_at(const naive *n, int id, int row, size_t point)
 {
-    bool batch = n->tape->nodes[id].extent == AD_BATCH;
-    return n->values[id][batch ? (size_t)row * n->points + point : (size_t)row];
+    int extent = n->tape->nodes[id].extent;
+    return n->values[id][extent == AD_BATCH    ? (size_t)row * n->points + point
+                         : extent == AD_MEMBER ? (size_t)row * n->members + point
+                                               : (size_t)row];
 }
 
 static inline double naive_sum(const naive *n, const int *x, int m, size_t point, int row, int op)
@@ -109,11 +126,17 @@ static inline double naive_joined(const naive *n, const node *now, const int *x,
     return 0;
 }
 
-static inline double naive_reduced(const naive *n, const node *now, const int *x, int row)
+/* Of all points, of all members, or of the points of one member. */
+static inline double naive_reduced(const naive *n, const node *now, const int *x, int row,
+                                   size_t member)
 {
     double sum = 0;
     int width = now->op == OP_OUTER_SUM ? n->tape->nodes[x[1]].rows : 1;
-    for (size_t j = 0; j < n->points; j++)
+    size_t each = n->points / n->members, first = now->whole == OF_MEMBER ? member * each : 0;
+    size_t end = now->whole == OF_MEMBER      ? first + each
+                 : now->whole == OVER_MEMBERS ? n->members
+                                              : n->points;
+    for (size_t j = first; j < end; j++)
         sum += now->op == OP_SUM_POINTS
                    ? naive_at(n, x[0], row, j)
                    : naive_at(n, x[0], row / width, j) * naive_at(n, x[1], row % width, j);
@@ -129,13 +152,18 @@ static inline double naive_number(const naive *n, const node *now, int row, size
     case OP_CONSTANT:
         return now->splat ? now->number : n->tape->numbers[now->offset + (size_t)row];
     case OP_INPUT:
-        return data->input[now->whole][(size_t)row * n->points + point];
+        return data
+            ->input[now->whole][(size_t)row * blocks_of(data, (ad_extent)now->extent) + point];
     case OP_UNIFORM:
         return data->uniform[now->whole][row];
     case OP_PARAMETER:
         return data->parameters[now->offset + (size_t)row];
     case OP_POINTS:
-        return (double)n->points;
+        return now->whole == OVER_POINTS    ? (double)n->points
+               : now->whole == OVER_MEMBERS ? (double)n->members
+                                            : (double)n->points / (double)n->members;
+    case OP_SPREAD:
+        return naive_at(n, x[0], row, point / (n->points / n->members));
     case OP_SLICE:
         return naive_at(n, x[0], now->whole + row, point);
     case OP_STACK:
@@ -147,7 +175,7 @@ static inline double naive_number(const naive *n, const node *now, int row, size
         return sum;
     case OP_SUM_POINTS:
     case OP_OUTER_SUM:
-        return naive_reduced(n, now, x, row);
+        return naive_reduced(n, now, x, row, point);
     case OP_MATVEC:
     case OP_MATVEC_TRANSPOSED:
         return naive_sum(n, x, now->rows, point, row, now->op);
@@ -166,12 +194,15 @@ static inline double naive_number(const naive *n, const node *now, int row, size
 /* Every node of the tape, in order. */
 static inline naive naive_run(const ad_tape *tape, const run_data *data)
 {
-    naive n = {.tape = tape, .points = data->points, .count = tape->count};
+    naive n = {.tape = tape,
+               .points = data->points,
+               .members = blocks_of(data, AD_MEMBER),
+               .count = tape->count};
     n.values = calloc((size_t)tape->count, sizeof *n.values);
     assert_non_null(n.values);
     for (int id = 0; id < tape->count; id++) {
         const node *now = &tape->nodes[id];
-        size_t width = now->extent == AD_BATCH ? data->points : 1;
+        size_t width = blocks_of(data, (ad_extent)now->extent);
         n.values[id] = new_numbers((size_t)now->rows * width);
         for (int row = 0; row < now->rows; row++)
             for (size_t j = 0; j < width; j++)
@@ -215,8 +246,7 @@ static inline void compiled_execute(compiled *c, const ad_value *values, const r
     ad_error error = {.message = ""};
     for (int i = 0; i < c->count; i++) {
         free(c->results[i]);
-        c->sizes[i] =
-            (size_t)ad_rows(values[i]) * (ad_extent_of(values[i]) == AD_BATCH ? data->points : 1);
+        c->sizes[i] = (size_t)ad_rows(values[i]) * blocks_of(data, ad_extent_of(values[i]));
         c->results[i] = new_numbers(c->sizes[i]);
         for (size_t k = 0; k < c->sizes[i]; k++)
             c->results[i][k] = 12345; /* what is not written is noticed */
@@ -225,7 +255,8 @@ static inline void compiled_execute(compiled *c, const ad_value *values, const r
                   .inputs = (const double *const *)data->input,
                   .uniforms = (const double *const *)data->uniform,
                   .parameters = data->parameters,
-                  .outputs = c->results};
+                  .outputs = c->results,
+                  .members = data->members};
     if (ad_execute(c->program, &run, &error) != AD_OK)
         fail_msg("execute: %s", error.message);
 }

@@ -4,12 +4,19 @@
 
 #include "ad_testing.h"
 
-enum { POOL_MAX = 200, OUTPUTS = 8, WIDTHS = 6 };
+enum { POOL_MAX = 200, OUTPUTS = 10, WIDTHS = 6 };
 
 static const int widths[WIDTHS] = {1, 2, 3, 4, 6, 9};
 
+/* Values of members: none; some inputs have one block per member; the same inputs per point; with
+ * sums over members and over the points of each as well. */
+typedef enum garden_kind { PLAIN, MEMBERS, MEMBERS_PER_POINT, MEMBERS_AND_SUMS } garden_kind;
+
 typedef struct garden {
     ad_tape *tape;
+    garden_kind kind;
+    ad_value variables[3]; /* inputs: 1, 2 and 3 rows; with members the first and last are theirs */
+    ad_value member_matrix; /* 2 x 3 */
     uint64_t random;
     ad_value values[POOL_MAX];
     int count;
@@ -138,6 +145,14 @@ static inline ad_value grow_product(garden *g)
     }
 }
 
+/* A matrix of each member. */
+static inline ad_value grow_member_product(garden *g)
+{
+    return random_below(&g->random, 2)
+               ? ad_tanh(ad_matvec(g->member_matrix, pick(g, 3)))
+               : ad_tanh(ad_matvec_transposed(g->member_matrix, pick(g, 2)));
+}
+
 static inline ad_value grow_geometry(garden *g)
 {
     ad_value u = pick(g, 3), v = pick(g, 3), q = ad_quaternion_exp(ad_tanh(v));
@@ -172,9 +187,49 @@ static inline ad_value grow_sum(garden *g)
     return ad_tanh(ad_mul(scale, sum));
 }
 
-static inline void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
+static inline ad_value grow_member_sum(garden *g)
 {
-    *g = (garden){.tape = ad_tape_create(), .random = seed};
+    ad_value scale = ad_reciprocal(ad_add(ad_points_of_member(g->tape), ad_scalar(g->tape, 1)));
+    ad_value sum = random_below(&g->random, 2)
+                       ? ad_sum_points_of_member(pick_any(g))
+                       : ad_sum_points_of_member(ad_outer(pick(g, 3), ad_tanh(pick(g, 2))));
+    sum = ad_tanh(ad_mul(scale, sum));
+    if (random_below(&g->random, 3) == 0 && ad_extent_of(sum) != AD_BATCH)
+        sum = ad_tanh(ad_div(ad_sum_members(sum), ad_members(g->tape)));
+    return sum;
+}
+
+static inline void grow(garden *g, int operations, bool sums)
+{
+    for (int i = 0; i < operations; i++) {
+        int kind = random_below(&g->random, 20);
+        bool of_member = g->kind != PLAIN && random_below(&g->random, 12) == 0;
+        plant(g, of_member                     ? grow_member_product(g)
+                 : kind < 9                    ? grow_elementwise(g)
+                 : kind < 12                   ? grow_rows(g)
+                 : kind < 17                   ? grow_product(g)
+                 : kind < 19 || !sums          ? grow_geometry(g)
+                 : g->kind == MEMBERS_AND_SUMS ? grow_member_sum(g)
+                                               : grow_sum(g));
+    }
+}
+
+/* Inputs of members, and what follows from them alone. */
+static inline void plant_members(garden *g, int operations)
+{
+    ad_value (*input)(ad_tape *, const char *, int) =
+        g->kind == MEMBERS_PER_POINT ? ad_input : ad_input_member;
+    plant(g, g->variables[0] = input(g->tape, "member", 1));
+    plant(g, g->variables[2] = input(g->tape, "member", 3));
+    plant(g, input(g->tape, "member", 6));
+    g->member_matrix = input(g->tape, "member matrix", 6);
+    grow(g, operations, false);
+}
+
+static inline void garden_plant_members(garden *g, uint64_t seed, int operations, bool sums,
+                                        garden_kind kind)
+{
+    *g = (garden){.tape = ad_tape_create(), .random = seed, .kind = kind};
     ad_value all = ad_parameter(g->tape, "all", 54 + 54 + 72, 0);
     g->matrices[0] = ad_slice(all, 0, 36);
     g->matrices[1] = ad_slice(all, 36, 54);
@@ -185,26 +240,31 @@ static inline void garden_plant(garden *g, uint64_t seed, int operations, bool s
     ad_sum_rows(g->matrices[2]); /* some graphs differentiate by a matrix that they do not need */
     plant(g, ad_uniform(g->tape, "scalar", 1));
     plant(g, ad_uniform(g->tape, "vector", 3));
-    for (int i = 0; i < WIDTHS; i++)
-        plant(g, ad_input(g->tape, "input", widths[i]));
-    plant(g, ad_constant(g->tape, 3, (double[]){1, 0, -1}));
-    for (int i = 0; i < operations; i++) {
-        int kind = random_below(&g->random, 20);
-        plant(g, kind < 9             ? grow_elementwise(g)
-                 : kind < 12          ? grow_rows(g)
-                 : kind < 17          ? grow_product(g)
-                 : kind < 19 || !sums ? grow_geometry(g)
-                                      : grow_sum(g));
+    if (kind != PLAIN)
+        plant_members(g, operations / 2);
+    for (int i = 0; i < WIDTHS; i++) {
+        ad_value x = ad_input(g->tape, "input", widths[i]);
+        plant(g, x);
+        if (i < 3 && (kind == PLAIN || i == 1))
+            g->variables[i] = x;
     }
+    plant(g, ad_constant(g->tape, 3, (double[]){1, 0, -1}));
+    grow(g, operations, sums);
 }
 
-/* Some values, a Taylor coefficient and a gradient. */
+static inline void garden_plant(garden *g, uint64_t seed, int operations, bool sums)
+{
+    garden_plant_members(g, seed, operations, sums, PLAIN);
+}
+
+/* Some values, a Taylor coefficient and a gradient; with members last those by two inputs of
+ * theirs. */
 static inline int garden_outputs(garden *g, ad_value *outputs)
 {
     int count = 0;
     for (; count < 3; count++)
         outputs[count] = g->values[g->count - 1 - count * count];
-    ad_value input = g->values[4 + random_below(&g->random, 3)];
+    ad_value input = g->variables[random_below(&g->random, 3)];
     ad_value coefficients[4];
     int order = 1 + random_below(&g->random, 3);
     ad_value last = ad_tanh(ad_sum_rows(outputs[0]));
@@ -221,6 +281,10 @@ static inline int garden_outputs(garden *g, ad_value *outputs)
     ad_taylor(1, &loss, wrt[0], v, 1, pushed);
     outputs[count++] = pulled;
     outputs[count++] = pushed[1];
+    wrt[0] = g->variables[2];
+    wrt[1] = g->member_matrix;
+    if (g->kind != PLAIN && ad_reverse(loss, 2, wrt, AD_SUMMED, outputs + count) == AD_OK)
+        count += 2;
     assert_tape_ok(g->tape);
     return count;
 }

@@ -291,7 +291,7 @@ static void check_fused(subject *s, int number)
         before[i] = new_numbers(s->c.sizes[i]);
         memcpy(before[i], s->c.results[i], s->c.sizes[i] * sizeof(double));
     }
-    if (ad_fuse_begin(s->c.program, s->data.points, folder, true, &error) != AD_OK ||
+    if (ad_fuse_begin(s->c.program, s->data.points, 1, folder, true, &error) != AD_OK ||
         ad_fuse_finish(s->c.program, true, &state, &error) != AD_OK)
         fail_msg("fuse: %s", error.message);
     assert_int_equal(state, AD_FUSED);
@@ -320,7 +320,8 @@ static void test_every_operation_occurs(void **state)
             for (int i = 0; i < subjects[k].c.program->passes[s].count; i++)
                 seen[subjects[k].c.program->passes[s].instructions[i].op] = true;
     for (int op = OP_ADD; op < OP_COUNT; op++) {
-        bool is_view = op == OP_SLICE || op == OP_STACK || op == OP_PAD || op == OP_SUM_ROWS;
+        bool is_view = op == OP_SLICE || op == OP_STACK || op == OP_PAD || op == OP_SUM_ROWS ||
+                       op == OP_SPREAD; /* test_members */
         if (!seen[op] && !is_view)
             fail_msg("%s: in no program of this test", ad_op_table[op].name);
     }
@@ -335,7 +336,7 @@ static void test_groups_without_warnings(void **state)
     snprintf(path, sizeof path, "%s/groups.c", folder);
     FILE *file = fopen(path, "w");
     assert_non_null(file);
-    assert_true(ad_c_write_groups(program, 64, "groups", file));
+    assert_true(ad_c_write_groups(program, "groups", file));
     assert_int_equal(fclose(file), 0);
     char options[128];
     snprintf(options, sizeof options, "-std=c11 -Wno-unused-function %s", program->kernels->flags);

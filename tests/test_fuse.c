@@ -58,7 +58,7 @@ static ad_status begin(ad_program *program, const char *name, bool compile)
     char path[128];
     ad_error error;
     snprintf(path, sizeof path, "%s/%s", folder, name);
-    return ad_fuse_begin(program, data.points, path, compile, &error);
+    return ad_fuse_begin(program, data.points, 1, path, compile, &error);
 }
 
 static ad_fuse_state finish(ad_program *program, bool wait, ad_status expected)

@@ -89,9 +89,67 @@ static int fill(void **state)
     return 0;
 }
 
-static void test_out_of_memory_anywhere(void **state)
+/* ---- values of members -------------------------------------------------------------------------
+ */
+
+enum { MEMBERS = 5 };
+
+typedef struct member_life {
+    ad_tape *tape;
+    ad_pool *pool;
+    ad_program *program;
+    ad_member_normal *normal;
+} member_life;
+
+static ad_status run_members(member_life *l, size_t points, double *loss, ad_error *error)
 {
-    (void)state;
+    static double jtj[9 * 9], jtr[9];
+    double rtr = 0;
+    ad_run run = {.points = points,
+                  .members = MEMBERS,
+                  .inputs = (const double *const[]){t_points, s_points},
+                  .parameters = parameters,
+                  .outputs = (double *const[]){loss, gradient_numbers}};
+    ad_status status = ad_execute(l->program, &run, error);
+    return status == AD_OK ? ad_member_normal_add(l->normal, &run, jtj, jtr, &rtr, error) : status;
+}
+
+/* Coefficients of members from parameters, their sums in shares of several tiles, J^T J. */
+static ad_status compile_members(member_life *l, ad_error *error)
+{
+    ad_value m = ad_input_member(l->tape, "m", 3), s = ad_input(l->tape, "s", 1);
+    ad_value w = ad_parameter(l->tape, "w", 9, 0), c = ad_tanh(ad_matvec(w, m)), outputs[2];
+    ad_value modes = ad_stack(3, (ad_value[]){s, ad_sin(s), ad_square(s)});
+    ad_value load = ad_vector(ad_scalar(l->tape, 0), ad_row(m, 1), s);
+    ad_value r = ad_dot(ad_add(c, load), modes);
+    outputs[0] = ad_sum_points(ad_square(r));
+    ad_reverse(outputs[0], 1, &w, AD_SUMMED, &outputs[1]);
+    ad_settings settings = {.tile = 16, .piece = 64, .fuse = true};
+    ad_status status = ad_compile(2, outputs, &settings, l->pool, &l->program, error);
+    return status == AD_OK ? ad_member_normal_compile(1, &r, 1, &w, 9, l->pool, &l->normal, error)
+                           : status;
+}
+
+static ad_status live_members(double *loss)
+{
+    ad_error error = {.status = AD_OK};
+    member_life l = {.tape = ad_tape_create(), .pool = ad_pool_create(2)};
+    ad_status status = AD_NO_MEMORY;
+    if (l.tape && l.pool) {
+        status = compile_members(&l, &error);
+        assert_int_equal(status, error.status);
+        if (status == AD_OK)
+            status = run_members(&l, POINTS, loss, &error);
+    }
+    ad_member_normal_free(l.normal);
+    ad_program_free(l.program);
+    ad_pool_free(l.pool);
+    ad_tape_free(l.tape);
+    return status;
+}
+
+static void check_out_of_memory(ad_status (*live)(double *))
+{
     double loss, expected;
     assert_int_equal(live(&expected), AD_OK); /* also loads what is loaded once */
     watch(0);
@@ -108,6 +166,31 @@ static void test_out_of_memory_anywhere(void **state)
     }
     assert_int_equal(live(&loss), AD_OK);
     assert_near(loss, expected, 0);
+}
+
+static void test_out_of_memory_anywhere(void **state)
+{
+    (void)state;
+    check_out_of_memory(live);
+    check_out_of_memory(live_members);
+}
+
+static void test_steps_of_members_allocate_nothing(void **state)
+{
+    (void)state;
+    double loss;
+    member_life l = {.tape = ad_tape_create(), .pool = ad_pool_create(2)};
+    assert_int_equal(compile_members(&l, NULL), AD_OK);
+    ad_tape_free(l.tape);
+    assert_int_equal(run_members(&l, POINTS, &loss, NULL), AD_OK);
+    watch(0);
+    for (int i = 0; i < 20; i++)
+        assert_int_equal(run_members(&l, (size_t)(POINTS - MEMBERS * i), &loss, NULL), AD_OK);
+    allocations_count = false;
+    assert_int_equal(allocations, 0);
+    ad_member_normal_free(l.normal);
+    ad_program_free(l.program);
+    ad_pool_free(l.pool);
 }
 
 static void test_steps_allocate_nothing(void **state)
@@ -233,6 +316,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_out_of_memory_anywhere),
         cmocka_unit_test(test_steps_allocate_nothing),
+        cmocka_unit_test(test_steps_of_members_allocate_nothing),
         cmocka_unit_test(test_workspace_is_a_tile),
         cmocka_unit_test(test_pools),
         cmocka_unit_test(test_gradient_check),

@@ -4,7 +4,7 @@
 
 #include "autodiff/program.h"
 
-enum { WIDTH = 9, POINTS = 45, OUTPUTS = 6 };
+enum { WIDTH = 9, POINTS = 45, MEMBERS = 9, OUTPUTS = 6 };
 
 typedef struct subject {
     ad_tape *tape;
@@ -36,13 +36,33 @@ static void record(subject *s)
     assert_tape_ok(tape);
 }
 
-static int make_subject(void **state)
+/* The same with coefficients of members, a matrix of each, and what each member's points add up to:
+ * passes over members and points in turn. */
+static void record_members(subject *s)
+{
+    ad_tape *tape = s->tape;
+    ad_value x = ad_input(tape, "x", 1), m = ad_input_member(tape, "m", 2);
+    ad_value w1 = ad_parameter(tape, "w1", 2 * WIDTH, 0);
+    ad_value w2 = ad_parameter(tape, "w2", 6 * WIDTH, 40);
+    ad_value h = ad_tanh(ad_matvec(w1, m)), c = ad_tanh(ad_matvec(w2, ad_add(h, ad_sin(h))));
+    ad_value modes = ad_stack(3, (ad_value[]){x, ad_square(x), ad_sin(x)});
+    ad_value u = ad_mul(ad_matvec(c, modes), ad_row(m, 1));
+    ad_value mean = ad_tanh(ad_div(ad_sum_points_of_member(u), ad_points_of_member(tape)));
+    ad_value residual = ad_add(ad_derivative(u, x, 1), ad_mul(ad_sub(u, mean), ad_row(h, 2)));
+    s->outputs[0] = ad_add(ad_sum_points(ad_dot(residual, residual)), ad_sum_members(ad_row(c, 1)));
+    s->outputs[1] = ad_stack(2, (ad_value[]){ad_row(residual, 1), ad_row(u, 0)});
+    s->outputs[2] = mean;
+    ad_reverse(s->outputs[0], 3, (ad_value[]){w1, w2, m}, AD_SUMMED, s->outputs + 3);
+    assert_tape_ok(tape);
+}
+
+static int make(void **state, void (*record_subject)(subject *))
 {
     static subject s;
     uint64_t random = 7;
     s = (subject){.tape = ad_tape_create()};
-    record(&s);
-    data_fill(&s.data, s.tape, POINTS, -1, 1, &random);
+    record_subject(&s);
+    data_fill_members(&s.data, s.tape, POINTS, MEMBERS, -1, 1, &random);
     ad_settings settings = {.tile = 16, .piece = 48, .fuse = true};
     s.c = run_compiled(OUTPUTS, s.outputs, &settings, 1, &s.data);
     for (int i = 0; i < OUTPUTS; i++) {
@@ -52,6 +72,16 @@ static int make_subject(void **state)
     assert_int_equal(ad_program_verify(s.c.program, NULL), AD_OK);
     *state = &s;
     return 0;
+}
+
+static int make_subject(void **state)
+{
+    return make(state, record);
+}
+
+static int make_member_subject(void **state)
+{
+    return make(state, record_members);
 }
 
 static int free_subject(void **state)
@@ -113,7 +143,7 @@ static void test_places(void **state)
                 CHANGE(s, "stride", n, at->stride, at->stride + 1);
                 CHANGE(s, "rows", n, at->rows, at->rows - 1);
                 CHANGE(s, "local", n, at->local, !at->local);
-                CHANGE(s, "kind", n, at->kind, (at->kind + 1) % 3);
+                CHANGE(s, "kind", n, at->kind, (at->kind + 1) % PLACE_KINDS);
                 CHANGE(s, "other", n, *at, next->out);
                 CHANGE(s, "other operand", n, *at, next->in[0]);
             }
@@ -252,6 +282,39 @@ static void test_bounds(void **state)
     }
 }
 
+static void test_bounds_of_members(void **state)
+{
+    subject *s = *state;
+    ad_program *program = s->c.program;
+    assert_int_equal(program->pass_count, 7);
+    pass *first = pass_of(s, 0), *points = pass_of(s, 1);
+    assert_true(first->members && !points->members && pass_of(s, 2)->members);
+    assert_true(first->kept_count > 2 && points->summed > 0);
+    MUST_CATCH(s, "less memory of the members", program->member_rows, program->member_rows - 1);
+    MUST_CATCH(s, "members' sums elsewhere", points->summed_offset, points->summed_offset + 1);
+    MUST_CATCH(s, "fewer of the members' sums", points->summed, points->summed - 1);
+    MUST_CATCH(s, "points for members", first->members, false);
+    MUST_CATCH(s, "members for points", points->members, true);
+    MUST_CATCH(s, "less scratch memory", program->scratch, 0);
+    MUST_CATCH(s, "a value not kept", first->kept_count, first->kept_count - 1);
+    for (int i = 0; i < first->kept_count; i++) {
+        MUST_CATCH(s, "kept elsewhere", first->kept[i].number, first->kept[i].number + 1);
+        MUST_CATCH(s, "another value kept", first->kept[i].from.offset,
+                   first->kept[i].from.offset + 1);
+    }
+    for (int k = 0; k < program->pass_count; k++) {
+        for (int n = 0; n < pass_of(s, k)->count; n++) {
+            instruction *i = &pass_of(s, k)->instructions[n];
+            if (i->op == OP_SPREAD) {
+                MUST_CATCH(s, "another value spread", i->in[0].offset, i->in[0].offset + 1);
+            }
+            if (i->out.kind == PLACE_MEMBER) {
+                MUST_CATCH(s, "another member's sum", i->out.offset, i->out.offset + 1);
+            }
+        }
+    }
+}
+
 /* Else none of the other tests would verify what it compiles. */
 static void test_is_on(void **state)
 {
@@ -266,5 +329,13 @@ int main(void)
         cmocka_unit_test(test_instructions), cmocka_unit_test(test_shared_memory),
         cmocka_unit_test(test_groups),       cmocka_unit_test(test_bounds),
     };
-    return cmocka_run_group_tests(tests, make_subject, free_subject);
+    const struct CMUnitTest of_members[] = {
+        cmocka_unit_test(test_places),
+        cmocka_unit_test(test_instructions),
+        cmocka_unit_test(test_shared_memory),
+        cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_bounds_of_members),
+    };
+    int failed = cmocka_run_group_tests(tests, make_subject, free_subject);
+    return failed + cmocka_run_group_tests(of_members, make_member_subject, free_subject);
 }
