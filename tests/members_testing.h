@@ -50,11 +50,15 @@ static inline double difference(const compiled *a, const compiled *b, int i, ad_
     size_t width = blocks_of(data, extent), wide = blocks_of(data, other);
     size_t each = wide / width, rows = a->sizes[i] / width;
     double worst = 0, scale = 1;
+    /* the same for every point, and so also for every member */
+    double points = sum && other == AD_UNIFORM
+                        ? (double)data->points / (double)(data->members > 0 ? data->members : 1)
+                        : 1;
     for (size_t row = 0; row < rows; row++) {
         for (size_t k = 0; k < width; k++) {
             double expected = 0, value = a->results[i][row * width + k];
             for (size_t j = 0; j < each; j++) {
-                double now = b->results[i][row * wide + k * each + j];
+                double now = points * b->results[i][row * wide + k * each + j];
                 expected = sum ? expected + now : now;
                 worst = sum ? worst : fmax(worst, fabs(value - now));
             }
