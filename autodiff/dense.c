@@ -130,8 +130,8 @@ static void update_panel(void *context, int item, int thread)
     for (size_t k = 0; k < depth; k += CHUNK) {
         size_t rows = depth - k < CHUNK ? depth - k : CHUNK;
         for (size_t i = b->first; i < b->end && i <= j; i++) {
-            f->kernels->multiply_panels(rows, tile(f, 0, i) + k * PANEL, tile(f, 0, j) + k * PANEL,
-                                        -1, tile(f, i, j));
+            f->kernels->products->multiply_panels(rows, tile(f, 0, i) + k * PANEL,
+                                                  tile(f, 0, j) + k * PANEL, -1, tile(f, i, j));
         }
     }
 }
@@ -163,10 +163,10 @@ static bool finish(const band *b, size_t j)
     const ad_dense_factor *f = b->factor;
     bool ok = true;
     for (size_t i = b->first; i < b->end && i <= j && ok; i++) {
-        f->kernels->multiply_panels((i - b->first) * PANEL, tile(f, b->first, i),
-                                    tile(f, b->first, j), -1, tile(f, i, j));
+        f->kernels->products->multiply_panels((i - b->first) * PANEL, tile(f, b->first, i),
+                                              tile(f, b->first, j), -1, tile(f, i, j));
         if (i < j) {
-            f->kernels->solve_tile(tile(f, i, i), tile(f, i, j));
+            f->kernels->products->solve_tile(tile(f, i, i), tile(f, i, j));
         } else {
             ok = factor_tile(tile(f, i, i));
         }

@@ -2,7 +2,6 @@
  * options; AD_KERNEL_SET names the result. */
 #include "autodiff/kernels.h"
 #include "autodiff/lanes.h"
-#include "autodiff/panels.h"
 
 #include <string.h>
 
@@ -221,7 +220,4 @@ const kernel_set AD_KERNEL_SET = {
     .sum_points = sum_points,
     .add_outer = add_outer,
     .products = &AD_PRODUCT_SET,
-    .multiply_panels = multiply_panels,
-    .combine_panels = combine_panels,
-    .solve_tile = solve_tile,
 };

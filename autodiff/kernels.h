@@ -20,7 +20,7 @@ typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, cons
 
 enum { KERNEL_MASKS = 1 << AD_ARITY_MAX };
 
-/* Single-threaded; see products.c. */
+/* Single-threaded; see products.c and, of panels, panels.h. */
 typedef struct product_set {
     /* c[m][n] = a b, or += where `add`: a[i][l] at a + i row + l column, i < m, l < k; rows of b
      * are aligned to 64 bytes and may be read up to the next multiple of 8 numbers */
@@ -33,6 +33,16 @@ typedef struct product_set {
     /* out[j * stride + r] = x[r][j]; points and stride are multiples of 8, `out` and rows of x are
      * aligned to 64 bytes */
     void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
+    /* Panels [depth][PANEL] hold PANEL columns of a matrix; they are aligned to 64 bytes, as are
+     * square tiles [PANEL][PANEL]. */
+    /* c[i][j] += scale * (sum over k of a[k][i] b[k][j]), summed from k = 0 on */
+    void (*multiply_panels)(size_t depth, const double *a, const double *b, double scale,
+                            double *c);
+    /* out[k][j] = sum over i < count of by[i][k] x[i][k][j] */
+    void (*combine_panels)(int count, size_t depth, const double *const *by, const double *const *x,
+                           double *out);
+    /* x = u^-T x for an upper triangle u; the numbers below it are not read */
+    void (*solve_tile)(const double *u, double *x);
 } product_set;
 
 typedef struct kernel_set {
@@ -46,16 +56,6 @@ typedef struct kernel_set {
     void (*add_outer)(int columns, int points, double *out, ptrdiff_t stride, const double *y,
                       kernel_operand x);
     const product_set *products;
-    /* Panels [depth][PANEL] hold PANEL columns of a matrix; they are aligned to 64 bytes, as are
-     * square tiles [PANEL][PANEL]. */
-    /* c[i][j] += scale * (sum over k of a[k][i] b[k][j]), summed from k = 0 on */
-    void (*multiply_panels)(size_t depth, const double *a, const double *b, double scale,
-                            double *c);
-    /* out[k][j] = sum over i < count of by[i][k] x[i][k][j] */
-    void (*combine_panels)(int count, size_t depth, const double *const *by, const double *const *x,
-                           double *out);
-    /* x = u^-T x for an upper triangle u; the numbers below it are not read */
-    void (*solve_tile)(const double *u, double *x);
 } kernel_set;
 
 extern const kernel_set ad_kernels_baseline;

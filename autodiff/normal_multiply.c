@@ -98,7 +98,8 @@ static void combine_head(const block *k, const normal_head *head, int source, no
         for (int i = 0; i < count; i++) {
             space->terms[i] = basis(k, space->used[i], other.panel + p);
         }
-        k->kernels->combine_panels(count, k->depth, space->factors, space->terms, combined(k, p));
+        k->kernels->products->combine_panels(count, k->depth, space->factors, space->terms,
+                                             combined(k, p));
     }
 }
 
@@ -115,8 +116,8 @@ static void combine_plain(const block *k, const normal_head *head, int source, n
                 k->space->terms[count++] = plain(k, panel, r);
             }
         }
-        k->kernels->combine_panels(count, k->depth, k->space->factors, k->space->terms,
-                                   combined(k, p));
+        k->kernels->products->combine_panels(count, k->depth, k->space->factors, k->space->terms,
+                                             combined(k, p));
     }
 }
 
@@ -124,7 +125,7 @@ static void combine_plain(const block *k, const normal_head *head, int source, n
 
 static void multiply_tile(const block *k, const double *a, const double *b, int p, int q)
 {
-    k->kernels->multiply_panels(k->depth, a, b, 1, tile(k, p, q));
+    k->kernels->products->multiply_panels(k->depth, a, b, 1, tile(k, p, q));
 }
 
 /* One basis of the head on the left, combinations on the right; or the other way round. */

@@ -1,4 +1,4 @@
-/* Products, combinations and triangular solves of panels, for kernels.c: see kernels.h. A piece of
+/* Products, combinations and triangular solves of panels, for products.c: see kernels.h. A piece of
  * a tile, PIECE_ROWS x PIECE_VECTORS vectors, stays in registers while its sums grow. Private. */
 #ifndef AD_PANELS_H
 #define AD_PANELS_H

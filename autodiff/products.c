@@ -19,6 +19,7 @@
  */
 #include "autodiff/kernels.h"
 #include "autodiff/lanes.h"
+#include "autodiff/panels.h"
 
 #if defined(__AVX512F__)
 enum { ROWS = 8, VECTORS = 3 };
@@ -301,4 +302,5 @@ static void transpose(int rows, int points, double *out, ptrdiff_t stride, kerne
     }
 }
 
-const product_set AD_PRODUCT_SET = {multiply, add_outer_sum, transpose};
+const product_set AD_PRODUCT_SET = {multiply,        add_outer_sum,  transpose,
+                                    multiply_panels, combine_panels, solve_tile};

@@ -605,11 +605,11 @@ static void check_panels(const kernel_set *set)
     }
     double before[TILE], x[TILE];
     memcpy(before, c, sizeof c);
-    set->multiply_panels(DEPTH, a, b, -2, c);
+    set->products->multiply_panels(DEPTH, a, b, -2, c);
     memcpy(x, c, sizeof c);
-    set->solve_tile(u, c);
+    set->products->solve_tile(u, c);
     const double *by[2] = {a, b}, *of[2] = {b, a};
-    set->combine_panels(2, DEPTH, by, of, out);
+    set->products->combine_panels(2, DEPTH, by, of, out);
     for (int i = 0; i < PANEL; i++) {
         for (int j = 0; j < PANEL; j++) {
             double sum = 0, product = 0, size = 0;
