@@ -83,11 +83,11 @@ static ad_status write_ours(const char *path, const double *x, size_t *memory, a
     results[0] = y;
     static const char *const names[TASKS] = {"ours_value", "ours_jacobian"};
     const double *const none[] = {NULL}; /* uniform values */
+    const double *const *const uniforms[] = {none};
     ad_c_options about[TASKS];
     ad_program *programs[TASKS] = {NULL};
     for (int task = 0; task < TASKS; task++) {
-        about[task] =
-            (ad_c_options){names[task], 1, 1, &x, (const double *const *const[]){none}, 0};
+        about[task] = (ad_c_options){names[task], 1, 1, &x, uniforms, false};
         if (status == AD_OK) {
             status = ad_compile(task == VALUE ? 1 : 1 + INPUTS, results, NULL, pool,
                                 &programs[task], error);
