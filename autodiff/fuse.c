@@ -89,17 +89,22 @@ static char *read_private(const char *path, size_t *size)
     return bytes;
 }
 
+static seal seal_of(uint64_t hash, const char *bytes, size_t size)
+{
+    seal s = {.hash = hash, .size = size, .checksum = hash_bytes(0, bytes, size)};
+    memcpy(s.mark, seal_mark, sizeof s.mark);
+    return s;
+}
+
 static bool is_sealed(const char *path, uint64_t hash)
 {
     size_t size = 0;
-    seal end;
     char *bytes = read_private(path, &size);
-    bool ok = bytes && size > sizeof end;
+    bool ok = bytes && size > sizeof(seal);
     if (ok) {
-        size -= sizeof end;
-        memcpy(&end, bytes + size, sizeof end);
-        ok = memcmp(end.mark, seal_mark, sizeof end.mark) == 0 && end.hash == hash &&
-             end.size == size && end.checksum == hash_bytes(0, bytes, size);
+        size -= sizeof(seal);
+        const seal expected = seal_of(hash, bytes, size);
+        ok = memcmp(bytes + size, &expected, sizeof expected) == 0;
     }
     free(bytes);
     return ok;
@@ -108,17 +113,16 @@ static bool is_sealed(const char *path, uint64_t hash)
 static bool seal_file(const char *path, uint64_t hash)
 {
     size_t size = 0;
-    seal end;
     char *bytes = read_private(path, &size);
     FILE *file = bytes ? fopen(path, "ab") : NULL;
-    memcpy(end.mark, seal_mark, sizeof end.mark);
-    end.hash = hash;
-    end.size = size;
-    end.checksum = bytes ? hash_bytes(0, bytes, size) : 0;
-    bool ok = file && fwrite(&end, sizeof end, 1, file) == 1;
-    ok = file && fclose(file) == 0 && ok;
+    if (!file) {
+        free(bytes);
+        return false;
+    }
+    const seal end = seal_of(hash, bytes, size);
+    bool ok = fwrite(&end, sizeof end, 1, file) == 1;
     free(bytes);
-    return ok;
+    return fclose(file) == 0 && ok;
 }
 
 static bool write_private(const char *path, const char *bytes, size_t size)
@@ -327,9 +331,6 @@ static ad_status begin(ad_program *program, const char *text, size_t size, const
     if (!name_files(f, program, folder)) {
         return ad_fail(error, AD_IO, "%s: too long a name", folder);
     }
-    if (!compile && access(folder, F_OK) != 0) {
-        return AD_OK; /* nothing is kept */
-    }
     ad_status status = make_private(folder, error);
     if (status != AD_OK || (is_sealed(f->kept, f->hash) && load(program, f->kept, NULL) == AD_OK) ||
         !compile) {
@@ -352,6 +353,9 @@ ad_status ad_fuse_begin(ad_program *program, size_t points, size_t members, cons
         return AD_OK;
     }
     program->fuse_begun = way;
+    if (!compile && access(folder, F_OK) != 0) {
+        return AD_OK; /* nothing is kept: no text is needed to look for it */
+    }
     for (int s = 0; s < program->pass_count; s++) {
         pass *p = &program->passes[s];
         p->fused_tile = ad_execute_tile(program, p, points, members);
