@@ -15,4 +15,11 @@ static inline void sort_ascending(size_t count, double *x)
     qsort(x, count, sizeof *x, sort_compare);
 }
 
+/* Of an even number the upper one; x is sorted. */
+static inline double sort_median(size_t count, double *x)
+{
+    sort_ascending(count, x);
+    return x[count / 2];
+}
+
 #endif

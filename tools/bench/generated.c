@@ -214,14 +214,6 @@ static double time_calls(side *s)
     return ((double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec)) / CALLS;
 }
 
-static double median(int count, const double *x)
-{
-    double sorted[ROUNDS_MAX];
-    memcpy(sorted, x, (size_t)count * sizeof *x);
-    sort_ascending((size_t)count, sorted);
-    return sorted[count / 2];
-}
-
 static void print_cell(const side *s, const side *ours, int rounds)
 {
     double ratios[ROUNDS_MAX], least = INFINITY;
@@ -229,7 +221,7 @@ static void print_cell(const side *s, const side *ours, int rounds)
         least = fmin(least, s->seconds[i]);
         ratios[i] = s->seconds[i] / ours->seconds[i];
     }
-    printf("%10.2f (%5.2f)", 1e6 * least, median(rounds, ratios));
+    printf("%10.2f (%5.2f)", 1e6 * least, sort_median((size_t)rounds, ratios));
 }
 
 /* Sides of one form that cannot be had have neither function. */

@@ -34,8 +34,7 @@ static double median(const double *a, const double *b)
     for (int r = 0; r < REPETITIONS; r++) {
         numbers[r] = b ? a[r] / b[r] : a[r];
     }
-    sort_ascending(REPETITIONS, numbers);
-    return numbers[REPETITIONS / 2];
+    return sort_median(REPETITIONS, numbers);
 }
 
 /* `text`: of the scene, or NULL for the file `path`; `same`: what all scenes have in common. */

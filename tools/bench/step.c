@@ -198,12 +198,6 @@ static bool normal_create(tape_side *t, int points, int threads)
 
 /* ---- the machine ---------------------------------------------------------------------------- */
 
-static double median(double *values, int count)
-{
-    sort_ascending((size_t)count, values);
-    return values[count / 2];
-}
-
 /* The tape's products by the name of OpenBLAS's. */
 static void tape_gemm(int order, int transpose_a, int transpose_b, int m, int n, int k,
                       double alpha, const double *a, int lda, const double *b, int ldb, double beta,
@@ -230,7 +224,7 @@ static double gemm_rate(blas_gemm gemm)
         }
         seconds[trial] = (train_seconds() - start) / TIMES;
     }
-    return 2.0 * N * N * COLUMNS / median(seconds, TRIALS);
+    return 2.0 * N * N * COLUMNS / sort_median(TRIALS, seconds);
 }
 
 /* ---- turns ---------------------------------------------------------------------------------- */
@@ -259,8 +253,8 @@ static bool take_turns(const entrant *reference, const entrant *e, int rounds, r
             ratios[i] = theirs / ours;
         }
     }
-    r->seconds = median(seconds, rounds);
-    r->ratio = median(ratios, rounds); /* sorts */
+    r->seconds = sort_median((size_t)rounds, seconds);
+    r->ratio = sort_median((size_t)rounds, ratios); /* sorts */
     r->least = ratios[0];
     r->most = ratios[rounds - 1];
     return true;
