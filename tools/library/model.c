@@ -297,11 +297,6 @@ double cpinn_history_value(const cpinn_model *model, size_t row, const char *col
 ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator **result,
                           ad_error *error)
 {
-    const experiment *e = model->s.e;
-    const evaluator_model trained = {.physics = e->model,
-                                     .mlp = e->mlp,
-                                     .windows = e->window + 1,
-                                     .parameters = e->parameters,
-                                     .starts = e->starts};
+    const evaluator_model trained = experiment_trained(model->s.e);
     return evaluator_create(&trained, names, result, error);
 }

@@ -40,6 +40,12 @@ typedef struct export_model {
                                * export_write_source */
 } export_model;
 
+/* Of numbers in the C. */
+static inline const char *export_type(const export_model *x)
+{
+    return x->single ? "float" : "double";
+}
+
 /* `columns`: names as evaluator_create takes them, NULL: all. The name is set. AD_BAD_INPUT,
  * AD_BAD_ARGUMENT, AD_NO_MEMORY; free it all the same. */
 ad_status export_open(export_model *x, const char *run, const char *columns, ad_error *error);

@@ -13,11 +13,6 @@ static const domain *domain_of(const export_model *x)
     return &x->e->model->domain;
 }
 
-static const char *type_of(const export_model *x)
-{
-    return x->single ? "float" : "double";
-}
-
 /* "X_S" of "x_s". */
 static const char *upper(const char *name, char text[32])
 {
@@ -97,7 +92,7 @@ static void write_head(const export_model *x, FILE *file)
             "range by more than\n * rounding, or not a number: the result is then that at the "
             "nearer end of the range (of what\n * is not a number: at its lower end), and so is "
             "never the result of an extrapolation. */\n",
-            type_of(x), name, name);
+            export_type(x), name, name);
 }
 
 static void write_inputs(const export_model *x, FILE *file)
@@ -135,7 +130,7 @@ static void write_outputs(const export_model *x, FILE *file)
 
 static void write_declarations(const export_model *x, FILE *file)
 {
-    const char *n = x->name, *t = type_of(x);
+    const char *n = x->name, *t = export_type(x);
     fprintf(
         file,
         "extern const double %s_lower[%s_INPUTS], %s_upper[%s_INPUTS];\n"
@@ -229,7 +224,7 @@ static void write_constants(const export_model *x, FILE *file)
 static void write_place(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
-    const char *t = type_of(x);
+    const char *t = export_type(x);
     double scale[DOMAIN_COORDINATES_MAX];
     for (int i = 0; i < x->inputs; i++) {
         scale[i] = d->coordinates[i].scale;
@@ -261,7 +256,7 @@ static void write_window(const export_model *x, FILE *file)
     fprintf(file,
             "\n/* The window of time of an instant; one between two belongs to the one that it "
             "ends. */\nstatic int window_at(%s t)\n{\n    static const double begin[%d] = {",
-            type_of(x), windows);
+            export_type(x), windows);
     for (int i = 0; i < windows; i++) {
         fprintf(file, "%s%.17g",
                 i == 0  ? ""
@@ -295,7 +290,7 @@ static void write_call(const export_model *x, const char *kind, const char *to, 
 
 static void write_functions(const export_model *x, FILE *file)
 {
-    const char *n = x->name, *t = type_of(x);
+    const char *n = x->name, *t = export_type(x);
     fprintf(file,
             "\nint %s_eval(const %s *in, %s *out, %s *memory)\n{\n    %s x[%s_INPUTS];\n"
             "    const int status = place(in, x);\n",

@@ -10,11 +10,6 @@
 
 enum { NOT_COMPILED = 77, NOT_RUN = 126, NOT_FOUND = 127 }; /* the last two: of the shell */
 
-static const char *type_of(const export_model *x)
-{
-    return x->single ? "float" : "double";
-}
-
 /* ---- the self-test -------------------------------------------------------------------------- */
 
 static void put_numbers(const char *head, size_t count, const double *list, size_t stride,
@@ -32,7 +27,7 @@ static void write_tables(const export_model *x, FILE *file)
     fprintf(file, "enum { POINTS = %zu, COLUMNS = %zu };\n\n", x->points, columns);
     fprintf(file,
             "/* Inputs; whether they are out of range. */\nstatic const %s at[POINTS][%d] = {\n",
-            type_of(x), x->inputs);
+            export_type(x), x->inputs);
     for (size_t k = 0; k < x->points; k++) {
         put_numbers("    {", inputs, x->at + k * inputs, 1, file);
         fputs(k + 1 < x->points ? "},\n" : "}};\n", file);
@@ -177,7 +172,7 @@ void export_write_selftest(const export_model *x, FILE *file)
         if (name) {
             fprintf(file, "%s_", x->name);
         } else if (type) {
-            fputs(type_of(x), file);
+            fputs(export_type(x), file);
         } else {
             fputc(*at, file);
         }

@@ -27,30 +27,6 @@ void export_free(export_model *x)
 
 /* ---- the run -------------------------------------------------------------------------------- */
 
-/* The root of the held-out loss in the last row of the history. */
-static double read_held_out(const checkpoint *file)
-{
-    static const char item[] = "history/table";
-    int rank;
-    size_t shape[CHECKPOINT_MAX_RANK];
-    double result = NAN;
-    if (!checkpoint_shape(file, item, &rank, shape) || rank != 2 || shape[0] == 0) {
-        return NAN;
-    }
-    size_t numbers = shape[0] * shape[1];
-    double *rows = malloc(numbers * sizeof *rows);
-    if (rows && checkpoint_get_doubles(file, item, rows, numbers, NULL) == AD_OK) {
-        for (size_t c = 0; c < shape[1]; c++) {
-            const char *name = checkpoint_column(file, item, c);
-            if (name && strcmp(name, "held_out") == 0) {
-                result = sqrt(rows[numbers - shape[1] + c]);
-            }
-        }
-    }
-    free(rows);
-    return result;
-}
-
 /* Without a reference the error is not known; the model can be exported all the same. */
 static ad_status measure_error(export_model *x, ad_error *error)
 {
@@ -78,20 +54,11 @@ static ad_status read_run(export_model *x, ad_error *error)
         status = report_get_verdict(file, &x->verdict, error);
     }
     if (status == AD_OK) {
-        x->held_out = read_held_out(file);
+        x->held_out = sqrt(history_last(file, "held_out"));
         status = measure_error(x, error);
     }
     checkpoint_free(file);
     return status;
-}
-
-/* FNV-1a. */
-static uint64_t hash_bytes(uint64_t hash, const void *bytes, size_t count)
-{
-    for (const unsigned char *b = bytes; count > 0; count--) {
-        hash = (hash ^ *b++) * UINT64_C(0x100000001b3);
-    }
-    return hash;
 }
 
 /* Columns become names in C, which are written in capitals. */
@@ -113,11 +80,7 @@ static ad_status make_evaluators(export_model *x, const char *columns, ad_error 
 {
     const experiment *e = x->e;
     const domain *d = &e->model->domain;
-    const evaluator_model trained = {.physics = e->model,
-                                     .mlp = e->mlp,
-                                     .windows = e->window + 1,
-                                     .parameters = e->parameters,
-                                     .starts = e->starts};
+    const evaluator_model trained = experiment_trained(e);
     ad_status status = evaluator_create(&trained, columns, &x->values, error);
     if (status == AD_OK) {
         status = evaluator_create_jacobian(&trained, columns, &x->jacobian, error);
@@ -141,8 +104,8 @@ static ad_status make_evaluators(export_model *x, const char *columns, ad_error 
             x->upper[i] = (double)(float)x->upper[i];
         }
     }
-    x->hash = hash_bytes(UINT64_C(0xcbf29ce484222325), e->parameters,
-                         (size_t)trained.windows * e->count * sizeof *e->parameters);
+    x->hash = checkpoint_hash(CHECKPOINT_HASH_START, e->parameters,
+                              (size_t)trained.windows * e->count * sizeof *e->parameters);
     return AD_OK;
 }
 

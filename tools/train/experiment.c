@@ -139,6 +139,15 @@ double *experiment_parameters(const experiment *e)
     return e->parameters + (size_t)e->window * e->count;
 }
 
+evaluator_model experiment_trained(const experiment *e)
+{
+    return (evaluator_model){.physics = e->model,
+                             .mlp = e->mlp,
+                             .windows = e->window + 1,
+                             .parameters = e->parameters,
+                             .starts = e->starts};
+}
+
 const double *experiment_start(const experiment *e)
 {
     return e->starts + (size_t)e->window * relay_numbers(e->model);

@@ -17,6 +17,7 @@
 #ifndef TOOLS_TRAIN_EXPERIMENT_H
 #define TOOLS_TRAIN_EXPERIMENT_H
 
+#include "physics/evaluator.h"
 #include "physics/field.h"
 #include "physics/problem.h"
 #include "physics/relay.h"
@@ -83,6 +84,9 @@ ad_status experiment_problem(const experiment *e, problem **result, ad_error *er
 double *experiment_parameters(const experiment *e);
 
 const double *experiment_start(const experiment *e);
+
+/* The networks of the windows so far, for an evaluator; borrowed from the experiment. */
+evaluator_model experiment_trained(const experiment *e);
 
 /* Go to the next window, from the state in which the one at work ends. */
 ad_status experiment_next_window(experiment *e, ad_error *error);

@@ -92,3 +92,24 @@ ad_status history_get(history *h, const checkpoint *file, ad_error *error)
     h->count = status == AD_OK ? shape[0] : 0;
     return status;
 }
+
+double history_last(const checkpoint *file, const char *column)
+{
+    int rank;
+    size_t shape[CHECKPOINT_MAX_RANK];
+    if (!checkpoint_shape(file, ITEM, &rank, shape) || rank != 2 || shape[0] == 0) {
+        return NAN;
+    }
+    size_t numbers = shape[0] * shape[1];
+    double *rows = malloc(numbers * sizeof *rows), result = NAN;
+    if (rows && checkpoint_get_doubles(file, ITEM, rows, numbers, NULL) == AD_OK) {
+        for (size_t c = 0; c < shape[1]; c++) {
+            const char *name = checkpoint_column(file, ITEM, c);
+            if (name && strcmp(name, column) == 0) {
+                result = rows[numbers - shape[1] + c];
+            }
+        }
+    }
+    free(rows);
+    return result;
+}

@@ -33,6 +33,9 @@ void history_print(const history *h, long row, FILE *file);
 void history_put(const history *h, checkpoint *file);
 ad_status history_get(history *h, const checkpoint *file, ad_error *error);
 
+/* Value of a column in the last row that a file has; NaN where there is none. */
+double history_last(const checkpoint *file, const char *column);
+
 #ifdef __cplusplus
 }
 #endif
