@@ -14,6 +14,7 @@
 #include "physics/model.h"
 #include "physics/solve/jump.h"
 #include "physics/solve/quadrature.h"
+#include "physics/solve/solve.h"
 
 /* What one end gives: position or force, rotation or moment. */
 typedef struct solve_end {
@@ -79,6 +80,7 @@ typedef struct solve_rod {
     solve_extent extents[SOLVE_ACTUATORS_MAX];
     solve_jumps jumps;               /* what acts at single places */
     solve_quadrature *quadrature;    /* at rest, of solve_rod_given; NULL in motion */
+    solve_method method;             /* at rest; collocation if nobody asks */
     struct solve_functions *formula; /* opaque */
 } solve_rod;
 

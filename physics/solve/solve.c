@@ -5,6 +5,7 @@
 #include "physics/solve/beam.h"
 #include "physics/solve/dynamic.h"
 #include "physics/solve/static.h"
+#include "physics/solve/strain_newton.h"
 #include "physics/sort.h"
 
 #include <math.h>
@@ -35,6 +36,12 @@ solve_settings solve_settings_default(const scene *rod_scene)
     return (solve_settings){.tolerance = stiff ? 1e-4 : hard ? 1e-6 : 1e-10};
 }
 
+const char *const *solve_method_names(void)
+{
+    static const char *const names[] = {"collocation", "strain", NULL};
+    return names;
+}
+
 solve_report solve_report_blank(void)
 {
     return (solve_report){.estimate = NAN,
@@ -52,6 +59,13 @@ static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
                                  ad_error *error)
 {
     ad_status status = solve_rod_create(rod_scene, &x->rod, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->rod->method = settings->method;
+    if (settings->method == SOLVE_STRAIN) {
+        status = strain_newton_check(x->rod, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -103,6 +117,10 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
                        size_t count, const double *times, solve_report *report, ad_error *error)
 {
     bool moves = scene_is_dynamic(rod_scene);
+    if (settings->method == SOLVE_STRAIN && (moves || scene_is_beam(rod_scene))) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "method strain: %s; allowed: a rod at rest",
+                       moves ? "the scene is a motion" : "a beam of small deflection is linear");
+    }
     if (settings->branch > 0 && (moves || scene_is_beam(rod_scene))) {
         return ad_fail(error, AD_BAD_ARGUMENT, "branch %d: %s; allowed: a rod at rest",
                        settings->branch,

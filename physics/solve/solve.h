@@ -38,6 +38,15 @@ static const double SOLVE_PEAK = 10;
  * known. And by EI/L what rounding leaves of the energy of a rod at rest. */
 static const double SOLVE_ENERGY_ALLOWED = 0.1, SOLVE_ENERGY_ROUNDING = 1e-20;
 
+/* How equilibria of rods at rest are found; names of methods in this order, NULL at the end. */
+typedef enum solve_method {
+    SOLVE_COLLOCATION, /* position, rotation, force and moment at Gauss points */
+    SOLVE_STRAIN       /* the curvature alone, of which all else are integrals; small and full
+                        * matrices. Not with tubes, nor with tendons of given displacement or with
+                        * friction. */
+} solve_method;
+const char *const *solve_method_names(void);
+
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
                           * largest, everywhere. Of rods in motion: of the position, or of a tenth
@@ -52,6 +61,7 @@ typedef struct solve_settings {
                           * finds its buckled shape. 0: none. */
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
+    solve_method method; /* rods at rest; of other scenes collocation alone */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */

@@ -2,6 +2,7 @@
 
 #include "physics/solve/static_friction.h"
 #include "physics/solve/static_tension.h"
+#include "physics/solve/strain_newton.h"
 
 #include <kinsol/kinsol.h>
 #include <math.h>
@@ -22,6 +23,7 @@ struct static_newton {
     N_Vector y, ones;
     double *right, *step, *moved;
     static_friction *friction; /* NULL: no tendon has any */
+    strain_newton *strain;     /* of the method that is asked for; NULL: KINSOL */
 };
 
 /* ---- what KINSOL calls --------------------------------------------------------------------- */
@@ -133,6 +135,13 @@ ad_status static_newton_create(static_system *system, static_newton **result, ad
         static_newton_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for the friction of tendons");
     }
+    if (static_system_rod(system)->method == SOLVE_STRAIN) {
+        ad_status status = strain_newton_create(system, &x->strain, error);
+        if (status != AD_OK) {
+            static_newton_free(x);
+            return status;
+        }
+    }
     *result = x;
     return AD_OK;
 }
@@ -141,6 +150,7 @@ void static_newton_free(static_newton *x)
 {
     if (x) {
         static_friction_free(x->friction);
+        strain_newton_free(x->strain);
         KINFree(&x->kinsol);
         if (x->y) {
             N_VDestroy(x->y);
@@ -222,6 +232,9 @@ static bool solve_rubbed(void *context, double *y, long *steps)
 
 bool static_newton_solve(static_newton *x, double *y, long *steps)
 {
+    if (x->strain) {
+        return strain_newton_solve(x->strain, y, steps);
+    }
     return x->friction ? static_friction_solve(x->friction, solve_rubbed, x, y, steps)
                        : solve_rubbed(x, y, steps);
 }

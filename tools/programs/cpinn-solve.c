@@ -22,7 +22,8 @@ static const char summary[] =
     "equations are written apart from those that networks are trained on, so each checks the "
     "other.\n"
     "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
-    "0.\n"
+    "0;\n"
+    "or with --method strain the curvature alone as unknown.\n"
     "In motion: spectral elements along the rod, Runge-Kutta steps in time. Beams of small\n"
     "deflection: collocation along the beam and in time, one linear solve.";
 
@@ -72,7 +73,8 @@ typedef struct options {
     double tolerance, perturbation;
     int nodes, branch;
     bool quiet;
-    const char *json, *path;
+    const char *json, *path, *method_name;
+    solve_method method;
 } options;
 
 typedef struct solving {
@@ -142,7 +144,7 @@ static bool reached(const solving *x)
 
 static solve_settings settings_of(const options *o)
 {
-    return (solve_settings){o->tolerance, o->nodes, o->perturbation, o->branch};
+    return (solve_settings){o->tolerance, o->nodes, o->perturbation, o->branch, o->method};
 }
 
 /* With --work-precision the tolerance is only that of the solution that others are compared with.
@@ -453,6 +455,18 @@ static ad_status run(solving *x, ad_error *error)
     return status;
 }
 
+static bool find_method(options *o)
+{
+    const char *const *names = solve_method_names();
+    for (int i = 0; o->method_name && names[i]; i++) {
+        if (strcmp(o->method_name, names[i]) == 0) {
+            o->method = (solve_method)i;
+            return true;
+        }
+    }
+    return !o->method_name;
+}
+
 /* `error` as a verdict; what cannot be solved or written is the input's fault, but for memory. */
 static void blame(solving *x, const ad_error *error)
 {
@@ -482,6 +496,9 @@ int main(int argc, char **argv)
         {"--branch", "N", CLI_INTEGER, &o->branch, 1, 1000,
          "of a rod at rest: leave its path at the N-th bifurcation for the\none that crosses it "
          "there"},
+        {"--method", "NAME", CLI_TEXT, &o->method_name, 0, 0,
+         "of a rod at rest: collocation of position, rotation, force and\nmoment (default), or "
+         "strain: the curvature alone is sought, and the rest follows"},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
@@ -499,6 +516,13 @@ int main(int argc, char **argv)
     int status = cli_parse(&about, list, sizeof list / sizeof *list, argc, argv, &o->config);
     if (status != CLI_RUN) {
         return status;
+    }
+    if (!find_method(o)) {
+        return cli_fail(program, "--method %s; allowed: collocation, strain", o->method_name);
+    }
+    if (o->method != SOLVE_COLLOCATION && o->work_precision) {
+        return cli_fail(program, "--method strain and --work-precision are given; allowed: one of "
+                                 "the two");
     }
     if (o->nodes > 0 && o->work_precision) {
         return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");

@@ -1,0 +1,229 @@
+#include "physics/solve/strain_form.h"
+
+#include "autodiff/dense.h"
+#include "physics/solve/strain_algebra.h"
+
+#include <stdlib.h>
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+/* Lagrange's polynomials of the points alone at x in [0, 1]. */
+static void lagrange(const gauss_rule *rule, double x, double *values)
+{
+    for (int j = 0; j < rule->stages; j++) {
+        values[j] = 1;
+        for (int k = 0; k < rule->stages; k++) {
+            if (k != j) {
+                values[j] *= (x - rule->nodes[k]) / (rule->nodes[j] - rule->nodes[k]);
+            }
+        }
+    }
+}
+
+/* Blanes' alpha_1 .. alpha_3 of each step, from u at three points of Gauss within it. */
+static void set_magnus(strain_form *x)
+{
+    const int n = x->kind.stages;
+    const gauss_rule *rule = &x->rule;
+    for (int i = 0; i <= n; i++) {
+        double from = i > 0 ? rule->nodes[i - 1] : 0, to = i < n ? rule->nodes[i] : 1;
+        double h = to - from, middle = (from + to) / 2, off = h * sqrt(15) / 10;
+        double at[3][GAUSS_STAGES_MAX];
+        for (int k = 0; k < 3; k++) {
+            lagrange(rule, middle + (k - 1) * off, at[k]);
+        }
+        for (int j = 0; j < n; j++) {
+            x->magnus[i][0][j] = h * at[1][j];
+            x->magnus[i][1][j] = h * sqrt(15) / 3 * (at[2][j] - at[0][j]);
+            x->magnus[i][2][j] = h * 10 / 3 * (at[2][j] - 2 * at[1][j] + at[0][j]);
+        }
+    }
+}
+
+/* Numbers those unknowns that are no curvatures. */
+static void number_unknowns(strain_form *x)
+{
+    const strain_kind *kind = &x->kind;
+    int *first[] = {&x->force_at, &x->moment_at, &x->shift_at, &x->turn_at, &x->push_at};
+    const int count[] = {kind->end.hold.directions > 0 ? 3 : 0, kind->end.holds_rotation ? 3 : 0,
+                         kind->free_position ? 3 : 0, kind->free_rotation ? 3 : 0,
+                         kind->founded ? 3 * x->nodes : 0};
+    x->elastic = x->unknowns = 3 * x->nodes;
+    for (int i = 0; i < 5; i++) {
+        *first[i] = count[i] > 0 ? x->unknowns : -1;
+        x->unknowns += count[i];
+    }
+}
+
+static void *make(size_t count, size_t size)
+{
+    return calloc(count + 1, size);
+}
+
+ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error)
+{
+    strain_form *x = calloc(1, sizeof *x);
+    *result = x;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a strain form");
+    }
+    *x = (strain_form){.kind = *kind,
+                       .rule = solve_gauss_rule_of(kind->stages),
+                       .nodes = kind->stages * kind->elements};
+    size_t nodes = (size_t)x->nodes, elements = (size_t)kind->elements;
+    number_unknowns(x);
+    x->unknowns += 3 * kind->springs; /* at most */
+    size_t unknowns = (size_t)x->unknowns;
+    x->unknowns -= 3 * kind->springs;
+    x->width = make(elements, sizeof *x->width);
+    x->points = make(nodes, sizeof *x->points);
+    x->actuators = make(nodes * (size_t)kind->actuators, sizeof *x->actuators);
+    x->at = make(nodes, sizeof *x->at);
+    x->edges = make(elements + 1, sizeof *x->edges);
+    x->springs = make((size_t)kind->springs, sizeof *x->springs);
+    x->matrix = make(unknowns * unknowns, sizeof *x->matrix);
+    x->right = make(unknowns, sizeof *x->right);
+    x->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
+    if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->springs ||
+        !x->matrix || !x->right || !x->columns) {
+        strain_form_free(x);
+        *result = NULL;
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
+    }
+    for (int e = 0; e < kind->elements; e++) {
+        x->width[e] = kind->edges[e + 1] - kind->edges[e];
+    }
+    for (int i = 0; i < kind->stages; i++) {
+        for (int j = 0; j < kind->stages; j++) {
+            x->tail[i][j] = x->rule.weights[j] - x->rule.matrix[i][j];
+        }
+    }
+    set_magnus(x);
+    x->start_q[0] += 1;
+    return AD_OK;
+}
+
+void strain_form_free(strain_form *x)
+{
+    if (x) {
+        free(x->width);
+        free(x->points);
+        free(x->actuators);
+        free(x->at);
+        free(x->edges);
+        free(x->springs);
+        free(x->matrix);
+        free(x->right);
+        free(x->columns);
+        free(x);
+    }
+}
+
+/* ---- elimination --------------------------------------------------------------------------- */
+
+/* A diagonal entry that is this much smaller than one below it makes way, in its lane. Where none
+ * is, as under moderate loads, lanes need not be looked at one by one. */
+static const double PIVOT_LEAST = 0.1;
+
+/* Swaps rows `a` and `b` in one lane, from column `from` on. */
+static void swap_rows(strain_form *x, int lane, int from, int a, int b)
+{
+    const size_t n = (size_t)x->unknowns;
+    for (size_t c = (size_t)from; c <= n; c++) {
+        double *column = (double *)(c < n ? x->matrix + c * n : x->right);
+        double *first = column + a * LANES + lane, *second = column + b * LANES + lane;
+        double held = *first;
+        *first = *second;
+        *second = held;
+    }
+}
+
+static void choose_pivots(strain_form *x, int k)
+{
+    const int n = x->unknowns;
+    const double *column = (const double *)(x->matrix + (size_t)k * (size_t)n);
+    for (int lane = 0; lane < LANES; lane++) {
+        int best = k;
+        for (int i = k + 1; i < n; i++) {
+            best = fabs(column[i * LANES + lane]) > fabs(column[best * LANES + lane]) ? i : best;
+        }
+        if (fabs(column[k * LANES + lane]) < PIVOT_LEAST * fabs(column[best * LANES + lane])) {
+            swap_rows(x, lane, k, k, best);
+        }
+    }
+}
+
+/* Whether in any lane an entry below the diagonal is much larger. */
+STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
+{
+    const integer_lanes size = {0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
+                                0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
+                                0x7fffffffffffffffLL, 0x7fffffffffffffffLL};
+    lanes limit = (lanes)((integer_lanes)column[k] & size) * (1 / PIVOT_LEAST);
+    integer_lanes any = {0};
+    for (int i = k + 1; i < n; i++) {
+        any |= (lanes)((integer_lanes)column[i] & size) > limit;
+    }
+    long long sum = 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        sum |= any[lane];
+    }
+    return sum != 0;
+}
+
+/* Subtracts multiples of column k, below row k, from others and from the right side. */
+FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
+{
+    const int n = x->unknowns;
+    for (int k = 0; k < n; k++) {
+        lanes *from = x->matrix + (size_t)k * (size_t)n;
+        if (needs_pivot(from, k, n)) {
+            choose_pivots(x, k);
+        }
+        const lanes by = 1 / from[k];
+        for (int i = k + 1; i < n; i++) {
+            from[i] *= by;
+        }
+        for (int c = k + 1; c <= n; c++) {
+            lanes *to = c < n ? x->matrix + (size_t)c * (size_t)n : x->right;
+            const lanes factor = to[k];
+            for (int i = k + 1; i < n; i++) {
+                to[i] -= factor * from[i];
+            }
+        }
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        const lanes *from = x->matrix + (size_t)k * (size_t)n, found = x->right[k] / from[k];
+        x->right[k] = found;
+        for (int i = 0; i < k; i++) {
+            x->right[i] -= found * from[i];
+        }
+    }
+}
+
+void strain_form_solve(strain_form *x)
+{
+    eliminate(x);
+}
+
+void strain_form_solve_first(strain_form *x, double *room, int *pivots)
+{
+    const size_t n = (size_t)x->unknowns;
+    double *right = room + n * n;
+    for (size_t i = 0; i < n * n; i++) {
+        room[i] = x->matrix[i][0];
+    }
+    for (size_t i = 0; i < n; i++) {
+        right[i] = x->right[i][0];
+    }
+    if (ad_dense_lu(n, room, pivots) == 0) {
+        ad_dense_lu_solve(n, 1, room, pivots, right);
+    } else {
+        right[0] = NAN;
+    }
+    for (size_t i = 0; i < n; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            x->right[i][lane] = right[i];
+        }
+    }
+}

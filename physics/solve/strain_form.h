@@ -1,0 +1,126 @@
+/* The strain form of a rod at rest: what is sought is the curvature u alone, a polynomial in each
+ * element, given by its values at Gauss points (modes of Legendre by another name: with as many
+ * points as modes collocation is Galerkin's method). All else follows from it, in turn:
+ *
+ *   R' = R u^              Magnus' expansion of order 6 from one point to the next
+ *   N' = -f                from the end s = 1 back
+ *   v  = v* + Kse^-1 (R^T N - sum tau_i t_i(v, u))
+ *   r' = R v
+ *   M' = -r' x N - l       from the end back
+ *
+ * and the equation is   u = u* + Kbt^-1 (R^T M - sum tau_i r_i x t_i(v, u))   at each point. It has
+ * no derivative in s, and the clamp and a loaded end are met exactly. Forces that the shape does
+ * not give by itself are unknowns, too: at an end that is held, of springs, of a foundation; and
+ * where s = 0 does not hold the pose, that is.
+ *
+ * Magnus: Blanes, Casas, Oteo, Ros, Physics Reports 470 (2009), eq. 253, whose Y' = A Y is R^T here
+ * with A = -u^: commutators change their sign.
+ *
+ * LANES rods side by side, of one mesh and one kind. Dimensionless, signs and frames as in
+ * rod_model.h; forces and moments in the world. */
+#ifndef PHYSICS_SOLVE_STRAIN_FORM_H
+#define PHYSICS_SOLVE_STRAIN_FORM_H
+
+#include "physics/solve/lanes.h"
+#include "physics/solve/static_rod.h"
+
+#include <stddef.h>
+
+/* What is given at one point of the mesh. */
+typedef struct strain_point {
+    lanes rest[ACTUATION_ROWS];       /* v*, u* */
+    lanes compliance[ACTUATION_ROWS]; /* 0: locked */
+    lanes load[4][3];                 /* a solve_load */
+    lanes stiffness[3], place[3];     /* of a foundation */
+} strain_point;
+
+/* A tendon or a chamber at one point: a solve_actuator, whose pull is 0 where it is not. */
+typedef struct strain_actuator {
+    lanes offset[2], slope[2], pull;
+} strain_actuator;
+
+/* What acts at an edge, and the rod there, before it. */
+typedef struct strain_edge {
+    bool loaded, follows, turns; /* a load acts; it follows; a joint */
+    double turn[4]; /* of a joint */
+    lanes load[4][3];
+    lanes q[4], R[3][3], r[3], N[3], M[3];
+    lanes force[3], moment[3];                /* that act, springs among them */
+    lanes by_turn[2][3][3];                   /* their change by a turn of the section */
+} strain_edge;
+
+/* A spring at an edge; its force is sought where it is stiff, its moment follows. */
+typedef struct strain_spring {
+    int edge, unknown; /* first of three; -1: no force */
+    const solve_spring *given;
+    double anchor[3];
+    lanes force[3];
+} strain_spring;
+
+/* The rod at a point, and how what is there changes. */
+typedef struct strain_node {
+    lanes u[3], v[3], q[4], R[3][3], r[3], slope[3], N[3], M[3];
+    lanes push[3]; /* of the foundation */
+    /* By a turn phi, world, dN and the change of u: r' by P, Q, S, the rate of M by G, H, K; the
+     * equation by Y, Z, L, and by dM by -T. */
+    lanes P[3][3], Q[3][3], S[3][3], G[3][3], H[3][3], K[3][3];
+    lanes Y[3][3], Z[3][3], L[3][3], T[3][3];
+} strain_node;
+
+/* What rods of one form have in common. */
+typedef struct strain_kind {
+    int stages, elements, actuators;
+    const double *edges;                /* [elements + 1] */
+    const solve_extent *extents;        /* [actuators]; of tendons and chambers */
+    bool shears;                        /* a compliance of v is not 0 */
+    bool follows;                       /* a distributed load follows the rod */
+    bool founded;                       /* it has a foundation */
+    bool free_position, free_rotation;  /* at s = 0 */
+    int springs;
+    solve_end end; /* s = 1 */
+} strain_kind;
+
+typedef struct strain_form {
+    strain_kind kind;
+    gauss_rule rule;
+    int nodes, unknowns, elastic; /* unknowns: 3 nodes, and more */
+    double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX];           /* integral from a point to the end */
+    double magnus[GAUSS_STAGES_MAX + 1][3][GAUSS_STAGES_MAX];  /* terms of each step, of u */
+    double *width;                                             /* [elements] */
+    strain_point *points;                                      /* [nodes] */
+    strain_actuator *actuators;                                /* [nodes][actuators] */
+    strain_node *at;                                           /* [nodes] */
+    strain_edge *edges;                                        /* [elements + 1] */
+    strain_spring *springs;                                    /* [kind.springs] */
+    lanes start_r[3], start_q[4];
+    static_end start, last;          /* what the ends are held to, where that is not by lanes */
+    lanes end_force[3], end_moment[3]; /* given, of an end that gives them; else sought */
+    /* First unknowns of three each; -1: there are none. */
+    int force_at, moment_at, shift_at, turn_at, push_at;
+    lanes by_end[2][3][3]; /* changes of N and M at s = 1 by a turn */
+    lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
+    lanes *matrix;                 /* [unknowns][unknowns] column-major */
+    lanes *right;                  /* [unknowns], the residual, then the step */
+    void *columns;                 /* room for one column */
+} strain_form;
+
+/* AD_NO_MEMORY. The extents must outlive it. */
+ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
+void strain_form_free(strain_form *x);
+
+/* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
+ * becomes the residual. v is warm: what it was before is where it is sought. */
+void strain_form_shape(strain_form *x);
+
+/* The matrix there. */
+void strain_form_linearise(strain_form *x);
+
+/* right becomes the step to subtract, by elimination in all lanes, or in the first by LAPACK; a
+ * singular matrix gives numbers that are none. */
+void strain_form_solve(strain_form *x);
+void strain_form_solve_first(strain_form *x, double *room, int *pivots);
+
+/* Subtracts `share` of a step. */
+void strain_form_move(strain_form *x, const lanes *step, const lanes *share);
+
+#endif

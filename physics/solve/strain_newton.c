@@ -1,0 +1,392 @@
+#include "physics/solve/strain_newton.h"
+
+#include "physics/solve/quaternion.h"
+#include "physics/solve/static_system_internal.h"
+#include "physics/solve/strain_form.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* The matrix is full: this many take some 100 MB and 0.1 s a step. */
+enum { UNKNOWNS_MAX = 1200, STEPS_MAX = 40 };
+
+/* Steps below this no longer have to lessen what rounding leaves; the last is below that. The
+ * derivatives are those of the equation by quadrature, not of Magnus' steps: they differ by the
+ * error of both, so that convergence is linear at last, and quick. */
+static const double SMALL = 1e-8, LAST = 1e-13;
+
+struct strain_newton {
+    static_system *system;
+    strain_form *form;
+    lanes *step;  /* [unknowns] */
+    double *room; /* [unknowns][unknowns], [unknowns] */
+    int *pivots;  /* [unknowns] */
+};
+
+ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
+{
+    const char *what = rod->tubes > 0        ? "tubes"
+                       : rod->lengths > 0    ? "tendons whose displacement is given"
+                       : rod->frictions > 0  ? "tendons with friction"
+                                             : NULL;
+    return what ? ad_fail(error, AD_BAD_ARGUMENT,
+                          "the strain form does not know %s; allowed: the method collocation", what)
+                : AD_OK;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static bool any(size_t count, const double *x)
+{
+    bool result = false;
+    for (size_t i = 0; i < count; i++) {
+        result = result || x[i] != 0;
+    }
+    return result;
+}
+
+static strain_kind kind_of(const static_system *system)
+{
+    const solve_rod *rod = system->rod;
+    const solve_end *ends = rod->ends;
+    strain_kind kind = {.stages = system->stages,
+                        .elements = system->elements,
+                        .actuators = rod->actuators,
+                        .edges = system->edges,
+                        .extents = rod->extents,
+                        .follows = rod->has_body_load,
+                        .founded = rod->is_founded,
+                        .free_position = ends[0].hold.directions < 3,
+                        .free_rotation = !ends[0].holds_rotation,
+                        .springs = rod->jumps.spring_count,
+                        .end = ends[1]};
+    /* a rod between two ends stretches on its path, also where it does not at its end */
+    kind.shears = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
+    for (int i = 0; i < system->elements * system->stages; i++) {
+        kind.shears = kind.shears || any(3, system->sections[i].strain_compliance);
+    }
+    return kind;
+}
+
+/* Springs in the order in which edges have them. */
+static void set_springs(strain_newton *x)
+{
+    strain_form *form = x->form;
+    int k = 0;
+    for (int e = 0; e <= form->kind.elements; e++) {
+        const int jump = x->system->jump[e];
+        const static_jump *at = jump < 0 ? NULL : &x->system->jumps[jump];
+        for (int i = 0; at && i < at->springs; i++, k++) {
+            form->springs[k] = (strain_spring){.edge = e, .unknown = -1, .given = at->spring[i]};
+            if (any(3, at->spring[i]->stiffness)) {
+                form->springs[k].unknown = form->unknowns;
+                form->unknowns += 3;
+            }
+        }
+        form->edges[e].turns = at && at->turn;
+        if (form->edges[e].turns) {
+            memcpy(form->edges[e].turn, at->turn, sizeof form->edges[e].turn);
+        }
+    }
+}
+
+ad_status strain_newton_create(static_system *system, strain_newton **result, ad_error *error)
+{
+    const strain_kind kind = kind_of(system);
+    *result = NULL;
+    if (3 * kind.stages * kind.elements > UNKNOWNS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the strain form would need %d nodes, more than %d; allowed: the method "
+                       "collocation",
+                       kind.stages * kind.elements, UNKNOWNS_MAX / 3);
+    }
+    strain_newton *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for Newton's method");
+    }
+    x->system = system;
+    ad_status status = strain_form_create(&kind, &x->form, error);
+    if (status == AD_OK) {
+        set_springs(x);
+        size_t count = (size_t)x->form->unknowns;
+        x->step = malloc(count * sizeof *x->step);
+        x->room = malloc((count + 1) * count * sizeof *x->room);
+        x->pivots = malloc(count * sizeof *x->pivots);
+        if (!x->step || !x->room || !x->pivots) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu unknowns", count);
+        }
+    }
+    if (status != AD_OK) {
+        strain_newton_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void strain_newton_free(strain_newton *x)
+{
+    if (x) {
+        strain_form_free(x->form);
+        free(x->step);
+        free(x->room);
+        free(x->pivots);
+        free(x);
+    }
+}
+
+/* ---- what is given, where the path is ------------------------------------------------------ */
+
+static void spread(size_t count, const double *from, lanes *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            to[i][lane] = from[i];
+        }
+    }
+}
+
+static void gather(size_t count, const lanes *from, double *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        to[i] = from[i][0];
+    }
+}
+
+static void give_load(const solve_load *load, lanes (*to)[3])
+{
+    spread(3, load->force, to[0]);
+    spread(3, load->moment, to[1]);
+    spread(3, load->body_force, to[2]);
+    spread(3, load->body_moment, to[3]);
+}
+
+static void give_point(strain_newton *x, int i, const static_point *at)
+{
+    strain_point *to = &x->form->points[i];
+    spread(3, at->rest.strain, to->rest);
+    spread(3, at->rest.curvature, to->rest + 3);
+    spread(3, at->strain_compliance, to->compliance);
+    spread(3, at->curvature_compliance, to->compliance + 3);
+    give_load(&at->load, to->load);
+    if (at->foundation) {
+        spread(3, at->foundation->stiffness, to->stiffness);
+        spread(3, at->foundation->place, to->place);
+    }
+    for (int k = 0; k < at->actuation.count; k++) {
+        const solve_actuator *from = &at->actuation.actuators[k];
+        const solve_extent *extent = &at->actuation.extents[k];
+        strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
+        bool here = extent->start <= at->actuation.s && at->actuation.s <= extent->end;
+        double pull = here ? at->actuation.factor * from->pull : 0;
+        spread(2, from->offset, a->offset);
+        spread(2, from->slope, a->slope);
+        spread(1, &pull, &a->pull);
+    }
+}
+
+static void give_edges(strain_newton *x)
+{
+    strain_form *form = x->form;
+    int k = 0;
+    for (int e = 0; e <= form->kind.elements; e++) {
+        const int jump = x->system->jump[e];
+        if (jump < 0) {
+            continue;
+        }
+        const static_jump *at = &x->system->jumps[jump];
+        strain_edge *edge = &form->edges[e];
+        edge->loaded = any(sizeof at->load / sizeof(double), (const double *)&at->load);
+        edge->follows = any(3, at->load.body_force) || any(3, at->load.body_moment);
+        give_load(&at->load, edge->load);
+        for (int i = 0; i < at->springs; i++, k++) {
+            memcpy(form->springs[k].anchor, at->anchor[i], sizeof at->anchor[i]);
+        }
+    }
+}
+
+static void give(strain_newton *x)
+{
+    strain_form *form = x->form;
+    form->start = x->system->ends[0];
+    form->last = x->system->ends[1];
+    if (form->shift_at < 0) {
+        spread(3, form->start.position, form->start_r);
+    }
+    if (form->turn_at < 0) {
+        spread(4, form->start.rotation, form->start_q);
+    }
+    if (form->force_at < 0) {
+        spread(3, form->last.force, form->end_force);
+    }
+    if (form->moment_at < 0) {
+        spread(3, form->last.moment, form->end_moment);
+    }
+    give_edges(x);
+}
+
+/* ---- y to unknowns and back ---------------------------------------------------------------- */
+
+/* What is sought besides curvature, from y at s = 0, at s = 1 and at edges. */
+static void guess_ends(strain_newton *x, const double *y)
+{
+    strain_form *form = x->form;
+    const static_system *system = x->system;
+    const int last = form->kind.elements, jump = system->jump[last];
+    double R[3][3], world[3], after[STATIC_ROWS_MAX];
+    memcpy(after, y + edge(system, last), (size_t)system->rows * sizeof *after);
+    if (jump >= 0) {
+        static_jump_over(&system->jumps[jump], y + edge(system, last), after, NULL);
+    }
+    if (form->shift_at >= 0) {
+        spread(3, y + STATIC_R, form->start_r);
+    }
+    if (form->turn_at >= 0) {
+        double q[4];
+        memcpy(q, y + STATIC_Q, sizeof q);
+        quaternion_normalize(q);
+        spread(4, q, form->start_q);
+    }
+    if (form->force_at >= 0) {
+        spread(3, after + STATIC_N, form->end_force);
+    }
+    if (form->moment_at >= 0) {
+        rotation_matrix(after + STATIC_Q, R);
+        to_world(R, after + STATIC_M, world);
+        spread(3, world, form->end_moment);
+    }
+    for (int k = 0; k < form->kind.springs; k++) {
+        strain_spring *spring = &form->springs[k];
+        solve_spring_force(spring->given, spring->anchor, y + edge(system, spring->edge) + STATIC_R,
+                           world);
+        spread(3, world, spring->force);
+    }
+}
+
+static bool guess(strain_newton *x, const double *y)
+{
+    const static_system *system = x->system;
+    bool finite = true;
+    for (int i = 0; i < x->form->nodes && finite; i++) {
+        const int e = i / system->stages;
+        const double *at = y + edge(system, e) + (i % system->stages + 1) * system->rows;
+        static_point point = static_system_point(system, (size_t)i);
+        strain_node *node = &x->form->at[i];
+        double strain[3], curvature[3], push[3] = {0};
+        give_point(x, i, &point);
+        static_strains(&point, at, strain, curvature);
+        for (int k = 0; k < 3; k++) {
+            finite = finite && isfinite(strain[k]) && isfinite(curvature[k]);
+            if (point.foundation) {
+                push[k] = -point.foundation->stiffness[k] *
+                          (at[STATIC_R + k] - point.foundation->place[k]);
+            }
+        }
+        spread(3, strain, node->v);
+        spread(3, curvature, node->u);
+        spread(3, push, node->push);
+    }
+    guess_ends(x, y);
+    return finite;
+}
+
+static void put(lanes q[4], lanes r[3], lanes N[3], lanes M[3], lanes R[3][3], double *y)
+{
+    double turn[3][3], moment[3];
+    gather(3, r, y + STATIC_R);
+    gather(4, q, y + STATIC_Q);
+    gather(3, N, y + STATIC_N);
+    gather(3, M, moment);
+    gather(9, R[0], turn[0]);
+    to_body(turn, moment, y + STATIC_M);
+}
+
+static void put_all(strain_newton *x, double *y)
+{
+    strain_form *form = x->form;
+    const int n = form->kind.stages, rows = x->system->rows;
+    for (int e = 0; e <= form->kind.elements; e++) {
+        strain_edge *at = &form->edges[e];
+        double *to = y + edge(x->system, e);
+        put(at->q, at->r, at->N, at->M, at->R, to);
+        for (int i = 0; i < n && e < form->kind.elements; i++) {
+            strain_node *node = &form->at[e * n + i];
+            put(node->q, node->r, node->N, node->M, node->R, to + (i + 1) * rows);
+        }
+    }
+}
+
+/* ---- Newton's method ----------------------------------------------------------------------- */
+
+/* Of lane 0; not a number if one is none. */
+static double largest(size_t count, const lanes *x)
+{
+    double result = 0;
+    for (size_t i = 0; i < count && !isnan(result); i++) {
+        double size = fabs(x[i][0]);
+        result = size <= result ? result : size;
+    }
+    return result;
+}
+
+static double curvature_of(const strain_form *form)
+{
+    double result = 1;
+    for (int i = 0; i < form->nodes; i++) {
+        result = fmax(result, largest(3, form->at[i].u));
+    }
+    return result;
+}
+
+static double shape(strain_form *form)
+{
+    strain_form_shape(form);
+    return largest((size_t)form->unknowns, form->right);
+}
+
+/* A step from what is missing, shortened until less is; 0: nothing helps. Returns its length. */
+static double take_step(strain_newton *x, double *missing)
+{
+    strain_form *form = x->form;
+    const size_t count = (size_t)form->unknowns;
+    strain_form_linearise(form);
+    strain_form_solve_first(form, x->room, x->pivots);
+    memcpy(x->step, form->right, count * sizeof *x->step);
+    const double length = largest(count, x->step), before = *missing;
+    const bool small = length <= SMALL * curvature_of(form);
+    for (double share = 1; share > 1e-4 && isfinite(length); share /= 2) {
+        lanes by, back;
+        spread(1, &share, &by);
+        back = -by;
+        strain_form_move(form, x->step, &by);
+        *missing = shape(form);
+        if (*missing < before || (small && isfinite(*missing))) {
+            return length;
+        }
+        strain_form_move(form, x->step, &back);
+    }
+    return NAN;
+}
+
+bool strain_newton_solve(strain_newton *x, double *y, long *steps)
+{
+    strain_form *form = x->form;
+    give(x);
+    if (!guess(x, y)) {
+        return false;
+    }
+    double missing = shape(form), before = INFINITY;
+    for (int i = 0; i < STEPS_MAX && isfinite(missing); i++) {
+        double length = take_step(x, &missing), size = curvature_of(form);
+        ++*steps;
+        if (isnan(length)) {
+            return false;
+        }
+        if (length <= LAST * size || (length <= SMALL * size && length > before / 2)) {
+            put_all(x, y);
+            return true;
+        }
+        before = length;
+    }
+    return false;
+}

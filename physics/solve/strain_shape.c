@@ -1,0 +1,527 @@
+/* What follows from the curvature: rotation, forces, strain, position, moment; and the residual. */
+#include "physics/solve/quaternion.h"
+#include "physics/solve/strain_algebra.h"
+#include "physics/solve/strain_form.h"
+#include "physics/solve/strain_inline.h"
+
+/* ---- from s = 0 on ------------------------------------------------------------------------- */
+
+/* q at the end of a step with terms a1, a2, a3. */
+STRAIN_INLINE void step_on(lanes a[3][3], lanes q[4])
+{
+    lanes c1[3], c2[3], sum[3], with[3], last[3], turn[4], next[4];
+    lanes_vector_cross(a[1], a[0], c1);
+    for (int i = 0; i < 3; i++) {
+        sum[i] = 2 * a[2][i] + c1[i];
+    }
+    lanes_vector_cross(a[0], sum, c2); /* - [a1, 2 a3 + c1]/60, turned about */
+    for (int i = 0; i < 3; i++) {
+        sum[i] = -20 * a[0][i] - a[2][i] + c1[i];
+        with[i] = a[1][i] + c2[i] * (1.0 / 60);
+    }
+    lanes_vector_cross(with, sum, last);
+    for (int i = 0; i < 3; i++) {
+        sum[i] = a[0][i] + a[2][i] * (1.0 / 12) + last[i] * (1.0 / 240);
+    }
+    exponential(sum, turn);
+    lanes_quaternion_product(q, turn, next);
+    memcpy(q, next, sizeof next);
+}
+
+/* Undoes rounding. */
+STRAIN_INLINE void normalise(lanes q[4])
+{
+    const lanes by = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    for (int i = 0; i < 4; i++) {
+        q[i] *= by;
+    }
+}
+
+STRAIN_INLINE void turn_over(strain_edge *edge, lanes q[4])
+{
+    if (edge->turns) {
+        lanes turn[4], next[4];
+        for (int i = 0; i < 4; i++) {
+            turn[i] = NO_LANES + edge->turn[i];
+        }
+        lanes_quaternion_product(q, turn, next);
+        memcpy(q, next, sizeof next);
+    }
+}
+
+STRAIN_INLINE void turn_element(strain_form *x, int e, lanes q[4])
+{
+    const int n = x->kind.stages;
+    strain_node *at = x->at + e * n;
+    for (int i = 0; i <= n; i++) {
+        lanes a[3][3];
+        for (int k = 0; k < 3; k++) {
+            for (int c = 0; c < 3; c++) {
+                lanes sum = NO_LANES;
+                for (int j = 0; j < n; j++) {
+                    sum += x->magnus[i][k][j] * at[j].u[c];
+                }
+                a[k][c] = sum * x->width[e];
+            }
+        }
+        step_on(a, q);
+        if (i < n) {
+            memcpy(at[i].q, q, sizeof at[i].q);
+            lanes_rotation_matrix(q, at[i].R);
+        }
+    }
+    normalise(q);
+}
+
+/* Rotations of points and edges. */
+STRAIN_INLINE void turn_all(strain_form *x)
+{
+    lanes q[4];
+    memcpy(q, x->start_q, sizeof q);
+    for (int e = 0; e <= x->kind.elements; e++) {
+        strain_edge *edge = &x->edges[e];
+        memcpy(edge->q, q, sizeof q);
+        lanes_rotation_matrix(q, edge->R);
+        if (e < x->kind.elements) {
+            turn_over(edge, q);
+            turn_element(x, e, q);
+        }
+    }
+}
+
+/* ---- forces from s = 1 back ---------------------------------------------------------------- */
+
+/* N and M at s = 1 beyond what acts there. */
+STRAIN_INLINE void load_end(strain_form *x, lanes N[3], lanes M[3])
+{
+    strain_edge *edge = &x->edges[x->kind.elements];
+    const solve_end *end = &x->kind.end;
+    memcpy(N, x->end_force, 3 * sizeof *N);
+    memcpy(M, x->end_moment, 3 * sizeof *M);
+    if (x->force_at < 0 && end->force_is_body) {
+        lanes_to_world(edge->R, x->end_force, N);
+    }
+    if (x->moment_at < 0) {
+        lanes m[3], turn[3];
+        memcpy(m, x->end_moment, sizeof m);
+        if (!end->moment_is_body) {
+            lanes_to_body(edge->R, x->end_moment, m);
+        }
+        turned_from(x->last.upright, edge->q, turn);
+        for (int i = 0; i < 3; i++) {
+            m[i] -= 2 * x->last.spring[i] * turn[i];
+        }
+        lanes_to_world(edge->R, m, M);
+    }
+}
+
+/* The moment of springs that turn, lane by lane: few rods have any. */
+static void turn_springs(strain_form *x)
+{
+    for (int k = 0; k < x->kind.springs; k++) {
+        const strain_spring *spring = &x->springs[k];
+        const double *stiffness = spring->given->turning;
+        strain_edge *edge = &x->edges[spring->edge];
+        if (stiffness[0] == 0 && stiffness[1] == 0 && stiffness[2] == 0) {
+            continue;
+        }
+        for (int lane = 0; lane < LANES; lane++) {
+            double q[4], R[3][3], moment[3], by[3][3], world[3];
+            for (int i = 0; i < 4; i++) {
+                q[i] = edge->q[i][lane];
+            }
+            rotation_matrix(q, R);
+            solve_spring_moment(spring->given, q, moment, by);
+            to_world(R, moment, world);
+            for (int i = 0; i < 3; i++) {
+                edge->moment[i][lane] += world[i];
+                for (int j = 0; j < 3; j++) { /* R by R^T + the turn of R moment */
+                    double sum = 0;
+                    for (int a = 0; a < 3; a++) {
+                        for (int b = 0; b < 3; b++) {
+                            sum += R[i][a] * by[a][b] * R[j][b];
+                        }
+                    }
+                    edge->by_turn[1][i][j][lane] += sum;
+                }
+                int j = (i + 1) % 3, l = (i + 2) % 3; /* phi x T */
+                edge->by_turn[1][i][j][lane] += world[l];
+                edge->by_turn[1][i][l][lane] -= world[j];
+            }
+        }
+    }
+}
+
+/* F and T at edges, and their changes by a turn. */
+STRAIN_INLINE void load_edges(strain_form *x)
+{
+    for (int e = 0; e <= x->kind.elements; e++) {
+        strain_edge *edge = &x->edges[e];
+        if (edge->loaded) {
+            lanes body[2][3];
+            lanes_to_world(edge->R, edge->load[2], body[0]);
+            lanes_to_world(edge->R, edge->load[3], body[1]);
+            cross_matrix(body[0], -1, edge->by_turn[0]);
+            cross_matrix(body[1], -1, edge->by_turn[1]);
+            for (int i = 0; i < 3; i++) {
+                edge->force[i] = edge->load[0][i] + body[0][i];
+                edge->moment[i] = edge->load[1][i] + body[1][i];
+            }
+        }
+    }
+    for (int k = 0; k < x->kind.springs; k++) {
+        for (int i = 0; i < 3 && x->springs[k].unknown >= 0; i++) {
+            x->edges[x->springs[k].edge].force[i] += x->springs[k].force[i];
+        }
+    }
+    if (x->kind.springs > 0) {
+        turn_springs(x);
+    }
+}
+
+STRAIN_INLINE void load_element(strain_form *x, int e, const lanes end[3], lanes start[3])
+{
+    const int n = x->kind.stages;
+    strain_node *at = x->at + e * n;
+    lanes push[GAUSS_STAGES_MAX][3];
+    for (int j = 0; j < n; j++) {
+        const strain_point *point = &x->points[e * n + j];
+        memcpy(push[j], point->load[0], sizeof push[j]);
+        if (x->kind.follows) {
+            lanes body[3];
+            lanes_to_world(at[j].R, point->load[2], body);
+            for (int c = 0; c < 3; c++) {
+                push[j][c] += body[c];
+            }
+        }
+        for (int c = 0; c < 3 && x->kind.founded; c++) {
+            push[j][c] += at[j].push[c];
+        }
+    }
+    for (int c = 0; c < 3; c++) {
+        start[c] = NO_LANES;
+        for (int i = 0; i < n; i++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->tail[i][j] * push[j][c];
+            }
+            at[i].N[c] = end[c] + sum * x->width[e];
+            start[c] += x->rule.weights[i] * push[i][c];
+        }
+        start[c] = end[c] + start[c] * x->width[e];
+    }
+}
+
+STRAIN_INLINE void load_all(strain_form *x, lanes M[3])
+{
+    lanes N[3], start[3];
+    load_edges(x);
+    load_end(x, N, M);
+    for (int e = x->kind.elements; e >= 0; e--) {
+        strain_edge *edge = &x->edges[e];
+        for (int c = 0; c < 3; c++) {
+            N[c] += edge->force[c];
+        }
+        memcpy(edge->N, N, sizeof edge->N);
+        if (e > 0) {
+            load_element(x, e - 1, N, start);
+            memcpy(N, start, sizeof N);
+        }
+    }
+}
+
+/* ---- strains ------------------------------------------------------------------------------- */
+
+/* (1 + C T_vv)^-1 */
+STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes inverse[3][3])
+{
+    lanes matrix[3][3];
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            matrix[i][j] = (i == j) + point->compliance[i] * pull->by_v[i][j];
+        }
+    }
+    invert(matrix, inverse);
+}
+
+/* v under n and the pull of actuators, by Newton's method from where it was. */
+STRAIN_INLINE void find_strain(strain_form *x, int node)
+{
+    enum { STEPS = 3 }; /* of which the first two find it but on the first visit */
+    strain_node *at = &x->at[node];
+    const strain_point *point = &x->points[node];
+    lanes n[3], missing[3], step[3], inverse[3][3];
+    pulling pull;
+    if (!x->kind.shears) {
+        memcpy(at->v, point->rest, sizeof at->v);
+        return;
+    }
+    lanes_to_body(at->R, at->N, n);
+    if (x->kind.actuators == 0) {
+        for (int i = 0; i < 3; i++) {
+            at->v[i] = point->rest[i] + point->compliance[i] * n[i];
+        }
+        return;
+    }
+    for (int k = 0; k < STEPS; k++) {
+        pull_all(x, node, false, &pull);
+        soften(point, &pull, inverse);
+        for (int i = 0; i < 3; i++) {
+            missing[i] =
+                at->v[i] - point->rest[i] - point->compliance[i] * (n[i] - pull.force[i]);
+        }
+        apply(inverse, missing, step);
+        for (int i = 0; i < 3; i++) {
+            at->v[i] -= step[i];
+        }
+    }
+}
+
+/* ---- position and moment ------------------------------------------------------------------- */
+
+STRAIN_INLINE void place_all(strain_form *x)
+{
+    const int n = x->kind.stages;
+    lanes r[3];
+    memcpy(r, x->start_r, sizeof r);
+    for (int e = 0; e < x->kind.elements; e++) {
+        strain_node *at = x->at + e * n;
+        memcpy(x->edges[e].r, r, sizeof r);
+        for (int i = 0; i < n; i++) {
+            for (int c = 0; c < 3; c++) {
+                lanes sum = NO_LANES;
+                for (int j = 0; j < n; j++) {
+                    sum += x->rule.matrix[i][j] * at[j].slope[c];
+                }
+                at[i].r[c] = r[c] + sum * x->width[e];
+            }
+        }
+        for (int c = 0; c < 3; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->rule.weights[j] * at[j].slope[c];
+            }
+            r[c] += sum * x->width[e];
+        }
+    }
+    memcpy(x->edges[x->kind.elements].r, r, sizeof r);
+}
+
+STRAIN_INLINE void bend_element(strain_form *x, int e, const lanes end[3], lanes start[3])
+{
+    const int n = x->kind.stages;
+    strain_node *at = x->at + e * n;
+    lanes rate[GAUSS_STAGES_MAX][3];
+    for (int j = 0; j < n; j++) {
+        const strain_point *point = &x->points[e * n + j];
+        lanes body[3];
+        lanes_vector_cross(at[j].slope, at[j].N, rate[j]);
+        for (int c = 0; c < 3; c++) {
+            rate[j][c] += point->load[1][c];
+        }
+        if (x->kind.follows) {
+            lanes_to_world(at[j].R, point->load[3], body);
+            for (int c = 0; c < 3; c++) {
+                rate[j][c] += body[c];
+            }
+        }
+    }
+    for (int c = 0; c < 3; c++) {
+        start[c] = NO_LANES;
+        for (int i = 0; i < n; i++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->tail[i][j] * rate[j][c];
+            }
+            at[i].M[c] = end[c] + sum * x->width[e];
+            start[c] += x->rule.weights[i] * rate[i][c];
+        }
+        start[c] = end[c] + start[c] * x->width[e];
+    }
+}
+
+STRAIN_INLINE void bend_all(strain_form *x, lanes M[3])
+{
+    lanes start[3];
+    for (int e = x->kind.elements; e >= 0; e--) {
+        strain_edge *edge = &x->edges[e];
+        for (int c = 0; c < 3; c++) {
+            M[c] += edge->moment[c];
+        }
+        memcpy(edge->M, M, sizeof edge->M);
+        if (e > 0) {
+            bend_element(x, e - 1, M, start);
+            memcpy(M, start, 3 * sizeof *M);
+        }
+    }
+}
+
+/* ---- the residual -------------------------------------------------------------------------- */
+
+STRAIN_INLINE void miss_end(strain_form *x)
+{
+    strain_edge *edge = &x->edges[x->kind.elements];
+    if (x->force_at >= 0) {
+        lanes off[3], beyond[3], given[3], turned[3];
+        for (int i = 0; i < 3; i++) {
+            off[i] = edge->r[i] - x->last.position[i];
+            given[i] = NO_LANES + x->last.force[i];
+        }
+        lanes_to_world(edge->R, given, turned);
+        for (int i = 0; i < 3; i++) {
+            beyond[i] = x->end_force[i] - (x->kind.end.force_is_body ? turned : given)[i];
+        }
+        hold_row(&x->kind.end.hold, off, beyond, x->right + x->force_at);
+    }
+    if (x->moment_at >= 0) {
+        lanes turn[3];
+        turned_from(x->last.rotation, edge->q, turn);
+        for (int i = 0; i < 3; i++) {
+            x->right[x->moment_at + i] = 2 * turn[i];
+        }
+    }
+}
+
+STRAIN_INLINE void miss_start(strain_form *x)
+{
+    strain_edge *edge = &x->edges[0];
+    const static_end *at = &x->start;
+    lanes given[3], turned[3];
+    if (x->shift_at >= 0) {
+        lanes off[3], beyond[3];
+        for (int i = 0; i < 3; i++) {
+            off[i] = edge->r[i] - at->position[i];
+            given[i] = NO_LANES + at->force[i];
+        }
+        lanes_to_world(edge->R, given, turned);
+        for (int i = 0; i < 3; i++) {
+            beyond[i] = edge->N[i] - (at->kind.force_is_body ? turned : given)[i];
+        }
+        hold_row(&at->kind.hold, off, beyond, x->right + x->shift_at);
+    }
+    if (x->turn_at >= 0) { /* in the body, as the spring is */
+        lanes m[3], turn[3];
+        for (int i = 0; i < 3; i++) {
+            given[i] = NO_LANES + at->moment[i];
+        }
+        lanes_to_body(edge->R, edge->M, m);
+        lanes_to_body(edge->R, given, turned);
+        turned_from(at->upright, edge->q, turn);
+        for (int i = 0; i < 3; i++) {
+            x->right[x->turn_at + i] = m[i] - (at->kind.moment_is_body ? given : turned)[i] -
+                                       2 * at->spring[i] * turn[i];
+        }
+    }
+}
+
+STRAIN_INLINE void miss_points(strain_form *x)
+{
+    for (int i = 0; i < x->nodes; i++) {
+        strain_node *at = &x->at[i];
+        const strain_point *point = &x->points[i];
+        lanes m[3];
+        lanes_to_body(at->R, at->M, m);
+        if (x->kind.actuators > 0) {
+            pulling pull;
+            pull_all(x, i, false, &pull);
+            for (int c = 0; c < 3; c++) {
+                m[c] -= pull.moment[c];
+            }
+        }
+        for (int c = 0; c < 3; c++) {
+            x->right[3 * i + c] =
+                at->u[c] - point->rest[3 + c] - point->compliance[3 + c] * m[c];
+            if (x->push_at >= 0) {
+                x->right[x->push_at + 3 * i + c] =
+                    at->push[c] + point->stiffness[c] * (at->r[c] - point->place[c]);
+            }
+        }
+    }
+}
+
+STRAIN_INLINE void miss_springs(strain_form *x)
+{
+    for (int k = 0; k < x->kind.springs; k++) {
+        const strain_spring *spring = &x->springs[k];
+        for (int c = 0; c < 3 && spring->unknown >= 0; c++) {
+            lanes off = x->edges[spring->edge].r[c] - spring->anchor[c];
+            x->right[spring->unknown + c] = spring->force[c] + spring->given->stiffness[c] * off;
+        }
+    }
+}
+
+FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
+{
+    lanes M[3];
+    turn_all(x);
+    load_all(x, M);
+    for (int i = 0; i < x->nodes; i++) {
+        find_strain(x, i);
+        lanes_to_world(x->at[i].R, x->at[i].v, x->at[i].slope);
+    }
+    place_all(x);
+    bend_all(x, M);
+    miss_points(x);
+    miss_springs(x);
+    miss_end(x);
+    miss_start(x);
+}
+
+void strain_form_shape(strain_form *x)
+{
+    for (int e = 0; e <= x->kind.elements; e++) { /* what is not loaded stays 0 */
+        strain_edge *edge = &x->edges[e];
+        memset(edge->force, 0, sizeof edge->force);
+        memset(edge->moment, 0, sizeof edge->moment);
+        memset(edge->by_turn, 0, sizeof edge->by_turn);
+    }
+    find_shape(x);
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+static void subtract(lanes *from, const lanes *step, const lanes *share)
+{
+    for (int c = 0; c < 3; c++) {
+        from[c] -= *share * step[c];
+    }
+}
+
+FOR_EACH_PROCESSOR static void move(strain_form *x, const lanes *step, const lanes *share)
+{
+    for (int i = 0; i < x->nodes; i++) {
+        subtract(x->at[i].u, step + 3 * i, share);
+        if (x->push_at >= 0) {
+            subtract(x->at[i].push, step + x->push_at + 3 * i, share);
+        }
+    }
+    for (int k = 0; k < x->kind.springs; k++) {
+        if (x->springs[k].unknown >= 0) {
+            subtract(x->springs[k].force, step + x->springs[k].unknown, share);
+        }
+    }
+    if (x->force_at >= 0) {
+        subtract(x->end_force, step + x->force_at, share);
+    }
+    if (x->moment_at >= 0) {
+        subtract(x->end_moment, step + x->moment_at, share);
+    }
+    if (x->shift_at >= 0) {
+        subtract(x->start_r, step + x->shift_at, share);
+    }
+    if (x->turn_at >= 0) {
+        lanes turn[3], q[4], next[4];
+        for (int c = 0; c < 3; c++) {
+            turn[c] = -*share * step[x->turn_at + c];
+        }
+        exponential(turn, q);
+        lanes_quaternion_product(q, x->start_q, next);
+        memcpy(x->start_q, next, sizeof next);
+        normalise(x->start_q);
+    }
+}
+
+void strain_form_move(strain_form *x, const lanes *step, const lanes *share)
+{
+    move(x, step, share);
+}
