@@ -23,12 +23,13 @@ static void lagrange(const gauss_rule *rule, double x, double *values)
 /* Blanes' alpha_1 .. alpha_3 of each step, from u at three points of Gauss within it. */
 static void set_magnus(strain_form *x)
 {
-    const int n = x->kind.stages;
+    const int n = x->kind.stages, parts = x->kind.substeps;
     const gauss_rule *rule = &x->rule;
-    for (int i = 0; i <= n; i++) {
-        double from = i > 0 ? rule->nodes[i - 1] : 0, to = i < n ? rule->nodes[i] : 1;
-        double h = to - from, middle = (from + to) / 2, off = h * sqrt(15) / 10;
-        double at[3][GAUSS_STAGES_MAX];
+    for (int i = 0; i < (n + 1) * parts; i++) {
+        const int next = i / parts;
+        double from = next > 0 ? rule->nodes[next - 1] : 0, to = next < n ? rule->nodes[next] : 1;
+        double h = (to - from) / parts, middle = from + h * (i % parts + 0.5);
+        double off = h * sqrt(15) / 10, at[3][GAUSS_STAGES_MAX];
         for (int k = 0; k < 3; k++) {
             lagrange(rule, middle + (k - 1) * off, at[k]);
         }

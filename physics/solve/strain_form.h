@@ -26,6 +26,8 @@
 
 #include <stddef.h>
 
+enum { STRAIN_SUBSTEPS_MAX = 4 };
+
 /* What is given at one point of the mesh. */
 typedef struct strain_point {
     lanes rest[ACTUATION_ROWS];       /* v*, u* */
@@ -77,6 +79,7 @@ typedef struct strain_kind {
     bool founded;                       /* it has a foundation */
     bool free_position, free_rotation;  /* at s = 0 */
     int springs;
+    int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
     solve_end end; /* s = 1 */
 } strain_kind;
 
@@ -85,7 +88,8 @@ typedef struct strain_form {
     gauss_rule rule;
     int nodes, unknowns, elastic; /* unknowns: 3 nodes, and more */
     double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX];           /* integral from a point to the end */
-    double magnus[GAUSS_STAGES_MAX + 1][3][GAUSS_STAGES_MAX];  /* terms of each step, of u */
+    /* terms of each step, of u */
+    double magnus[(GAUSS_STAGES_MAX + 1) * STRAIN_SUBSTEPS_MAX][3][GAUSS_STAGES_MAX];
     double *width;                                             /* [elements] */
     strain_point *points;                                      /* [nodes] */
     strain_actuator *actuators;                                /* [nodes][actuators] */

@@ -59,6 +59,7 @@ static strain_kind kind_of(const static_system *system)
                         .free_position = ends[0].hold.directions < 3,
                         .free_rotation = !ends[0].holds_rotation,
                         .springs = rod->jumps.spring_count,
+                        .substeps = STRAIN_SUBSTEPS_MAX,
                         .end = ends[1]};
     /* a rod between two ends stretches on its path, also where it does not at its end */
     kind.shears = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;

@@ -51,9 +51,10 @@ STRAIN_INLINE void turn_over(strain_edge *edge, lanes q[4])
 
 STRAIN_INLINE void turn_element(strain_form *x, int e, lanes q[4])
 {
-    const int n = x->kind.stages;
+    const int n = x->kind.stages, parts = x->kind.substeps;
     strain_node *at = x->at + e * n;
-    for (int i = 0; i <= n; i++) {
+    for (int i = 0; i < (n + 1) * parts; i++) {
+        const int next = i / parts;
         lanes a[3][3];
         for (int k = 0; k < 3; k++) {
             for (int c = 0; c < 3; c++) {
@@ -65,9 +66,9 @@ STRAIN_INLINE void turn_element(strain_form *x, int e, lanes q[4])
             }
         }
         step_on(a, q);
-        if (i < n) {
-            memcpy(at[i].q, q, sizeof at[i].q);
-            lanes_rotation_matrix(q, at[i].R);
+        if (next < n && i % parts == parts - 1) {
+            memcpy(at[next].q, q, sizeof at[next].q);
+            lanes_rotation_matrix(q, at[next].R);
         }
     }
     normalise(q);
