@@ -208,8 +208,4 @@ void ad_execute_tiles(ad_program *program, const ad_run *run, size_t first, size
 kernel_operand ad_execute_output(const tile_state *t, int output, bool *uniform);
 int ad_execute_valid(const tile_state *t);
 
-/* Run work(context, item, thread) for items 0 .. count-1 on the pool's threads (pool.c). */
-typedef void (*pool_work)(void *context, int item, int thread);
-void ad_pool_run(ad_pool *pool, int count, pool_work work, void *context);
-
 #endif

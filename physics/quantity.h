@@ -111,6 +111,10 @@ static inline double quantity_number_or(quantity a, double otherwise)
     return a.is_given ? a.number : otherwise;
 }
 
+/* With numbers in place of open names: values [count] of names [count], of which each is an open
+ * name of its `quantities` or occurs nowhere. */
+quantity quantity_with(quantity q, int count, const char *const *names, const double *values);
+
 /* ---- asking ---------------------------------------------------------------------------------- */
 
 /* AD_OK, also of what is not given; else what is wrong with the formula: AD_BAD_INPUT with the

@@ -145,6 +145,27 @@ static ad_value record_power(ad_value x, double exponent)
     return exponent < 0 ? ad_reciprocal(product) : product;
 }
 
+quantity quantity_with(quantity q, int count, const char *const *names, const double *values)
+{
+    const quantity_node *node = q.node;
+    quantity x[QUANTITY_ARGUMENTS_MAX];
+    if (!node || node->uses == 0) {
+        return q;
+    }
+    for (int i = 0; i < count && node->kind == QUANTITY_OPEN; i++) {
+        if (strcmp(node->text, names[i]) == 0) {
+            return quantity_number(values[i]);
+        }
+    }
+    if (node->kind == QUANTITY_WRITTEN) {
+        return quantity_with(node->x[0], count, names, values);
+    }
+    for (int i = 0; node->kind == QUANTITY_OPERATION && i < node->operation->arity; i++) {
+        x[i] = quantity_with(node->x[i], count, names, values);
+    }
+    return node->kind == QUANTITY_OPERATION ? quantity_operate(node->operation, x) : q;
+}
+
 static ad_value record(const quantity_recording *on, const quantity *q);
 
 static ad_value record_operation(const quantity_recording *on, const quantity_node *node)

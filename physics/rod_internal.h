@@ -13,6 +13,8 @@ typedef struct rod_initial_data {
     ad_value position, rotation, velocity, spin;
 } rod_initial_data;
 
+enum { ROD_PARAMETERS_MAX = 14 }; /* as many names as formulas may have, less s and t */
+
 /* A scene at work on a tape, at a place. */
 typedef struct rod_context {
     const scene *scene;
@@ -24,6 +26,8 @@ typedef struct rod_context {
     domain_place at; /* its window and load factor; its state where it goes on from one */
     rod_plane plane;
     ad_value s, t; /* the coordinates; in a static scene t is the constant 0 */
+    int parameter_count;                /* open names beside these, */
+    const quantity_binding *parameters; /* and what they are on the tape; outlive the context */
 } rod_context;
 
 /* Coefficients of the equations, of s and t; a term that the scene lacks has a constant 0. */

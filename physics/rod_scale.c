@@ -35,9 +35,15 @@ rod_scales rod_scales_of(const scene *rod_scene)
 ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t)
 {
     double number = 0;
-    return quantity_is_number(q, &number) ? ad_scalar(rod->tape, number)
-                                          : quantity_record_at(q, ad_scale(s, rod->scales.length),
-                                                               ad_scale(t, rod->scales.time));
+    if (quantity_is_number(q, &number)) {
+        return ad_scalar(rod->tape, number);
+    }
+    quantity_binding bindings[2 + ROD_PARAMETERS_MAX] = {
+        {"s", ad_scale(s, rod->scales.length)}, {"t", ad_scale(t, rod->scales.time)}};
+    for (int i = 0; i < rod->parameter_count; i++) {
+        bindings[2 + i] = rod->parameters[i];
+    }
+    return quantity_record(q, rod->tape, 2 + rod->parameter_count, bindings);
 }
 
 ad_value rod_quantities(const rod_context *rod, int count, const quantity *given,

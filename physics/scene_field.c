@@ -202,3 +202,15 @@ bool scene_field_says(const scene *rod_scene, const scene_field *field)
     }
     return false;
 }
+
+void scene_with(const scene *open, int count, const char *const *names, const double *values,
+                scene *result)
+{
+    *result = *open;
+    for (int i = 0; i < scene_field_count; i++) {
+        quantity *q = (quantity *)(void *)((char *)result + scene_fields[i].offset);
+        for (int k = 0; k < scene_fields[i].count; k++) {
+            q[k] = quantity_with(q[k], count, names, values);
+        }
+    }
+}

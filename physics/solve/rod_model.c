@@ -1,6 +1,7 @@
 #include "physics/solve/rod_model.h"
 
 #include "physics/rod_internal.h"
+#include "physics/scene_field.h"
 #include "physics/solve/formula.h"
 #include "physics/solve/quaternion.h"
 
@@ -21,6 +22,9 @@ typedef struct solve_functions {
     formula *actuators;  /* NULL: none */
     formula *foundation; /* NULL: none */
     formula *jumps;      /* NULL: none */
+    const scene *open; /* with open names; NULL: none */
+    const solve_parameters *parameters;
+    solve_part_kind kinds[SOLVE_PARTS];
 } solve_functions;
 
 /* ---- recording ----------------------------------------------------------------------------- */
@@ -106,16 +110,64 @@ static ad_value record_initial(const rod_context *rod)
     return STACK(initial.position, initial.rotation, initial.velocity, initial.spin);
 }
 
+/* A tape with a rod at s and t. */
+typedef struct recording {
+    ad_tape *tape;
+    ad_value s, t, parameters; /* the last not valid where there are none */
+    domain_place at;
+    quantity_binding bindings[ROD_PARAMETERS_MAX];
+    rod_context context;
+} recording;
+
+/* What is measured by scales is measured by those of the scene without open names. */
+static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
+{
+    const solve_functions *f = rod->formula;
+    *on = (recording){.tape = ad_tape_create()};
+    if (!on->tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    on->s = ad_input(on->tape, "s", 1);
+    on->t = ad_input(on->tape, "t", 1);
+    on->at = rod_place(&rod->scene, on->s, on->t);
+    on->context = rod_context_of(&rod->scene, &on->at);
+    if (f->open) {
+        const int count = f->parameters->count;
+        on->parameters = ad_input(on->tape, "parameters", count);
+        for (int i = 0; i < count; i++) {
+            on->bindings[i] =
+                (quantity_binding){f->parameters->names[i], ad_row(on->parameters, i)};
+        }
+        on->context.scene = f->open;
+        on->context.properties = scene_properties_of(f->open);
+        on->context.parameter_count = count;
+        on->context.parameters = on->bindings;
+    }
+    return AD_OK;
+}
+
+/* One formula of the rod: the part that it is. */
+static ad_status add_formula(solve_rod *rod, const recording *on, solve_part part, ad_value value,
+                             formula **to, ad_error *error)
+{
+    solve_functions *f = rod->formula;
+    f->kinds[part] = (solve_part_kind){.width = (size_t)ad_rows(value),
+                                       .by_s = ad_uses(1, &value, on->s),
+                                       .by_parameters = f->open && ad_uses(1, &value, on->parameters)};
+    return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
+}
+
 static ad_status record(solve_rod *rod, ad_error *error)
 {
     solve_functions *f = rod->formula;
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    recording on;
+    ad_status status = begin(rod, &on, error);
+    if (status != AD_OK) {
+        return status;
     }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1);
-    const domain_place at = rod_place(&rod->scene, s, t);
-    const rod_context context = rod_context_of(&rod->scene, &at);
+    const rod_context context = on.context;
+    ad_tape *tape = on.tape;
+    const ad_value t = on.t;
     const rod_coefficients c = rod_coefficients_of(&context);
     const ad_value load = record_load(&context, &c), rest = record_rest(&context, &c);
     const ad_value values[FORMULAS] = {record_sections(&c),
@@ -129,12 +181,12 @@ static ad_status record(solve_rod *rod, ad_error *error)
     rod->has_body_load = !ad_is_constant(ad_slice(load, 6, 6), 0);
     rod->load_moves = ad_uses(1, &load, t);
     rod->rest_moves = ad_uses(1, &rest, t); /* a jump has no rate */
-    ad_status status = ad_tape_status(tape, error);
+    status = ad_tape_status(tape, error);
     for (int i = 0; status == AD_OK && i < FORMULAS; i++) {
-        status = solve_formula_create(values[i], 0, f->pool, &f->all[i], error);
+        status = add_formula(rod, &on, (solve_part)i, values[i], &f->all[i], error);
     }
     if (status == AD_OK && any_jumps) {
-        status = solve_formula_create(jumps, 0, f->pool, &f->jumps, error);
+        status = add_formula(rod, &on, SOLVE_JUMPS, jumps, &f->jumps, error);
     }
     rod->is_founded = rod_has_foundation(&rod->scene);
     if (status == AD_OK && rod->is_founded) {
@@ -178,13 +230,14 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
     if (rod->actuators == 0) {
         return AD_OK;
     }
-    ad_tape *tape = ad_tape_create();
-    if (!tape) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    recording on;
+    ad_value all[SOLVE_ACTUATORS_MAX];
+    ad_status status = begin(rod, &on, error);
+    if (status != AD_OK) {
+        return status;
     }
-    ad_value s = ad_input(tape, "s", 1), t = ad_input(tape, "t", 1), all[SOLVE_ACTUATORS_MAX];
-    const domain_place at = rod_place(&rod->scene, s, t);
-    const rod_context context = rod_context_of(&rod->scene, &at);
+    const rod_context context = on.context;
+    ad_tape *tape = on.tape;
     for (int i = 0; i < pulling; i++) {
         rod_actuator one = rod_actuator_of(&context, i);
         all[i] = STACK(one.offset, one.slope, one.pull, ad_scalar(tape, 0));
@@ -202,8 +255,11 @@ static ad_status record_actuators(solve_rod *rod, ad_error *error)
                                                    .turned = tube.turned,
                                                    .transmission = tube.transmission};
     }
-    ad_status status = solve_formula_create(ad_stack(rod->actuators, all), 0, rod->formula->pool,
-                                            &rod->formula->actuators, error);
+    status = ad_tape_status(tape, error);
+    if (status == AD_OK) {
+        status = add_formula(rod, &on, SOLVE_ACTUATORS, ad_stack(rod->actuators, all),
+                             &rod->formula->actuators, error);
+    }
     ad_tape_free(tape);
     return status;
 }
@@ -266,7 +322,8 @@ static ad_status add_quadrature(solve_rod *rod, ad_error *error)
                                                   &rod->quadrature, error);
 }
 
-ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error)
+static ad_status create(const scene *rod_scene, const scene *open,
+                        const solve_parameters *parameters, solve_rod **result, ad_error *error)
 {
     *result = NULL;
     solve_rod *rod = calloc(1, sizeof *rod);
@@ -279,6 +336,8 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a rod");
     }
     f->pool = pool;
+    f->open = open;
+    f->parameters = parameters;
     *rod = (solve_rod){.scene = *rod_scene,
                        .motion = rod_scene->motion,
                        .scales = rod_scales_of(rod_scene),
@@ -287,16 +346,52 @@ ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error 
     rod->scene.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     rod->duration = rod->dynamic ? scene_duration(rod_scene) / rod->scales.time : 0;
     ad_status status = record(rod, error);
-    status = status == AD_OK ? set_springs(rod, error) : status;
+    status = status == AD_OK && !open ? set_springs(rod, error) : status;
     status = status == AD_OK ? record_resistance(rod, error) : status;
     status = status == AD_OK ? record_actuators(rod, error) : status;
-    status = status == AD_OK ? add_quadrature(rod, error) : status;
+    status = status == AD_OK && !open ? add_quadrature(rod, error) : status;
+    f->open = NULL; /* recorded */
+    f->parameters = NULL;
     if (status != AD_OK) {
         solve_rod_free(rod);
         return status;
     }
     *result = rod;
     return AD_OK;
+}
+
+ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error)
+{
+    return create(rod_scene, NULL, NULL, result, error);
+}
+
+/* What a scene has as one number for all its members: lengths, places, turns, springs, bodies. */
+static ad_status check_open(const scene *open, const solve_parameters *parameters, ad_error *error)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(open, field);
+        bool fixed = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
+                     field->rule == SCENE_HELD;
+        for (int k = 0; k < parameters->count && fixed; k++) {
+            if (quantity_any_depends_on(field->count, q, parameters->names[k])) {
+                return ad_fail(error, AD_BAD_INPUT,
+                               "%s depends on %s; allowed: one number for all members", field->key,
+                               parameters->names[k]);
+            }
+        }
+    }
+    return AD_OK;
+}
+
+ad_status solve_rod_create_open(const scene *open, const solve_parameters *parameters,
+                                solve_rod **result, ad_error *error)
+{
+    scene one;
+    *result = NULL;
+    scene_with(open, parameters->count, parameters->names, parameters->values, &one);
+    ad_status status = check_open(open, parameters, error);
+    return status == AD_OK ? create(&one, open, parameters, result, error) : status;
 }
 
 void solve_rod_free(solve_rod *rod)
@@ -341,6 +436,23 @@ void solve_rod_units(const solve_rod *rod, double *units)
 }
 
 /* ---- evaluating ---------------------------------------------------------------------------- */
+
+static formula *formula_of(const solve_functions *f, solve_part part)
+{
+    return part == SOLVE_JUMPS ? f->jumps : part == SOLVE_ACTUATORS ? f->actuators : f->all[part];
+}
+
+solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part)
+{
+    return rod->formula->kinds[part];
+}
+
+ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s,
+                         const double *parameters, double *out, ad_error *error)
+{
+    return solve_formula_evaluate_of(formula_of(rod->formula, part), n, s, 0, parameters, out,
+                                     error);
+}
 
 ad_status solve_rod_sections(const solve_rod *rod, size_t n, const double *s, solve_section *out,
                              ad_error *error)

@@ -151,6 +151,44 @@ typedef struct solve_initial {
 ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error);
 void solve_rod_free(solve_rod *rod);
 
+/* Of a rod at rest whose formulas have open names beside s and t (quantities_coordinate): values
+ * [count], for which the scene passes its checks, say what its scales are and what it has at all.
+ * AD_BAD_INPUT: a name stands where a scene has one number for all. */
+typedef struct solve_parameters {
+    int count;
+    const char *const *names;
+    const double *values;
+} solve_parameters;
+
+ad_status solve_rod_create_open(const scene *open, const solve_parameters *parameters,
+                                solve_rod **result, ad_error *error);
+
+/* What such a rod is given, in parts: the structs are those below, of actuators as many as it has,
+ * of jumps a solve_load each. */
+typedef enum solve_part {
+    SOLVE_SECTIONS,  /* solve_section */
+    SOLVE_REST,      /* solve_rest */
+    SOLVE_LOAD,      /* solve_load */
+    SOLVE_START,     /* solve_end_state at s = 0 */
+    SOLVE_END,       /* and at s = 1 */
+    SOLVE_INITIAL,   /* solve_initial, without parameters */
+    SOLVE_ACTUATORS, /* solve_actuator */
+    SOLVE_JUMPS,     /* solve_load */
+    SOLVE_PARTS
+} solve_part;
+
+typedef struct solve_part_kind {
+    size_t width; /* doubles; 0: the rod has none */
+    bool by_s, by_parameters;
+} solve_part_kind;
+
+solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part);
+
+/* out [n][width] at s [n], with parameters [n][count]. Allocates only when n grows; one thread at a
+ * time. */
+ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s,
+                         const double *parameters, double *out, ad_error *error);
+
 /* What one unit of each double of a solve_state is in SI. */
 void solve_rod_units(const solve_rod *rod, double *units);
 

@@ -1,0 +1,229 @@
+#include "physics/solve/members.h"
+
+#include "physics/model.h"
+#include "physics/scene_field.h"
+#include "physics/solve/strain_group.h"
+#include "physics/solve/strain_newton.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct solve_members {
+    scene open;
+    int threads, count;
+    size_t points;
+    solve_parameters parameters;
+    const char **names;
+    double *values;
+    ad_pool *pool;
+    strain_group **groups; /* [threads] */
+    ad_status *statuses;   /* [threads] of the last run, as the next */
+    ad_error *errors;
+};
+
+/* ---- what is known of a scene -------------------------------------------------------------- */
+
+static ad_status refuse(const scene *one, ad_error *error)
+{
+    const char *why = scene_is_beam(one)                      ? "a beam of small deflection"
+                      : scene_is_dynamic(one)                 ? "a motion"
+                      : scene_is_manufactured(one)            ? "a manufactured solution"
+                      : !(one->start.type == SCENE_CLAMPED)   ? "a start that is not clamped"
+                      : scene_end_is_placed(one->end.type)    ? "an end that is held"
+                      : one->spring_count > 0                 ? "springs"
+                      : one->tube_count > 0                   ? "tubes"
+                      : scene_has_displaced_tendons(one)      ? "tendons of given displacement"
+                      : scene_has_rubbing_tendons(one)        ? "tendons with friction"
+                      : scene_is_imperfect(one)               ? "an imperfection"
+                      : quantity_any_something(3, one->loads.foundation) ? "a foundation"
+                                                                         : NULL;
+    return why ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "members: the scene has %s; allowed: a rod at rest, clamped at its start "
+                         "and free or loaded at its end",
+                         why)
+               : AD_OK;
+}
+
+static ad_status check(const scene *one, ad_error *error)
+{
+    const char *key = "";
+    ad_error reason;
+    ad_status status = scene_check(one, &key, &reason);
+    if (status == AD_OK) {
+        status = scene_physics_of(one)->check(one, &key, &reason);
+    }
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%s: %s", key, reason.message);
+    }
+    return refuse(one, error);
+}
+
+/* Edges [BREAKS_MAX + 2] by the length; returns how many elements, 0: not all are found. */
+static int find_edges(const scene *one, double *edges, const char **unresolved, ad_status *status,
+                      ad_error *error)
+{
+    scene_breaks breaks;
+    *status = scene_breaks_of(one, "s", &breaks, error);
+    *unresolved = *status == AD_OK ? breaks.unresolved : NULL;
+    edges[0] = 0;
+    for (int i = 0; *status == AD_OK && i < breaks.count; i++) {
+        edges[1 + i] = breaks.place[i] / scene_length(one);
+    }
+    edges[*status == AD_OK ? 1 + breaks.count : 1] = 1;
+    return *status == AD_OK ? 1 + breaks.count : 1;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static bool keep(solve_members *x, const solve_members_settings *settings)
+{
+    const size_t count = (size_t)settings->count, threads = (size_t)settings->threads;
+    size_t bytes = 1;
+    for (size_t i = 0; i < count; i++) {
+        bytes += strlen(settings->names[i]) + 1;
+    }
+    x->names = malloc((count + 1) * sizeof *x->names + bytes);
+    x->values = malloc((count + 1) * sizeof *x->values);
+    x->groups = calloc(threads, sizeof *x->groups);
+    x->statuses = calloc(threads, sizeof *x->statuses);
+    x->errors = calloc(threads, sizeof *x->errors);
+    x->pool = ad_pool_create(settings->threads);
+    if (!x->names || !x->values || !x->groups || !x->statuses || !x->errors || !x->pool) {
+        return false;
+    }
+    char *text = (char *)(x->names + count + 1);
+    for (size_t i = 0; i < count; i++) {
+        x->names[i] = strcpy(text, settings->names[i]);
+        text += strlen(text) + 1;
+        x->values[i] = settings->values[i];
+    }
+    x->parameters = (solve_parameters){settings->count, x->names, x->values};
+    return true;
+}
+
+static ad_status create_groups(solve_members *x, const scene *one,
+                               const solve_members_settings *settings, ad_error *error)
+{
+    double edges[BREAKS_MAX + 2];
+    const char *unresolved;
+    ad_status status;
+    int elements = find_edges(one, edges, &unresolved, &status, error);
+    double *s = malloc((settings->points + 1) * sizeof *s);
+    if (status == AD_OK && unresolved) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "members: %s jumps in more places than are found", unresolved);
+    }
+    if (status == AD_OK && !s) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
+    }
+    for (size_t i = 0; status == AD_OK && i < settings->points; i++) {
+        s[i] = settings->s[i] / scene_length(one);
+        if (!(s[i] >= (i > 0 ? s[i - 1] : 0) && s[i] <= 1 + 1e-12)) {
+            status = ad_fail(error, AD_BAD_ARGUMENT, "members: s[%zu] = %g; allowed: ascending "
+                             "within the rod", i, settings->s[i]);
+        }
+    }
+    for (int i = 0; i < x->threads && status == AD_OK; i++) {
+        solve_rod *rod;
+        status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
+        status = status == AD_OK ? strain_group_create(rod, x->count, settings->tolerance, elements,
+                                                       edges, (int)x->points, s, &x->groups[i],
+                                                       error)
+                                 : status;
+    }
+    free(s);
+    return status;
+}
+
+ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
+                               solve_members **result, ad_error *error)
+{
+    scene one;
+    *result = NULL;
+    if (settings->count < 0 || settings->count > ROD_PARAMETERS_MAX || settings->threads < 1 ||
+        !(settings->tolerance > 0)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "members: %d parameters, %d threads, tolerance %g; allowed: up to %d, from "
+                       "1 on, > 0",
+                       settings->count, settings->threads, settings->tolerance, ROD_PARAMETERS_MAX);
+    }
+    scene_with(open, settings->count, settings->names, settings->values, &one);
+    ad_status status = check(&one, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    solve_members *x = calloc(1, sizeof *x);
+    if (x) {
+        *x = (solve_members){.open = *open,
+                             .threads = settings->threads,
+                             .count = settings->count,
+                             .points = settings->points};
+    }
+    if (!x || !keep(x, settings)) {
+        solve_members_free(x);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    status = create_groups(x, &one, settings, error);
+    if (status != AD_OK) {
+        solve_members_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void solve_members_free(solve_members *x)
+{
+    if (x) {
+        for (int i = 0; x->groups && i < x->threads; i++) {
+            strain_group_free(x->groups[i]);
+        }
+        ad_pool_free(x->pool);
+        free(x->groups);
+        free(x->statuses);
+        free(x->errors);
+        free(x->names);
+        free(x->values);
+        free(x);
+    }
+}
+
+/* ---- solving ------------------------------------------------------------------------------- */
+
+typedef struct batch {
+    solve_members *x;
+    size_t members;
+    const double *parameters;
+    double *values;
+    solve_member *results;
+} batch;
+
+static void solve_group(void *context, int item, int thread)
+{
+    const batch *of = context;
+    solve_members *x = of->x;
+    const size_t first = LANES * (size_t)item, left = of->members - first;
+    if (x->statuses[thread] == AD_OK) {
+        x->statuses[thread] = strain_group_solve(
+            x->groups[thread], left < LANES ? left : LANES,
+            of->parameters + first * (size_t)x->count,
+            of->values + first * x->points * SOLVE_MEMBERS_COLUMNS, of->results + first,
+            &x->errors[thread]);
+    }
+}
+
+ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
+{
+    batch of = {x, members, parameters, values, results};
+    for (int i = 0; i < x->threads; i++) {
+        x->statuses[i] = AD_OK;
+    }
+    ad_pool_run(x->pool, (int)((members + LANES - 1) / LANES), solve_group, &of);
+    for (int i = 0; i < x->threads; i++) {
+        if (x->statuses[i] != AD_OK) {
+            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
+        }
+    }
+    return AD_OK;
+}

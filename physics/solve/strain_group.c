@@ -1,0 +1,444 @@
+#include "physics/solve/strain_group.h"
+
+#include "physics/solve/strain_algebra.h"
+
+#include <stdlib.h>
+
+/* Points in an element, and parts of each element between places where something jumps. */
+static const struct {
+    int stages, parts;
+} MESHES[STRAIN_LEVELS_MAX] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}};
+
+/* Where a path that is lost on the coarsest mesh is followed anew. */
+enum { SAFE_LEVEL = 2 };
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status add_level(strain_group *x, int elements, const double *edges, int outputs,
+                           const double *s, ad_error *error)
+{
+    const int parts = MESHES[x->levels].parts, stages = MESHES[x->levels].stages;
+    const strain_level *from = x->levels > 0 ? &x->level[x->levels - 1] : NULL;
+    double *divided = malloc(((size_t)(elements * parts) + 1) * sizeof *divided);
+    if (!divided) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    }
+    for (int i = 0; i < elements * parts; i++) {
+        const double *edge = edges + i / parts;
+        divided[i] = edge[0] + (edge[1] - edge[0]) * (i % parts) / parts;
+    }
+    divided[elements * parts] = edges[elements];
+    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from, outputs,
+                                           s, &x->level[x->levels++], error);
+    free(divided);
+    return status;
+}
+
+ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
+                              const double *edges, int outputs, const double *s,
+                              strain_group **result, ad_error *error)
+{
+    strain_group *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        solve_rod_free(rod);
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    *x = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
+    ad_status status = AD_OK;
+    size_t room = 0, nodes = 0;
+    for (int k = 0; k < STRAIN_LEVELS_MAX && status == AD_OK; k++) {
+        status = add_level(x, elements, edges, outputs, s, error);
+    }
+    for (int k = 0; k < x->levels && status == AD_OK; k++) {
+        size_t more = strain_level_room(&x->level[k], rod);
+        room = more > room ? more : room;
+        nodes = (size_t)x->level[k].form->nodes;
+    }
+    if (status == AD_OK) {
+        x->parameters = calloc(LANES * (size_t)count + 1, sizeof *x->parameters);
+        x->room = malloc(room * sizeof *x->room);
+        x->start = calloc(3 * nodes, sizeof *x->start);
+        x->before = calloc(3 * nodes, sizeof *x->before);
+        x->placed = calloc(3 * nodes + 3, sizeof *x->placed);
+        x->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *x->values);
+        if (!x->parameters || !x->room || !x->start || !x->before || !x->placed || !x->values) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+        }
+    }
+    if (status != AD_OK) {
+        strain_group_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void strain_group_free(strain_group *x)
+{
+    if (x) {
+        for (int k = 0; k < x->levels; k++) {
+            strain_level_free(&x->level[k]);
+        }
+        solve_rod_free(x->rod);
+        free(x->parameters);
+        free(x->room);
+        free(x->start);
+        free(x->before);
+        free(x->placed);
+        free(x->values);
+        free(x);
+    }
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+static void set_lanes(lanes *x, double value)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        (*x)[lane] = value;
+    }
+}
+
+/* Lengths of the steps, the largest change of curvature; not numbers where they are none. */
+FOR_EACH_PROCESSOR static void measure(const strain_form *form, lanes *result)
+{
+    const integer_lanes size = (integer_lanes){0} + 0x7fffffffffffffffLL;
+    integer_lanes most = {0};
+    for (int i = 0; i < form->elastic; i++) { /* as integers numbers have the same order */
+        const integer_lanes at = (integer_lanes)form->right[i] & size;
+        const integer_lanes larger = at > most;
+        most = (at & larger) | (most & ~larger);
+    }
+    *result = (lanes)most;
+}
+
+/* Newton's step in `right`; of lanes that are left out it is 0. */
+static void find_step(strain_form *form, const bool *taken, lanes *length)
+{
+    strain_form_shape(form);
+    strain_form_linearise(form);
+    strain_form_solve(form);
+    measure(form, length);
+    for (int lane = 0; lane < LANES; lane++) {
+        if (!taken[lane] || !isfinite((*length)[lane])) {
+            for (int i = 0; i < form->unknowns; i++) {
+                form->right[i][lane] = 0;
+            }
+        }
+    }
+}
+
+static void drop_step(strain_form *form, int lane)
+{
+    for (int i = 0; i < form->unknowns; i++) {
+        form->right[i][lane] = 0;
+    }
+}
+
+static void move(strain_form *form)
+{
+    lanes whole;
+    set_lanes(&whole, 1);
+    strain_form_move(form, form->right, &whole);
+}
+
+/* ---- along the loads ----------------------------------------------------------------------- */
+
+/* A step to a load is taken back where Newton's method does not settle at once: another
+ * equilibrium may be nearer then. The first ratio of two steps, and those that follow. */
+static const double FIRST_RATIO = 0.25, RATIO = 0.5;
+
+/* How exactly equilibria on the way are found, curvature times length; shortest step of the load.
+ */
+static const double ON_THE_WAY = 1e-3, SHORTEST = 1e-3;
+enum { STEPS_MAX = 10 };
+
+typedef struct follower {
+    enum { FOLLOWING, ARRIVED, LOST } state;
+    double load, done, before; /* tried, reached, reached before that; < 0: not yet */
+    double length, ratio;      /* of the last steps */
+    int tries;                 /* steps at this load */
+    int steps;                 /* all */
+} follower;
+
+/* The guess at the load that is tried, on the line through the last two points of the path. */
+static void guess(strain_group *x, strain_form *form, const follower *f, int lane)
+{
+    const double share = f->before < 0 ? 0 : (f->load - f->done) / (f->done - f->before);
+    for (int i = 0; i < form->elastic; i++) {
+        const double at = x->start[i][lane];
+        form->at[i / 3].u[i % 3][lane] = at + share * (at - x->before[i][lane]);
+    }
+}
+
+static void try_load(strain_group *x, strain_form *form, follower *f, double step, int lane)
+{
+    f->load = f->done + step > 1 - 0.1 * step ? 1 : f->done + step;
+    f->tries = 0;
+    guess(x, form, f, lane);
+    for (int i = 0; i < form->nodes; i++) { /* what was found may be none */
+        for (int c = 0; c < 3; c++) {
+            form->at[i].v[c][lane] = form->points[i].rest[c][lane];
+        }
+    }
+}
+
+/* After a step at a load: whether it is one to take. */
+static bool is_good(follower *f, double length)
+{
+    f->ratio = f->tries > 0 ? length / f->length : 1;
+    bool settles = f->tries == 0 || f->ratio <= (f->tries == 1 ? FIRST_RATIO : RATIO);
+    f->length = length;
+    f->tries++;
+    f->steps++;
+    return isfinite(length) && settles && f->tries < STEPS_MAX;
+}
+
+/* What Newton's method leaves, as its ratio becomes the square of itself. */
+static bool is_found(const follower *f, double goal)
+{
+    return f->length <= goal || f->length * f->ratio * f->ratio <= goal;
+}
+
+static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
+{
+    const double step = f->load - f->done, longer = f->tries <= 3 ? 2.5 : 1;
+    if (f->load == 1) {
+        f->state = ARRIVED;
+        return;
+    }
+    for (int i = 0; i < form->elastic; i++) {
+        x->before[i][lane] = x->start[i][lane];
+        x->start[i][lane] = form->at[i / 3].u[i % 3][lane];
+    }
+    f->before = f->done;
+    f->done = f->load;
+    try_load(x, form, f, longer * step, lane);
+}
+
+/* From the unstressed rod to the whole load, of lanes that are FOLLOWING. */
+static void follow(strain_group *x, strain_level *level, follower *f)
+{
+    strain_form *form = level->form;
+    lanes load, length;
+    bool following[LANES], any = true;
+    strain_level_rest(level);
+    for (int lane = 0; lane < LANES; lane++) {
+        f[lane].load = 1;
+        f[lane].done = 0;
+        f[lane].before = -1;
+        f[lane].tries = 0;
+        for (int i = 0; i < form->elastic; i++) {
+            x->start[i][lane] = form->at[i / 3].u[i % 3][lane];
+        }
+    }
+    while (any) {
+        for (int lane = 0; lane < LANES; lane++) {
+            following[lane] = f[lane].state == FOLLOWING;
+            load[lane] = f[lane].load;
+        }
+        strain_level_load(level, &load);
+        find_step(form, following, &length);
+        for (int lane = 0; lane < LANES; lane++) {
+            following[lane] = following[lane] && is_good(&f[lane], length[lane]);
+            if (!following[lane]) {
+                drop_step(form, lane);
+            }
+        }
+        move(form);
+        any = false;
+        for (int lane = 0; lane < LANES; lane++) {
+            follower *one = &f[lane];
+            const double goal = one->load == 1 ? 0.3 * x->tolerance : ON_THE_WAY;
+            if (following[lane] && is_found(one, goal)) {
+                go_on(x, form, one, lane);
+            } else if (!following[lane] && one->state == FOLLOWING) {
+                const double step = 0.3 * (one->load - one->done);
+                one->state = step < SHORTEST ? LOST : FOLLOWING;
+                try_load(x, form, one, one->state == LOST ? 0 : step, lane);
+            }
+            any = any || one->state == FOLLOWING;
+        }
+    }
+}
+
+/* ---- finer meshes -------------------------------------------------------------------------- */
+
+static void keep_places(const strain_form *form, lanes *to)
+{
+    for (int i = 0; i < form->nodes; i++) {
+        memcpy(to + 3 * i, form->at[i].r, 3 * sizeof *to);
+    }
+    memcpy(to + 3 * form->nodes, form->edges[form->kind.elements].r, 3 * sizeof *to);
+}
+
+/* How far each rod has moved since. */
+static void compare_places(const strain_form *form, const lanes *before, double *moved)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        moved[lane] = 0;
+        for (int i = 0; i <= form->nodes; i++) {
+            const lanes *now =
+                i < form->nodes ? form->at[i].r : form->edges[form->kind.elements].r;
+            double square = 0;
+            for (int c = 0; c < 3; c++) {
+                const double off = now[c][lane] - before[3 * i + c][lane];
+                square += off * off;
+            }
+            moved[lane] = square <= moved[lane] ? moved[lane] : square;
+        }
+        moved[lane] = sqrt(moved[lane]);
+    }
+}
+
+/* One step from the solution of the coarser mesh: how far it moves the rod is that one's error. */
+static void step_finer(strain_group *x, int k, const bool *wanted, double *moved)
+{
+    strain_form *form = x->level[k].form;
+    lanes whole, length;
+    set_lanes(&whole, 1);
+    strain_level_load(&x->level[k], &whole);
+    strain_level_refine(&x->level[k], &x->level[k - 1]);
+    find_step(form, wanted, &length);
+    keep_places(form, x->placed);
+    move(form);
+    strain_form_shape(form);
+    compare_places(form, x->placed, moved);
+    for (int lane = 0; lane < LANES; lane++) {
+        moved[lane] = isfinite(length[lane]) && isfinite(moved[lane]) ? moved[lane] : INFINITY;
+    }
+}
+
+/* More steps on the same mesh, until the next one would be small. */
+static void settle(strain_group *x, int k, const bool *wanted, follower *f)
+{
+    enum { FEW = 4 };
+    strain_form *form = x->level[k].form;
+    double before = INFINITY;
+    for (int i = 0; i < FEW && before > 0.1 * x->tolerance; i++) {
+        lanes length;
+        find_step(form, wanted, &length);
+        move(form);
+        before = 0;
+        for (int lane = 0; lane < LANES; lane++) {
+            f[lane].steps += wanted[lane];
+            before = wanted[lane] && length[lane] > before ? length[lane] : before;
+        }
+    }
+}
+
+/* ---- results ------------------------------------------------------------------------------- */
+
+static void put(const strain_group *x, int k, int lane, double *values, solve_member *result)
+{
+    const strain_level *level = &x->level[k];
+    const double length = x->rod->scales.length;
+    const double units[SOLVE_MEMBERS_COLUMNS] = {
+        length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
+    for (int i = 0; i < level->outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = x->values[i][lane] * units[i % SOLVE_MEMBERS_COLUMNS];
+    }
+    result->nodes = level->form->nodes;
+}
+
+static void put_nothing(const strain_group *x, double *values)
+{
+    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = NAN;
+    }
+}
+
+/* Results of lanes that are within the tolerance on mesh k, or are on the last one. */
+static void finish(strain_group *x, int k, const double *moved, bool *wanted, const follower *f,
+                   double *values, solve_member *results)
+{
+    const size_t width = (size_t)x->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
+    bool evaluated = false;
+    for (int lane = 0; lane < LANES; lane++) {
+        const bool met = moved[lane] <= x->tolerance;
+        if (!wanted[lane] || !(met || k == x->levels - 1)) {
+            continue;
+        }
+        if (!evaluated) {
+            strain_level_evaluate(&x->level[k], x->values);
+            evaluated = true;
+        }
+        wanted[lane] = false;
+        put(x, k, lane, values + (size_t)lane * width, &results[lane]);
+        results[lane].estimate = moved[lane];
+        results[lane].load = 1;
+        results[lane].steps = f[lane].steps + 1;
+        results[lane].solved = met;
+    }
+}
+
+static bool any(const bool *x)
+{
+    bool result = false;
+    for (int lane = 0; lane < LANES; lane++) {
+        result = result || x[lane];
+    }
+    return result;
+}
+
+/* Lanes that are wanted, followed on mesh `first`; those that are lost there stay wanted. */
+static ad_status solve_from(strain_group *x, int first, bool *wanted, double *values,
+                            solve_member *results, ad_error *error)
+{
+    follower f[LANES];
+    bool finer[LANES];
+    double moved[LANES];
+    ad_status status =
+        strain_level_give(&x->level[first], x->rod, x->count, x->parameters, x->room, error);
+    for (int lane = 0; lane < LANES; lane++) {
+        f[lane] = (follower){.state = wanted[lane] ? FOLLOWING : LOST};
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    follow(x, &x->level[first], f);
+    for (int lane = 0; lane < LANES; lane++) {
+        finer[lane] = f[lane].state == ARRIVED;
+        if (wanted[lane]) {
+            results[lane] = (solve_member){
+                .estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
+        }
+        wanted[lane] = wanted[lane] && !finer[lane];
+    }
+    for (int k = first + 1; k < x->levels && any(finer); k++) {
+        status = strain_level_give(&x->level[k], x->rod, x->count, x->parameters, x->room, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        step_finer(x, k, finer, moved);
+        finish(x, k, moved, finer, f, values, results);
+        if (any(finer)) {
+            settle(x, k, finer, f);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
+                             double *values, solve_member *results, ad_error *error)
+{
+    const size_t width = (size_t)x->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
+    bool wanted[LANES];
+    for (size_t lane = 0; lane < LANES; lane++) { /* where members are few, the first again */
+        const size_t from = lane < members ? lane : 0;
+        wanted[lane] = lane < members;
+        memcpy(x->parameters + lane * (size_t)x->count, parameters + from * (size_t)x->count,
+               (size_t)x->count * sizeof *parameters);
+    }
+    ad_status status = solve_from(x, 0, wanted, values, results, error);
+    if (status == AD_OK && any(wanted)) {
+        status = solve_from(x, SAFE_LEVEL, wanted, values, results, error);
+    }
+    for (size_t lane = 0; lane < members && status == AD_OK; lane++) {
+        if (wanted[lane]) {
+            put_nothing(x, values + lane * width);
+        }
+    }
+    return status;
+}

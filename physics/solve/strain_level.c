@@ -1,0 +1,395 @@
+#include "physics/solve/strain_level.h"
+
+#include "physics/solve/strain_inline.h"
+
+#include <stdlib.h>
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static size_t nodes_of(const strain_level *x)
+{
+    return (size_t)(x->stages * x->elements);
+}
+
+static bool allocate(strain_level *x, const solve_rod *rod)
+{
+    size_t nodes = nodes_of(x), edges = (size_t)x->elements + 1;
+    x->s = malloc(nodes * sizeof *x->s);
+    x->loads = calloc(nodes, sizeof *x->loads);
+    x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
+    x->jumps = calloc(edges, sizeof *x->jumps);
+    x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
+    x->prolong = calloc(nodes, sizeof *x->prolong);
+    x->parent = calloc(nodes, sizeof *x->parent);
+    return x->s && x->loads && x->pulls && x->jumps && x->output && x->prolong && x->parent;
+}
+
+/* Outputs lie in the element that ends at s or goes on there. */
+static void place_outputs(strain_level *x, const double *s)
+{
+    const gauss_rule *rule = &x->form->rule;
+    for (int k = 0, e = 0; k < x->outputs; k++) {
+        strain_output *to = &x->output[k];
+        while (e + 1 < x->elements && s[k] > x->edges[e + 1]) {
+            e++;
+        }
+        double at = (s[k] - x->edges[e]) / (x->edges[e + 1] - x->edges[e]);
+        *to = (strain_output){.element = e, .from = -1};
+        while (to->from + 1 < x->stages && rule->nodes[to->from + 1] <= at) {
+            to->from++;
+        }
+        strain_form_lagrange(rule, at, to->interpolate);
+        strain_form_integral(rule, at, to->integrate);
+        strain_form_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
+    }
+}
+
+static void set_parents(strain_level *x, const strain_level *from)
+{
+    for (size_t i = 0; i < nodes_of(x); i++) {
+        int e = 0;
+        while (e + 1 < from->elements && x->s[i] > from->edges[e + 1]) {
+            e++;
+        }
+        x->parent[i] = e;
+        strain_form_lagrange(&from->form->rule,
+                             (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]),
+                             x->prolong[i]);
+    }
+}
+
+/* Of jumps in the order of edges. */
+static void set_edges(strain_level *x, const solve_rod *rod)
+{
+    bool follows = false;
+    int next = 0;
+    for (int i = 0; i < rod->scene.point_count; i++) {
+        follows = follows || rod->scene.points[i].load.frame == SCENE_FOLLOWER;
+    }
+    for (int e = 0; e <= x->elements && next < rod->jumps.count; e++) {
+        const solve_jump *jump = &rod->jumps.at[next];
+        strain_edge *edge = &x->form->edges[e];
+        if (fabs(jump->s - x->edges[e]) < 1e-12) {
+            edge->loaded = true;
+            edge->follows = follows;
+            edge->turns = jump->turns;
+            memcpy(edge->turn, jump->turn, sizeof edge->turn);
+            next++;
+        }
+    }
+}
+
+/* ---- what is given ------------------------------------------------------------------------- */
+
+static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD, SOLVE_START,
+                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS};
+enum { PART_COUNT = sizeof PARTS / sizeof *PARTS };
+
+/* Whether it is one of each point. */
+static bool is_along(solve_part part)
+{
+    return part == SOLVE_SECTIONS || part == SOLVE_REST || part == SOLVE_LOAD ||
+           part == SOLVE_ACTUATORS;
+}
+
+static void put(lanes *to, int lane, size_t count, const double *from)
+{
+    for (size_t k = 0; k < count; k++) {
+        to[k][lane] = from[k];
+    }
+}
+
+static void put_actuators(strain_level *x, int node, int lane, const solve_actuator *from)
+{
+    const strain_kind *kind = &x->form->kind;
+    for (int k = 0; k < kind->actuators; k++) {
+        const solve_extent *extent = &kind->extents[k];
+        const int at = node * kind->actuators + k;
+        bool here = extent->start <= x->s[node] && x->s[node] <= extent->end;
+        put(x->form->actuators[at].offset, lane, 2, from[k].offset);
+        put(x->form->actuators[at].slope, lane, 2, from[k].slope);
+        x->pulls[at][lane] = here ? from[k].pull : 0;
+    }
+}
+
+/* values: of one point, or of the rod. */
+static void put_part(strain_level *x, solve_part part, int node, int lane, const double *values)
+{
+    strain_point *point = &x->form->points[node];
+    const solve_section *section = (const solve_section *)(const void *)values;
+    const solve_end_state *end = (const solve_end_state *)(const void *)values;
+    switch (part) {
+    case SOLVE_SECTIONS:
+        put(point->compliance, lane, 3, section->strain_compliance);
+        put(point->compliance + 3, lane, 3, section->curvature_compliance);
+        break;
+    case SOLVE_REST:
+        put(point->rest, lane, ACTUATION_ROWS, values); /* strain, curvature */
+        break;
+    case SOLVE_LOAD:
+        put(x->loads[node][0], lane, 12, values);
+        break;
+    case SOLVE_ACTUATORS:
+        put_actuators(x, node, lane, (const solve_actuator *)(const void *)values);
+        break;
+    case SOLVE_START:
+        put(x->form->start_r, lane, 3, end->position);
+        put(x->form->start_q, lane, 4, end->rotation);
+        break;
+    case SOLVE_END:
+        put(x->end_force, lane, 3, end->force);
+        put(x->end_moment, lane, 3, end->moment);
+        break;
+    default:
+        for (int e = 0, next = 0; e <= x->elements; e++) {
+            if (x->form->edges[e].loaded) {
+                put(x->jumps[e][0], lane, 12, values + 12 * next++);
+            }
+        }
+    }
+}
+
+/* Values [points][width] of a part at all points, or at one where it is the same along the rod. */
+static void spread(strain_level *x, solve_part part, bool by_s, size_t width, int lane,
+                   const double *values)
+{
+    const int nodes = is_along(part) ? (int)nodes_of(x) : 1;
+    for (int i = 0; i < nodes; i++) {
+        put_part(x, part, i, lane, values + (by_s ? (size_t)i * width : 0));
+    }
+}
+
+static size_t points_of(const strain_level *x, const solve_rod *rod, solve_part part)
+{
+    return is_along(part) && solve_rod_part_kind(rod, part).by_s ? nodes_of(x) : 1;
+}
+
+size_t strain_level_room(const strain_level *x, const solve_rod *rod)
+{
+    size_t most = 0;
+    for (int i = 0; i < PART_COUNT; i++) {
+        size_t count = points_of(x, rod, PARTS[i]);
+        size_t width = solve_rod_part_kind(rod, PARTS[i]).width;
+        most = count * width > most ? count * width : most;
+    }
+    return LANES * (most + nodes_of(x) * (1 + ROD_PARAMETERS_MAX));
+}
+
+ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
+                            const double *parameters, double *room, ad_error *error)
+{
+    const size_t nodes = nodes_of(x);
+    double *s = room, *of_points = s + LANES * nodes;
+    double *values = of_points + LANES * nodes * ROD_PARAMETERS_MAX;
+    ad_status status = AD_OK;
+    for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
+        const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
+        const size_t points = points_of(x, rod, PARTS[p]), width = (size_t)count;
+        if (!kind.by_parameters) {
+            continue;
+        }
+        for (size_t lane = 0, k = 0; lane < LANES; lane++) {
+            for (size_t i = 0; i < points; i++, k++) {
+                s[k] = points > 1 ? x->s[i] : PARTS[p] == SOLVE_END;
+                memcpy(of_points + k * width, parameters + lane * width, width * sizeof *s);
+            }
+        }
+        status = solve_rod_part(rod, PARTS[p], LANES * points, s, of_points, values, error);
+        for (size_t lane = 0; lane < LANES && status == AD_OK; lane++) {
+            spread(x, PARTS[p], points > 1, kind.width, (int)lane,
+                   values + lane * points * kind.width);
+        }
+    }
+    return status;
+}
+
+/* What is the same of all members, once. */
+static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *error)
+{
+    const double none[ROD_PARAMETERS_MAX] = {0};
+    size_t nodes = nodes_of(x);
+    ad_status status = AD_OK;
+    for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
+        const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
+        const size_t points = points_of(x, rod, PARTS[p]);
+        double *values = malloc((points * kind.width + 1) * sizeof *values);
+        double *zeros = calloc(nodes * ROD_PARAMETERS_MAX, sizeof *zeros);
+        if (!values || !zeros) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
+        } else if (kind.width > 0 && !kind.by_parameters) {
+            const double end = PARTS[p] == SOLVE_END;
+            status = solve_rod_part(rod, PARTS[p], points, points > 1 ? x->s : &end,
+                                    points > 1 ? zeros : none, values, error);
+            for (int lane = 0; lane < LANES && status == AD_OK; lane++) {
+                spread(x, PARTS[p], points > 1, kind.width, lane, values);
+            }
+        }
+        free(values);
+        free(zeros);
+    }
+    return status;
+}
+
+/* ---- making, all together ------------------------------------------------------------------ */
+
+static ad_status create_form(strain_level *x, const solve_rod *rod, ad_error *error)
+{
+    const strain_kind kind = {.stages = x->stages,
+                              .elements = x->elements,
+                              .actuators = rod->actuators,
+                              .edges = x->edges,
+                              .extents = rod->extents,
+                              .shears = !(scene_locks(scene_properties_of(&rod->scene).strain_stiffness[0]) && scene_locks(scene_properties_of(&rod->scene).strain_stiffness[2])),
+                              .follows = rod->has_body_load,
+                              .substeps = 1,
+                              .end = rod->ends[1]};
+    return strain_form_create(&kind, &x->form, error);
+}
+
+ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
+                              const strain_level *from, int outputs, const double *s,
+                              strain_level *result, ad_error *error)
+{
+    strain_level *x = result;
+    *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
+    x->edges = malloc(((size_t)elements + 1) * sizeof *x->edges);
+    if (!x->edges || !allocate(x, rod)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    }
+    memcpy(x->edges, edges, ((size_t)elements + 1) * sizeof *edges);
+    ad_status status = create_form(x, rod, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (size_t i = 0; i < nodes_of(x); i++) {
+        const size_t e = i / (size_t)stages;
+        x->s[i] = edges[e] + (edges[e + 1] - edges[e]) * x->form->rule.nodes[i % (size_t)stages];
+    }
+    place_outputs(x, s);
+    if (from) {
+        set_parents(x, from);
+    }
+    set_edges(x, rod);
+    return give_same(x, rod, error);
+}
+
+void strain_level_free(strain_level *x)
+{
+    free(x->edges);
+    free(x->s);
+    free(x->loads);
+    free(x->pulls);
+    free(x->jumps);
+    free(x->output);
+    free(x->prolong);
+    free(x->parent);
+    strain_form_free(x->form);
+    *x = (strain_level){.stages = 0};
+}
+
+/* ---- where members are --------------------------------------------------------------------- */
+
+STRAIN_INLINE void scale(size_t count, const lanes *from, const lanes *factor, lanes *to)
+{
+    for (size_t k = 0; k < count; k++) {
+        to[k] = *factor * from[k];
+    }
+}
+
+FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
+{
+    strain_form *form = x->form;
+    const int pulling = form->kind.actuators;
+    for (int i = 0; i < form->nodes; i++) {
+        scale(12, x->loads[i][0], factor, form->points[i].load[0]);
+        for (int k = 0; k < pulling; k++) {
+            form->actuators[i * pulling + k].pull = *factor * x->pulls[i * pulling + k];
+        }
+    }
+    for (int e = 0; e <= x->elements; e++) {
+        scale(12, x->jumps[e][0], factor, form->edges[e].load[0]);
+    }
+    scale(3, x->end_force, factor, form->end_force);
+    scale(3, x->end_moment, factor, form->end_moment);
+}
+
+void strain_level_load(strain_level *x, const lanes *factor)
+{
+    load(x, factor);
+}
+
+void strain_level_rest(strain_level *x)
+{
+    for (int i = 0; i < x->form->nodes; i++) {
+        memcpy(x->form->at[i].v, x->form->points[i].rest, sizeof x->form->at[i].v);
+        memcpy(x->form->at[i].u, x->form->points[i].rest + 3, sizeof x->form->at[i].u);
+    }
+}
+
+FOR_EACH_PROCESSOR static void refine(strain_level *x, const strain_level *from)
+{
+    for (int i = 0; i < x->form->nodes; i++) {
+        const strain_node *coarse = from->form->at + x->parent[i] * from->stages;
+        strain_node *to = &x->form->at[i];
+        for (int c = 0; c < 3; c++) {
+            to->u[c] = to->v[c] = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                to->u[c] += x->prolong[i][j] * coarse[j].u[c];
+                to->v[c] += x->prolong[i][j] * coarse[j].v[c];
+            }
+        }
+    }
+}
+
+void strain_level_refine(strain_level *x, const strain_level *from)
+{
+    refine(x, from);
+}
+
+/* ---- shapes -------------------------------------------------------------------------------- */
+
+/* Sums of weights times a field of the points of an element. */
+#define WEIGHED(weights, field)                                                                    \
+    for (int j = 0; j < x->stages; j++) {                                                          \
+        sum += (weights)[j] * at[j].field;                                                         \
+    }
+
+FOR_EACH_PROCESSOR static void evaluate(const strain_level *x, lanes *values)
+{
+    for (int k = 0; k < x->outputs; k++, values += SOLVE_MEMBERS_COLUMNS) {
+        const strain_output *out = &x->output[k];
+        strain_node *at = x->form->at + out->element * x->stages;
+        strain_edge *edge = &x->form->edges[out->element];
+        lanes terms[3][3], q[4];
+        const double h = x->form->width[out->element];
+        for (int c = 0; c < 3; c++) {
+            for (int i = 0; i < 3; i++) {
+                lanes sum = NO_LANES;
+                WEIGHED(out->magnus[i], u[c]);
+                terms[i][c] = h * sum;
+            }
+            lanes sum = NO_LANES;
+            WEIGHED(out->integrate, slope[c]);
+            values[c] = edge->r[c] + h * sum;
+            sum = NO_LANES;
+            WEIGHED(out->interpolate, v[c]);
+            values[7 + c] = sum;
+            sum = NO_LANES;
+            WEIGHED(out->interpolate, u[c]);
+            values[10 + c] = sum;
+        }
+        if (out->from < 0) {
+            memcpy(q, edge->q, sizeof q);
+            turn_over(edge, q);
+        } else {
+            memcpy(q, at[out->from].q, sizeof q);
+        }
+        step_on(terms, q);
+        memcpy(values + 3, q, sizeof q);
+    }
+}
+
+void strain_level_evaluate(const strain_level *x, lanes *values)
+{
+    evaluate(x, values);
+}

@@ -1,0 +1,205 @@
+/* Equilibria of a robot's members: time of a shape, and errors against the other solver.
+ *
+ *   members [COUNT [COMPARED [THREADS]]]
+ *
+ * The robot is that of Bensch et al. (2024): L 0.2 m, radius 0.5 mm, E 60 GPa, G E/2.6, three
+ * straight tendons at 8 mm with 0 to 3.5 N each (family A). Family B adds its weight in any
+ * direction, a tip force of up to 0.2 N along each axis, and a stiffness of 0.5 to 2 times that;
+ * B-mild has a tip force of up to 0.05 N. Members are random; shapes have 21 points. */
+#include "nn/rng.h"
+#include "physics/scene_field.h"
+#include "physics/solve/members.h"
+#include "physics/solve/solve.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { PARAMETERS = 9, POINTS = 21, ROUNDS = 5 };
+
+static const char *const NAMES[PARAMETERS] = {"tension_1", "tension_2", "tension_3",
+                                              "turned",    "raised",    "tip_x",
+                                              "tip_y",     "tip_z",     "stiffness"};
+static const double LENGTH = 0.2;
+
+static quantities *fill(scene *robot)
+{
+    static const char *const gravity[3] = {"9.81*sin(raised)*cos(turned)",
+                                           "9.81*sin(raised)*sin(turned)", "9.81*cos(raised)"};
+    quantities *names = quantities_create();
+    ad_error error;
+    for (int i = 0; i < PARAMETERS; i++) {
+        quantities_coordinate(names, NAMES[i], &error);
+    }
+    scene_defaults(robot);
+    robot->names = names;
+    robot->rod.section = SCENE_CIRCLE;
+    robot->rod.length = quantity_number(LENGTH);
+    robot->rod.radius = quantity_number(0.5e-3);
+    robot->rod.youngs_modulus = quantity_formula(names, "60e9*stiffness");
+    robot->rod.poissons_ratio = quantity_number(0.3);
+    robot->rod.density = quantity_number(6450);
+    robot->end.type = SCENE_LOADED;
+    for (int i = 0; i < 3; i++) {
+        const double angle = 2 * 3.14159265358979323846 * i / 3;
+        robot->loads.gravity[i] = quantity_formula(names, gravity[i]);
+        robot->loads.tip.force[i] = quantity_formula(names, NAMES[5 + i]);
+        robot->tendons[i] = (scene_tendon){
+            .offset = {quantity_number(8e-3 * cos(angle)), quantity_number(8e-3 * sin(angle))},
+            .tension = quantity_formula(names, NAMES[i])};
+    }
+    robot->tendon_count = 3;
+    return names;
+}
+
+/* Of this process on all its processors: others may be at work there. */
+static double cpu_seconds(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static double random_number(nn_rng *random, double low, double high)
+{
+    return low + (high - low) * nn_rng_uniform(random);
+}
+
+static void draw(nn_rng *random, double tip, bool loaded, double *member)
+{
+    for (int i = 0; i < 3; i++) {
+        member[i] = random_number(random, 0, 3.5);
+        member[5 + i] = random_number(random, -tip, tip);
+    }
+    member[3] = random_number(random, 0, 6.283185307179586);
+    member[4] = acos(random_number(random, -1, 1));
+    member[8] = loaded ? exp2(random_number(random, -1, 1)) : 1;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Largest distance of a shape from that of the other solver, m; NaN: it has none. */
+static double compare(const scene *open, const double *member, const double *s,
+                      const double *values, bool *warned)
+{
+    scene one;
+    solution *x = NULL;
+    solve_report report;
+    ad_error error;
+    double at[3 * POINTS], largest = 0;
+    scene_with(open, PARAMETERS, NAMES, member, &one);
+    solve_settings settings = solve_settings_default(&one);
+    settings.tolerance = 1e-8;
+    ad_status status = solution_create(&one, &settings, 0, NULL, &x, &report, &error);
+    if (status != AD_OK || report.load_fraction < 1) {
+        solution_free(x);
+        return NAN;
+    }
+    verdict said = {0};
+    solution_verdict(x, &one, &settings, &report, &said);
+    *warned = verdict_outcome_of(&said) != VERDICT_SOLVED;
+    solution_evaluate(x, 3, POINTS, s, NULL, at, &error);
+    for (int i = 0; i < POINTS; i++) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            const double off = at[c * POINTS + i] - values[i * SOLVE_MEMBERS_COLUMNS + c];
+            square += off * off;
+        }
+        largest = fmax(largest, sqrt(square));
+    }
+    solution_free(x);
+    return largest;
+}
+
+static int run(const char *name, const scene *robot, double tip, bool loaded, size_t count,
+               size_t compared, int threads)
+{
+    double s[POINTS], usual[PARAMETERS] = {1, 0, 0, 0, 0, 0, 0, 0, 1}, seconds[ROUNDS], worst = 0;
+    double *members = malloc(count * PARAMETERS * sizeof *members);
+    double *values = malloc(count * POINTS * SOLVE_MEMBERS_COLUMNS * sizeof *values);
+    solve_member *results = malloc(count * sizeof *results);
+    double *errors = malloc((compared + 1) * sizeof *errors);
+    nn_rng random = nn_rng_seed(1);
+    solve_members *x = NULL;
+    ad_error error = {AD_OK, ""};
+    size_t unsolved = 0, other = 0, known = 0;
+    long steps = 0;
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = LENGTH * i / (POINTS - 1);
+    }
+    for (size_t i = 0; i < count; i++) {
+        draw(&random, tip, loaded, members + i * PARAMETERS);
+    }
+    const solve_members_settings settings = {.count = PARAMETERS,
+                                             .names = NAMES,
+                                             .values = usual,
+                                             .tolerance = 5e-6,
+                                             .threads = threads,
+                                             .points = POINTS,
+                                             .s = s};
+    ad_status status = solve_members_create(robot, &settings, &x, &error);
+    for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
+        const double start = cpu_seconds();
+        status = solve_members_solve(x, count, members, values, results, &error);
+        seconds[i] = cpu_seconds() - start;
+    }
+    if (status != AD_OK) {
+        fprintf(stderr, "members: %s\n", error.message);
+        return 2;
+    }
+    qsort(seconds, ROUNDS, sizeof *seconds, ascending);
+    for (size_t i = 0; i < count; i++) {
+        unsolved += !results[i].solved;
+        steps += results[i].steps;
+    }
+    for (size_t i = 0; i < compared && i < count; i++) {
+        bool warned = false;
+        const double off =
+            1e3 * compare(robot, members + i * PARAMETERS, s,
+                          values + i * POINTS * SOLVE_MEMBERS_COLUMNS, &warned);
+        if (results[i].solved && !isnan(off)) {
+            errors[known++] = off;
+            other += off > 1;
+            worst = fmax(worst, off > 1 ? 0 : off);
+            if (off > 1e-3) {
+                printf("  member %zu: %.3g mm off, estimate %.2g, %d steps%s\n", i, off,
+                       results[i].estimate * LENGTH * 1e3, results[i].steps,
+                       warned ? ", the other warns" : "");
+            }
+        }
+    }
+    qsort(errors, known, sizeof *errors, ascending);
+    printf("%-8s %7.2f us a shape (median of %d rounds), %.1f steps, %zu of %zu not solved", name,
+           1e6 * seconds[ROUNDS / 2] / (double)count, ROUNDS, (double)steps / (double)count,
+           unsolved, count);
+    if (known > 0) {
+        printf("; %zu compared: median %.1e, worst %.1e mm, %zu elsewhere", known,
+               errors[known / 2], worst, other);
+    }
+    putchar('\n');
+    free(members);
+    free(values);
+    free(results);
+    free(errors);
+    solve_members_free(x);
+    return 0;
+}
+
+int main(int count, char **arguments)
+{
+    const size_t members = count > 1 ? strtoul(arguments[1], NULL, 10) : 4000;
+    const size_t compared = count > 2 ? strtoul(arguments[2], NULL, 10) : 100;
+    const int threads = count > 3 ? atoi(arguments[3]) : 1;
+    scene robot;
+    quantities *names = fill(&robot);
+    int status = run("A", &robot, 0, false, members, compared, threads);
+    status = status == 0 ? run("B-mild", &robot, 0.05, true, members, compared, threads) : status;
+    status = status == 0 ? run("B", &robot, 0.2, true, members, compared, threads) : status;
+    quantities_free(names);
+    return status;
+}
