@@ -101,7 +101,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
     x->springs = make((size_t)kind->springs, sizeof *x->springs);
-    x->matrix = make(unknowns * unknowns, sizeof *x->matrix);
+    x->matrix = make(kind->is_rigid ? 0 : unknowns * unknowns, sizeof *x->matrix);
     x->right = make(unknowns, sizeof *x->right);
     x->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
     if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->springs ||
@@ -143,7 +143,7 @@ void strain_form_free(strain_form *x)
 
 /* A diagonal entry that is this much smaller than one below it makes way, in its lane. Where none
  * is, as under moderate loads, lanes need not be looked at one by one. */
-static const double PIVOT_LEAST = 0.1;
+static const double PIVOT_LEAST = 0.01;
 
 /* Swaps rows `a` and `b` in one lane, from column `from` on. */
 static void swap_rows(strain_form *x, int lane, int from, int a, int b)
@@ -169,6 +169,7 @@ static void choose_pivots(strain_form *x, int k)
         }
         if (fabs(column[k * LANES + lane]) < PIVOT_LEAST * fabs(column[best * LANES + lane])) {
             swap_rows(x, lane, k, k, best);
+            x->negative[lane]++;
         }
     }
 }
@@ -195,12 +196,15 @@ STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
 FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
 {
     const int n = x->unknowns;
+    integer_lanes negative = {0};
+    memset(x->negative, 0, sizeof x->negative);
     for (int k = 0; k < n; k++) {
         lanes *from = x->matrix + (size_t)k * (size_t)n;
         if (needs_pivot(from, k, n)) {
             choose_pivots(x, k);
         }
         const lanes by = 1 / from[k];
+        negative -= by < 0;
         for (int i = k + 1; i < n; i++) {
             from[i] *= by;
         }
@@ -211,6 +215,9 @@ FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
                 to[i] -= factor * from[i];
             }
         }
+    }
+    for (int lane = 0; lane < LANES; lane++) {
+        x->negative[lane] += (int)negative[lane];
     }
     for (int k = n - 1; k >= 0; k--) {
         const lanes *from = x->matrix + (size_t)k * (size_t)n, found = x->right[k] / from[k];

@@ -78,6 +78,7 @@ typedef struct strain_kind {
     bool follows;                       /* a distributed load follows the rod */
     bool founded;                       /* it has a foundation */
     bool free_position, free_rotation;  /* at s = 0 */
+    bool is_rigid; /* of given strain: a form for positions alone, without equations */
     int springs;
     int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
     solve_end end; /* s = 1 */
@@ -106,6 +107,7 @@ typedef struct strain_form {
     lanes *matrix;                 /* [unknowns][unknowns] column-major */
     lanes *right;                  /* [unknowns], the residual, then the step */
     void *columns;                 /* room for one column */
+    int negative[LANES]; /* pivots of the last elimination, rows that were swapped counted in */
 } strain_form;
 
 /* AD_NO_MEMORY. The extents must outlive it. */
@@ -122,6 +124,9 @@ void strain_form_magnus(const gauss_rule *rule, double from, double to,
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
 void strain_form_shape(strain_form *x);
+
+/* Rotations and positions alone, for given u and v. */
+void strain_form_place(strain_form *x);
 
 /* The matrix there. */
 void strain_form_linearise(strain_form *x);

@@ -4,10 +4,13 @@
 
 #include <stdlib.h>
 
-/* Points in an element, and parts of each element between places where something jumps. */
+/* Points in an element, and parts of each element between places where something jumps. The last
+ * two are for positions alone: r between points of a mesh that has u to 1e-6 may be known to 1e-5.
+ */
 static const struct {
     int stages, parts;
-} MESHES[STRAIN_LEVELS_MAX] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}};
+} MESHES[STRAIN_LEVELS_MAX] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}, {12, 8}};
+enum { RIGID_LEVELS = 2 };
 
 /* Where a path that is lost on the coarsest mesh is followed anew. */
 enum { SAFE_LEVEL = 2 };
@@ -28,8 +31,10 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
         divided[i] = edge[0] + (edge[1] - edge[0]) * (i % parts) / parts;
     }
     divided[elements * parts] = edges[elements];
-    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from, outputs,
-                                           s, &x->level[x->levels++], error);
+    const bool is_rigid = x->levels >= STRAIN_LEVELS_MAX - RIGID_LEVELS;
+    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from, is_rigid,
+                                           outputs, s, &x->level[x->levels], error);
+    x->levels++;
     free(divided);
     return status;
 }
@@ -145,9 +150,13 @@ static void move(strain_form *form)
 
 /* ---- along the loads ----------------------------------------------------------------------- */
 
-/* A step to a load is taken back where Newton's method does not settle at once: another
- * equilibrium may be nearer then. The first ratio of two steps, and those that follow. */
-static const double FIRST_RATIO = 0.25, RATIO = 0.5;
+/* A step to a load is taken back where Newton's method does not settle at once, by the first ratio
+ * of two steps and those that follow, or where a pivot of elimination is negative. Without followers
+ * the matrix is that of the second variation of the energy, with positive factors: its pivots are
+ * positive as long as the equilibrium is a minimum, and so it stays on the path from the unstressed
+ * rod until that loses its stability. Of 16,000 members under strong loads (tools/bench/members.c) a
+ * ratio of 0.05 alone leads two to other equilibria; with the pivots none, also with 0.5. */
+static const double FIRST_RATIO = 0.4, RATIO = 0.5;
 
 /* How exactly equilibria on the way are found, curvature times length; shortest step of the load.
  */
@@ -185,14 +194,14 @@ static void try_load(strain_group *x, strain_form *form, follower *f, double ste
 }
 
 /* After a step at a load: whether it is one to take. */
-static bool is_good(follower *f, double length)
+static bool is_good(follower *f, double length, int negative)
 {
     f->ratio = f->tries > 0 ? length / f->length : 1;
     bool settles = f->tries == 0 || f->ratio <= (f->tries == 1 ? FIRST_RATIO : RATIO);
     f->length = length;
     f->tries++;
     f->steps++;
-    return isfinite(length) && settles && f->tries < STEPS_MAX;
+    return isfinite(length) && settles && negative == 0 && f->tries < STEPS_MAX;
 }
 
 /* What Newton's method leaves, as its ratio becomes the square of itself. */
@@ -241,7 +250,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         strain_level_load(level, &load);
         find_step(form, following, &length);
         for (int lane = 0; lane < LANES; lane++) {
-            following[lane] = following[lane] && is_good(&f[lane], length[lane]);
+            following[lane] = following[lane] && is_good(&f[lane], length[lane], form->negative[lane]);
             if (!following[lane]) {
                 drop_step(form, lane);
             }
@@ -273,26 +282,25 @@ static void keep_places(const strain_form *form, lanes *to)
     memcpy(to + 3 * form->nodes, form->edges[form->kind.elements].r, 3 * sizeof *to);
 }
 
-/* How far each rod has moved since. */
-static void compare_places(const strain_form *form, const lanes *before, double *moved)
+/* How far each rod is from there, at its points and, of what has `more`, at its end. */
+static void compare_places(const strain_form *form, const lanes *before, bool more, double *moved)
 {
-    for (int lane = 0; lane < LANES; lane++) {
-        moved[lane] = 0;
-        for (int i = 0; i <= form->nodes; i++) {
-            const lanes *now =
-                i < form->nodes ? form->at[i].r : form->edges[form->kind.elements].r;
+    for (int i = 0; i < form->nodes + more; i++) {
+        const lanes *now = i < form->nodes ? form->at[i].r : form->edges[form->kind.elements].r;
+        for (int lane = 0; lane < LANES; lane++) {
             double square = 0;
             for (int c = 0; c < 3; c++) {
                 const double off = now[c][lane] - before[3 * i + c][lane];
                 square += off * off;
             }
-            moved[lane] = square <= moved[lane] ? moved[lane] : square;
+            const double off = sqrt(square);
+            moved[lane] = off <= moved[lane] ? moved[lane] : off;
         }
-        moved[lane] = sqrt(moved[lane]);
     }
 }
 
-/* One step from the solution of the coarser mesh: how far it moves the rod is that one's error. */
+/* One step from the solution of the coarser mesh: how far it moves the rod is that one's error. To
+ * it comes what positions by the next mesh lack against the one beyond, where they are taken. */
 static void step_finer(strain_group *x, int k, const bool *wanted, double *moved)
 {
     strain_form *form = x->level[k].form;
@@ -304,7 +312,14 @@ static void step_finer(strain_group *x, int k, const bool *wanted, double *moved
     keep_places(form, x->placed);
     move(form);
     strain_form_shape(form);
-    compare_places(form, x->placed, moved);
+    memset(moved, 0, LANES * sizeof *moved);
+    compare_places(form, x->placed, true, moved);
+    for (int j = k; j < k + RIGID_LEVELS; j++) {
+        strain_level_refine(&x->level[j + 1], &x->level[j]);
+        strain_form_place(x->level[j + 1].form);
+    }
+    strain_level_foresee(&x->level[k + 2], &x->level[k + 1], x->placed);
+    compare_places(x->level[k + 2].form, x->placed, false, moved);
     for (int lane = 0; lane < LANES; lane++) {
         moved[lane] = isfinite(length[lane]) && isfinite(moved[lane]) ? moved[lane] : INFINITY;
     }
@@ -330,7 +345,7 @@ static void settle(strain_group *x, int k, const bool *wanted, follower *f)
 
 /* ---- results ------------------------------------------------------------------------------- */
 
-static void put(const strain_group *x, int k, int lane, double *values, solve_member *result)
+static void put(const strain_group *x, int k, int lane, double *values)
 {
     const strain_level *level = &x->level[k];
     const double length = x->rod->scales.length;
@@ -339,7 +354,6 @@ static void put(const strain_group *x, int k, int lane, double *values, solve_me
     for (int i = 0; i < level->outputs * SOLVE_MEMBERS_COLUMNS; i++) {
         values[i] = x->values[i][lane] * units[i % SOLVE_MEMBERS_COLUMNS];
     }
-    result->nodes = level->form->nodes;
 }
 
 static void put_nothing(const strain_group *x, double *values)
@@ -357,15 +371,16 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
     bool evaluated = false;
     for (int lane = 0; lane < LANES; lane++) {
         const bool met = moved[lane] <= x->tolerance;
-        if (!wanted[lane] || !(met || k == x->levels - 1)) {
+        if (!wanted[lane] || !(met || k == x->levels - 1 - RIGID_LEVELS)) {
             continue;
         }
         if (!evaluated) {
-            strain_level_evaluate(&x->level[k], x->values);
+            strain_level_evaluate(&x->level[k + RIGID_LEVELS], x->values);
             evaluated = true;
         }
         wanted[lane] = false;
-        put(x, k, lane, values + (size_t)lane * width, &results[lane]);
+        put(x, k + RIGID_LEVELS, lane, values + (size_t)lane * width);
+        results[lane].nodes = x->level[k].form->nodes;
         results[lane].estimate = moved[lane];
         results[lane].load = 1;
         results[lane].steps = f[lane].steps + 1;
@@ -406,7 +421,7 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }
-    for (int k = first + 1; k < x->levels && any(finer); k++) {
+    for (int k = first + 1; k < x->levels - RIGID_LEVELS && any(finer); k++) {
         status = strain_level_give(&x->level[k], x->rod, x->count, x->parameters, x->room, error);
         if (status != AD_OK) {
             return status;

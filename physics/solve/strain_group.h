@@ -5,7 +5,7 @@
 
 #include "physics/solve/strain_level.h"
 
-enum { STRAIN_LEVELS_MAX = 6 };
+enum { STRAIN_LEVELS_MAX = 7 };
 
 typedef struct strain_group {
     solve_rod *rod;

@@ -20,8 +20,10 @@ static bool allocate(strain_level *x, const solve_rod *rod)
     x->jumps = calloc(edges, sizeof *x->jumps);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
     x->prolong = calloc(nodes, sizeof *x->prolong);
+    x->integral = calloc(nodes, sizeof *x->integral);
     x->parent = calloc(nodes, sizeof *x->parent);
-    return x->s && x->loads && x->pulls && x->jumps && x->output && x->prolong && x->parent;
+    return x->s && x->loads && x->pulls && x->jumps && x->output &&
+           x->prolong && x->integral && x->parent;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -52,9 +54,9 @@ static void set_parents(strain_level *x, const strain_level *from)
             e++;
         }
         x->parent[i] = e;
-        strain_form_lagrange(&from->form->rule,
-                             (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]),
-                             x->prolong[i]);
+        const double at = (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
+        strain_form_lagrange(&from->form->rule, at, x->prolong[i]);
+        strain_form_integral(&from->form->rule, at, x->integral[i]);
     }
 }
 
@@ -232,23 +234,27 @@ static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *erro
 
 /* ---- making, all together ------------------------------------------------------------------ */
 
-static ad_status create_form(strain_level *x, const solve_rod *rod, ad_error *error)
+static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigid, ad_error *error)
 {
+    const scene_properties made = scene_properties_of(&rod->scene);
     const strain_kind kind = {.stages = x->stages,
                               .elements = x->elements,
                               .actuators = rod->actuators,
                               .edges = x->edges,
                               .extents = rod->extents,
-                              .shears = !(scene_locks(scene_properties_of(&rod->scene).strain_stiffness[0]) && scene_locks(scene_properties_of(&rod->scene).strain_stiffness[2])),
+                              .shears = !scene_locks(made.strain_stiffness[0]) ||
+                                        !scene_locks(made.strain_stiffness[1]) ||
+                                        !scene_locks(made.strain_stiffness[2]),
                               .follows = rod->has_body_load,
                               .substeps = 1,
+                              .is_rigid = is_rigid,
                               .end = rod->ends[1]};
     return strain_form_create(&kind, &x->form, error);
 }
 
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, int outputs, const double *s,
-                              strain_level *result, ad_error *error)
+                              const strain_level *from, bool is_rigid, int outputs,
+                              const double *s, strain_level *result, ad_error *error)
 {
     strain_level *x = result;
     *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
@@ -257,7 +263,7 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
     }
     memcpy(x->edges, edges, ((size_t)elements + 1) * sizeof *edges);
-    ad_status status = create_form(x, rod, error);
+    ad_status status = create_form(x, rod, is_rigid, error);
     if (status != AD_OK) {
         return status;
     }
@@ -282,6 +288,7 @@ void strain_level_free(strain_level *x)
     free(x->jumps);
     free(x->output);
     free(x->prolong);
+    free(x->integral);
     free(x->parent);
     strain_form_free(x->form);
     *x = (strain_level){.stages = 0};
@@ -344,6 +351,27 @@ FOR_EACH_PROCESSOR static void refine(strain_level *x, const strain_level *from)
 void strain_level_refine(strain_level *x, const strain_level *from)
 {
     refine(x, from);
+}
+
+FOR_EACH_PROCESSOR static void foresee(const strain_level *x, const strain_level *from,
+                                       lanes *positions)
+{
+    for (int i = 0; i < x->form->nodes; i++) {
+        const int e = x->parent[i];
+        const strain_node *coarse = from->form->at + e * from->stages;
+        for (int c = 0; c < 3; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                sum += x->integral[i][j] * coarse[j].slope[c];
+            }
+            positions[3 * i + c] = from->form->edges[e].r[c] + from->form->width[e] * sum;
+        }
+    }
+}
+
+void strain_level_foresee(const strain_level *x, const strain_level *from, lanes *positions)
+{
+    foresee(x, from, positions);
 }
 
 /* ---- shapes -------------------------------------------------------------------------------- */

@@ -22,14 +22,15 @@ typedef struct strain_level {
     lanes end_force[3], end_moment[3];
     strain_output *output;    /* [outputs] */
     double (*prolong)[GAUSS_STAGES_MAX]; /* [nodes] from the points of an element of a coarser one */
-    int *parent;                         /* [nodes] that element */
+    double (*integral)[GAUSS_STAGES_MAX]; /* the same of integrals from its beginning */
+    int *parent;                          /* [nodes] that element */
 } strain_level;
 
 /* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1]. `from`:
- * the coarser one; NULL: none. AD_NO_MEMORY, errors of formulas. */
+ * the coarser one; NULL: none. is_rigid: for positions alone. AD_NO_MEMORY, errors of formulas. */
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, int outputs, const double *s,
-                              strain_level *result, ad_error *error);
+                              const strain_level *from, bool is_rigid, int outputs,
+                              const double *s, strain_level *result, ad_error *error);
 void strain_level_free(strain_level *x); /* not x itself */
 
 /* Gives LANES members what they have: parameters [LANES][count]. room: doubles for the largest part
@@ -46,6 +47,9 @@ void strain_level_rest(strain_level *x);
 
 /* Curvature and strain from the coarser one. */
 void strain_level_refine(strain_level *x, const strain_level *from);
+
+/* Positions [nodes][3] of its points by the coarser one. */
+void strain_level_foresee(const strain_level *x, const strain_level *from, lanes *positions);
 
 /* values [outputs][SOLVE_MEMBERS_COLUMNS] of one lane after the other, dimensionless. */
 void strain_level_evaluate(const strain_level *x, lanes *values);

@@ -425,6 +425,20 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
     miss_start(x);
 }
 
+FOR_EACH_PROCESSOR static void find_places(strain_form *x)
+{
+    turn_all(x);
+    for (int i = 0; i < x->nodes; i++) {
+        lanes_to_world(x->at[i].R, x->at[i].v, x->at[i].slope);
+    }
+    place_all(x);
+}
+
+void strain_form_place(strain_form *x)
+{
+    find_places(x);
+}
+
 void strain_form_shape(strain_form *x)
 {
     for (int e = 0; e <= x->kind.elements; e++) { /* what is not loaded stays 0 */
