@@ -240,8 +240,8 @@ int ad_pool_threads(const ad_pool *pool);
 
 /* Run work(context, item, thread) for items 0 .. count-1 on the pool's threads; does not allocate.
  */
-typedef void (*pool_work)(void *context, int item, int thread);
-void ad_pool_run(ad_pool *pool, int count, pool_work work, void *context);
+typedef void (*ad_pool_work)(void *context, int item, int thread);
+void ad_pool_run(ad_pool *pool, int count, ad_pool_work work, void *context);
 
 typedef struct ad_settings {
     int tile;  /* points per tile, at most 65536; 0: chosen by the size of the L2 cache */

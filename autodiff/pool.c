@@ -20,7 +20,7 @@ struct ad_pool {
     atomic_int next;   /* item */
     atomic_int busy;   /* workers not yet finished with this round */
     int count;
-    pool_work work;
+    ad_pool_work work;
     void *context;
     bool quit;
 };
@@ -80,7 +80,7 @@ static void start_round(ad_pool *pool)
     pthread_mutex_unlock(&pool->mutex);
 }
 
-void ad_pool_run(ad_pool *pool, int count, pool_work work, void *context)
+void ad_pool_run(ad_pool *pool, int count, ad_pool_work work, void *context)
 {
     pool->work = work;
     pool->context = context;

@@ -176,8 +176,8 @@ static outcome run(const random_scene *x, bool by_network, solve_method method)
 {
     double s[SAMPLES + 1] = {0}, values[COLUMNS * (SAMPLES + 1)];
     int count = places_of(x, s + 1);
-    outcome result = by_network ? train(x, count + 1, s, values)
-                                : solve(x, method, count + 1, s, values);
+    outcome result =
+        by_network ? train(x, count + 1, s, values) : solve(x, method, count + 1, s, values);
     if (result.solved && result.whole) {
         compare(x, values, count, s + 1, &result);
     }

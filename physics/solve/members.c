@@ -25,16 +25,16 @@ struct solve_members {
 
 static ad_status refuse(const scene *one, ad_error *error)
 {
-    const char *why = scene_is_beam(one)                      ? "a beam of small deflection"
-                      : scene_is_dynamic(one)                 ? "a motion"
-                      : scene_is_manufactured(one)            ? "a manufactured solution"
-                      : !(one->start.type == SCENE_CLAMPED)   ? "a start that is not clamped"
-                      : scene_end_is_placed(one->end.type)    ? "an end that is held"
-                      : one->spring_count > 0                 ? "springs"
-                      : one->tube_count > 0                   ? "tubes"
-                      : scene_has_displaced_tendons(one)      ? "tendons of given displacement"
-                      : scene_has_rubbing_tendons(one)        ? "tendons with friction"
-                      : scene_is_imperfect(one)               ? "an imperfection"
+    const char *why = scene_is_beam(one)                    ? "a beam of small deflection"
+                      : scene_is_dynamic(one)               ? "a motion"
+                      : scene_is_manufactured(one)          ? "a manufactured solution"
+                      : !(one->start.type == SCENE_CLAMPED) ? "a start that is not clamped"
+                      : scene_end_is_placed(one->end.type)  ? "an end that is held"
+                      : one->spring_count > 0               ? "springs"
+                      : one->tube_count > 0                 ? "tubes"
+                      : scene_has_displaced_tendons(one)    ? "tendons of given displacement"
+                      : scene_has_rubbing_tendons(one)      ? "tendons with friction"
+                      : scene_is_imperfect(one)             ? "an imperfection"
                       : quantity_any_something(3, one->loads.foundation) ? "a foundation"
                                                                          : NULL;
     return why ? ad_fail(error, AD_BAD_ARGUMENT,
@@ -71,6 +71,19 @@ static int find_edges(const scene *one, double *edges, const char **unresolved, 
     }
     edges[*status == AD_OK ? 1 + breaks.count : 1] = 1;
     return *status == AD_OK ? 1 + breaks.count : 1;
+}
+
+/* Moments have no energy in space, nor have followers. */
+static bool has_energy(const scene *given)
+{
+    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
+                  !quantity_any_something(3, given->loads.moment) &&
+                  !quantity_any_something(3, given->loads.tip.moment);
+    for (int i = 0; i < given->point_count; i++) {
+        result = result && given->points[i].load.frame == SCENE_DEAD &&
+                 !quantity_any_something(3, given->points[i].load.moment);
+    }
+    return result;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -110,8 +123,8 @@ static ad_status create_groups(solve_members *x, const scene *one,
     int elements = find_edges(one, edges, &unresolved, &status, error);
     double *s = malloc((settings->points + 1) * sizeof *s);
     if (status == AD_OK && unresolved) {
-        status = ad_fail(error, AD_BAD_ARGUMENT,
-                         "members: %s jumps in more places than are found", unresolved);
+        status = ad_fail(error, AD_BAD_ARGUMENT, "members: %s jumps in more places than are found",
+                         unresolved);
     }
     if (status == AD_OK && !s) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
@@ -119,17 +132,19 @@ static ad_status create_groups(solve_members *x, const scene *one,
     for (size_t i = 0; status == AD_OK && i < settings->points; i++) {
         s[i] = settings->s[i] / scene_length(one);
         if (!(s[i] >= (i > 0 ? s[i - 1] : 0) && s[i] <= 1 + 1e-12)) {
-            status = ad_fail(error, AD_BAD_ARGUMENT, "members: s[%zu] = %g; allowed: ascending "
-                             "within the rod", i, settings->s[i]);
+            status = ad_fail(error, AD_BAD_ARGUMENT,
+                             "members: s[%zu] = %g; allowed: ascending "
+                             "within the rod",
+                             i, settings->s[i]);
         }
     }
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
-        status = status == AD_OK ? strain_group_create(rod, x->count, settings->tolerance, elements,
-                                                       edges, (int)x->points, s, &x->groups[i],
-                                                       error)
-                                 : status;
+        status = status == AD_OK
+                     ? strain_group_create(rod, has_energy(&x->open), x->count, settings->tolerance,
+                                           elements, edges, (int)x->points, s, &x->groups[i], error)
+                     : status;
     }
     free(s);
     return status;
@@ -204,11 +219,11 @@ static void solve_group(void *context, int item, int thread)
     solve_members *x = of->x;
     const size_t first = LANES * (size_t)item, left = of->members - first;
     if (x->statuses[thread] == AD_OK) {
-        x->statuses[thread] = strain_group_solve(
-            x->groups[thread], left < LANES ? left : LANES,
-            of->parameters + first * (size_t)x->count,
-            of->values + first * x->points * SOLVE_MEMBERS_COLUMNS, of->results + first,
-            &x->errors[thread]);
+        x->statuses[thread] =
+            strain_group_solve(x->groups[thread], left < LANES ? left : LANES,
+                               of->parameters + first * (size_t)x->count,
+                               of->values + first * x->points * SOLVE_MEMBERS_COLUMNS,
+                               of->results + first, &x->errors[thread]);
     }
 }
 

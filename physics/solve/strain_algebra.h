@@ -62,8 +62,7 @@ STRAIN_INLINE void cross_matrix(const lanes a[3], double factor, lanes out[3][3]
 }
 
 /* out = factor a^ B */
-STRAIN_INLINE void cross_times(const lanes a[3], double factor, lanes B[3][3],
-                               lanes out[3][3])
+STRAIN_INLINE void cross_times(const lanes a[3], double factor, lanes B[3][3], lanes out[3][3])
 {
     for (int c = 0; c < 3; c++) {
         const lanes column[3] = {B[0][c], B[1][c], B[2][c]};
@@ -121,8 +120,7 @@ STRAIN_INLINE void inverse_root(const lanes *x, lanes *root)
 STRAIN_INLINE void exponential(const lanes vector[3], lanes q[4])
 {
     enum { TERMS = 10 }; /* beyond 1e-15 of 1.5^2 */
-    const lanes x =
-        0.25 * (vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+    const lanes x = 0.25 * (vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
     lanes cosine = NO_LANES + 1, sine = NO_LANES + 1;
     for (int k = TERMS; k > 0; k--) {
         cosine = 1 - cosine * x * (1.0 / ((2 * k - 1) * (2 * k)));

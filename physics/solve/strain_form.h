@@ -44,11 +44,11 @@ typedef struct strain_actuator {
 /* What acts at an edge, and the rod there, before it. */
 typedef struct strain_edge {
     bool loaded, follows, turns; /* a load acts; it follows; a joint */
-    double turn[4]; /* of a joint */
+    double turn[4];              /* of a joint */
     lanes load[4][3];
     lanes q[4], R[3][3], r[3], N[3], M[3];
-    lanes force[3], moment[3];                /* that act, springs among them */
-    lanes by_turn[2][3][3];                   /* their change by a turn of the section */
+    lanes force[3], moment[3]; /* that act, springs among them */
+    lanes by_turn[2][3][3];    /* their change by a turn of the section */
 } strain_edge;
 
 /* A spring at an edge; its force is sought where it is stiff, its moment follows. */
@@ -72,12 +72,12 @@ typedef struct strain_node {
 /* What rods of one form have in common. */
 typedef struct strain_kind {
     int stages, elements, actuators;
-    const double *edges;                /* [elements + 1] */
-    const solve_extent *extents;        /* [actuators]; of tendons and chambers */
-    bool shears;                        /* a compliance of v is not 0 */
-    bool follows;                       /* a distributed load follows the rod */
-    bool founded;                       /* it has a foundation */
-    bool free_position, free_rotation;  /* at s = 0 */
+    const double *edges;               /* [elements + 1] */
+    const solve_extent *extents;       /* [actuators]; of tendons and chambers */
+    bool shears;                       /* a compliance of v is not 0 */
+    bool follows;                      /* a distributed load follows the rod */
+    bool founded;                      /* it has a foundation */
+    bool free_position, free_rotation; /* at s = 0 */
     bool is_rigid; /* of given strain: a form for positions alone, without equations */
     int springs;
     int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
@@ -87,22 +87,22 @@ typedef struct strain_kind {
 typedef struct strain_form {
     strain_kind kind;
     gauss_rule rule;
-    int nodes, unknowns, elastic; /* unknowns: 3 nodes, and more */
-    double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX];           /* integral from a point to the end */
+    int nodes, unknowns, elastic;                    /* unknowns: 3 nodes, and more */
+    double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* integral from a point to the end */
     /* terms of each step, of u */
     double magnus[(GAUSS_STAGES_MAX + 1) * STRAIN_SUBSTEPS_MAX][3][GAUSS_STAGES_MAX];
-    double *width;                                             /* [elements] */
-    strain_point *points;                                      /* [nodes] */
-    strain_actuator *actuators;                                /* [nodes][actuators] */
-    strain_node *at;                                           /* [nodes] */
-    strain_edge *edges;                                        /* [elements + 1] */
-    strain_spring *springs;                                    /* [kind.springs] */
+    double *width;              /* [elements] */
+    strain_point *points;       /* [nodes] */
+    strain_actuator *actuators; /* [nodes][actuators] */
+    strain_node *at;            /* [nodes] */
+    strain_edge *edges;         /* [elements + 1] */
+    strain_spring *springs;     /* [kind.springs] */
     lanes start_r[3], start_q[4];
-    static_end start, last;          /* what the ends are held to, where that is not by lanes */
+    static_end start, last;            /* what the ends are held to, where that is not by lanes */
     lanes end_force[3], end_moment[3]; /* given, of an end that gives them; else sought */
     /* First unknowns of three each; -1: there are none. */
     int force_at, moment_at, shift_at, turn_at, push_at;
-    lanes by_end[2][3][3]; /* changes of N and M at s = 1 by a turn */
+    lanes by_end[2][3][3];         /* changes of N and M at s = 1 by a turn */
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
     lanes *matrix;                 /* [unknowns][unknowns] column-major */
     lanes *right;                  /* [unknowns], the residual, then the step */

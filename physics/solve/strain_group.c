@@ -32,15 +32,15 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
     }
     divided[elements * parts] = edges[elements];
     const bool is_rigid = x->levels >= STRAIN_LEVELS_MAX - RIGID_LEVELS;
-    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from, is_rigid,
-                                           outputs, s, &x->level[x->levels], error);
+    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from,
+                                           is_rigid, outputs, s, &x->level[x->levels], error);
     x->levels++;
     free(divided);
     return status;
 }
 
-ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
-                              const double *edges, int outputs, const double *s,
+ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double tolerance,
+                              int elements, const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error)
 {
     strain_group *x = calloc(1, sizeof *x);
@@ -49,7 +49,8 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
         solve_rod_free(rod);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    *x = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
+    *x = (strain_group){
+        .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0;
     for (int k = 0; k < STRAIN_LEVELS_MAX && status == AD_OK; k++) {
@@ -70,6 +71,9 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
         if (!x->parameters || !x->room || !x->start || !x->before || !x->placed || !x->values) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
         }
+    }
+    for (int k = 0; k < x->levels && status == AD_OK; k++) { /* formulas have their memory then */
+        status = strain_level_give(&x->level[k], rod, count, x->parameters, x->room, error);
     }
     if (status != AD_OK) {
         strain_group_free(x);
@@ -151,11 +155,12 @@ static void move(strain_form *form)
 /* ---- along the loads ----------------------------------------------------------------------- */
 
 /* A step to a load is taken back where Newton's method does not settle at once, by the first ratio
- * of two steps and those that follow, or where a pivot of elimination is negative. Without followers
- * the matrix is that of the second variation of the energy, with positive factors: its pivots are
- * positive as long as the equilibrium is a minimum, and so it stays on the path from the unstressed
- * rod until that loses its stability. Of 16,000 members under strong loads (tools/bench/members.c) a
- * ratio of 0.05 alone leads two to other equilibria; with the pivots none, also with 0.5. */
+ * of two steps and those that follow, or where a pivot of elimination is negative. Where loads have
+ * an energy the matrix is that of its second variation, with positive factors: pivots are positive
+ * as long as the equilibrium is a minimum, and so it stays on the path from the unstressed rod
+ * until that loses its stability. Elsewhere the number of negative ones stays even on the way. Of
+ * 16,000 members under strong loads (tools/bench/members.c) a ratio of 0.05 alone leads two to
+ * other equilibria; with the pivots none, also with 0.5. */
 static const double FIRST_RATIO = 0.4, RATIO = 0.5;
 
 /* How exactly equilibria on the way are found, curvature times length; shortest step of the load.
@@ -194,14 +199,14 @@ static void try_load(strain_group *x, strain_form *form, follower *f, double ste
 }
 
 /* After a step at a load: whether it is one to take. */
-static bool is_good(follower *f, double length, int negative)
+static bool is_good(follower *f, double length, bool is_stable)
 {
     f->ratio = f->tries > 0 ? length / f->length : 1;
     bool settles = f->tries == 0 || f->ratio <= (f->tries == 1 ? FIRST_RATIO : RATIO);
     f->length = length;
     f->tries++;
     f->steps++;
-    return isfinite(length) && settles && negative == 0 && f->tries < STEPS_MAX;
+    return isfinite(length) && settles && is_stable && f->tries < STEPS_MAX;
 }
 
 /* What Newton's method leaves, as its ratio becomes the square of itself. */
@@ -250,7 +255,9 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         strain_level_load(level, &load);
         find_step(form, following, &length);
         for (int lane = 0; lane < LANES; lane++) {
-            following[lane] = following[lane] && is_good(&f[lane], length[lane], form->negative[lane]);
+            const int negative = form->negative[lane];
+            bool is_stable = x->has_energy ? negative == 0 : negative % 2 == 0;
+            following[lane] = following[lane] && is_good(&f[lane], length[lane], is_stable);
             if (!following[lane]) {
                 drop_step(form, lane);
             }
@@ -416,8 +423,8 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
     for (int lane = 0; lane < LANES; lane++) {
         finer[lane] = f[lane].state == ARRIVED;
         if (wanted[lane]) {
-            results[lane] = (solve_member){
-                .estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
+            results[lane] =
+                (solve_member){.estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }

@@ -22,8 +22,8 @@ static bool allocate(strain_level *x, const solve_rod *rod)
     x->prolong = calloc(nodes, sizeof *x->prolong);
     x->integral = calloc(nodes, sizeof *x->integral);
     x->parent = calloc(nodes, sizeof *x->parent);
-    return x->s && x->loads && x->pulls && x->jumps && x->output &&
-           x->prolong && x->integral && x->parent;
+    return x->s && x->loads && x->pulls && x->jumps && x->output && x->prolong && x->integral &&
+           x->parent;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -253,8 +253,8 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
 }
 
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, bool is_rigid, int outputs,
-                              const double *s, strain_level *result, ad_error *error)
+                              const strain_level *from, bool is_rigid, int outputs, const double *s,
+                              strain_level *result, ad_error *error)
 {
     strain_level *x = result;
     *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};

@@ -14,23 +14,25 @@ typedef struct strain_output {
 
 typedef struct strain_level {
     int stages, elements, outputs;
-    double *edges, *s;        /* [elements + 1], [nodes] */
+    double *edges, *s; /* [elements + 1], [nodes] */
     strain_form *form;
-    lanes (*loads)[4][3];     /* [nodes] at full load, as the next */
-    lanes *pulls;             /* [nodes][actuators] */
-    lanes (*jumps)[4][3];     /* [elements + 1] */
+    lanes (*loads)[4][3]; /* [nodes] at full load, as the next */
+    lanes *pulls;         /* [nodes][actuators] */
+    lanes (*jumps)[4][3]; /* [elements + 1] */
     lanes end_force[3], end_moment[3];
-    strain_output *output;    /* [outputs] */
-    double (*prolong)[GAUSS_STAGES_MAX]; /* [nodes] from the points of an element of a coarser one */
+    strain_output *output; /* [outputs] */
+    double (
+        *prolong)[GAUSS_STAGES_MAX]; /* [nodes] from the points of an element of a coarser one */
     double (*integral)[GAUSS_STAGES_MAX]; /* the same of integrals from its beginning */
     int *parent;                          /* [nodes] that element */
 } strain_level;
 
-/* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1]. `from`:
- * the coarser one; NULL: none. is_rigid: for positions alone. AD_NO_MEMORY, errors of formulas. */
+/* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1].
+ * `from`: the coarser one; NULL: none. is_rigid: for positions alone. AD_NO_MEMORY, errors of
+ * formulas. */
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, bool is_rigid, int outputs,
-                              const double *s, strain_level *result, ad_error *error);
+                              const strain_level *from, bool is_rigid, int outputs, const double *s,
+                              strain_level *result, ad_error *error);
 void strain_level_free(strain_level *x); /* not x itself */
 
 /* Gives LANES members what they have: parameters [LANES][count]. room: doubles for the largest part

@@ -297,8 +297,7 @@ typedef struct changed {
     lanes turn[3], force[3], slope[3], position[3], moment[3];
 } changed;
 
-STRAIN_INLINE void turn_column(strain_form *x, const change *by, changed *points,
-                               changed *edges)
+STRAIN_INLINE void turn_column(strain_form *x, const change *by, changed *points, changed *edges)
 {
     const int n = x->kind.stages;
     lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES};
@@ -318,8 +317,7 @@ STRAIN_INLINE void turn_column(strain_form *x, const change *by, changed *points
             }
         }
         for (int k = 0; k < 3 && here; k++) {
-            turn[k] +=
-                x->width[e] * x->rule.weights[by->index % n] * x->at[by->index].R[k][by->c];
+            turn[k] += x->width[e] * x->rule.weights[by->index % n] * x->at[by->index].R[k][by->c];
         }
     }
 }
@@ -342,8 +340,7 @@ STRAIN_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const
     }
 }
 
-STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *points,
-                                changed *edges)
+STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *points, changed *edges)
 {
     const int n = x->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -382,8 +379,7 @@ STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *point
     }
 }
 
-STRAIN_INLINE void place_column(strain_form *x, const change *by, changed *points,
-                                changed *edges)
+STRAIN_INLINE void place_column(strain_form *x, const change *by, changed *points, changed *edges)
 {
     const int n = x->kind.stages;
     lanes r[3] = {NO_LANES, NO_LANES, NO_LANES};
@@ -417,8 +413,7 @@ STRAIN_INLINE void place_column(strain_form *x, const change *by, changed *point
     }
 }
 
-STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *points,
-                                 changed *edges)
+STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *points, changed *edges)
 {
     const int n = x->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
@@ -448,8 +443,7 @@ STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *poin
     }
 }
 
-STRAIN_INLINE void row_of_points(strain_form *x, const change *by, const changed *points,
-                                 lanes *to)
+STRAIN_INLINE void row_of_points(strain_form *x, const change *by, const changed *points, lanes *to)
 {
     for (int i = 0; i < x->nodes; i++) {
         strain_node *at = &x->at[i];
@@ -463,9 +457,9 @@ STRAIN_INLINE void row_of_points(strain_form *x, const change *by, const changed
                 to[3 * i + k] += at->L[k][by->c];
             }
             if (x->push_at >= 0) {
-                to[x->push_at + 3 * i + k] = x->points[i].stiffness[k] * points[i].position[k] +
-                                             (by->kind == CHANGE_PUSH && by->index == i &&
-                                              by->c == k);
+                to[x->push_at + 3 * i + k] =
+                    x->points[i].stiffness[k] * points[i].position[k] +
+                    (by->kind == CHANGE_PUSH && by->index == i && by->c == k);
             }
         }
     }
@@ -479,8 +473,7 @@ STRAIN_INLINE void row_of_points(strain_form *x, const change *by, const changed
 }
 
 /* Springs and ends, whose conditions are about edges. */
-STRAIN_INLINE void row_of_edges(strain_form *x, const change *by, const changed *edges,
-                                lanes *to)
+STRAIN_INLINE void row_of_edges(strain_form *x, const change *by, const changed *edges, lanes *to)
 {
     const changed *last = &edges[x->kind.elements];
     lanes beyond[3], given[3];

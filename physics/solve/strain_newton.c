@@ -25,10 +25,10 @@ struct strain_newton {
 
 ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
 {
-    const char *what = rod->tubes > 0        ? "tubes"
-                       : rod->lengths > 0    ? "tendons whose displacement is given"
-                       : rod->frictions > 0  ? "tendons with friction"
-                                             : NULL;
+    const char *what = rod->tubes > 0       ? "tubes"
+                       : rod->lengths > 0   ? "tendons whose displacement is given"
+                       : rod->frictions > 0 ? "tendons with friction"
+                                            : NULL;
     return what ? ad_fail(error, AD_BAD_ARGUMENT,
                           "the strain form does not know %s; allowed: the method collocation", what)
                 : AD_OK;

@@ -225,8 +225,7 @@ STRAIN_INLINE void find_strain(strain_form *x, int node)
         pull_all(x, node, false, &pull);
         soften(point, &pull, inverse);
         for (int i = 0; i < 3; i++) {
-            missing[i] =
-                at->v[i] - point->rest[i] - point->compliance[i] * (n[i] - pull.force[i]);
+            missing[i] = at->v[i] - point->rest[i] - point->compliance[i] * (n[i] - pull.force[i]);
         }
         apply(inverse, missing, step);
         for (int i = 0; i < 3; i++) {
@@ -366,8 +365,8 @@ STRAIN_INLINE void miss_start(strain_form *x)
         lanes_to_body(edge->R, given, turned);
         turned_from(at->upright, edge->q, turn);
         for (int i = 0; i < 3; i++) {
-            x->right[x->turn_at + i] = m[i] - (at->kind.moment_is_body ? given : turned)[i] -
-                                       2 * at->spring[i] * turn[i];
+            x->right[x->turn_at + i] =
+                m[i] - (at->kind.moment_is_body ? given : turned)[i] - 2 * at->spring[i] * turn[i];
         }
     }
 }
@@ -387,8 +386,7 @@ STRAIN_INLINE void miss_points(strain_form *x)
             }
         }
         for (int c = 0; c < 3; c++) {
-            x->right[3 * i + c] =
-                at->u[c] - point->rest[3 + c] - point->compliance[3 + c] * m[c];
+            x->right[3 * i + c] = at->u[c] - point->rest[3 + c] - point->compliance[3 + c] * m[c];
             if (x->push_at >= 0) {
                 x->right[x->push_at + 3 * i + c] =
                     at->push[c] + point->stiffness[c] * (at->r[c] - point->place[c]);

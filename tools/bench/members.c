@@ -6,9 +6,9 @@
  * straight tendons at 8 mm with 0 to 3.5 N each (family A). Family B adds its weight in any
  * direction, a tip force of up to 0.2 N along each axis, and a stiffness of 0.5 to 2 times that;
  * B-mild has a tip force of up to 0.05 N. Members are random; shapes have 21 points. */
+#include "physics/solve/members.h"
 #include "nn/rng.h"
 #include "physics/scene_field.h"
-#include "physics/solve/members.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>
@@ -159,9 +159,8 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     }
     for (size_t i = 0; i < compared && i < count; i++) {
         bool warned = false;
-        const double off =
-            1e3 * compare(robot, members + i * PARAMETERS, s,
-                          values + i * POINTS * SOLVE_MEMBERS_COLUMNS, &warned);
+        const double off = 1e3 * compare(robot, members + i * PARAMETERS, s,
+                                         values + i * POINTS * SOLVE_MEMBERS_COLUMNS, &warned);
         if (results[i].solved && !isnan(off)) {
             errors[known++] = off;
             other += off > 1;

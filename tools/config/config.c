@@ -10,6 +10,7 @@ void config_free(config *experiment)
     if (experiment) {
         config_source_free(experiment->source);
         quantities_free(experiment->names);
+        free(experiment->open);
         free(experiment);
     }
 }
@@ -146,18 +147,36 @@ typedef struct file_request {
     const char *path, *text;
     int count;
     const char *const *overrides;
+    int open_count;
+    const char *const *open;
 } file_request;
 
 static ad_status fill_from_file(config *experiment, const void *context, ad_error *error)
 {
     const file_request *r = context;
+    for (int i = 0; i < r->open_count; i++) {
+        experiment->open_names[experiment->open_count++] = r->open[i];
+    }
     return read_all(experiment, r->path, r->text, r->count, r->overrides, error);
 }
 
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
                       config **result, ad_error *error)
 {
-    const file_request request = {path, text, count, overrides};
+    const file_request request = {path, text, count, overrides, 0, NULL};
+    return make(path, fill_from_file, &request, result, error);
+}
+
+ad_status config_read_open(const char *path, int count, const char *const *overrides,
+                           int open_count, const char *const *open, config **result,
+                           ad_error *error)
+{
+    const file_request request = {path, NULL, count, overrides, open_count, open};
+    *result = NULL;
+    if (open_count > CONFIG_OPEN_MAX) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: %d open parameters; allowed: up to %d", path,
+                       open_count, CONFIG_OPEN_MAX);
+    }
     return make(path, fill_from_file, &request, result, error);
 }
 

@@ -25,6 +25,8 @@ typedef struct config_parameter {
     quantity value;
 } config_parameter;
 
+enum { CONFIG_OPEN_MAX = 14 }; /* as many as formulas have names for, less s and t */
+
 enum { CONFIG_TABLES_MAX = 16 };
 
 /* A function of one argument for the formulas of the scene, by its name. */
@@ -41,8 +43,12 @@ typedef struct config {
     config_table tables[CONFIG_TABLES_MAX];
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
-    struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
-                              * determine is left to scene_properties_of */
+    int open_count; /* of parameters that stay open names of the scene's formulas */
+    const char *open_names[CONFIG_OPEN_MAX];
+    double open_values[CONFIG_OPEN_MAX]; /* as the file has them */
+    struct scene *open; /* the scene with these names; NULL: none. Of `scene` they are numbers */
+    struct scene scene; /* loads in SI, whatever the YAML scaled; what section and material
+                         * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
@@ -58,6 +64,13 @@ typedef struct config {
  * AD_BAD_INPUT, AD_IO (file), AD_NO_MEMORY. The overrides are not kept. */
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
                       config **config, ad_error *error);
+/* The same of a file whose parameters `open` [open_count] are to have other values later:
+ * everything is checked with those that they have. AD_BAD_INPUT also for a name that is no
+ * parameter, whose value is a formula, or which no formula of the scene uses. The names must
+ * outlive the config. */
+ad_status config_read_open(const char *path, int count, const char *const *overrides,
+                           int open_count, const char *const *open, config **config,
+                           ad_error *error);
 /* The same of a scene and settings that a program has filled in, whose texts are copied: checked
  * and resolved, so that it can be written like one of a file. The end s = length is of the type
  * that the scene says. Keys stand in messages behind settings->name, or "scene". */

@@ -1,6 +1,9 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training. */
 #include "tools/config/config_parts.h"
 
+#include "physics/scene_field.h"
+
+#include <stdlib.h>
 #include <string.h>
 
 /* What is wrong with the formula is told in `error`. */
@@ -30,6 +33,30 @@ static ad_status parse(const config *experiment, const config_key *key, const ch
     return AD_OK;
 }
 
+/* Leaves the name of a parameter open. */
+static ad_status open_parameter(config *experiment, int open, const config_parameter *parameter,
+                                const char *path, ad_error *error)
+{
+    ad_error reason;
+    if (!quantity_is_number(parameter->value, &experiment->open_values[open])) {
+        return config_blame(experiment->source, error, path,
+                            "is a formula; allowed of a parameter that is to vary: a number");
+    }
+    return quantities_coordinate(experiment->names, parameter->name, &reason) == AD_OK
+               ? AD_OK
+               : config_blame(experiment->source, error, path, "%s", reason.message);
+}
+
+/* Which of the open names a parameter is; -1: none. */
+static int open_index(const config *experiment, const char *name)
+{
+    int i = experiment->open_count - 1;
+    while (i >= 0 && strcmp(experiment->open_names[i], name) != 0) {
+        i--;
+    }
+    return i;
+}
+
 static ad_status define_parameters(config *experiment, ad_error *error)
 {
     const config_key *key = config_key_find(CONFIG_PARAMETER_PATH);
@@ -39,8 +66,11 @@ static ad_status define_parameters(config *experiment, ad_error *error)
         ad_error reason;
         snprintf(path, sizeof path, "parameters.%s", parameter->name);
         ad_status status = parse(experiment, key, path, &parameter->value, error);
-        if (status == AD_OK &&
-            quantities_define(experiment->names, parameter->name, parameter->value, &reason)) {
+        const int open = open_index(experiment, parameter->name);
+        if (status == AD_OK && open >= 0) {
+            status = open_parameter(experiment, open, parameter, path, error);
+        } else if (status == AD_OK && quantities_define(experiment->names, parameter->name,
+                                                        parameter->value, &reason)) {
             status = config_blame(experiment->source, error, path, "%s", reason.message);
         }
         if (status != AD_OK) {
@@ -64,6 +94,49 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
     return status;
 }
 
+static bool uses(const scene *open, const char *name)
+{
+    bool any = false;
+    for (int i = 0; i < scene_field_count && !any; i++) {
+        any = quantity_any_depends_on(scene_fields[i].count, scene_field_of(open, &scene_fields[i]),
+                                      name);
+    }
+    return any;
+}
+
+/* Keeps the scene with its open names; that which is checked and resolved has their values. */
+static ad_status close_scene(config *experiment, ad_error *error)
+{
+    char path[CONFIG_PATH_MAX];
+    if (experiment->open_count == 0) {
+        return AD_OK;
+    }
+    experiment->open = malloc(sizeof *experiment->open);
+    if (!experiment->open) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a scene");
+    }
+    *experiment->open = experiment->scene;
+    for (int i = 0; i < experiment->open_count; i++) {
+        const char *name = experiment->open_names[i];
+        bool known = false;
+        for (int k = 0; k < experiment->parameter_count; k++) {
+            known = known || strcmp(experiment->parameters[k].name, name) == 0;
+        }
+        snprintf(path, sizeof path, known ? "parameters.%s" : "parameters", name);
+        if (!known || !uses(experiment->open, name)) {
+            return config_blame(experiment->source, error, path,
+                                known ? "no formula of the scene uses it" : "has no %s", name);
+        }
+    }
+    if (experiment->load_units != CONFIG_UNITS_SI) {
+        return config_blame(experiment->source, error, "loads.units",
+                            "are those of one member; allowed with parameters that vary: SI");
+    }
+    scene_with(experiment->open, experiment->open_count, experiment->open_names,
+               experiment->open_values, &experiment->scene);
+    return AD_OK;
+}
+
 ad_status config_parse_formulas(config *experiment, ad_error *error)
 {
     ad_status status = config_define_tables(experiment, error);
@@ -77,7 +150,7 @@ ad_status config_parse_formulas(config *experiment, ad_error *error)
             status = parse_field(experiment, key, index, error);
         }
     }
-    return status;
+    return status == AD_OK ? close_scene(experiment, error) : status;
 }
 
 ad_status config_check_scene(const config *experiment, ad_error *error)

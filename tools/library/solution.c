@@ -99,3 +99,50 @@ ad_status cpinn_solution_evaluate(const cpinn_solution *x, size_t points, const 
 {
     return solution_evaluate(x->solved, cpinn_solution_columns(x), points, s, t, values, error);
 }
+
+/* ---- members ------------------------------------------------------------------------------- */
+
+struct cpinn_members {
+    config *settings; /* holds the formulas */
+    solve_members *members;
+};
+
+ad_status cpinn_members_file(const char *path, int count, const char *const *overrides,
+                             const solve_members_settings *settings, cpinn_members **result,
+                             ad_error *error)
+{
+    solve_members_settings asked = *settings;
+    cpinn_members *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    ad_status status =
+        config_read_open(path, count, overrides, asked.count, asked.names, &x->settings, error);
+    if (status == AD_OK) {
+        asked.values = asked.values ? asked.values : x->settings->open_values;
+        status = solve_members_create(x->settings->open ? x->settings->open : &x->settings->scene,
+                                      &asked, &x->members, error);
+    }
+    if (status != AD_OK) {
+        cpinn_members_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void cpinn_members_free(cpinn_members *x)
+{
+    if (x) {
+        solve_members_free(x->members);
+        config_free(x->settings);
+        free(x);
+    }
+}
+
+ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
+{
+    return solve_members_solve(x->members, members, parameters, values, results, error);
+}

@@ -1,0 +1,474 @@
+/* The strain form: kinematics against closed forms, derivatives against differences, equilibria
+ * against closed forms and the other solver. */
+#include "near.h"
+#include "random_numbers.h"
+
+#include "physics/solve/quaternion.h"
+#include "physics/solve/solve.h"
+#include "physics/solve/strain_form.h"
+#include "tools/config/config_experiment.h"
+#include "tools/train/reference.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- kinematics ---------------------------------------------------------------------------- */
+
+enum { ELEMENTS_MAX = 16 };
+
+typedef void strains_at(double s, double u[3], double v[3]);
+
+static void spread(size_t count, const double *from, lanes *to)
+{
+    for (size_t i = 0; i < count; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            to[i][lane] = from[i];
+        }
+    }
+}
+
+/* The end of a rod of given strains. */
+static void place(strains_at *strains, int stages, int elements, double q[4], double r[3])
+{
+    double edges[ELEMENTS_MAX + 1];
+    strain_kind kind = {
+        .stages = stages, .elements = elements, .edges = edges, .substeps = 1, .is_rigid = true};
+    strain_form *x = NULL;
+    ad_error error;
+    for (int e = 0; e <= elements; e++) {
+        edges[e] = (double)e / elements;
+    }
+    assert_int_equal(strain_form_create(&kind, &x, &error), AD_OK);
+    for (int i = 0; i < x->nodes; i++) {
+        double u[3], v[3];
+        strains((i / stages + x->rule.nodes[i % stages]) / elements, u, v);
+        spread(3, u, x->at[i].u);
+        spread(3, v, x->at[i].v);
+    }
+    strain_form_place(x);
+    for (int i = 0; i < 4; i++) {
+        q[i] = x->edges[elements].q[i][LANES - 1];
+    }
+    for (int i = 0; i < 3; i++) {
+        r[i] = x->edges[elements].r[i][0];
+    }
+    strain_form_free(x);
+}
+
+static void constant(double s, double u[3], double v[3])
+{
+    (void)s;
+    memcpy(u, (double[]){0.6, -0.3, 0.9}, 3 * sizeof *u);
+    memcpy(v, (double[]){0.1, -0.2, 1.1}, 3 * sizeof *v);
+}
+
+/* R = exp(u^), r = (1 + (1 - cos a)/a^2 u^ + (a - sin a)/a^3 u^ u^) v (Murray, Li, Sastry 1994,
+ * eq. 2.36): a helix. Rotations are exact; r by four points, of a curve that turns by 1.1 rad, to
+ * 1e-9. */
+static void test_helix(void **state)
+{
+    (void)state;
+    double u[3], v[3], q[4], r[3], once[3], again[3];
+    constant(0, u, v);
+    place(constant, 4, 1, q, r);
+    const double a = sqrt(vector_dot(u, u));
+    vector_cross(u, v, once);
+    vector_cross(u, once, again);
+    assert_near(q[0], cos(a / 2), 1e-15);
+    for (int i = 0; i < 3; i++) {
+        assert_near(q[1 + i], sin(a / 2) * u[i] / a, 1e-15);
+        assert_near(r[i],
+                    v[i] + (1 - cos(a)) / (a * a) * once[i] + (a - sin(a)) / (a * a * a) * again[i],
+                    1e-8);
+    }
+}
+
+static void varying(double s, double u[3], double v[3])
+{
+    memcpy(u, (double[]){1 + 4 * s - 3 * s * s, 5 * s * s - 2, 3 - 6 * s}, 3 * sizeof *u);
+    memcpy(v, (double[]){0, 0, 1}, 3 * sizeof *v);
+}
+
+/* q' = q (0, u)/2 by 2000 steps of Runge and Kutta's method, exact to 1e-13. */
+static void integrate(strains_at *strains, double q[4])
+{
+    enum { STEPS = 2000 };
+    const double h = 1.0 / STEPS, at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1, 2, 2, 1};
+    memcpy(q, (double[]){1, 0, 0, 0}, 4 * sizeof *q);
+    for (int k = 0; k < STEPS; k++) {
+        double sum[4] = {0}, rate[4] = {0}, u[3], v[3];
+        for (int stage = 0; stage < 4; stage++) {
+            double p[4];
+            for (int i = 0; i < 4; i++) {
+                p[i] = q[i] + h * at[stage] * rate[i];
+            }
+            strains((k + at[stage]) * h, u, v);
+            quaternion_times_vector(p, u, rate);
+            for (int i = 0; i < 4; i++) {
+                rate[i] /= 2;
+                sum[i] += weight[stage] * rate[i];
+            }
+        }
+        for (int i = 0; i < 4; i++) {
+            q[i] += h / 6 * sum[i];
+        }
+    }
+}
+
+/* A commutator of the wrong sign converges, too, at second order. */
+static void test_order(void **state)
+{
+    (void)state;
+    double exact[4], error[4], q[4], r[3], turn[4];
+    integrate(varying, exact);
+    for (int k = 0; k < 4; k++) { /* three points have all of u */
+        place(varying, 3, 1 << k, q, r);
+        quaternion_quotient(exact, q, turn);
+        error[k] = 2 * sqrt(vector_dot(turn + 1, turn + 1));
+    }
+    for (int k = 0; k < 3; k++) {
+        const double order = log2(error[k] / error[k + 1]);
+        if (!(order > 5.6 && order < 7)) {
+            fail_msg("order %g: errors %g, %g", order, error[k], error[k + 1]);
+        }
+    }
+    assert_true(error[3] < 1e-7);
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+static uint64_t random_state = 3;
+
+static void fill(size_t count, double size, lanes *x)
+{
+    for (size_t i = 0; i < count; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            x[i][lane] = random_in(&random_state, -size, size);
+        }
+    }
+}
+
+static double place_of(const strain_form *x, int node)
+{
+    const int e = node / x->kind.stages;
+    return x->kind.edges[e] + x->width[e] * x->rule.nodes[node % x->kind.stages];
+}
+
+static void fill_points(strain_form *x)
+{
+    const int pulling = x->kind.actuators;
+    for (int i = 0; i < x->nodes; i++) {
+        strain_point *point = &x->points[i];
+        fill(6, 0.2, point->rest);
+        fill(6, 0.1, point->compliance);
+        fill(12, 1, point->load[0]);
+        fill(3, 1, point->stiffness);
+        fill(3, 1, point->place);
+        for (int c = 0; c < 3; c++) {
+            const double u = 0.8 - 0.5 * c + (c - 0.5) * place_of(x, i);
+            spread(1, &u, &x->at[i].u[c]);
+        }
+        fill(3, 0.5, x->at[i].push);
+        point->rest[2] += 1;
+        for (int c = 0; c < 6; c++) {
+            point->compliance[c] += 0.5;
+            if (!x->kind.shears && c < 3) {
+                memset(&point->compliance[c], 0, sizeof(lanes));
+            }
+        }
+        memcpy(x->at[i].v, point->rest, sizeof x->at[i].v);
+        for (int k = 0; k < pulling; k++) {
+            strain_actuator *a = &x->actuators[i * pulling + k];
+            fill(2, 0.1, a->offset);
+            fill(2, 0.1, a->slope);
+            fill(1, 0.5, &a->pull);
+        }
+        if (!x->kind.follows) {
+            memset(point->load[2], 0, 6 * sizeof(lanes));
+        }
+    }
+}
+
+static void fill_edges(strain_form *x, bool follow)
+{
+    for (int e = 0; e <= x->kind.elements; e++) {
+        strain_edge *edge = &x->edges[e];
+        edge->loaded = e < 2;
+        edge->follows = follow;
+        fill(12, 1, edge->load[0]);
+        if (!follow) {
+            memset(edge->load[2], 0, 6 * sizeof(lanes));
+        }
+        edge->turns = e == 1;
+        memcpy(edge->turn, (double[]){0.8, 0, 0.6, 0}, sizeof edge->turn);
+    }
+}
+
+static void fill_end(static_end *x, const solve_end *kind)
+{
+    *x = (static_end){.kind = *kind,
+                      .position = {0.1, 0.2, 0.9},
+                      .rotation = {0.8, 0.6, 0, 0},
+                      .force = {0.3, -0.2, 0.5},
+                      .moment = {-0.4, 0.1, 0.3},
+                      .spring = {0.5, 0.7, 0.2},
+                      .upright = {1, 0, 0, 0}};
+}
+
+/* Direction k: a power of s in one component of u, or one of what else is sought. The matrix is
+ * that of quadrature, which is exact for what is smooth. */
+enum { SMOOTH = 12 };
+
+static void set_direction(const strain_form *x, int k, lanes *step)
+{
+    const double one = 1;
+    memset(step, 0, (size_t)x->unknowns * sizeof *step);
+    for (int i = 0; i < x->nodes && k < SMOOTH; i++) {
+        const double to = pow(place_of(x, i), k / 3);
+        spread(1, &to, &step[3 * i + k % 3]);
+    }
+    if (k >= SMOOTH) {
+        spread(1, &one, &step[x->elastic + k - SMOOTH]);
+    }
+}
+
+/* The matrix times a direction, into `to`. */
+static void multiply(const strain_form *x, const lanes *step, lanes *to)
+{
+    const size_t count = (size_t)x->unknowns;
+    memset(to, 0, count * sizeof *to);
+    for (size_t c = 0; c < count; c++) {
+        for (size_t i = 0; i < count; i++) {
+            to[i] += x->matrix[c * count + i] * step[c];
+        }
+    }
+}
+
+/* Against differences of residuals, in every lane: both have errors below 1e-9. */
+static void compare_directions(strain_form *x)
+{
+    const double length = 1e-5, way[3] = {-length, 2 * length, -length}; /* move subtracts */
+    const size_t count = (size_t)x->unknowns;
+    lanes *step = calloc(3 * count, sizeof *step), *before = step + count, *by = before + count;
+    assert_non_null(step);
+    for (int i = 0; i < 4; i++) { /* v settles */
+        strain_form_shape(x);
+    }
+    strain_form_linearise(x);
+    for (int k = 0; k < SMOOTH + x->unknowns - x->elastic; k++) {
+        set_direction(x, k, step);
+        multiply(x, step, by);
+        for (int side = 0; side < 3; side++) { /* there, on the other side, and back */
+            lanes share;
+            spread(1, &way[side], &share);
+            strain_form_move(x, step, &share);
+            strain_form_shape(x);
+            for (size_t i = 0; side == 0 && i < count; i++) {
+                before[i] = x->right[i];
+            }
+            for (size_t i = 0; side == 1 && i < count; i++) {
+                for (int lane = 0; lane < LANES; lane++) {
+                    const double change = (before[i][lane] - x->right[i][lane]) / (2 * length);
+                    if (!(fabs(change - by[i][lane]) < 1e-8)) {
+                        fail_msg("row %zu, direction %d, lane %d: %.9g, by differences %.9g", i, k,
+                                 lane, by[i][lane], change);
+                    }
+                }
+            }
+        }
+    }
+    free(step);
+}
+
+static void check_derivatives(strain_kind kind, bool follow, const solve_end *start)
+{
+    static const double edges[3] = {0, 0.4, 1};
+    static const solve_extent extents[3] = {{.end = 1}, {.end = 1, .is_chamber = true}, {.end = 1}};
+    static const solve_spring spring = {
+        .stiffness = {1, 2, 3}, .turning = {0.4, 0.4, 0.4}, .upright = {1, 0, 0, 0}};
+    strain_form *x = NULL;
+    ad_error error;
+    kind.stages = 12;
+    kind.elements = 2;
+    kind.edges = edges;
+    kind.extents = extents;
+    kind.substeps = STRAIN_SUBSTEPS_MAX;
+    assert_int_equal(strain_form_create(&kind, &x, &error), AD_OK);
+    fill_points(x);
+    fill_edges(x, follow);
+    fill_end(&x->start, start);
+    fill_end(&x->last, &kind.end);
+    fill(3, 1, x->end_force);
+    fill(3, 1, x->end_moment);
+    fill(3, 1, x->start_r);
+    for (int k = 0; k < kind.springs; k++) {
+        x->springs[k] = (strain_spring){
+            .edge = 1 + k, .unknown = x->unknowns, .given = &spring, .anchor = {0.1, 0.1, 0.1}};
+        fill(3, 1, x->springs[k].force);
+        x->unknowns += 3;
+    }
+    compare_directions(x);
+    strain_form_free(x);
+}
+
+static void test_derivatives(void **state)
+{
+    (void)state;
+    const solve_end clamped = {.hold = {.directions = 3}, .holds_rotation = true};
+    const solve_end rail = {.hold = {.directions = 1, .axis = {0, 0.6, 0.8}},
+                            .force_is_body = true};
+    const solve_end wall = {.hold = {.directions = 2, .axis = {1, 0, 0}}, .moment_is_body = true};
+    check_derivatives((strain_kind){.shears = false}, false, &clamped);
+    check_derivatives((strain_kind){.shears = true, .actuators = 3}, false, &clamped);
+    check_derivatives((strain_kind){.shears = false, .actuators = 3}, true, &clamped);
+    check_derivatives((strain_kind){.shears = true,
+                                    .follows = true,
+                                    .end = {.force_is_body = true, .moment_is_body = true}},
+                      true, &clamped);
+    check_derivatives((strain_kind){.shears = true, .end = clamped}, false, &clamped);
+    check_derivatives((strain_kind){.shears = true,
+                                    .actuators = 2,
+                                    .follows = true,
+                                    .founded = true,
+                                    .springs = 2,
+                                    .free_position = true,
+                                    .free_rotation = true,
+                                    .end = rail},
+                      true, &wall);
+    check_derivatives((strain_kind){.springs = 1, .free_rotation = true, .end = wall}, true, &rail);
+}
+
+/* ---- equilibria ---------------------------------------------------------------------------- */
+
+/* Against the reference that a scene names, mostly a closed form. */
+static void check_reference(const char *path, const char *override, double tolerance)
+{
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    experiment *e = NULL;
+    reference *r = NULL;
+    solution *found = NULL;
+    solve_report report;
+    reference_errors errors;
+    const solve_settings wanted = {.tolerance = 1e-10, .method = SOLVE_STRAIN};
+    if (config_read(path, NULL, override != NULL, &override, &settings, &error) != AD_OK ||
+        config_experiment_create(settings, 1, &e, &error) != AD_OK ||
+        reference_create(e, &r, &error) != AD_OK ||
+        solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error) != AD_OK ||
+        reference_compare_solution(r, found, &errors, &error) != AD_OK) {
+        fail_msg("%s: %s", path, error.message);
+    }
+    assert_near(report.load_fraction, 1, 0);
+    assert_true(report.estimate <= wanted.tolerance);
+    if (!(errors.position_max <= tolerance &&
+          (isnan(errors.rotation_max) || errors.rotation_max <= tolerance))) {
+        fail_msg("%s %s: %g, %g rad", path, override ? override : "", errors.position_max,
+                 errors.rotation_max);
+    }
+    solution_free(found);
+    reference_free(r);
+    experiment_free(e);
+}
+
+static void test_closed_forms(void **state)
+{
+    (void)state;
+    check_reference("configs/elastica.yaml", NULL, 1e-10);
+    check_reference("configs/elastica.yaml", "loads.tip.force[2]=-1000", 1e-10);
+    check_reference("configs/rollup.yaml", NULL, 1e-10);
+    check_reference("configs/helix.yaml", NULL, 1e-10);
+    check_reference("configs/cases/shear_stretch.yaml", NULL, 1e-10);
+    check_reference("configs/robots/tendon_two_segments.yaml", NULL, 1e-10);
+}
+
+enum { POINTS = 21, COLUMNS = 19 };
+
+static void shape_of(const scene *rod_scene, solve_settings settings, double *values)
+{
+    ad_error error = {.message = ""};
+    solution *found = NULL;
+    solve_report report;
+    double s[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = scene_length(rod_scene) * i / (POINTS - 1);
+    }
+    if (solution_create(rod_scene, &settings, 0, NULL, &found, &report, &error) != AD_OK ||
+        solution_evaluate(found, COLUMNS, POINTS, s, NULL, values, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    assert_near(report.load_fraction, 1, 0);
+    solution_free(found);
+}
+
+/* Positions and rotations of both to within their tolerance of 1e-10, of some in each scene
+ * amplified by loads that are hundreds of EI/L^2. */
+static void check_against_collocation(const char *path, double perturbation)
+{
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    double values[2][COLUMNS * POINTS];
+    if (config_read(path, NULL, 0, NULL, &settings, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (int i = 0; i < 2; i++) {
+        shape_of(&settings->scene,
+                 (solve_settings){.tolerance = 1e-10,
+                                  .perturbation = perturbation,
+                                  .method = i ? SOLVE_STRAIN : SOLVE_COLLOCATION},
+                 values[i]);
+    }
+    for (int k = 0; k < 7 * POINTS; k++) {
+        const double size = k < 3 * POINTS ? scene_length(&settings->scene) : 1;
+        if (!(fabs(values[0][k] - values[1][k]) <= 1e-9 * size)) {
+            fail_msg("%s, column %d: %.15g, %.15g", path, k / POINTS, values[0][k], values[1][k]);
+        }
+    }
+    config_free(settings);
+}
+
+static void test_against_collocation(void **state)
+{
+    (void)state;
+    check_against_collocation("configs/ring.yaml", 0);
+    check_against_collocation("configs/heavy_cantilever.yaml", 0);
+    check_against_collocation("configs/cases/buckled_1.yaml", 0);
+    check_against_collocation("configs/cases/bend_45.yaml", 0);
+    check_against_collocation("configs/cases/follower_5.yaml", 0);
+    check_against_collocation("configs/cases/tapered.yaml", 0);
+    check_against_collocation("configs/robots/catheter_routed_tendon.yaml", 0);
+    check_against_collocation("configs/robots/soft_arm_three_chambers.yaml", 0);
+    check_against_collocation("configs/robots/tendon_one_segment.yaml", 0);
+}
+
+static void refuse(const char *path, const char *why)
+{
+    ad_error error = {.message = ""};
+    config *settings = NULL;
+    solution *found = NULL;
+    solve_report report;
+    const solve_settings wanted = {.tolerance = 1e-6, .method = SOLVE_STRAIN};
+    assert_int_equal(config_read(path, NULL, 0, NULL, &settings, &error), AD_OK);
+    assert_int_equal(solution_create(&settings->scene, &wanted, 0, NULL, &found, &report, &error),
+                     AD_BAD_ARGUMENT);
+    assert_non_null(strstr(error.message, why));
+    config_free(settings);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    refuse("configs/robots/concentric.yaml", "tubes");
+    refuse("configs/robots/tendon_pulled.yaml", "displacement");
+    refuse("configs/beam_cantilever.yaml", "a rod at rest");
+    refuse("configs/soft_arm.yaml", "a rod at rest");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_helix),       cmocka_unit_test(test_order),
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_closed_forms),
+        cmocka_unit_test(test_refusals),    cmocka_unit_test(test_against_collocation),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

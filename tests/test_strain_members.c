@@ -1,0 +1,348 @@
+/* Batches of members: against the other solver, the same bits however they are dealt, and what is
+ * refused. */
+#include "allocations.h"
+#include "near.h"
+#include "random_numbers.h"
+
+#include "physics/scene_field.h"
+#include "physics/solve/solve.h"
+#include "tools/config/config.h"
+#include "tools/library/cpinn.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { PARAMETERS = 5, POINTS = 11, MEMBERS = 21 };
+
+static const char *const names[PARAMETERS] = {"pull", "push", "side", "weight", "stiff"};
+static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
+
+/* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
+ * chamber, a follower within, a body force along part of it, the weight, a force at the tip. */
+static const char robot[] =
+    "parameters: {pull: 1, push: 0.5, side: 0, weight: 5, stiff: 1, half: stiff/2}\n"
+    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
+    "segments:\n"
+    "  - {length: 0.1}\n"
+    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"
+    "     material: {youngs_modulus: 2e9*half}}\n"
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: loaded}}\n"
+    "loads:\n"
+    "  gravity: [0, weight, -2*weight]\n"
+    "  force: [\"where(s-0.05, where(0.2-s, side, 0), 0)\", 0, 0]\n"
+    "  tip: {force: [side/20, 0.05*push, 0]}\n"
+    "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower}]\n"
+    "tendons:\n"
+    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 0.5*pull^2}\n"
+    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n";
+
+static void assert_good(ad_status status, const ad_error *error)
+{
+    if (status != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+}
+
+/* As a file, as only files have members by name. */
+static const char *file_of(const char *text)
+{
+    static char path[] = "/tmp/cpinn_members_XXXXXX";
+    memcpy(path + strlen(path) - 6, "XXXXXX", 6);
+    int descriptor = mkstemp(path);
+    assert_true(descriptor >= 0);
+    assert_int_equal(write(descriptor, text, strlen(text)), (ssize_t)strlen(text));
+    close(descriptor);
+    return path;
+}
+
+static config *read_open(const char *text, int count, const char *const *open, ad_error *error)
+{
+    config *result = NULL;
+    const char *path = file_of(text);
+    config_read_open(path, 0, NULL, count, open, &result, error);
+    unlink(path);
+    return result;
+}
+
+static config *read_robot(void)
+{
+    ad_error error = {.message = ""};
+    config *result = read_open(robot, PARAMETERS, names, &error);
+    if (!result) {
+        fail_msg("%s", error.message);
+    }
+    return result;
+}
+
+static solve_members_settings settings_of(int threads, double tolerance)
+{
+    static double s[POINTS];
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = 0.25 * i / (POINTS - 1);
+    }
+    return (solve_members_settings){.count = PARAMETERS,
+                                    .names = names,
+                                    .values = usual,
+                                    .tolerance = tolerance,
+                                    .threads = threads,
+                                    .points = POINTS,
+                                    .s = s};
+}
+
+static void draw(double (*members)[PARAMETERS])
+{
+    uint64_t random = 5;
+    for (int i = 0; i < MEMBERS; i++) {
+        members[i][0] = random_in(&random, 0, 2);
+        members[i][1] = random_in(&random, 0, 1);
+        members[i][2] = random_in(&random, -1, 1);
+        members[i][3] = random_in(&random, 0, 10);
+        members[i][4] = random_in(&random, 0.7, 2);
+    }
+}
+
+typedef struct batch {
+    double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS];
+    solve_member results[MEMBERS];
+} batch;
+
+/* All of them, `first` to start with. */
+static batch *solve(const scene *open, int threads, int first, double tolerance)
+{
+    double members[MEMBERS][PARAMETERS], turned[MEMBERS][PARAMETERS];
+    const solve_members_settings settings = settings_of(threads, tolerance);
+    solve_members *x = NULL;
+    ad_error error = {.message = ""};
+    batch *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
+    assert_non_null(result);
+    assert_non_null(there);
+    draw(members);
+    for (int i = 0; i < MEMBERS; i++) {
+        memcpy(turned[i], members[(i + first) % MEMBERS], sizeof turned[i]);
+    }
+    assert_good(solve_members_create(open, &settings, &x, &error), &error);
+    const long before = allocations;
+    assert_good(
+        solve_members_solve(x, MEMBERS, turned[0], there->values[0][0], there->results, &error),
+        &error);
+    assert_int_equal(allocations, before);
+    for (int i = 0; i < MEMBERS; i++) {
+        memcpy(result->values[(i + first) % MEMBERS], there->values[i], sizeof there->values[i]);
+        result->results[(i + first) % MEMBERS] = there->results[i];
+    }
+    solve_members_free(x);
+    free(there);
+    return result;
+}
+
+/* Position, rotation and strains of the other solver, whose own error is 1e-9 of the length. */
+static void compare(const scene *open, const double *member,
+                    const double (*values)[SOLVE_MEMBERS_COLUMNS], double tolerance)
+{
+    scene one;
+    solution *found = NULL;
+    solve_report report;
+    ad_error error = {.message = ""};
+    const solve_settings asked = {.tolerance = 1e-9};
+    double all[SOLVE_MEMBERS_COLUMNS * POINTS];
+    scene_with(open, PARAMETERS, names, member, &one);
+    assert_good(solution_create(&one, &asked, 0, NULL, &found, &report, &error), &error);
+    assert_near(report.load_fraction, 1, 0);
+    assert_good(solution_evaluate(found, SOLVE_MEMBERS_COLUMNS, POINTS, settings_of(1, 1).s, NULL,
+                                  all, &error),
+                &error);
+    for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
+        /* u in 1/m is known to its size times as much as the shape, v nearly exactly */
+        const double allowed = tolerance * (c < 3 ? 0.25 : c < 10 ? 3 : 300);
+        for (int i = 0; i < POINTS; i++) {
+            assert_near(values[i][c], all[c * POINTS + i], allowed);
+        }
+    }
+    solution_free(found);
+}
+
+static void test_against_collocation(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    for (int k = 0; k < 2; k++) {
+        const double tolerance = k ? 1e-8 : 1e-5;
+        double members[MEMBERS][PARAMETERS];
+        batch *all = solve(given->open, 1, 0, tolerance);
+        draw(members);
+        for (int i = 0; i < MEMBERS; i++) {
+            assert_true(all->results[i].solved);
+            assert_true(all->results[i].estimate <= tolerance);
+            if (i % 3 == 0) {
+                compare(given->open, members[i],
+                        (const double(*)[SOLVE_MEMBERS_COLUMNS])all->values[i], tolerance);
+            }
+        }
+        free(all);
+    }
+    config_free(given);
+}
+
+static void test_same_bits(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    batch *one = solve(given->open, 1, 0, 1e-6), *more = solve(given->open, 2, 0, 1e-6);
+    batch *turned = solve(given->open, 1, 5, 1e-6);
+    assert_memory_equal(one, more, sizeof *one);
+    assert_memory_equal(one->values, turned->values, sizeof one->values);
+    free(one);
+    free(more);
+    free(turned);
+    config_free(given);
+}
+
+/* A column under twice Euler's load along its axis, and a side force that turns it over, is beyond
+ * the path of minima that begins unstressed: it is said to be unsolved, not solved elsewhere. */
+static void test_unstable(void **state)
+{
+    (void)state;
+    static const char text[] =
+        "parameters: {along: 0}\n"
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}}\n"
+        "boundary: {end: {type: loaded}}\n"
+        "loads: {tip: {force: [0, 0, along]}}\n";
+    static const char *const name = "along";
+    const double s = 1, values[3] = {5, -2, -5};
+    double shape[3][SOLVE_MEMBERS_COLUMNS];
+    solve_member results[3];
+    solve_members *x = NULL;
+    ad_error error = {.message = ""};
+    config *given = read_open(text, 1, &name, &error);
+    assert_non_null(given);
+    const solve_members_settings settings = {.count = 1,
+                                             .names = &name,
+                                             .values = given->open_values,
+                                             .tolerance = 1e-6,
+                                             .threads = 1,
+                                             .points = 1,
+                                             .s = &s};
+    assert_good(solve_members_create(given->open, &settings, &x, &error), &error);
+    assert_good(solve_members_solve(x, 3, values, shape[0], results, &error), &error);
+    assert_true(results[0].solved && results[1].solved && !results[2].solved);
+    assert_near(shape[1][2], 1, 1e-14);
+    assert_true(isnan(shape[2][2]) && isinf(results[2].estimate));
+    assert_true(results[2].load > 0.4 && results[2].load < 0.5); /* pi^2/4 = 2.467 of 5 */
+    solve_members_free(x);
+    config_free(given);
+}
+
+/* ---- faces and refusals -------------------------------------------------------------------- */
+
+static void refuse_open(const char *text, const char *name, const char *why)
+{
+    ad_error error = {.message = ""};
+    assert_null(read_open(text, 1, &name, &error));
+    if (!strstr(error.message, why)) {
+        fail_msg("%s", error.message);
+    }
+}
+
+static void refuse(const char *text, const char *name, const char *why)
+{
+    ad_error error = {.message = ""};
+    const double s = 0.5;
+    solve_members *x = NULL;
+    config *given = read_open(text, 1, &name, &error);
+    if (!given) {
+        fail_msg("%s", error.message);
+    }
+    solve_members_settings settings = settings_of(1, 1e-6);
+    settings.count = 1;
+    settings.names = &name;
+    settings.values = given->open_values;
+    settings.points = 1;
+    settings.s = &s;
+    assert_int_not_equal(solve_members_create(given->open, &settings, &x, &error), AD_OK);
+    if (!strstr(error.message, why)) {
+        fail_msg("%s", error.message);
+    }
+    config_free(given);
+}
+
+#define ROD "rod: {model: kirchhoff, length: L, stiffness: {bending: [1, 1], torsion: 1}}\n"
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    static const char rod[] = "parameters: {p: 1, L: 1, q: 2*s}\n" ROD;
+    refuse_open(rod, "p", "no formula of the scene uses it");
+    refuse_open(rod, "q", "is a formula");
+    refuse_open(rod, "r", "has no r");
+    refuse_open("parameters: {L: 1}\n" ROD "loads: {units: EI, tip: {force: [L, 0, 0]}}\n"
+                "boundary: {end: {type: loaded}}\n",
+                "L", "allowed with parameters that vary: SI");
+    refuse(rod, "L", "rod.length depends on L");
+    refuse("parameters: {p: 1, L: 1}\n" ROD "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n"
+           "tendons: [{offset: [0.01, 0], tension: p}]\n",
+           "p", "an end that is held");
+    refuse("parameters: {p: 1, L: 1}\n" ROD "tendons: [{offset: [0.01, 0], tension: p}]\n"
+           "springs: [{at: 1, stiffness: [1, 1, 1]}]\n",
+           "p", "springs");
+    refuse("parameters: {p: 1, L: 1}\n" ROD "tendons: [{offset: [0.01, 0], tension: p, friction: "
+           "0.1}]\n",
+           "p", "friction");
+}
+
+/* By the file, whose numbers are one member. */
+static void test_file(void **state)
+{
+    (void)state;
+    ad_error error = {.message = ""};
+    cpinn_members *x = NULL;
+    solve_members_settings settings = settings_of(1, 1e-7);
+    double values[POINTS][SOLVE_MEMBERS_COLUMNS];
+    solve_member result;
+    const char *path = file_of(robot);
+    settings.values = NULL;
+    assert_good(cpinn_members_file(path, 0, NULL, &settings, &x, &error), &error);
+    assert_good(cpinn_members_solve(x, 1, usual, values[0], &result, &error), &error);
+    assert_true(result.solved);
+    config *given = read_robot();
+    compare(given->open, usual, (const double(*)[SOLVE_MEMBERS_COLUMNS])values, 1e-7);
+    unlink(path);
+    config_free(given);
+    cpinn_members_free(x);
+}
+
+/* The n-th allocation fails: an error, and nothing is left behind. */
+static void test_memory(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    const solve_members_settings settings = settings_of(1, 1e-6);
+    ad_status status = AD_NO_MEMORY;
+    for (long n = 1; status == AD_NO_MEMORY; n += 1 + n / 4) {
+        ad_error error = {.message = ""};
+        solve_members *x = NULL;
+        allocations = 0;
+        failing_allocation = n;
+        status = solve_members_create(given->open, &settings, &x, &error);
+        failing_allocation = 0;
+        assert_true(status == AD_OK || (status == AD_NO_MEMORY && !x));
+        solve_members_free(x);
+    }
+    assert_int_equal(status, AD_OK);
+    config_free(given);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_against_collocation),
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_unstable),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_file),
+        cmocka_unit_test(test_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
