@@ -345,6 +345,12 @@ void scene_defaults(scene *rod_scene);
  * YAML key that is to blame (static text), `error` the line without a place. */
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error);
 
+/* A scene with numbers in place of open names of its formulas, as quantity_with; and whether any of
+ * its formulas depends on such a name. */
+void scene_with(const scene *open, int count, const char *const *names, const double *values,
+                scene *result);
+bool scene_uses(const scene *rod_scene, const char *name);
+
 /* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
  * one to the next at their joints, where(joint - s, before, behind). */
 scene_properties scene_properties_of(const scene *rod_scene);

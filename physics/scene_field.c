@@ -214,3 +214,13 @@ void scene_with(const scene *open, int count, const char *const *names, const do
         }
     }
 }
+
+bool scene_uses(const scene *rod_scene, const char *name)
+{
+    bool any = false;
+    for (int i = 0; i < scene_field_count && !any; i++) {
+        const scene_field *field = &scene_fields[i];
+        any = quantity_any_depends_on(field->count, scene_field_of(rod_scene, field), name);
+    }
+    return any;
+}

@@ -109,10 +109,6 @@ const quantity *scene_field_of(const scene *rod_scene, const scene_field *field)
  * to in m. */
 bool scene_field_span(const scene *rod_scene, const scene_field *field, double *from, double *to);
 
-/* A scene with numbers in place of open names, as quantity_with. */
-void scene_with(const scene *open, int count, const char *const *names, const double *values,
-                scene *result);
-
 /* The key of a quantity within the scene. */
 const char *scene_key_of(const scene *rod_scene, const quantity *q);
 

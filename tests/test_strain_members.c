@@ -4,7 +4,6 @@
 #include "near.h"
 #include "random_numbers.h"
 
-#include "physics/scene_field.h"
 #include "physics/solve/solve.h"
 #include "tools/config/config.h"
 #include "tools/library/cpinn.h"

@@ -1,7 +1,6 @@
 #include "physics/solve/members.h"
 
 #include "physics/model.h"
-#include "physics/scene_field.h"
 #include "physics/solve/strain_group.h"
 #include "physics/solve/strain_newton.h"
 

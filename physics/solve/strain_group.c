@@ -4,18 +4,32 @@
 
 #include <stdlib.h>
 
-/* Points in an element, and parts of each element between places where something jumps. The last
- * two are for positions alone: r between points of a mesh that has u to 1e-6 may be known to 1e-5.
- */
-static const struct {
+/* Points in an element, and parts of each element between places where something jumps. */
+typedef struct mesh_kind {
     int stages, parts;
-} MESHES[STRAIN_LEVELS_MAX] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}, {12, 8}};
-enum { RIGID_LEVELS = 2 };
+} mesh_kind;
+static const mesh_kind MESHES[] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}, {12, 8}};
 
-/* Where a path that is lost on the coarsest mesh is followed anew. */
-enum { SAFE_LEVEL = 2 };
+/* Positions are taken from a mesh two beyond that of the last step, which has no equations: r
+ * between points of a mesh that has u to 1e-6 may be known to 1e-5. */
+enum { BEYOND = 2, SOLVED_MAX = sizeof MESHES / sizeof *MESHES - BEYOND };
+
+/* Where a path that is lost on the coarsest mesh is followed anew; most nodes of a mesh, whose full
+ * matrices take some 20 MB. */
+enum { SAFE_LEVEL = 2, NODES_MAX = 200 };
 
 /* ---- making -------------------------------------------------------------------------------- */
+
+/* On how many meshes equations are solved; 0: not even on two. */
+static int count_solved(int elements)
+{
+    int count = 0;
+    while (count < SOLVED_MAX &&
+           elements * MESHES[count].parts * MESHES[count].stages <= NODES_MAX) {
+        count++;
+    }
+    return count < 2 ? 0 : count;
+}
 
 static ad_status add_level(strain_group *x, int elements, const double *edges, int outputs,
                            const double *s, ad_error *error)
@@ -31,9 +45,9 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
         divided[i] = edge[0] + (edge[1] - edge[0]) * (i % parts) / parts;
     }
     divided[elements * parts] = edges[elements];
-    const bool is_rigid = x->levels >= STRAIN_LEVELS_MAX - RIGID_LEVELS;
-    ad_status status = strain_level_create(x->rod, stages, elements * parts, divided, from,
-                                           is_rigid, outputs, s, &x->level[x->levels], error);
+    ad_status status =
+        strain_level_create(x->rod, stages, elements * parts, divided, from, x->levels >= x->solved,
+                            outputs, s, &x->level[x->levels], error);
     x->levels++;
     free(divided);
     return status;
@@ -53,7 +67,13 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0;
-    for (int k = 0; k < STRAIN_LEVELS_MAX && status == AD_OK; k++) {
+    x->solved = count_solved(elements);
+    if (x->solved == 0) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "members: something jumps in %d places; allowed: up to %d", elements - 1,
+                         NODES_MAX / MESHES[1].stages - 1);
+    }
+    for (int k = 0; k < x->solved + BEYOND && status == AD_OK; k++) {
         status = add_level(x, elements, edges, outputs, s, error);
     }
     for (int k = 0; k < x->levels && status == AD_OK; k++) {
@@ -321,7 +341,7 @@ static void step_finer(strain_group *x, int k, const bool *wanted, double *moved
     strain_form_shape(form);
     memset(moved, 0, LANES * sizeof *moved);
     compare_places(form, x->placed, true, moved);
-    for (int j = k; j < k + RIGID_LEVELS; j++) {
+    for (int j = k; j < k + BEYOND; j++) {
         strain_level_refine(&x->level[j + 1], &x->level[j]);
         strain_form_place(x->level[j + 1].form);
     }
@@ -378,15 +398,15 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
     bool evaluated = false;
     for (int lane = 0; lane < LANES; lane++) {
         const bool met = moved[lane] <= x->tolerance;
-        if (!wanted[lane] || !(met || k == x->levels - 1 - RIGID_LEVELS)) {
+        if (!wanted[lane] || !(met || k == x->solved - 1)) {
             continue;
         }
         if (!evaluated) {
-            strain_level_evaluate(&x->level[k + RIGID_LEVELS], x->values);
+            strain_level_evaluate(&x->level[k + BEYOND], x->values);
             evaluated = true;
         }
         wanted[lane] = false;
-        put(x, k + RIGID_LEVELS, lane, values + (size_t)lane * width);
+        put(x, k + BEYOND, lane, values + (size_t)lane * width);
         results[lane].nodes = x->level[k].form->nodes;
         results[lane].estimate = moved[lane];
         results[lane].load = 1;
@@ -428,7 +448,7 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }
-    for (int k = first + 1; k < x->levels - RIGID_LEVELS && any(finer); k++) {
+    for (int k = first + 1; k < x->solved && any(finer); k++) {
         status = strain_level_give(&x->level[k], x->rod, x->count, x->parameters, x->room, error);
         if (status != AD_OK) {
             return status;
@@ -454,7 +474,7 @@ ad_status strain_group_solve(strain_group *x, size_t members, const double *para
                (size_t)x->count * sizeof *parameters);
     }
     ad_status status = solve_from(x, 0, wanted, values, results, error);
-    if (status == AD_OK && any(wanted)) {
+    if (status == AD_OK && any(wanted) && SAFE_LEVEL + 1 < x->solved) {
         status = solve_from(x, SAFE_LEVEL, wanted, values, results, error);
     }
     for (size_t lane = 0; lane < members && status == AD_OK; lane++) {

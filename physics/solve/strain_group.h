@@ -11,8 +11,8 @@ typedef struct strain_group {
     solve_rod *rod;
     int count; /* of parameters */
     double tolerance;
-    bool has_energy; /* all loads do: the matrix is that of an energy */
-    int levels;
+    bool has_energy;                       /* all loads do: the matrix is that of an energy */
+    int levels, solved;                    /* solved: of them, those with equations */
     strain_level level[STRAIN_LEVELS_MAX]; /* from coarse to fine */
     double *parameters;                    /* [LANES][count] */
     double *room;

@@ -8,7 +8,6 @@
  * B-mild has a tip force of up to 0.05 N. Members are random; shapes have 21 points. */
 #include "physics/solve/members.h"
 #include "nn/rng.h"
-#include "physics/scene_field.h"
 #include "physics/solve/solve.h"
 
 #include <math.h>

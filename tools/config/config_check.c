@@ -1,8 +1,6 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training. */
 #include "tools/config/config_parts.h"
 
-#include "physics/scene_field.h"
-
 #include <stdlib.h>
 #include <string.h>
 
@@ -94,16 +92,6 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
     return status;
 }
 
-static bool uses(const scene *open, const char *name)
-{
-    bool any = false;
-    for (int i = 0; i < scene_field_count && !any; i++) {
-        any = quantity_any_depends_on(scene_fields[i].count, scene_field_of(open, &scene_fields[i]),
-                                      name);
-    }
-    return any;
-}
-
 /* Keeps the scene with its open names; that which is checked and resolved has their values. */
 static ad_status close_scene(config *experiment, ad_error *error)
 {
@@ -123,7 +111,7 @@ static ad_status close_scene(config *experiment, ad_error *error)
             known = known || strcmp(experiment->parameters[k].name, name) == 0;
         }
         snprintf(path, sizeof path, known ? "parameters.%s" : "parameters", name);
-        if (!known || !uses(experiment->open, name)) {
+        if (!known || !scene_uses(experiment->open, name)) {
             return config_blame(experiment->source, error, path,
                                 known ? "no formula of the scene uses it" : "has no %s", name);
         }
