@@ -1,6 +1,5 @@
 #include "physics/solve/strain_form.h"
 
-#include "autodiff/dense.h"
 #include "physics/solve/strain_algebra.h"
 
 #include <stdlib.h>
@@ -101,11 +100,12 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
     x->springs = make((size_t)kind->springs, sizeof *x->springs);
-    x->matrix = make(kind->is_rigid ? 0 : unknowns * unknowns, sizeof *x->matrix);
+    x->matrix = make(kind->is_rigid || kind->is_one ? 0 : unknowns * unknowns, sizeof *x->matrix);
     x->right = make(unknowns, sizeof *x->right);
+    x->direction = make(unknowns, sizeof *x->direction);
     x->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
     if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->springs ||
-        !x->matrix || !x->right || !x->columns) {
+        !x->matrix || !x->right || !x->direction || !x->columns) {
         strain_form_free(x);
         *result = NULL;
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
@@ -134,6 +134,7 @@ void strain_form_free(strain_form *x)
         free(x->springs);
         free(x->matrix);
         free(x->right);
+        free(x->direction);
         free(x->columns);
         free(x);
     }
@@ -231,26 +232,4 @@ FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
 void strain_form_solve(strain_form *x)
 {
     eliminate(x);
-}
-
-void strain_form_solve_first(strain_form *x, double *room, int *pivots)
-{
-    const size_t n = (size_t)x->unknowns;
-    double *right = room + n * n;
-    for (size_t i = 0; i < n * n; i++) {
-        room[i] = x->matrix[i][0];
-    }
-    for (size_t i = 0; i < n; i++) {
-        right[i] = x->right[i][0];
-    }
-    if (ad_dense_lu(n, room, pivots) == 0) {
-        ad_dense_lu_solve(n, 1, room, pivots, right);
-    } else {
-        right[0] = NAN;
-    }
-    for (size_t i = 0; i < n; i++) {
-        for (int lane = 0; lane < LANES; lane++) {
-            x->right[i][lane] = right[i];
-        }
-    }
 }

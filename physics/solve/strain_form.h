@@ -79,6 +79,7 @@ typedef struct strain_kind {
     bool founded;                      /* it has a foundation */
     bool free_position, free_rotation; /* at s = 0 */
     bool is_rigid; /* of given strain: a form for positions alone, without equations */
+    bool is_one;   /* the same rod in all lanes: without a matrix of its own */
     int springs;
     int substeps;  /* of Magnus from one point to the next, at most STRAIN_SUBSTEPS_MAX */
     solve_end end; /* s = 1 */
@@ -106,7 +107,8 @@ typedef struct strain_form {
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
     lanes *matrix;                 /* [unknowns][unknowns] column-major */
     lanes *right;                  /* [unknowns], the residual, then the step */
-    void *columns;                 /* room for one column */
+    lanes *direction;              /* [unknowns], 0 */
+    void *columns;                 /* room for what it changes */
     int negative[LANES]; /* pivots of the last elimination, rows that were swapped counted in */
 } strain_form;
 
@@ -128,13 +130,14 @@ void strain_form_shape(strain_form *x);
 /* Rotations and positions alone, for given u and v. */
 void strain_form_place(strain_form *x);
 
-/* The matrix there. */
+/* The matrix there; of rods that are the same in all lanes column-major [unknowns][unknowns], of
+ * one, and `right` is overwritten. */
 void strain_form_linearise(strain_form *x);
+void strain_form_linearise_first(strain_form *x, double *matrix);
 
-/* right becomes the step to subtract, by elimination in all lanes, or in the first by LAPACK; a
- * singular matrix gives numbers that are none. */
+/* right becomes the step to subtract, by elimination in all lanes; a singular matrix gives numbers
+ * that are none. */
 void strain_form_solve(strain_form *x);
-void strain_form_solve_first(strain_form *x, double *room, int *pivots);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *x, const lanes *step, const lanes *share);

@@ -256,104 +256,98 @@ STRAIN_INLINE void dead_column(strain_form *x, int node, int c, lanes *to)
     }
 }
 
-/* One unknown that changes by 1: which of its kind, and which component. */
-typedef enum change_kind {
-    CHANGE_BEND,
-    CHANGE_FORCE,
-    CHANGE_MOMENT,
-    CHANGE_SHIFT,
-    CHANGE_TURN,
-    CHANGE_PUSH,
-    CHANGE_SPRING
-} change_kind;
-
-typedef struct change {
-    change_kind kind;
-    int index, c;
-} change;
-
-static change change_of(const strain_form *x, int column)
-{
-    const int first[] = {x->force_at, x->moment_at, x->shift_at, x->turn_at, x->push_at};
-    const int count[] = {3, 3, 3, 3, 3 * x->nodes};
-    if (column < x->elastic) {
-        return (change){CHANGE_BEND, column / 3, column % 3};
-    }
-    for (int i = 0; i < 5; i++) {
-        int at = column - first[i];
-        if (first[i] >= 0 && at >= 0 && at < count[i]) {
-            return (change){(change_kind)(CHANGE_FORCE + i), at / 3, at % 3};
-        }
-    }
-    int k = 0;
-    while (x->springs[k].unknown < 0 || column - x->springs[k].unknown > 2) {
-        k++;
-    }
-    return (change){CHANGE_SPRING, k, column - x->springs[k].unknown};
-}
-
 /* What changes at a point, and at an edge before what acts there. */
 typedef struct changed {
     lanes turn[3], force[3], slope[3], position[3], moment[3];
 } changed;
 
-STRAIN_INLINE void turn_column(strain_form *x, const change *by, changed *points, changed *edges)
+/* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
+ * where `from` is known, */
+STRAIN_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
+                                lanes (*to)[3], lanes end[3])
 {
     const int n = x->kind.stages;
-    lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES};
-    if (by->kind == CHANGE_TURN) {
-        turn[by->c] += 1;
-    }
-    for (int e = 0; e <= x->kind.elements; e++) {
-        bool here = by->kind == CHANGE_BEND && by->index / n == e;
-        memcpy(edges[e].turn, turn, sizeof turn);
-        for (int i = 0; i < n && e < x->kind.elements; i++) {
-            for (int k = 0; k < 3; k++) {
-                points[e * n + i].turn[k] = turn[k];
-                if (here) {
-                    points[e * n + i].turn[k] += x->width[e] * x->rule.matrix[i][by->index % n] *
-                                                 x->at[by->index].R[k][by->c];
-                }
+    for (int k = 0; k < 3; k++) {
+        lanes all = NO_LANES;
+        for (int i = 0; i < n; i++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->rule.matrix[i][j] * rate[j][k];
             }
+            to[i][k] = from[k] + x->width[e] * sum;
+            all += x->rule.weights[i] * rate[i][k];
         }
-        for (int k = 0; k < 3 && here; k++) {
-            turn[k] += x->width[e] * x->rule.weights[by->index % n] * x->at[by->index].R[k][by->c];
-        }
+        end[k] = from[k] + x->width[e] * all;
     }
 }
 
-/* Integrals over an element from its points and its beginning to its end: of rate [stages][3], to
- * to[..][3], by strides of a changed. */
+/* and from its points and its beginning to its end, where `end` is known. */
 STRAIN_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
                                   lanes (*to)[3], lanes start[3])
 {
     const int n = x->kind.stages;
     for (int k = 0; k < 3; k++) {
-        start[k] = end[k];
+        lanes all = NO_LANES;
         for (int i = 0; i < n; i++) {
-            to[i][k] = end[k];
+            lanes sum = NO_LANES;
             for (int j = 0; j < n; j++) {
-                to[i][k] += x->width[e] * x->tail[i][j] * rate[j][k];
+                sum += x->tail[i][j] * rate[j][k];
             }
-            start[k] += x->width[e] * x->rule.weights[i] * rate[i][k];
+            to[i][k] = end[k] + x->width[e] * sum;
+            all += x->rule.weights[i] * rate[i][k];
+        }
+        start[k] = end[k] + x->width[e] * all;
+    }
+}
+
+/* Three of a direction; 0 where these are not sought. */
+STRAIN_INLINE void take(const lanes *direction, int first, lanes to[3])
+{
+    for (int k = 0; k < 3; k++) {
+        to[k] = NO_LANES;
+        if (first >= 0) {
+            to[k] = direction[first + k];
         }
     }
 }
 
-STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *points, changed *edges)
+STRAIN_INLINE void change_turns(strain_form *x, const lanes *direction, changed *points,
+                                changed *edges)
+{
+    const int n = x->kind.stages;
+    lanes turn[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
+    take(direction, x->turn_at, turn);
+    for (int e = 0; e <= x->kind.elements; e++) {
+        memcpy(edges[e].turn, turn, sizeof turn);
+        if (e == x->kind.elements) {
+            break;
+        }
+        for (int j = 0; j < n; j++) {
+            apply(x->at[e * n + j].R, direction + 3 * (e * n + j), rate[j]);
+        }
+        integrate_on(x, e, rate, turn, at, end);
+        for (int j = 0; j < n; j++) {
+            memcpy(points[e * n + j].turn, at[j], sizeof at[j]);
+        }
+        memcpy(turn, end, sizeof turn);
+    }
+}
+
+STRAIN_INLINE void change_forces(strain_form *x, const lanes *direction, changed *points,
+                                 changed *edges)
 {
     const int n = x->kind.stages;
     lanes N[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    apply(x->by_end[0], edges[x->kind.elements].turn, N);
-    if (x->force_at >= 0) { /* given forces are in the condition of the end */
-        for (int k = 0; k < 3; k++) {
-            N[k] = NO_LANES + (by->kind == CHANGE_FORCE && by->c == k);
-        }
+    take(direction, x->force_at, N);
+    if (x->force_at < 0) { /* else what is given is in the condition of the end */
+        apply(x->by_end[0], edges[x->kind.elements].turn, N);
     }
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[0], edges[e].turn, N);
-        if (by->kind == CHANGE_SPRING && x->springs[by->index].edge == e) {
-            N[by->c] += 1;
+        for (int i = 0; i < x->kind.springs; i++) {
+            for (int k = 0; k < 3 && x->springs[i].edge == e && x->springs[i].unknown >= 0; k++) {
+                N[k] += direction[x->springs[i].unknown + k];
+            }
         }
         memcpy(edges[e].force, N, sizeof N);
         if (e == 0) {
@@ -361,14 +355,14 @@ STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *point
         }
         for (int j = 0; j < n; j++) {
             const int node = (e - 1) * n + j;
-            memset(rate[j], 0, sizeof rate[j]);
+            take(direction, x->push_at < 0 ? -1 : x->push_at + 3 * node, rate[j]);
             if (x->kind.follows) {
-                lanes body[3];
+                lanes body[3], turned[3];
                 lanes_to_world(x->at[node].R, x->points[node].load[2], body);
-                lanes_vector_cross(points[node].turn, body, rate[j]);
-            }
-            if (by->kind == CHANGE_PUSH && by->index == node) {
-                rate[j][by->c] += 1;
+                lanes_vector_cross(points[node].turn, body, turned);
+                for (int k = 0; k < 3; k++) {
+                    rate[j][k] += turned[k];
+                }
             }
         }
         integrate_back(x, e - 1, rate, N, at, start);
@@ -379,48 +373,40 @@ STRAIN_INLINE void force_column(strain_form *x, const change *by, changed *point
     }
 }
 
-STRAIN_INLINE void place_column(strain_form *x, const change *by, changed *points, changed *edges)
+STRAIN_INLINE void change_places(strain_form *x, const lanes *direction, changed *points,
+                                 changed *edges)
 {
     const int n = x->kind.stages;
-    lanes r[3] = {NO_LANES, NO_LANES, NO_LANES};
-    if (by->kind == CHANGE_SHIFT) {
-        r[by->c] += 1;
-    }
-    for (int i = 0; i < x->nodes; i++) {
-        strain_node *at = &x->at[i];
-        apply(at->P, points[i].turn, points[i].slope);
-        if (x->kind.shears) {
-            add_applied(at->Q, points[i].force, points[i].slope);
-        }
-        for (int k = 0; k < 3 && by->kind == CHANGE_BEND && by->index == i; k++) {
-            points[i].slope[k] += at->S[k][by->c];
-        }
-    }
+    lanes r[3], end[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
+    take(direction, x->shift_at, r);
     for (int e = 0; e <= x->kind.elements; e++) {
         memcpy(edges[e].position, r, sizeof r);
-        for (int k = 0; k < 3 && e < x->kind.elements; k++) {
-            for (int i = 0; i < n; i++) {
-                lanes sum = r[k];
-                for (int j = 0; j < n; j++) {
-                    sum += x->width[e] * x->rule.matrix[i][j] * points[e * n + j].slope[k];
-                }
-                points[e * n + i].position[k] = sum;
-            }
-            for (int j = 0; j < n; j++) {
-                r[k] += x->width[e] * x->rule.weights[j] * points[e * n + j].slope[k];
+        if (e == x->kind.elements) {
+            break;
+        }
+        for (int j = 0; j < n; j++) {
+            const int node = e * n + j;
+            apply(x->at[node].P, points[node].turn, rate[j]);
+            if (x->kind.shears) {
+                add_applied(x->at[node].Q, points[node].force, rate[j]);
+                add_applied(x->at[node].S, direction + 3 * node, rate[j]);
             }
         }
+        integrate_on(x, e, rate, r, at, end);
+        for (int j = 0; j < n; j++) {
+            memcpy(points[e * n + j].position, at[j], sizeof at[j]);
+        }
+        memcpy(r, end, sizeof r);
     }
 }
 
-STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *points, changed *edges)
+STRAIN_INLINE void change_moments(strain_form *x, const lanes *direction, changed *points,
+                                  changed *edges)
 {
     const int n = x->kind.stages;
     lanes M[3], start[3], rate[GAUSS_STAGES_MAX][3], at[GAUSS_STAGES_MAX][3];
-    apply(x->by_end[1], edges[x->kind.elements].turn, M);
-    if (by->kind == CHANGE_MOMENT) {
-        M[by->c] += 1;
-    }
+    take(direction, x->moment_at, M);
+    add_applied(x->by_end[1], edges[x->kind.elements].turn, M);
     for (int e = x->kind.elements; e >= 0; e--) {
         add_applied(x->edges[e].by_turn[1], edges[e].turn, M);
         memcpy(edges[e].moment, M, sizeof M);
@@ -431,8 +417,8 @@ STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *poin
             const int node = (e - 1) * n + j;
             apply(x->at[node].G, points[node].turn, rate[j]);
             add_applied(x->at[node].H, points[node].force, rate[j]);
-            for (int k = 0; k < 3 && by->kind == CHANGE_BEND && by->index == node; k++) {
-                rate[j][k] += x->at[node].K[k][by->c];
+            if (x->kind.shears) {
+                add_applied(x->at[node].K, direction + 3 * node, rate[j]);
             }
         }
         integrate_back(x, e - 1, rate, M, at, start);
@@ -443,51 +429,42 @@ STRAIN_INLINE void moment_column(strain_form *x, const change *by, changed *poin
     }
 }
 
-STRAIN_INLINE void row_of_points(strain_form *x, const change *by, const changed *points, lanes *to)
+STRAIN_INLINE void rows_of_points(strain_form *x, const lanes *direction, changed *points,
+                                  lanes *to)
 {
     for (int i = 0; i < x->nodes; i++) {
         strain_node *at = &x->at[i];
         lanes row[3], moved[3];
         apply(at->Y, points[i].turn, row);
         add_applied(at->Z, points[i].force, row);
+        add_applied(at->L, direction + 3 * i, row);
         apply(at->T, points[i].moment, moved);
         for (int k = 0; k < 3; k++) {
             to[3 * i + k] = row[k] - moved[k];
-            if (by->kind == CHANGE_BEND && by->index == i) {
-                to[3 * i + k] += at->L[k][by->c];
-            }
             if (x->push_at >= 0) {
-                to[x->push_at + 3 * i + k] =
-                    x->points[i].stiffness[k] * points[i].position[k] +
-                    (by->kind == CHANGE_PUSH && by->index == i && by->c == k);
+                to[x->push_at + 3 * i + k] = direction[x->push_at + 3 * i + k] +
+                                             x->points[i].stiffness[k] * points[i].position[k];
             }
-        }
-    }
-    for (int i = 0; i < x->kind.springs; i++) {
-        const strain_spring *spring = &x->springs[i];
-        for (int k = 0; k < 3 && spring->unknown >= 0; k++) {
-            to[spring->unknown + k] =
-                NO_LANES + (by->kind == CHANGE_SPRING && by->index == i && by->c == k);
         }
     }
 }
 
 /* Springs and ends, whose conditions are about edges. */
-STRAIN_INLINE void row_of_edges(strain_form *x, const change *by, const changed *edges, lanes *to)
+STRAIN_INLINE void rows_of_edges(strain_form *x, const lanes *direction, changed *edges, lanes *to)
 {
-    const changed *last = &edges[x->kind.elements];
+    changed *last = &edges[x->kind.elements];
     lanes beyond[3], given[3];
     for (int i = 0; i < x->kind.springs; i++) {
         const strain_spring *spring = &x->springs[i];
         for (int k = 0; k < 3 && spring->unknown >= 0; k++) {
-            to[spring->unknown + k] +=
-                spring->given->stiffness[k] * edges[spring->edge].position[k];
+            to[spring->unknown + k] = direction[spring->unknown + k] +
+                                      spring->given->stiffness[k] * edges[spring->edge].position[k];
         }
     }
     if (x->force_at >= 0) {
         apply(x->by_end[0], last->turn, given);
         for (int k = 0; k < 3; k++) {
-            beyond[k] = (by->kind == CHANGE_FORCE && by->c == k) - given[k];
+            beyond[k] = direction[x->force_at + k] - given[k];
         }
         hold_row(&x->kind.end.hold, last->position, beyond, to + x->force_at);
     }
@@ -519,20 +496,20 @@ STRAIN_INLINE void row_of_edges(strain_form *x, const change *by, const changed 
     }
 }
 
-STRAIN_INLINE void moving_column(strain_form *x, const change *by, lanes *to)
+/* The matrix times a direction [unknowns]. */
+STRAIN_INLINE void change(strain_form *x, const lanes *direction, lanes *to)
 {
     changed *points = x->columns, *edges = points + x->nodes;
-    turn_column(x, by, points, edges);
-    force_column(x, by, points, edges);
-    place_column(x, by, points, edges);
-    moment_column(x, by, points, edges);
-    row_of_points(x, by, points, to);
-    row_of_edges(x, by, edges, to);
+    change_turns(x, direction, points, edges);
+    change_forces(x, direction, points, edges);
+    change_places(x, direction, points, edges);
+    change_moments(x, direction, points, edges);
+    rows_of_points(x, direction, points, to);
+    rows_of_edges(x, direction, edges, to);
 }
 
-FOR_EACH_PROCESSOR static void fill(strain_form *x, bool moves)
+STRAIN_INLINE void differentiate(strain_form *x)
 {
-    const size_t n = (size_t)x->unknowns;
     for (int i = 0; i < x->nodes; i++) {
         differentiate_point(x, i);
     }
@@ -540,12 +517,19 @@ FOR_EACH_PROCESSOR static void fill(strain_form *x, bool moves)
     if (x->turn_at >= 0) {
         differentiate_start(x);
     }
-    for (int k = 0; k < x->unknowns; k++) {
-        const change by = change_of(x, k);
+}
+
+FOR_EACH_PROCESSOR static void fill(strain_form *x, bool moves)
+{
+    const size_t n = (size_t)x->unknowns;
+    differentiate(x);
+    for (size_t k = 0; k < n; k++) {
         if (moves) {
-            moving_column(x, &by, x->matrix + (size_t)k * n);
+            x->direction[k] += 1;
+            change(x, x->direction, x->matrix + k * n);
+            x->direction[k] = NO_LANES;
         } else {
-            dead_column(x, by.index, by.c, x->matrix + (size_t)k * n);
+            dead_column(x, (int)k / 3, (int)k % 3, x->matrix + k * n);
         }
     }
 }
@@ -553,4 +537,29 @@ FOR_EACH_PROCESSOR static void fill(strain_form *x, bool moves)
 void strain_form_linearise(strain_form *x)
 {
     fill(x, forces_move(x));
+}
+
+/* As all lanes have the same rod, each takes a column. */
+FOR_EACH_PROCESSOR static void fill_first(strain_form *x, double *matrix)
+{
+    const size_t n = (size_t)x->unknowns;
+    differentiate(x);
+    for (size_t first = 0; first < n; first += LANES) {
+        const size_t count = n - first < LANES ? n - first : LANES;
+        for (size_t lane = 0; lane < count; lane++) {
+            x->direction[first + lane][lane] = 1;
+        }
+        change(x, x->direction, x->right);
+        for (size_t lane = 0; lane < count; lane++) {
+            x->direction[first + lane] = NO_LANES;
+            for (size_t i = 0; i < n; i++) {
+                matrix[(first + lane) * n + i] = x->right[i][lane];
+            }
+        }
+    }
+}
+
+void strain_form_linearise_first(strain_form *x, double *matrix)
+{
+    fill_first(x, matrix);
 }

@@ -1,5 +1,6 @@
 #include "physics/solve/strain_newton.h"
 
+#include "autodiff/dense.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/static_system_internal.h"
 #include "physics/solve/strain_form.h"
@@ -7,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The matrix is full: this many take some 100 MB and 0.1 s a step. */
-enum { UNKNOWNS_MAX = 1200, STEPS_MAX = 40 };
+/* The matrix is full: of this many it takes 50 MB, and a step some 0.3 s. */
+enum { UNKNOWNS_MAX = 2400, STEPS_MAX = 40 };
 
 /* Steps below this no longer have to lessen what rounding leaves; the last is below that. The
  * derivatives are those of the equation by quadrature, not of Magnus' steps: they differ by the
@@ -60,6 +61,7 @@ static strain_kind kind_of(const static_system *system)
                         .free_rotation = !ends[0].holds_rotation,
                         .springs = rod->jumps.spring_count,
                         .substeps = STRAIN_SUBSTEPS_MAX,
+                        .is_one = true,
                         .end = ends[1]};
     /* a rod between two ends stretches on its path, also where it does not at its end */
     kind.shears = ends[0].hold.directions > 0 && ends[1].hold.directions > 0;
@@ -350,9 +352,14 @@ static double take_step(strain_newton *x, double *missing)
 {
     strain_form *form = x->form;
     const size_t count = (size_t)form->unknowns;
-    strain_form_linearise(form);
-    strain_form_solve_first(form, x->room, x->pivots);
-    memcpy(x->step, form->right, count * sizeof *x->step);
+    double *right = x->room + count * count;
+    gather(count, form->right, right);
+    strain_form_linearise_first(form, x->room);
+    if (ad_dense_lu(count, x->room, x->pivots) != 0) {
+        return NAN;
+    }
+    ad_dense_lu_solve(count, 1, x->room, x->pivots, right);
+    spread(count, right, x->step);
     const double length = largest(count, x->step), before = *missing;
     const bool small = length <= SMALL * curvature_of(form);
     for (double share = 1; share > 1e-4 && isfinite(length); share /= 2) {
