@@ -24,6 +24,20 @@ said stdout.txt '^solved: 8 nodes'
 run 0 cpinn-solve "$heavy" --set 'loads.gravity=[0, 0, -98.1]' --set reference.file=null
 check no reference, no difference -- test "$(grep -c difference stdout.txt)" -eq 0
 
+# ---- by the curvature alone -------------------------------------------------------------------
+
+run 0 cpinn-solve "$elastica" --method strain
+said stdout.txt 'estimated error +[0-9.]+e-1[0-9] of the length'
+said stdout.txt '^  tip +0\.28307002911498[0-9]* '
+said stdout.txt 'position, largest +[0-9.]+e-1[2-9] of the length'
+run 0 cpinn-solve "$ROOT/configs/cases/follower_5.yaml" --method strain --nodes 8
+said stdout.txt '^solved: 8 nodes'
+refused 'the strain form does not know tubes; allowed' \
+    cpinn-solve "$ROOT/configs/robots/concentric.yaml" --method strain
+refused '^cpinn-solve: --method stress; allowed: collocation, strain' \
+    cpinn-solve "$elastica" --method stress
+refused 'one of the two' cpinn-solve "$elastica" --method strain --work-precision y.csv
+
 # ---- as a reference of a network --------------------------------------------------------------
 
 for ending in csv h5; do

@@ -1,11 +1,13 @@
 /* Classical solutions of a scene, without a network: the face of the library cpinn_solve.
  *
- * Rods at rest: collocation at Gauss points along the rod, Newton's method, continuation of the
- * loads from 0. Rods in motion: spectral elements between places where something jumps; steps of
- * time by Runge-Kutta, implicit where the motion is slow, or composed of free motion and forces
- * where every vibration has to be followed, as after a sudden load. Beams of small deflection:
- * collocation along the beam and in time, linear. Stiffness, inertia and damping may vary along the
- * rod, loads, gravity, prescribed ends and the rest shape with time.
+ * Rods at rest: collocation at Gauss points along the rod, of position, rotation, force and moment
+ * or of the curvature alone (SOLVE_STRAIN), Newton's method, continuation of the loads from 0; many
+ * at once, with parameters that differ, by physics/solve/members.h. Rods in motion: spectral
+ * elements between places where something jumps; steps of time by Runge-Kutta, implicit where the
+ * motion is slow, or composed of free motion and forces where every vibration has to be followed,
+ * as after a sudden load. Beams of small deflection: collocation along the beam and in time,
+ * linear. Stiffness, inertia and damping may vary along the rod, loads, gravity, prescribed ends
+ * and the rest shape with time.
  *
  *   solve_settings settings = solve_settings_default(&scene);    of a scene that scene_check and
  *   solution_create(&scene, &settings, count, times,             the check of its model passed
