@@ -9,7 +9,12 @@
  *   solve_members_free(members);
  *
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
- * pulls grow together from 0. */
+ * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
+ * equilibrium, which solution_create with its numbers (scene_with) looks for. Followers and
+ * moments, whose derivatives are not local, and places where something jumps make members slower:
+ * forces alone on a rod that is one piece take ten microseconds, a rod of three with followers a
+ * thousand.
+ */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
 

@@ -128,7 +128,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     nn_rng random = nn_rng_seed(1);
     solve_members *x = NULL;
     ad_error error = {AD_OK, ""};
-    size_t unsolved = 0, other = 0, known = 0;
+    size_t unsolved = 0, other = 0, known = 0, above = 0;
     long steps = 0;
     for (int i = 0; i < POINTS; i++) {
         s[i] = LENGTH * i / (POINTS - 1);
@@ -165,6 +165,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
         if (results[i].solved && !isnan(off)) {
             errors[known++] = off;
             other += off > 1;
+            above += off > fmax(1e3 * LENGTH * results[i].estimate, 1e-5);
             worst = fmax(worst, off > 1 ? 0 : off);
             if (off > 1e-3) {
                 printf("  member %zu: %.3g mm off, estimate %.2g, %d steps%s\n", i, off,
@@ -177,7 +178,7 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     printf("%-8s %8.1f %7.1f %12zu %10zu", name, 1e6 * seconds[ROUNDS / 2] / (double)count,
            (double)steps / (double)count, unsolved, known);
     if (known > 0) {
-        printf(" %9.1e %9.1e %10zu", errors[known / 2], worst, other);
+        printf(" %9.1e %9.1e %10zu %15zu", errors[known / 2], worst, other, above);
     }
     putchar('\n');
     free(members);
@@ -195,7 +196,8 @@ int main(int count, char **arguments)
     const int threads = count > 3 ? atoi(arguments[3]) : 1;
     scene robot;
     quantities *names = fill(&robot);
-    printf("family   us/shape   steps   not solved   compared    median  worst, mm  elsewhere\n");
+    printf("family   us/shape   steps   not solved   compared    median  worst, mm  elsewhere  "
+           "above estimate\n");
     int status = run("A", &robot, 0, false, members, compared, threads);
     status = status == 0 ? run("B-mild", &robot, 0.05, true, members, compared, threads) : status;
     status = status == 0 ? run("B", &robot, 0.2, true, members, compared, threads) : status;
