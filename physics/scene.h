@@ -297,6 +297,16 @@ typedef struct scene_beam {
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
+enum { SCENE_PARAMETERS_MAX = 14 };
+
+/* A number that differs from member to member of a family of scenes: an open name of its formulas
+ * (quantities_coordinate). */
+typedef struct scene_parameter {
+    const char *name;
+    double low, high; /* its range; low < high, both > 0 if logarithmic */
+    bool logarithmic; /* members and networks go by its logarithm */
+} scene_parameter;
+
 typedef struct scene {
     scene_rod rod; /* of segments its length may be left out: then it is their sum */
     scene_loads loads;
@@ -318,6 +328,8 @@ typedef struct scene {
     int windows;       /* of time: equal parts of the duration, each with a network of its own */
     scene_initial initial;
     scene_manufactured manufactured;
+    int parameter_count; /* of a family; 0: one scene */
+    scene_parameter parameters[SCENE_PARAMETERS_MAX];
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */
@@ -413,6 +425,11 @@ static inline double scene_length(const scene *rod_scene)
 static inline double scene_duration(const scene *rod_scene)
 {
     return rod_scene->duration.number;
+}
+
+static inline bool scene_is_family(const scene *rod_scene)
+{
+    return rod_scene->parameter_count > 0;
 }
 
 static inline bool scene_is_dynamic(const scene *rod_scene)
