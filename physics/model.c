@@ -173,7 +173,7 @@ static int going_beam(const physics_model *m, const double *state)
         .fields = {"r", "q", "N", "m"}, .columns = (list), .column_count = (count),                \
         .position_columns = 3, .rotation_columns = 4, .network_outputs = rod_network_outputs,      \
         .state_rows = rod_state_rows, .residual_rows = rod_residual_rows,                          \
-        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod, NULL},         \
+        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod, NULL},   \
         .check = rod_check, .terms = rod_terms                                                     \
     }
 static const scene_physics rod_physics =
