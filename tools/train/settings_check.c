@@ -67,6 +67,13 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                             "two",
                             losses->balance ? "losses.balance" : "losses.causal.slices");
     }
+    if (losses->adaptive.kind && (adaptive || losses->interior.resample_every > 0)) {
+        return train_refuse(key, "losses.interior.adaptive.kind", error,
+                            "given beside %s, for which points have to stay; allowed: one of the "
+                            "two",
+                            adaptive ? "losses.self_adaptive.rate"
+                                     : "losses.interior.resample_every");
+    }
     for (int i = 0; i < settings->stage_count; i++) {
         moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
     }

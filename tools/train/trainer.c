@@ -46,7 +46,7 @@ static bool fixed_loss(const problem_settings *losses)
 {
     return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
            losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
-           !losses->balance && !(losses->self_adaptive_rate > 0);
+           !losses->adaptive.kind && !losses->balance && !(losses->self_adaptive_rate > 0);
 }
 
 static const train_stage *stage_of(const trainer *t)
@@ -459,7 +459,11 @@ ad_status trainer_step(trainer *t, ad_error *error)
     if (status != AD_OK) {
         return status;
     }
-    bool weights = false;
+    bool moved = false, weights = false;
+    status = problem_adapt(t->problem, t->info.window_step + 1, current_x(t), &moved, error);
+    if (status != AD_OK) {
+        return status;
+    }
     if (stage_of(t)->optimizer == OPTIM_ADAM) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
@@ -467,7 +471,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
             return status;
         }
     }
-    if (changed || weights) {
+    if (changed || moved || weights) {
         optim_objective_changed(optimizer_method(t->optimizer));
     }
     optim_status result = take_step(t);
