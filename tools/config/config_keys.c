@@ -201,7 +201,10 @@ const config_key config_keys[] = {
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
              "for any number of turns; vector: a rotation vector, of less than a turn from where "
-             "the ends and the start of the window put the rod. In a plane it is an angle."},
+             "the ends and the start of the window put the rod; six: two columns of the matrix "
+             "that turns it on from there, made orthonormal (Zhou et al. 2019), in one window; "
+             "measured to be the worst of the three beyond a quarter of a turn. In a plane it is "
+             "an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(settings.losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",

@@ -368,6 +368,11 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
     }
+    if (settings->rotation == SCENE_SIX && settings->windows > 1) {
+        return train_refuse(key, "network.rotation", error,
+                            "six numbers leave the sign of the quaternion open, which windows of "
+                            "time hand on; allowed with time.windows above 1: quaternion, vector");
+    }
     ad_status status = check_jumps(rod_scene, key, error);
     if (status == AD_OK) {
         status = check_stages(settings, key, error);
