@@ -27,7 +27,7 @@ void problem_set_forget_candidates(problem_set *set)
     free(set->candidates.x);
     free(set->candidate_squares);
     free(set->ranked);
-    set->candidates = (problem_cloud){NULL, 0};
+    set->candidates = (problem_cloud){.x = NULL};
     set->candidate_squares = NULL;
     set->ranked = NULL;
 }
@@ -184,37 +184,33 @@ static void move_by_gaussians(problem *p, problem_set *set)
     }
 }
 
-ad_status problem_adapt(problem *p, int64_t step, const double *x, bool *changed, ad_error *error)
+/* What is known of points beside their coordinates is not known of candidates. */
+bool problem_set_adapts(const problem *p, const problem_set *set, int64_t step)
 {
     const problem_adaptive *a = &p->settings.adaptive;
-    int64_t round = (step - 1) / a->every;
-    *changed = false;
-    bool settled = a->kind == PROBLEM_ADAPTIVE_RAR_G && round > ROUNDS;
-    if (!a->kind || step <= 1 || (step - 1) % a->every != 0 || settled) {
-        return AD_OK;
+    bool due = step > 1 && (step - 1) % a->every == 0;
+    bool settled = a->kind == PROBLEM_ADAPTIVE_RAR_G && (step - 1) / a->every > ROUNDS;
+    bool inside = set->about->points == MODEL_INTERIOR && !set->about->source.fill;
+    return a->kind && due && !settled && inside;
+}
+
+ad_status problem_set_adapt(problem *p, problem_set *set, int64_t step, const double *x,
+                            ad_error *error)
+{
+    ad_status status = draw(p, set, x, error);
+    if (status != AD_OK) {
+        return status;
     }
-    for (int i = 0; i < p->set_count; i++) {
-        problem_set *set = &p->sets[i];
-        if (set->about->points != MODEL_INTERIOR) {
-            continue;
-        }
-        ad_status status = draw(p, set, x, error);
-        if (status != AD_OK) {
-            return status;
-        }
-        switch (a->kind) {
-        case PROBLEM_ADAPTIVE_RAD:
-            move_by_density(p, set);
-            break;
-        case PROBLEM_ADAPTIVE_RAR_G:
-            move_by_greed(p, set, round);
-            break;
-        default:
-            move_by_gaussians(p, set);
-        }
-        *changed = true;
-        problem_set_refresh(set);
+    switch (p->settings.adaptive.kind) {
+    case PROBLEM_ADAPTIVE_RAD:
+        move_by_density(p, set);
+        break;
+    case PROBLEM_ADAPTIVE_RAR_G:
+        move_by_greed(p, set, (step - 1) / p->settings.adaptive.every);
+        break;
+    default:
+        move_by_gaussians(p, set);
     }
-    problem_weights_spread(p);
+    problem_set_refresh(set);
     return AD_OK;
 }

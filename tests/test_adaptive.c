@@ -48,7 +48,7 @@ static double *residuals(const made *m, const problem_cloud *cloud)
 static bool moves(made *m, int64_t step)
 {
     bool changed;
-    assert_int_equal(problem_adapt(m->p, step, m->e->parameters, &changed, NULL), AD_OK);
+    assert_int_equal(problem_advance(m->p, step, m->e->parameters, &changed, NULL), AD_OK);
     assert_int_equal(problem_restored(m->p, NULL), AD_OK); /* all points lie inside */
     return changed;
 }

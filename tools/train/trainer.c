@@ -455,15 +455,12 @@ ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
     trainer_fuse(t);
-    ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
+    ad_status status =
+        problem_advance(t->problem, t->info.window_step + 1, current_x(t), &changed, error);
     if (status != AD_OK) {
         return status;
     }
-    bool moved = false, weights = false;
-    status = problem_adapt(t->problem, t->info.window_step + 1, current_x(t), &moved, error);
-    if (status != AD_OK) {
-        return status;
-    }
+    bool weights = false;
     if (stage_of(t)->optimizer == OPTIM_ADAM) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
@@ -471,7 +468,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
             return status;
         }
     }
-    if (changed || moved || weights) {
+    if (changed || weights) {
         optim_objective_changed(optimizer_method(t->optimizer));
     }
     optim_status result = take_step(t);
