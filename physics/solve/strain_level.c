@@ -40,9 +40,9 @@ static void place_outputs(strain_level *x, const double *s)
         while (to->from + 1 < x->stages && rule->nodes[to->from + 1] <= at) {
             to->from++;
         }
-        strain_form_lagrange(rule, at, to->interpolate);
-        strain_form_integral(rule, at, to->integrate);
-        strain_form_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
+        gauss_lagrange(rule, at, to->interpolate);
+        gauss_integral(rule, at, to->integrate);
+        gauss_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
     }
 }
 
@@ -55,8 +55,8 @@ static void set_parents(strain_level *x, const strain_level *from)
         }
         x->parent[i] = e;
         const double at = (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
-        strain_form_lagrange(&from->form->rule, at, x->prolong[i]);
-        strain_form_integral(&from->form->rule, at, x->integral[i]);
+        gauss_lagrange(&from->form->rule, at, x->prolong[i]);
+        gauss_integral(&from->form->rule, at, x->integral[i]);
     }
 }
 
