@@ -174,9 +174,11 @@ const char *problem_unresolved(const problem *p);
 ad_status problem_held_out(problem *p, const double *x, double *loss, double *terms,
                            ad_error *error);
 
-/* What is due before step `step` = 1, 2, ...: new points, new causal weights. *changed says that
- * the loss is another function now. */
-ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error);
+/* What is due before step `step` = 1, 2, ...: new points, new data, which may follow the network at
+ * x, new causal weights. *changed says that the loss is another function now. Errors of sources of
+ * data. */
+ad_status problem_advance(problem *p, int64_t step, const double *x, bool *changed,
+                          ad_error *error);
 
 /* New balanced and self-adaptive weights where they are due before step `step` at x, which is where
  * problem_evaluate was called last or a step further; for optimisers that follow the gradient of a
@@ -209,7 +211,7 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 /* ---- state as a value ---------------------------------------------------------------------- */
 
 /* Live memory that a checkpoint writes, and fills in place to restore: point sets
- * [coordinates][points], weights, and the states of the generators. */
+ * [coordinates][points], their data, weights, and the states of the generators. */
 typedef struct problem_array {
     char name[MODEL_NAME + 24];
     double *data;
@@ -221,7 +223,7 @@ typedef struct problem_generator {
     nn_rng *rng;
 } problem_generator;
 
-enum { PROBLEM_STATE_MAX = 3 * MODEL_SETS_MAX + 8 };
+enum { PROBLEM_STATE_MAX = 4 * MODEL_SETS_MAX + 8 };
 
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count);

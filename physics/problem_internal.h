@@ -9,7 +9,7 @@ enum {
     PROBLEM_TERMS = MODEL_TERMS_MAX,
     PROBLEM_SET_TERMS = MODEL_TERMS_MAX,
     PROBLEM_UNIFORMS = DOMAIN_UNIFORMS_MAX + 1,
-    PROBLEM_INPUTS = DOMAIN_COORDINATES_MAX + 1,
+    PROBLEM_INPUTS = DOMAIN_COORDINATES_MAX + 2,
     PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2,
     PROBLEM_FIXED_ROWS = 1024,
     PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
@@ -18,6 +18,7 @@ enum {
 /* Dimensionless, [coordinates][count]; behind them room to draw the points of a piece. */
 typedef struct problem_cloud {
     double *x;
+    double *data; /* [source.rows][count]; NULL: none */
     size_t count;
 } problem_cloud;
 
@@ -46,6 +47,8 @@ typedef struct problem_set {
     ad_normal *normal;                             /* the same */
     ad_program *product;                           /* the same; J^T J v per view */
     int product_rows;                              /* of J, per point */
+    ad_program *fields;                            /* the same; of a source that follows them */
+    double *field_values;                          /* [rows of all fields][trained] of that */
     ad_program *share_gradient[PROBLEM_SET_TERMS]; /* balanced: points by their weights */
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
@@ -86,9 +89,12 @@ struct problem {
 bool problem_all_finite(const double *x, size_t count);
 
 /* problem_points.c */
-const problem_points *problem_points_of(const problem *p, const problem_set *set);
+problem_points problem_points_of(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
+/* Data for the trained points, by the network at x where they follow it. */
+bool problem_set_follows(const problem_set *set);
+ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_error *error);
 void problem_set_forget_points(problem_set *set);
 double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point);
 bool problem_points_are_inside(const problem *p, const problem_cloud *cloud);
@@ -97,6 +103,9 @@ bool problem_points_are_inside(const problem *p, const problem_cloud *cloud);
 ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);
 void problem_set_clear(problem_set *set);
 void problem_set_refresh(problem_set *set); /* the points or the setting are new */
+
+/* The network's fields at the trained points, into set->field_values. */
+ad_status problem_set_fields(problem *p, problem_set *set, const double *x, ad_error *error);
 
 /* Run one of the set's programs over a cloud: terms by number, the weighted total, and, when
  * gradient is not NULL, the gradient. */

@@ -455,7 +455,8 @@ ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
     trainer_fuse(t);
-    ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
+    ad_status status =
+        problem_advance(t->problem, t->info.window_step + 1, current_x(t), &changed, error);
     if (status != AD_OK) {
         return status;
     }
