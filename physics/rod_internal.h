@@ -13,8 +13,6 @@ typedef struct rod_initial_data {
     ad_value position, rotation, velocity, spin;
 } rod_initial_data;
 
-enum { ROD_PARAMETERS_MAX = 14 }; /* as many names as formulas may have, less s and t */
-
 /* A scene at work on a tape, at a place. */
 typedef struct rod_context {
     const scene *scene;

@@ -72,7 +72,16 @@ const config_key config_keys[] = {
     {CONFIG_PARAMETER_PATH, CONFIG_PARAMETER, ANY,
      .help = "A name for the formulas of the scene, as in parameters: {load: 0.3} and then "
              "\"-load*s\"; --set parameters.load=0.5 changes it. Formulas of s, t and of the "
-             "parameters before it."},
+             "parameters before it. In place of a value {range: [0, 2]}: the scene is a family, of "
+             "which a number that is set in its place is a member."},
+
+    {CONFIG_PARAMETER_PATH ".range", CONFIG_NUMBER, AT(parameters[0].range), ENTRIES(2, 2), ANY,
+     .help = "The least and the largest value of a parameter that stays open: one training or one "
+             "batch of members is for all values between."},
+    {CONFIG_PARAMETER_PATH ".scale", CONFIG_CHOICE, AT(parameters[0].scale),
+     .names = scene_scale_names,
+     .help = "How members are spread over the range and networks see it; log: by the logarithm of "
+             "the value, for a range over powers of ten."},
 
     {"tables[].name", CONFIG_TEXT, AT(tables[0].name), .fallback = "required",
      .help = "A function for the formulas, as wind(s) or 2*pull(t), that goes through the rows of a "

@@ -123,15 +123,17 @@ const verdict *cpinn_solution_verdict(const cpinn_solution *x);
 const scene *cpinn_solution_scene(const cpinn_solution *x);
 double cpinn_solution_estimate(const cpinn_solution *x); /* of the largest error; NaN: none */
 
-/* Many equilibria of the rod at rest that the file describes, for values of its parameters
- * (physics/solve/members.h); of the settings `names` are those of parameters, `values` may be NULL:
- * the file's. AD_BAD_INPUT, AD_BAD_ARGUMENT as there, AD_NO_MEMORY. */
+/* Many equilibria of the rod at rest that the file describes, for values of its parameters that
+ * have ranges (physics/solve/members.h). AD_BAD_INPUT, AD_BAD_ARGUMENT as there, AD_NO_MEMORY. */
 typedef struct cpinn_members cpinn_members;
 
 ad_status cpinn_members_file(const char *path, int count, const char *const *overrides,
                              const solve_members_settings *settings, cpinn_members **result,
                              ad_error *error);
 void cpinn_members_free(cpinn_members *x);
+
+/* The name of a parameter, in the order of the file; NULL beyond the last. */
+const char *cpinn_members_name(const cpinn_members *x, int parameter);
 
 /* As solve_members_solve. */
 ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,

@@ -5,8 +5,8 @@
     print(model.verdict)                                  # solved, or a warning with its reason
     values = model.evaluate("z r_tt", s=1, t=[0.5, 1])    # {"z": array, "x_tt": array, ...}
     exact = cpinn.solve("cantilever.yaml", s=[0.5, 1], t=1).values["z"]
-    robot = cpinn.Members("robot.yaml", ["pull", "push"], s=[0.1, 0.2])  # parameters of the file
-    shapes, results = robot.solve(numpy.random.rand(1000, 2))
+    robot = cpinn.Members("robot.yaml", s=[0.1, 0.2])     # its parameters with ranges: robot.names
+    shapes, results = robot.solve(numpy.random.rand(1000, len(robot.names)))
 
 Names are those of the C library, physics/evaluator.h: columns of the scene's model ("x", "qw", "m2",
 of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore s and t as
@@ -49,8 +49,7 @@ class _Options(ctypes.Structure):
 
 
 class _MembersSettings(ctypes.Structure):
-    _fields_ = [("count", ctypes.c_int), ("names", ctypes.POINTER(ctypes.c_char_p)),
-                ("values", ctypes.c_void_p), ("tolerance", ctypes.c_double),
+    _fields_ = [("tolerance", ctypes.c_double),
                 ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p)]
 
 
@@ -101,6 +100,7 @@ _solution_columns = _declare("cpinn_solution_columns", _I, _P)
 _solution_name = _declare("cpinn_solution_column_name", _S, _P, _I)
 _solution_evaluate = _declare("cpinn_solution_evaluate", _I, _P, _Z, _P, _P, _P, _FAIL)
 _members_file = _declare("cpinn_members_file", _I, _S, _I, _TEXTS, _P, _OUT, _FAIL)
+_members_name = _declare("cpinn_members_name", _S, _P, _I)
 _members_free = _declare("cpinn_members_free", None, _P)
 _members_solve = _declare("cpinn_members_solve", _I, _P, _Z, _P, _P, _P, _FAIL)
 _outcome_of = _declare("verdict_outcome_of", _I, _P)
@@ -192,25 +192,26 @@ class Solution:
 
 
 class Members:
-    """Many equilibria of one rod at rest, for values of parameters of its file by name: `columns`
-    x y z qw qx qy qz v1 v2 v3 u1 u2 u3 at s (m, ascending), all to a tolerance in lengths."""
+    """Many equilibria of one rod at rest, for values of the parameters that have ranges in its
+    file, `names`: `columns` x y z qw qx qy qz v1 v2 v3 u1 u2 u3 at s (m, ascending), all to a
+    tolerance in lengths."""
 
     columns = "x y z qw qx qy qz v1 v2 v3 u1 u2 u3".split()
 
-    def __init__(self, path, names, s, overrides=(), tolerance=1e-6, threads=1):
+    def __init__(self, path, s, overrides=(), tolerance=1e-6, threads=1):
         self._s = numpy.ascontiguousarray(s, dtype=float).ravel()
-        self._names = [name.encode() for name in names]
-        texts = (_S * (len(self._names) + 1))(*self._names)
-        settings = _MembersSettings(len(self._names), texts, None, tolerance, threads,
-                                    self._s.size, self._s.ctypes.data)
+        settings = _MembersSettings(tolerance, threads, self._s.size, self._s.ctypes.data)
         self._handle = _made(_members_file, os.fsencode(path), *_overrides(overrides),
                              ctypes.byref(settings))
+        self.names = []
+        while _members_name(self._handle, len(self.names)):
+            self.names.append(_members_name(self._handle, len(self.names)).decode())
 
     def solve(self, parameters):
         """values [members, points, columns] and results with fields estimate, load, nodes, steps
         and solved, for parameters [members, names]; values are nan where there is no solution."""
         parameters = numpy.ascontiguousarray(parameters, dtype=float)
-        parameters = parameters.reshape(-1, len(self._names))
+        parameters = parameters.reshape(-1, len(self.names))
         values = numpy.empty((len(parameters), self._s.size, len(self.columns)))
         results = numpy.zeros(len(parameters), dtype=numpy.dtype(
             [("estimate", "f8"), ("load", "f8"), ("nodes", "i4"), ("steps", "i4"),
