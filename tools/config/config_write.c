@@ -209,8 +209,13 @@ static void write_parameter(FILE *file, const config_parameter *parameter)
     } else {
         quantity_number_text(parameter->range[0], low);
         quantity_number_text(parameter->range[1], high);
-        fprintf(file, "{range: [%s, %s], scale: %s}", low, high,
+        fprintf(file, "{range: [%s, %s], scale: %s", low, high,
                 scene_scale_names()[parameter->scale]);
+        if (!isnan(parameter->identify)) {
+            quantity_number_text(parameter->identify, low);
+            fprintf(file, ", identify: %s", low);
+        }
+        fputc('}', file);
     }
     fputc('\n', file);
 }
@@ -311,7 +316,7 @@ static bool is_physics(const char *path)
 {
     static const char *const others[] = {"name",     "tables",      "time.windows", "formulation",
                                          "motion",   "enforcement", "network",      "losses",
-                                         "training", "checkpoint",  "output"};
+                                         "training", "checkpoint",  "output",       "data"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
