@@ -64,15 +64,6 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
     QUANTITY_KEY(path, size, member, of_unit, "as under rod, or from section and material",        \
                  "Of this piece, as under rod.", bounds)
 
-#define NOISE_KEY(name, key, of_unit)                                                              \
-    {                                                                                              \
-        "data[].noise." #key,                                                                      \
-        CONFIG_NUMBER,                                                                             \
-        AT(settings.data[0].noise[TRAIN_NOISE_##name]),                                            \
-        .unit = (of_unit),                                                                         \
-        POSITIVE,                                                                                  \
-        .help = "Standard deviation of each measured " #key "."},
-
 /* clang-format off */
 const config_key config_keys[] = {
     {"name", CONFIG_TEXT, AT(settings.name), .fallback = "the file's name without .yaml",
@@ -384,12 +375,6 @@ const config_key config_keys[] = {
     {"output.every", CONFIG_INTEGER, AT(settings.output_every), .unit = "steps", BETWEEN(1, 1e9),
      .fallback = "10; 1 where training begins with gauss_newton in one window",
      .help = "Steps between rows of history.csv, which every stage ends with as well."},
-    {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
-     .help = "Measurements, from which cpinn-solve finds what is to be identified: CSV or HDF5 in "
-             "SI with columns s[, t], parameters that have a range, and whatever was measured, "
-             "named as cpinn-eval does (x, y, z, qw, qx, qy, qz, u1, n3, ...); relative to this "
-             "file. Rows with the same parameters are one experiment."},
-    TRAIN_NOISE_LIST(NOISE_KEY)
     {"reference.analytic", CONFIG_CHOICE, AT(settings.reference), .names = train_reference_names,
      .help = "A known solution of this scene to measure the error against."},
     {"reference.solve", CONFIG_NUMBER, AT(settings.reference_tolerance), BETWEEN(1e-13, 0.1),
@@ -415,7 +400,6 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
-    LIST("data", "file", "files", NULL, 0, TRAIN_DATA_MAX, settings.data, settings.data_count),
     LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),

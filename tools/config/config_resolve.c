@@ -289,15 +289,6 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
     }
-    for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {
-        char path[CONFIG_PATH_MAX];
-        snprintf(path, sizeof path, "data[%d].file", i);
-        if (!experiment->settings.data[i].file) {
-            return config_blame(experiment->source, error, path,
-                                "missing; allowed: the name of a file with measurements");
-        }
-        status = config_absolute(experiment, path, &experiment->settings.data[i].file, error);
-    }
     return status == AD_OK ? config_absolute(experiment, "reference.file",
                                              &experiment->settings.reference_file, error)
                            : status;

@@ -57,11 +57,6 @@ train_settings train_settings_default(void)
     for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
         settings.stages[i] = train_stage_default();
     }
-    for (int i = 0; i < TRAIN_DATA_MAX; i++) {
-        for (int k = 0; k < TRAIN_NOISE_COUNT; k++) {
-            settings.data[i].noise[k] = NAN;
-        }
-    }
     settings.stages[0].optimizer = OPTIM_GAUSS_NEWTON;
     settings.stages[0].steps = 200;
     settings.stages[0].lbfgs.descent.function_tolerance = 0.2; /* converging gains decades */

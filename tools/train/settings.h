@@ -19,7 +19,7 @@
 extern "C" {
 #endif
 
-enum { TRAIN_STAGES_MAX = 32, TRAIN_DATA_MAX = 8, TRAIN_KEY_MAX = 64 };
+enum { TRAIN_STAGES_MAX = 32, TRAIN_KEY_MAX = 64 };
 
 /* The value of an integer or a choice that is left open; of counts of points and steps it is 0, of
  * numbers NaN. */
@@ -46,26 +46,6 @@ typedef enum train_linear_algebra {
 } train_linear_algebra;
 typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_reference;
 #undef TRAIN_ENUM
-
-/* What can be measured: name in C, key, unit of its noise. */
-#define TRAIN_NOISE_LIST(X)                                                                        \
-    X(POSITION, position, "m")                                                                     \
-    X(ROTATION, rotation, "rad")                                                                   \
-    X(STRAIN, strain, "1")                                                                         \
-    X(CURVATURE, curvature, "1/m")                                                                 \
-    X(FORCE, force, "N")                                                                           \
-    X(MOMENT, moment, "N m")                                                                       \
-    X(VELOCITY, velocity, "m/s")                                                                   \
-    X(ANGULAR_VELOCITY, angular_velocity, "1/s")
-#define TRAIN_NOISE_ENUM(name, key, unit) TRAIN_NOISE_##name,
-typedef enum train_noise { TRAIN_NOISE_LIST(TRAIN_NOISE_ENUM) TRAIN_NOISE_COUNT } train_noise;
-#undef TRAIN_NOISE_ENUM
-
-/* A file of measurements (tools/train/measurements.h). */
-typedef struct train_data {
-    const char *file;
-    double noise[TRAIN_NOISE_COUNT]; /* standard deviations; NaN: not given */
-} train_data;
 
 /* Texts of each enumeration in the order of its values, NULL at the end. */
 const char *const *train_optimizer_names(void);
@@ -106,8 +86,6 @@ typedef struct train_settings {
     double checkpoint_seconds; /* or after so much wall time, whichever is first */
     int checkpoint_keep;       /* how many checkpoints are kept */
     int output_every;          /* steps between rows of the history; 0: open */
-    int data_count;
-    train_data data[TRAIN_DATA_MAX];
     train_reference reference;
     const char *reference_file;    /* CSV or HDF5 with the model's columns of position and rotation;
                                     * NULL: none */
