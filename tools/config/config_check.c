@@ -63,7 +63,9 @@ static ad_status open_parameter(config *experiment, const config_parameter *para
     family->guess[family->parameter_count] = parameter->identify;
     family->parameters[family->parameter_count++] =
         (scene_parameter){parameter->name, low, high, (scene_scale)parameter->scale};
-    return quantities_coordinate(experiment->names, parameter->name, &reason) == AD_OK
+    const double usual = scene_parameter_at(&family->parameters[family->parameter_count - 1], 0.5);
+    return quantities_parameter(experiment->names, parameter->name, low, high, usual, &reason) ==
+                   AD_OK
                ? AD_OK
                : config_blame(experiment->source, error, path, "%s", reason.message);
 }
