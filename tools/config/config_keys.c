@@ -79,6 +79,10 @@ const config_key config_keys[] = {
     {CONFIG_PARAMETER_PATH ".range", CONFIG_NUMBER, AT(parameters[0].range), ENTRIES(2, 2), ANY,
      .help = "The least and the largest value of a parameter that stays open: one training or one "
              "batch of members is for all values between."},
+    {CONFIG_PARAMETER_PATH ".identify", CONFIG_NUMBER, AT(parameters[0].identify), ANY,
+     .help = "The parameter is one number that is to be found from the measurements under data, "
+             "from this value on and within its range. {identify: 6e10, range: [1e10, 1e11]} may "
+             "also stand in place of any number of the scene."},
     {CONFIG_PARAMETER_PATH ".scale", CONFIG_CHOICE, AT(parameters[0].scale),
      .names = scene_scale_names,
      .help = "How members are spread over the range and networks see it; log: by the logarithm of "
