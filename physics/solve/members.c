@@ -44,12 +44,14 @@ static ad_status refuse(const scene *one, ad_error *error)
                : AD_OK;
 }
 
-static ad_status check(const scene *one, ad_error *error)
+/* Writes the middle member to `one`. */
+static ad_status check(const scene *open, scene *one, ad_error *error)
 {
     const char *key = "";
     ad_error reason;
-    ad_status status = scene_check(one, &key, &reason);
+    ad_status status = scene_check(open, &key, &reason);
     if (status == AD_OK) {
+        scene_middle(open, one);
         status = scene_physics_of(one)->check(one, &key, &reason);
     }
     if (status != AD_OK) {
@@ -88,29 +90,30 @@ static bool has_energy(const scene *given)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool keep(solve_members *x, const solve_members_settings *settings)
+static bool keep(solve_members *x)
 {
-    const size_t count = (size_t)settings->count, threads = (size_t)settings->threads;
+    const size_t count = (size_t)x->count, threads = (size_t)x->threads;
+    const scene_parameter *parameters = x->open.parameters;
     size_t bytes = 1;
     for (size_t i = 0; i < count; i++) {
-        bytes += strlen(settings->names[i]) + 1;
+        bytes += strlen(parameters[i].name) + 1;
     }
     x->names = malloc((count + 1) * sizeof *x->names + bytes);
     x->values = malloc((count + 1) * sizeof *x->values);
     x->groups = calloc(threads, sizeof *x->groups);
     x->statuses = calloc(threads, sizeof *x->statuses);
     x->errors = calloc(threads, sizeof *x->errors);
-    x->pool = ad_pool_create(settings->threads);
+    x->pool = ad_pool_create(x->threads);
     if (!x->names || !x->values || !x->groups || !x->statuses || !x->errors || !x->pool) {
         return false;
     }
     char *text = (char *)(x->names + count + 1);
     for (size_t i = 0; i < count; i++) {
-        x->names[i] = strcpy(text, settings->names[i]);
+        x->names[i] = strcpy(text, parameters[i].name);
         text += strlen(text) + 1;
-        x->values[i] = settings->values[i];
+        x->values[i] = scene_parameter_at(&parameters[i], 0.5);
     }
-    x->parameters = (solve_parameters){settings->count, x->names, x->values};
+    x->parameters = (solve_parameters){x->count, x->names, x->values};
     return true;
 }
 
@@ -322,15 +325,12 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
 {
     scene one;
     *result = NULL;
-    if (settings->count < 0 || settings->count > ROD_PARAMETERS_MAX || settings->threads < 1 ||
-        !(settings->tolerance > 0)) {
+    if (settings->threads < 1 || !(settings->tolerance > 0)) {
         return ad_fail(error, AD_BAD_ARGUMENT,
-                       "members: %d parameters, %d threads, tolerance %g; allowed: up to %d, from "
-                       "1 on, > 0",
-                       settings->count, settings->threads, settings->tolerance, ROD_PARAMETERS_MAX);
+                       "members: %d threads, tolerance %g; allowed: from 1 on, > 0",
+                       settings->threads, settings->tolerance);
     }
-    scene_with(open, settings->count, settings->names, settings->values, &one);
-    ad_status status = check(&one, error);
+    ad_status status = check(open, &one, error);
     if (status != AD_OK) {
         return status;
     }
@@ -338,10 +338,10 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
     if (x) {
         *x = (solve_members){.open = *open,
                              .threads = settings->threads,
-                             .count = settings->count,
+                             .count = open->parameter_count,
                              .points = settings->points};
     }
-    if (!x || !keep(x, settings)) {
+    if (!x || !keep(x)) {
         solve_members_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }

@@ -36,9 +36,9 @@ static void place_outputs(strain_level *x, const double *s)
         while (to->from + 1 < x->stages && rule->nodes[to->from + 1] <= at) {
             to->from++;
         }
-        strain_form_lagrange(rule, at, to->interpolate);
-        strain_form_integral(rule, at, to->integrate);
-        strain_form_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
+        gauss_lagrange(rule, at, to->interpolate);
+        gauss_integral(rule, at, to->integrate);
+        gauss_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
     }
 }
 
@@ -59,8 +59,8 @@ ad_status strain_link_create(const strain_level *from, const strain_level *to, s
         }
         const double at = (to->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
         result->element[i] = e;
-        strain_form_lagrange(&from->form->rule, at, result->value[i]);
-        strain_form_integral(&from->form->rule, at, result->integral[i]);
+        gauss_lagrange(&from->form->rule, at, result->value[i]);
+        gauss_integral(&from->form->rule, at, result->integral[i]);
     }
     return AD_OK;
 }
@@ -187,7 +187,7 @@ size_t strain_level_room(const strain_level *x, const solve_rod *rod)
         size_t width = solve_rod_part_kind(rod, PARTS[i]).width;
         most = count * width > most ? count * width : most;
     }
-    return LANES * (most + nodes_of(x) * (1 + ROD_PARAMETERS_MAX));
+    return LANES * (most + nodes_of(x) * (1 + SCENE_PARAMETERS_MAX));
 }
 
 ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
@@ -195,7 +195,7 @@ ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
 {
     const size_t nodes = nodes_of(x);
     double *s = room, *of_points = s + LANES * nodes;
-    double *values = of_points + LANES * nodes * ROD_PARAMETERS_MAX;
+    double *values = of_points + LANES * nodes * SCENE_PARAMETERS_MAX;
     ad_status status = AD_OK;
     for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
         const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
@@ -221,14 +221,14 @@ ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
 /* What is the same of all members, once. */
 static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *error)
 {
-    const double none[ROD_PARAMETERS_MAX] = {0};
+    const double none[SCENE_PARAMETERS_MAX] = {0};
     size_t nodes = nodes_of(x);
     ad_status status = AD_OK;
     for (int p = 0; p < PART_COUNT && status == AD_OK; p++) {
         const solve_part_kind kind = solve_rod_part_kind(rod, PARTS[p]);
         const size_t points = points_of(x, rod, PARTS[p]);
         double *values = malloc((points * kind.width + 1) * sizeof *values);
-        double *zeros = calloc(nodes * ROD_PARAMETERS_MAX, sizeof *zeros);
+        double *zeros = calloc(nodes * SCENE_PARAMETERS_MAX, sizeof *zeros);
         if (!values || !zeros) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
         } else if (kind.width > 0 && !kind.by_parameters) {
