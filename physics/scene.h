@@ -46,7 +46,8 @@ extern "C" {
     X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
-    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */
+    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
+    X(SCENE_SIX, "six")               /* 6, two columns of the matrix before they are orthonormal */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */
@@ -337,6 +338,9 @@ typedef struct scene {
     scene_manufactured manufactured;
     int parameter_count; /* of a family; 0: one scene */
     scene_parameter parameters[SCENE_PARAMETERS_MAX];
+    bool is_unknown[SCENE_PARAMETERS_MAX]; /* this parameter is one number, to be found from
+                                            * measurements, */
+    double guess[SCENE_PARAMETERS_MAX];    /* from this value on, within the range */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */

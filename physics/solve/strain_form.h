@@ -109,19 +109,14 @@ typedef struct strain_form {
     lanes *right;                  /* [unknowns], the residual, then the step */
     lanes *direction;              /* [unknowns], 0 */
     void *columns;                 /* room for what it changes */
-    int negative[LANES]; /* pivots of the last elimination, rows that were swapped counted in */
+    long long still[LANES]; /* -1: v stays as it is, of rods that have arrived; 0 */
+    int negative[LANES];   /* pivots of the last elimination, rows that were swapped counted in */
+    int (*swapped)[LANES]; /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
 /* AD_NO_MEMORY. The extents must outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
-
-/* At x in [0, 1] of an element, by values at its points: a polynomial through them, its integral
- * from 0, and what Magnus' step from one x to another takes of u. */
-void strain_form_lagrange(const gauss_rule *rule, double x, double *values);
-void strain_form_integral(const gauss_rule *rule, double x, double *values);
-void strain_form_magnus(const gauss_rule *rule, double from, double to,
-                        double terms[3][GAUSS_STAGES_MAX]);
 
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
@@ -138,6 +133,9 @@ void strain_form_linearise_first(strain_form *x, double *matrix);
 /* right becomes the step to subtract, by elimination in all lanes; a singular matrix gives numbers
  * that are none. */
 void strain_form_solve(strain_form *x);
+
+/* The same of another right side, by the elimination that was last. */
+void strain_form_solve_again(strain_form *x);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *x, const lanes *step, const lanes *share);
