@@ -15,8 +15,8 @@ extern "C" {
 #endif
 
 enum {
-    DOMAIN_COORDINATES_MAX = 8,
-    DOMAIN_NAME = 24,
+    DOMAIN_COORDINATES_MAX = 16, /* as many as formulas have open names */
+    DOMAIN_NAME = 48,
     DOMAIN_WINDOWS_MAX = 1024,
     DOMAIN_PIECES_MAX = 64 /* NN_PIECES_MAX */
 };
@@ -73,6 +73,7 @@ typedef struct domain_place {
     bool goes_on;         /* the window starts from the state in which the one before ended */
     ad_value state;       /* that state, uniform, as the model wrote it (physics/model.h) */
     ad_value load_factor; /* of all loads, 0 to 1, one row */
+    ad_value data;        /* of points that have a source (physics/model.h) */
 } domain_place;
 
 /* Which numbers of a place are uniforms and not constants. */

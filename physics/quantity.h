@@ -57,7 +57,8 @@ void quantities_free(quantities *names);
  * name: letters, digits, _, up to 40, and not one that formulas know already. */
 ad_status quantities_define(quantities *names, const char *name, quantity value, ad_error *error);
 
-/* Add another open name beside s and t, a coordinate of a domain; up to 16 with these two. */
+/* Add another open name beside s and t, a coordinate of a domain. */
+enum { QUANTITY_OPEN_MAX = 16 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
 
 /* Define a function of one argument by a table: name(x) goes through all (x[i], y[i]), i < count,

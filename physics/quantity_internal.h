@@ -8,7 +8,6 @@
 
 enum {
     QUANTITY_NAME_MAX = 40,
-    QUANTITY_OPEN_MAX = 16,   /* open names */
     QUANTITY_SIZE_MAX = 4096, /* operations of a formula, which bounds the depth of recursions */
     QUANTITY_ARGUMENTS_MAX = 3
 };

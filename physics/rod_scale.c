@@ -38,8 +38,8 @@ ad_value rod_quantity(const rod_context *rod, quantity q, ad_value s, ad_value t
     if (quantity_is_number(q, &number)) {
         return ad_scalar(rod->tape, number);
     }
-    quantity_binding bindings[2 + ROD_PARAMETERS_MAX] = {{"s", ad_scale(s, rod->scales.length)},
-                                                         {"t", ad_scale(t, rod->scales.time)}};
+    quantity_binding bindings[2 + SCENE_PARAMETERS_MAX] = {{"s", ad_scale(s, rod->scales.length)},
+                                                           {"t", ad_scale(t, rod->scales.time)}};
     for (int i = 0; i < rod->parameter_count; i++) {
         bindings[2 + i] = rod->parameters[i];
     }

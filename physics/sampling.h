@@ -46,7 +46,7 @@ typedef enum sampling_kind {
         SAMPLING_KIND_COUNT
 } sampling_kind;
 
-enum { SAMPLING_MAX_DIMENSION = 8, SAMPLING_MAX_GRID_DIMENSION = 3 };
+enum { SAMPLING_MAX_DIMENSION = 16, SAMPLING_MAX_GRID_DIMENSION = 3 };
 
 /* Text of a kind, never NULL. */
 const char *sampling_kind_text(sampling_kind kind);

@@ -22,6 +22,7 @@ SCENE_NAMES(scene_rotation_names, SCENE_ROTATION_LIST)
 SCENE_NAMES(scene_enforcement_names, SCENE_ENFORCEMENT_LIST)
 SCENE_NAMES(scene_motion_names, SCENE_MOTION_LIST)
 SCENE_NAMES(scene_state_names, SCENE_STATE_LIST)
+SCENE_NAMES(scene_scale_names, SCENE_SCALE_LIST)
 
 void scene_defaults(scene *rod_scene)
 {

@@ -46,7 +46,8 @@ extern "C" {
     X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
-    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */
+    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
+    X(SCENE_SIX, "six")               /* 6, two columns of the matrix before they are orthonormal */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */
@@ -297,14 +298,21 @@ typedef struct scene_beam {
 
 enum { SCENE_WINDOWS_MAX = 1024 }; /* DOMAIN_WINDOWS_MAX */
 
-enum { SCENE_PARAMETERS_MAX = 14 };
+enum { SCENE_PARAMETERS_MAX = QUANTITY_OPEN_MAX - 2 }; /* beside s and t */
+
+#define SCENE_SCALE_LIST(X)                                                                        \
+    X(SCENE_LINEAR, "linear") /* as it is */                                                       \
+    X(SCENE_LOG, "log")       /* members and networks go by its logarithm */
+#define SCENE_ENUM(name, text) name,
+typedef enum scene_scale { SCENE_SCALE_LIST(SCENE_ENUM) } scene_scale;
+#undef SCENE_ENUM
 
 /* A number that differs from member to member of a family of scenes: an open name of its formulas
  * (quantities_coordinate). */
 typedef struct scene_parameter {
     const char *name;
-    double low, high; /* its range; low < high, both > 0 if logarithmic */
-    bool logarithmic; /* members and networks go by its logarithm */
+    double low, high; /* its range; finite, low < high, both > 0 of scale log */
+    scene_scale scale;
 } scene_parameter;
 
 typedef struct scene {
@@ -362,6 +370,16 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 void scene_with(const scene *open, int count, const char *const *names, const double *values,
                 scene *result);
 bool scene_uses(const scene *rod_scene, const char *name);
+
+/* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
+double scene_parameter_at(const scene_parameter *parameter, double fraction);
+double scene_parameter_fraction(const scene_parameter *parameter, double value);
+
+/* One member of a family, values [parameter_count] in SI units: a scene without parameters. The
+ * middle one has every parameter at the fraction 1/2; of a scene that is no family it is this
+ * scene. */
+void scene_member(const scene *family, const double *values, scene *member);
+void scene_middle(const scene *family, scene *member);
 
 /* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
  * one to the next at their joints, where(joint - s, before, behind). */
@@ -533,6 +551,7 @@ const char *const *scene_formulation_names(void);
 const char *const *scene_rotation_names(void);
 const char *const *scene_enforcement_names(void);
 const char *const *scene_motion_names(void);
+const char *const *scene_scale_names(void);
 const char *const *scene_state_names(void);
 
 /* ---- cross-sections (section.c) ------------------------------------------------------------ */

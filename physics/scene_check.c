@@ -3,6 +3,7 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
+#include <stdio.h>
 
 ad_status scene_refuse(const scene_checker *check, const char *key, const char *sentence)
 {
@@ -209,7 +210,7 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
-ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
+static ad_status check_member(const scene *rod_scene, const char **key, ad_error *error)
 {
     static scene_check_part *const of_rods[] = {check_extent,         check_others,
                                                 scene_check_segments, scene_check_rod,
@@ -222,12 +223,85 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
         check_extent,        check_others,      scene_check_segments,
         scene_check_rod,     scene_check_lists, scene_check_beam,
         check_initial_state, check_time,        NULL};
-    const char *ignored = NULL;
-    const scene_checker check = {rod_scene, NULL, -1, key ? key : &ignored, error};
+    const scene_checker check = {rod_scene, NULL, -1, key, error};
     ad_status status = AD_OK;
     for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
          *part && status == AD_OK; part++) {
         status = (*part)(&check);
     }
     return status;
+}
+
+/* ---- families ------------------------------------------------------------------------------ */
+
+enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
+
+/* What all members have to have in common. */
+static ad_status check_common(const scene *family, const char **key, ad_error *error)
+{
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(family, field);
+        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
+        for (int k = 0; k < family->parameter_count && common; k++) {
+            if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
+                *key = field->key;
+                return ad_fail(error, AD_BAD_INPUT,
+                               "depends on %s, which has a range; allowed: one number for all "
+                               "members of a family",
+                               family->parameters[k].name);
+            }
+        }
+    }
+    return AD_OK;
+}
+
+/* The member at these fractions of the ranges; an error says which it was. */
+static ad_status check_at(const scene *family, const double *fractions, const char **key,
+                          ad_error *error)
+{
+    double values[SCENE_PARAMETERS_MAX];
+    char where[300] = "";
+    size_t at = 0;
+    scene member;
+    ad_error reason;
+    for (int i = 0; i < family->parameter_count; i++) {
+        values[i] = scene_parameter_at(&family->parameters[i], fractions[i]);
+        at += at < sizeof where
+                  ? (size_t)snprintf(where + at, sizeof where - at, "%s%s=%g", i ? ", " : "",
+                                     family->parameters[i].name, values[i])
+                  : 0;
+    }
+    scene_member(family, values, &member);
+    ad_status status = check_member(&member, key, &reason);
+    return status == AD_OK ? AD_OK
+                           : ad_fail(error, status, "%s (of the member %s)", reason.message, where);
+}
+
+/* The middle, and the corners of the ranges. */
+static ad_status check_members(const scene *family, const char **key, ad_error *error)
+{
+    const int count = family->parameter_count;
+    const int corners = count <= CORNERS_OF ? 1 << count : 2 * count;
+    double fractions[SCENE_PARAMETERS_MAX];
+    ad_status status = AD_OK;
+    for (int corner = -1; corner < corners && status == AD_OK; corner++) {
+        for (int i = 0; i < count; i++) {
+            bool of_corner = corner >= 0 && count <= CORNERS_OF, moved = corner / 2 == i;
+            fractions[i] = of_corner ? (corner >> i) & 1 : corner >= 0 && moved ? corner % 2 : 0.5;
+        }
+        status = check_at(family, fractions, key, error);
+    }
+    return status;
+}
+
+ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
+{
+    const char *ignored = NULL;
+    key = key ? key : &ignored;
+    if (!scene_is_family(rod_scene)) {
+        return check_member(rod_scene, key, error);
+    }
+    ad_status status = check_common(rod_scene, key, error);
+    return status == AD_OK ? check_members(rod_scene, key, error) : status;
 }

@@ -79,8 +79,10 @@ static void test_every_key(void **state)
         const char **given = list ? both : both + 1;
         int count = list ? 2 : 1;
         config_key_path(key, 0, path);
-        snprintf(override, sizeof override, "%s={a: b}", path);
-        snprintf(start, sizeof start, "--set %s: %s: is a section; allowed: ", override, path);
+        bool section = key->type == CONFIG_PARAMETER; /* a range is one */
+        snprintf(override, sizeof override, "%s=%s", path, section ? "[1]" : "{a: b}");
+        snprintf(start, sizeof start, "--set %s: %s: is a %s; allowed: ", override, path,
+                 section ? "list" : "section");
         assert_int_equal(config_read("scene.yaml", BASE, count, given, &experiment, &error),
                          AD_BAD_INPUT);
         assert_memory_equal(error.message, start, strlen(start));

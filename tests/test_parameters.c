@@ -8,6 +8,12 @@
     "rod:\n"                                                                                       \
     "  length: 1\n"                                                                                \
     "  stiffness: {shear: [5, 5], axial: 9, bending: [1, 1], torsion: 0.8}\n"
+#define FAMILY                                                                                     \
+    "parameters: {pull: {range: [0, 4]}, stiff: {range: [0.5, 2], scale: log}, half: stiff/2}\n"   \
+    "rod:\n"                                                                                       \
+    "  length: 1\n"                                                                                \
+    "  stiffness: {shear: [5, 5], axial: 9, bending: [stiff, stiff], torsion: half}\n"             \
+    "loads: {tip: {force: [0, pull, 0]}}\n"
 #define LOADED                                                                                     \
     "parameters: {load: 0.3, twice: 2*load, ramp: \"twice*s\"}\n" ROD                              \
     "loads: {force: [0, -ramp, load], tip: {force: [0, 0, \"-load*(1 + twice)\"]}}\n"
@@ -118,10 +124,31 @@ static void test_refusals(void **state)
          "scene.yaml:1:17: parameters.a: column 3 of '2*b': unknown name 'b'; allowed are s, t, "
          "pi, sin"},
         {"parameters: {a: [1]}\n" ROD, NULL,
-         "scene.yaml:1:17: parameters.a: is a list; allowed: a number or a formula"},
+         "scene.yaml:1:17: parameters.a: is a list; allowed: a number, a formula or "
+         "{range: [low, high], scale: linear or log}"},
         {"parameters: {a: .inf}\n" ROD, NULL, "scene.yaml:1:17: parameters.a: is .inf, which is"},
         {"parameters: {a: }\n" ROD, NULL, "parameters.a: has no value"},
-        {"parameters: {a: {b: 1}}\n" ROD, NULL, "parameters.a: is a section"},
+        {"parameters: {a: {b: 1}}\n" ROD, NULL,
+         "scene.yaml:1:18: parameters.a.b: unknown key; allowed in parameters.<name>: range, "
+         "scale"},
+        {"parameters: {a: {}}\n" ROD, NULL, "parameters.a: has no range"},
+        {"parameters: {a: {rnge: [0, 1]}}\n" ROD, NULL,
+         "parameters.a.rnge: unknown key; did you mean parameters.<name>.range?"},
+        {"parameters: {a: {range: 1}}\n" ROD, NULL,
+         "parameters.a.range: is 1; allowed: a list of 2 finite numbers"},
+        {"parameters: {a: {range: [1, 1]}}\n" ROD, NULL, "parameters.a: has the range 1 to 1"},
+        {"parameters: {a: {range: [2, 1]}}\n" ROD, NULL,
+         "scene.yaml:1:17: parameters.a: has the range 2 to 1; allowed: the lower value first"},
+        {"parameters: {a: {range: [0, 1], scale: log}}\n" ROD, NULL,
+         "parameters.a: has the range 0 to 1; allowed with scale log: values > 0"},
+        {"parameters: {a: {range: [0, 1]}}\n" ROD, NULL,
+         "parameters.a: has a range, but no formula of the scene uses it"},
+        {LOADED, "parameters.load.scale=log", "parameters.load: has no range"},
+        {FAMILY, "rod.length=pull", "rod.length: depends on pull, which has a range"},
+        {FAMILY, "rod.stiffness.torsion=pull-1",
+         "rod.stiffness.torsion: must be > 0; .inf locks that strain (of the member pull=0, "
+         "stiff=0.5)"},
+        {FAMILY, "parameters.pull=-s", "depends on s"},
         {"parameters: 3\n" ROD, NULL, "scene.yaml:1:13: parameters: is a single value"},
         {"parametres: {a: 1}\n" ROD, NULL, "parametres: unknown key; did you mean parameters?"},
         {LOADED, "parameters.load=null",
@@ -151,12 +178,136 @@ static void test_refusals(void **state)
     }
 }
 
+/* ---- families ------------------------------------------------------------------------------ */
+
+static void test_ranges(void **state)
+{
+    (void)state;
+    config *family = read_text(FAMILY, 0, NULL);
+    const scene *x = &family->scene;
+    assert_int_equal(x->parameter_count, 2);
+    assert_string_equal(x->parameters[1].name, "stiff");
+    assert_near(scene_parameter_at(&x->parameters[0], 0.5), 2, 0);
+    assert_near(scene_parameter_at(&x->parameters[1], 0.5), 1, 1e-15);
+    assert_near(scene_parameter_fraction(&x->parameters[1], 1), 0.5, 1e-15);
+    scene member;
+    scene_member(x, (double[]){3, 0.8}, &member);
+    assert_false(scene_is_family(&member));
+    assert_true(quantity_is(member.loads.tip.force[1], 3));
+    assert_true(quantity_is(member.rod.torsional_stiffness, 0.8 / 2));
+    char *first = written(family, true);
+    assert_non_null(strstr(first, "  pull: {range: [0, 4], scale: linear}\n"
+                                  "  stiff: {range: [0.5, 2], scale: log}\n"
+                                  "  half: \"stiff/2\"\n"));
+    config *again = read_text(first, 0, NULL);
+    char *second = written(again, true);
+    assert_string_equal(first, second);
+    assert_int_equal(config_continues(family, again, 0, NULL), AD_OK);
+    config *other = read_with(FAMILY, "parameters.pull.range=[0, 3]");
+    ad_error error = {AD_OK, ""};
+    assert_int_equal(config_continues(family, other, 0, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "parameters: other ranges"));
+    char *physics[2] = {printed(family), printed(other)};
+    assert_non_null(strstr(physics[0], "pull: {range: [0, 4]"));
+    assert_string_not_equal(physics[0], physics[1]);
+    free(physics[0]);
+    free(physics[1]);
+    free(first);
+    free(second);
+    config_free(family);
+    config_free(again);
+    config_free(other);
+}
+
+/* A number in place of a range, and a range in place of a number. */
+static void test_closing(void **state)
+{
+    (void)state;
+    static const char *const open[] = {"parameters.load={range: [0.1, 1], scale: log}"};
+    static const char *const closed[] = {"parameters.pull=5", "parameters.stiff=1"};
+    static const char *const changed[] = {"parameters.stiff.range=[1, 3]",
+                                          "parameters.pull.range=[-1, 1]"};
+    config *x = read_text(FAMILY, 2, closed);
+    assert_false(scene_is_family(&x->scene));
+    assert_true(quantity_is(x->scene.loads.tip.force[1], 5));
+    config_free(x);
+    x = read_text(LOADED, 1, open);
+    assert_int_equal(x->scene.parameter_count, 1);
+    config_free(x);
+    x = read_text(FAMILY, 2, changed);
+    assert_true(x->scene.parameters[1].scale == SCENE_LOG && x->scene.parameters[1].high == 3);
+    assert_true(x->scene.parameters[0].low == -1);
+    config_free(x);
+}
+
+static void test_members(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *at, *says;
+    } rows[] = {
+        {NULL, "scene.yaml:1:13: parameters: the scene is a family, of which one member is wanted "
+               "here; values are missing, by --at or --set, of pull, stiff"},
+        {"stiff=1", "are missing, by --at or --set, of pull"},
+        {"pull=1,stiff=4", "parameters.stiff: --at has 4, outside its range; allowed: 0.5 to 2"},
+        {"pul=1", "--at pul: no parameter of that name has a range"},
+        {"pull=1,pull=1", "--at pull: no parameter of that name has a range, or it is given twice"},
+        {"pull", "--at pull: allowed: name=number"},
+        {"pull=a", "--at pull: allowed: name=number"},
+        {"half=1", "--at half: no parameter of that name has a range"},
+    };
+    ad_error error = {AD_OK, ""};
+    config *x = NULL;
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        ad_status status =
+            config_read_member("scene.yaml", FAMILY, 0, NULL, rows[i].at, &x, &error);
+        if (status != AD_BAD_INPUT || !strstr(error.message, rows[i].says)) {
+            fail_msg("row %zu: %s", i, error.message);
+        }
+    }
+    assert_int_equal(
+        config_read_member("scene.yaml", FAMILY, 0, NULL, "pull=1, stiff = 2", &x, &error), AD_OK);
+    assert_true(quantity_is(x->scene.rod.torsional_stiffness, 1));
+    config_free(x);
+}
+
+/* Loads in units of each member's own stiffness. */
+static void test_family_units(void **state)
+{
+    (void)state;
+    config *x = read_with(FAMILY, "loads.units=EI");
+    scene member;
+    scene_member(&x->scene, (double[]){3, 0.8}, &member);
+    assert_true(quantity_is(member.loads.tip.force[1], 3 * 0.8));
+    config_free(x);
+}
+
+/* A scene that a program fills in. */
+static void test_by_hand(void **state)
+{
+    (void)state;
+    config *given = read_text(FAMILY, 0, NULL), *made = NULL;
+    ad_error error = {AD_OK, ""};
+    const train_settings usual = train_settings_default();
+    scene x = given->scene;
+    assert_int_equal(config_create(&x, &usual, &made, &error), AD_OK);
+    assert_int_equal(made->scene.parameter_count, 2);
+    assert_true(quantity_depends_on(made->scene.rod.torsional_stiffness, "stiff"));
+    config_free(made);
+    x.parameters[0].high = 0;
+    assert_int_equal(config_create(&x, &usual, &made, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "parameters.pull: has the range 0 to 0"));
+    config_free(given);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_values),   cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_physics),  cmocka_unit_test(test_units),
-        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_refusals), cmocka_unit_test(test_ranges),
+        cmocka_unit_test(test_closing),  cmocka_unit_test(test_members),
+        cmocka_unit_test(test_by_hand),  cmocka_unit_test(test_family_units),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -52,21 +52,22 @@ solved = cpinn.solve(elastica, s)
 assert solved.verdict.outcome == "solved" and solved.estimate < 1e-9
 assert abs(solved.values["z"] - model.evaluate("z", s)["z"]).max() < 1e-8
 
-# Many members, of which one is the file's; one parameter that no formula uses.
+# Many members of a family.
 with open("family.yaml", "w") as file:
-    file.write("""parameters: {force: -0.02, unused: 1}
+    file.write("""parameters: {force: {range: [-0.03, 0.03]}}
 rod: {model: kirchhoff, length: 0.3, section: {shape: circle, radius: 0.005},
       material: {youngs_modulus: 1.0e6, poissons_ratio: 0.45}}
 boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}, end: {type: loaded}}
 loads: {tip: {force: [0, 0, force]}}
 """)
-family = cpinn.Members("family.yaml", ["force"], s, tolerance=1e-9)
+family = cpinn.Members("family.yaml", s, tolerance=1e-9)
+assert family.names == ["force"]
 shapes, results = family.solve([[-0.02], [0.03]])
 assert shapes.shape == (2, 5, 13) and results["solved"].all() and (results["load"] == 1).all()
-known = cpinn.solve("family.yaml", s)
+known = cpinn.solve("family.yaml", s, overrides=["parameters.force=-0.02"])
 assert abs(shapes[0, :, 2] - known.values["z"]).max() < 1e-9
-raises("no formula of the scene uses it", cpinn.Members, "family.yaml", ["unused"], s)
-raises("allowed: ascending", cpinn.Members, "family.yaml", ["force"], s[::-1])
+raises("which one member is wanted here", cpinn.solve, "family.yaml", s)
+raises("allowed: ascending", cpinn.Members, "family.yaml", s[::-1])
 
 # Stopped by the caller, and by what the caller raises.
 stopped = cpinn.train(moving, progress=lambda now: now.step < 2)

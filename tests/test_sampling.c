@@ -216,19 +216,31 @@ static void sobol_meets_published_points(void **unused)
     (void)unused;
     /* Points 0 .. 15 times 16, Joe-Kuo numbers in Gray-code order; and number 1000 times 1024 and
      * number 100000 times 2^17. From scipy.stats.qmc.Sobol (scipy 1.17, unscrambled). */
-    static const double expected[16][8] = {
-        {0, 0, 0, 0, 0, 0, 0, 0},      {8, 8, 8, 8, 8, 8, 8, 8},     {12, 4, 4, 4, 12, 12, 4, 12},
-        {4, 12, 12, 12, 4, 4, 12, 4},  {6, 6, 10, 14, 6, 2, 6, 14},  {14, 14, 2, 6, 14, 10, 14, 6},
-        {10, 2, 14, 10, 10, 14, 2, 2}, {2, 10, 6, 2, 2, 6, 10, 10},  {3, 5, 15, 7, 9, 5, 7, 15},
-        {11, 13, 7, 15, 1, 13, 15, 7}, {15, 1, 11, 3, 5, 9, 3, 3},   {7, 9, 3, 11, 13, 1, 11, 11},
-        {5, 3, 5, 9, 15, 7, 1, 1},     {13, 11, 13, 1, 7, 15, 9, 9}, {9, 7, 1, 13, 3, 11, 5, 13},
-        {1, 15, 9, 5, 11, 3, 13, 5},
+    static const double expected[16][16] = {
+        {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+        {8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8, 8},
+        {12, 4, 4, 4, 12, 12, 4, 12, 12, 12, 12, 12, 4, 4, 12, 4},
+        {4, 12, 12, 12, 4, 4, 12, 4, 4, 4, 4, 4, 12, 12, 4, 12},
+        {6, 6, 10, 14, 6, 2, 6, 14, 14, 10, 14, 6, 6, 10, 6, 14},
+        {14, 14, 2, 6, 14, 10, 14, 6, 6, 2, 6, 14, 14, 2, 14, 6},
+        {10, 2, 14, 10, 10, 14, 2, 2, 2, 6, 2, 10, 2, 14, 10, 10},
+        {2, 10, 6, 2, 2, 6, 10, 10, 10, 14, 10, 2, 10, 6, 2, 2},
+        {3, 5, 15, 7, 9, 5, 7, 15, 15, 5, 11, 1, 15, 15, 13, 15},
+        {11, 13, 7, 15, 1, 13, 15, 7, 7, 13, 3, 9, 7, 7, 5, 7},
+        {15, 1, 11, 3, 5, 9, 3, 3, 3, 9, 7, 13, 11, 11, 1, 11},
+        {7, 9, 3, 11, 13, 1, 11, 11, 11, 1, 15, 5, 3, 3, 9, 3},
+        {5, 3, 5, 9, 15, 7, 1, 1, 1, 15, 5, 7, 9, 5, 11, 1},
+        {13, 11, 13, 1, 7, 15, 9, 9, 9, 7, 13, 15, 1, 13, 3, 9},
+        {9, 7, 1, 13, 3, 11, 5, 13, 13, 3, 9, 11, 13, 1, 7, 5},
+        {1, 15, 9, 5, 11, 3, 13, 5, 5, 11, 1, 3, 5, 9, 15, 13},
     };
-    static const double thousandth[8] = {225, 99, 531, 693, 287, 929, 47, 921};
-    static const double late[8] = {8005, 14101, 123677, 81371, 79371, 126573, 7997, 4685};
+    static const double thousandth[16] = {225, 99, 531, 693, 287, 929, 47,  921,
+                                          513, 71, 87,  261, 165, 393, 147, 379};
+    static const double late[16] = {8005, 14101,  123677, 81371, 79371, 126573, 7997,  4685,
+                                    2673, 100921, 36431,  59227, 74081, 25803,  12609, 7771};
     const size_t count = 100001;
-    double *points = fill(SAMPLING_SOBOL, NULL, 8, count);
-    for (size_t axis = 0; axis < 8; axis++) {
+    double *points = fill(SAMPLING_SOBOL, NULL, 16, count);
+    for (size_t axis = 0; axis < 16; axis++) {
         for (size_t i = 0; i < 16; i++) {
             assert_true(16 * points[axis * count + i] == expected[i][axis]);
         }
@@ -444,7 +456,7 @@ static void kinds_have_names_and_errors_are_clear(void **unused)
     }
     assert_string_equal(sampling_kind_text(SAMPLING_KIND_COUNT), "unknown sampling");
     assert_int_equal(sampling_fill(SAMPLING_UNIFORM, NULL, 2, 4, points, &error), AD_BAD_ARGUMENT);
-    assert_int_equal(sampling_fill(SAMPLING_UNIFORM, &rng, 9, 1, points, &error), AD_BAD_ARGUMENT);
+    assert_int_equal(sampling_fill(SAMPLING_UNIFORM, &rng, 17, 1, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_SOBOL, &rng, 2, 0, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_GRID, NULL, 4, 8, points, &error), AD_BAD_ARGUMENT);
     assert_int_equal(sampling_fill(SAMPLING_GRID, NULL, 2, 13, points, &error), AD_BAD_ARGUMENT);

@@ -14,13 +14,13 @@
 
 enum { PARAMETERS = 5, POINTS = 11, MEMBERS = 21 };
 
-static const char *const names[PARAMETERS] = {"pull", "push", "side", "weight", "stiff"};
 static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
 
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
  * chamber, a follower within, a body force along part of it, the weight, a force at the tip. */
 static const char robot[] =
-    "parameters: {pull: 1, push: 0.5, side: 0, weight: 5, stiff: 1, half: stiff/2}\n"
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"
     "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
     "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
     "segments:\n"
@@ -57,19 +57,17 @@ static const char *file_of(const char *text)
     return path;
 }
 
-static config *read_open(const char *text, int count, const char *const *open, ad_error *error)
+static config *read_text(const char *text, ad_error *error)
 {
     config *result = NULL;
-    const char *path = file_of(text);
-    config_read_open(path, 0, NULL, count, open, &result, error);
-    unlink(path);
+    config_read("family.yaml", text, 0, NULL, &result, error);
     return result;
 }
 
 static config *read_robot(void)
 {
     ad_error error = {.message = ""};
-    config *result = read_open(robot, PARAMETERS, names, &error);
+    config *result = read_text(robot, &error);
     if (!result) {
         fail_msg("%s", error.message);
     }
@@ -82,13 +80,8 @@ static solve_members_settings settings_of(int threads, double tolerance)
     for (int i = 0; i < POINTS; i++) {
         s[i] = 0.25 * i / (POINTS - 1);
     }
-    return (solve_members_settings){.count = PARAMETERS,
-                                    .names = names,
-                                    .values = usual,
-                                    .tolerance = tolerance,
-                                    .threads = threads,
-                                    .points = POINTS,
-                                    .s = s};
+    return (solve_members_settings){
+        .tolerance = tolerance, .threads = threads, .points = POINTS, .s = s};
 }
 
 static void draw(double (*members)[PARAMETERS])
@@ -107,6 +100,8 @@ typedef struct batch {
     double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS];
     solve_member results[MEMBERS];
 } batch;
+
+enum { NODES_MOST = 64 };
 
 /* All of them, `first` to start with. */
 static batch *solve(const scene *open, int threads, int first, double tolerance)
@@ -147,7 +142,7 @@ static void compare(const scene *open, const double *member,
     ad_error error = {.message = ""};
     const solve_settings asked = {.tolerance = 1e-9};
     double all[SOLVE_MEMBERS_COLUMNS * POINTS];
-    scene_with(open, PARAMETERS, names, member, &one);
+    scene_member(open, member, &one);
     assert_good(solution_create(&one, &asked, 0, NULL, &found, &report, &error), &error);
     assert_near(report.load_fraction, 1, 0);
     assert_good(solution_evaluate(found, SOLVE_MEMBERS_COLUMNS, POINTS, settings_of(1, 1).s, NULL,
@@ -170,13 +165,13 @@ static void test_against_collocation(void **state)
     for (int k = 0; k < 2; k++) {
         const double tolerance = k ? 1e-8 : 1e-5;
         double members[MEMBERS][PARAMETERS];
-        batch *all = solve(given->open, 1, 0, tolerance);
+        batch *all = solve(&given->scene, 1, 0, tolerance);
         draw(members);
         for (int i = 0; i < MEMBERS; i++) {
             assert_true(all->results[i].solved);
             assert_true(all->results[i].estimate <= tolerance);
             if (i % 3 == 0) {
-                compare(given->open, members[i],
+                compare(&given->scene, members[i],
                         (const double(*)[SOLVE_MEMBERS_COLUMNS])all->values[i], tolerance);
             }
         }
@@ -189,8 +184,8 @@ static void test_same_bits(void **state)
 {
     (void)state;
     config *given = read_robot();
-    batch *one = solve(given->open, 1, 0, 1e-6), *more = solve(given->open, 2, 0, 1e-6);
-    batch *turned = solve(given->open, 1, 5, 1e-6);
+    batch *one = solve(&given->scene, 1, 0, 1e-6), *more = solve(&given->scene, 2, 0, 1e-6);
+    batch *turned = solve(&given->scene, 1, 5, 1e-6);
     assert_memory_equal(one, more, sizeof *one);
     assert_memory_equal(one->values, turned->values, sizeof one->values);
     free(one);
@@ -205,90 +200,172 @@ static void test_unstable(void **state)
 {
     (void)state;
     static const char text[] =
-        "parameters: {along: 0}\n"
+        "parameters: {along: {range: [-2, 5]}}\n"
         "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}}\n"
         "boundary: {end: {type: loaded}}\n"
         "loads: {tip: {force: [0, 0, along]}}\n";
-    static const char *const name = "along";
     const double s = 1, values[3] = {5, -2, -5};
     double shape[3][SOLVE_MEMBERS_COLUMNS];
     solve_member results[3];
     solve_members *x = NULL;
     ad_error error = {.message = ""};
-    config *given = read_open(text, 1, &name, &error);
+    config *given = read_text(text, &error);
     assert_non_null(given);
-    const solve_members_settings settings = {.count = 1,
-                                             .names = &name,
-                                             .values = given->open_values,
-                                             .tolerance = 1e-6,
-                                             .threads = 1,
-                                             .points = 1,
-                                             .s = &s};
-    assert_good(solve_members_create(given->open, &settings, &x, &error), &error);
+    const solve_members_settings settings = {.tolerance = 1e-6, .threads = 1, .points = 1, .s = &s};
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
     assert_good(solve_members_solve(x, 3, values, shape[0], results, &error), &error);
     assert_true(results[0].solved && results[1].solved && !results[2].solved);
     assert_near(shape[1][2], 1, 1e-14);
     assert_true(isnan(shape[2][2]) && isinf(results[2].estimate));
     assert_true(results[2].load > 0.4 && results[2].load < 0.5); /* pi^2/4 = 2.467 of 5 */
+    double curvature[3][NODES_MOST] = {{0}}; /* straight is an equilibrium, also where it is none */
+    solve_answer answers[3];                 /* to be found; and what is none has no equilibrium */
+    const size_t unknowns = 3 * solve_members_nodes(x);
+    curvature[0][unknowns] = NAN;
+    assert_good(solve_members_refine(x, 3, values, curvature[0], 1, NULL, NULL, answers, &error),
+                &error);
+    assert_true(answers[0].trusted && answers[0].predicted < 1e-14);
+    assert_true(!answers[1].trusted && answers[1].reason == SOLVE_NOT_FINITE);
+    assert_true(!answers[2].trusted && answers[2].reason == SOLVE_UNSTABLE);
     solve_members_free(x);
     config_free(given);
 }
 
-/* ---- faces and refusals -------------------------------------------------------------------- */
+/* ---- curvature ----------------------------------------------------------------------------- */
 
-static void refuse_open(const char *text, const char *name, const char *why)
+typedef struct answers {
+    double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS], curvature[MEMBERS][NODES_MOST][3];
+    solve_answer answers[MEMBERS];
+} answers;
+
+/* From the curvature of each member, bent by a smooth wave of `size` over the length. */
+static answers *ask(int threads, int first, int steps, double size)
 {
+    config *given = read_robot();
+    const solve_members_settings settings = settings_of(threads, 1e-8);
+    double members[MEMBERS][PARAMETERS], turned[MEMBERS][PARAMETERS], s[NODES_MOST];
+    double found[MEMBERS * NODES_MOST * 3];
+    solve_member results[MEMBERS];
+    solve_members *x = NULL;
     ad_error error = {.message = ""};
-    assert_null(read_open(text, 1, &name, &error));
-    if (!strstr(error.message, why)) {
-        fail_msg("%s", error.message);
+    answers *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
+    assert_non_null(result);
+    assert_non_null(there);
+    assert_good(solve_members_create(given->open, &settings, &x, &error), &error);
+    const size_t nodes = solve_members_nodes(x);
+    assert_true(nodes <= NODES_MOST);
+    solve_members_places(x, s);
+    assert_true(s[0] > 0 && s[nodes - 1] < 0.25);
+    draw(members);
+    for (int i = 0; i < MEMBERS; i++) {
+        memcpy(turned[i], members[(i + first) % MEMBERS], sizeof turned[i]);
     }
+    assert_good(solve_members_curvature(x, MEMBERS, turned[0], NULL, found, results, &error),
+                &error);
+    for (size_t i = 0; i < MEMBERS * nodes * 3; i++) {
+        const size_t member = (i / 3 / nodes + (size_t)first) % MEMBERS, c = i % 3;
+        const double wave = cos(12 * s[i / 3 % nodes] + (double)(member + c));
+        found[i] += size / 0.25 * wave * (c == 2 ? 0.1 : 1);
+    }
+    assert_good(solve_members_refine(x, MEMBERS, turned[0], found, steps, there->values[0][0],
+                                     there->curvature[0][0], there->answers, &error),
+                &error);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        const size_t to = (i + (size_t)first) % MEMBERS;
+        memcpy(result->values[to], there->values[i], sizeof there->values[i]);
+        memcpy(result->curvature[to][0], there->curvature[0][0] + 3 * nodes * i,
+               3 * nodes * sizeof(double));
+        result->answers[to] = there->answers[i];
+    }
+    solve_members_free(x);
+    config_free(given);
+    free(there);
+    return result;
 }
 
-static void refuse(const char *text, const char *name, const char *why)
+static double distance(const double (*a)[SOLVE_MEMBERS_COLUMNS],
+                       const double (*b)[SOLVE_MEMBERS_COLUMNS])
+{
+    double result = 0;
+    for (int i = 0; i < POINTS; i++) {
+        result = fmax(result, sqrt(pow(a[i][0] - b[i][0], 2) + pow(a[i][1] - b[i][1], 2) +
+                                   pow(a[i][2] - b[i][2], 2)));
+    }
+    return result;
+}
+
+/* What is predicted is what is off, for each size of what was added and after each step; a step
+ * makes of an error of 1e-3 one of its square. */
+static void test_predicted(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    batch *truth = solve(given->open, 1, 0, 1e-8);
+    static const double sizes[] = {0, 1e-4, 1e-2};
+    for (int k = 0; k < 3; k++) {
+        for (int steps = -1; steps <= 2; steps++) {
+            answers *found = ask(1, 0, steps, sizes[k]);
+            for (int i = 0; i < MEMBERS; i++) {
+                const solve_answer *answer = &found->answers[i];
+                const double off =
+                    distance((const double(*)[SOLVE_MEMBERS_COLUMNS])found->values[i],
+                             (const double(*)[SOLVE_MEMBERS_COLUMNS])truth->values[i]);
+                assert_true(answer->trusted && answer->stable && answer->reason == 0);
+                assert_near(answer->left, off, 0.05 * off + 2e-8); /* the mesh has 1e-8 itself */
+                assert_near(answer->predicted, answer->left, steps > 0 ? answer->predicted : 0);
+                assert_true(isnan(answer->ratio) == (steps <= 0));
+                assert_true(off <= 2 * 0.25 * pow(sizes[k], steps > 0 ? 2 : 1) + 2e-8);
+            }
+            free(found);
+        }
+    }
+    free(truth);
+    config_free(given);
+}
+
+static void test_answers_same_bits(void **state)
+{
+    (void)state;
+    answers *one = ask(1, 0, 1, 1e-2), *more = ask(2, 5, 1, 1e-2);
+    assert_memory_equal(one, more, sizeof *one);
+    free(one);
+    free(more);
+}
+
+/* ---- faces and refusals -------------------------------------------------------------------- */
+
+static void refuse(const char *text, const char *why)
 {
     ad_error error = {.message = ""};
     const double s = 0.5;
     solve_members *x = NULL;
-    config *given = read_open(text, 1, &name, &error);
-    if (!given) {
-        fail_msg("%s", error.message);
+    config *given = read_text(text, &error);
+    if (given) {
+        solve_members_settings settings = settings_of(1, 1e-6);
+        settings.points = 1;
+        settings.s = &s;
+        assert_int_not_equal(solve_members_create(&given->scene, &settings, &x, &error), AD_OK);
     }
-    solve_members_settings settings = settings_of(1, 1e-6);
-    settings.count = 1;
-    settings.names = &name;
-    settings.values = given->open_values;
-    settings.points = 1;
-    settings.s = &s;
-    assert_int_not_equal(solve_members_create(given->open, &settings, &x, &error), AD_OK);
     if (!strstr(error.message, why)) {
         fail_msg("%s", error.message);
     }
     config_free(given);
 }
 
-#define ROD "rod: {model: kirchhoff, length: L, stiffness: {bending: [1, 1], torsion: 1}}\n"
+#define FAMILY                                                                                     \
+    "parameters: {p: {range: [0, 1]}}\n"                                                           \
+    "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 1}}\n"
 
 static void test_refusals(void **state)
 {
     (void)state;
-    static const char rod[] = "parameters: {p: 1, L: 1, q: 2*s}\n" ROD;
-    refuse_open(rod, "p", "no formula of the scene uses it");
-    refuse_open(rod, "q", "is a formula");
-    refuse_open(rod, "r", "has no r");
-    refuse_open("parameters: {L: 1}\n" ROD "loads: {units: EI, tip: {force: [L, 0, 0]}}\n"
-                "boundary: {end: {type: loaded}}\n",
-                "L", "allowed with parameters that vary: SI");
-    refuse(rod, "L", "rod.length depends on L");
-    refuse("parameters: {p: 1, L: 1}\n" ROD "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n"
-           "tendons: [{offset: [0.01, 0], tension: p}]\n",
-           "p", "an end that is held");
-    refuse("parameters: {p: 1, L: 1}\n" ROD "tendons: [{offset: [0.01, 0], tension: p}]\n"
-           "springs: [{at: 1, stiffness: [1, 1, 1]}]\n",
-           "p", "springs");
-    refuse("parameters: {p: 1, L: 1}\n" ROD "tendons: [{offset: [0.01, 0], tension: p, friction: "
-           "0.1}]\n",
-           "p", "friction");
+    refuse(FAMILY "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n"
+                  "tendons: [{offset: [0.01, 0], tension: p}]\n",
+           "an end that is held");
+    refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p}]\n"
+                  "springs: [{at: 1, stiffness: [1, 1, 1]}]\n",
+           "springs");
+    refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p, friction: 0.1}]\n", "friction");
 }
 
 /* By the file, whose numbers are one member. */
@@ -301,12 +378,11 @@ static void test_file(void **state)
     double values[POINTS][SOLVE_MEMBERS_COLUMNS];
     solve_member result;
     const char *path = file_of(robot);
-    settings.values = NULL;
     assert_good(cpinn_members_file(path, 0, NULL, &settings, &x, &error), &error);
     assert_good(cpinn_members_solve(x, 1, usual, values[0], &result, &error), &error);
     assert_true(result.solved);
     config *given = read_robot();
-    compare(given->open, usual, (const double(*)[SOLVE_MEMBERS_COLUMNS])values, 1e-7);
+    compare(&given->scene, usual, (const double(*)[SOLVE_MEMBERS_COLUMNS])values, 1e-7);
     unlink(path);
     config_free(given);
     cpinn_members_free(x);
@@ -324,7 +400,7 @@ static void test_memory(void **state)
         solve_members *x = NULL;
         allocations = 0;
         failing_allocation = n;
-        status = solve_members_create(given->open, &settings, &x, &error);
+        status = solve_members_create(&given->scene, &settings, &x, &error);
         failing_allocation = 0;
         assert_true(status == AD_OK || (status == AD_NO_MEMORY && !x));
         solve_members_free(x);
@@ -339,6 +415,8 @@ int main(void)
         cmocka_unit_test(test_against_collocation),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_unstable),
+        cmocka_unit_test(test_predicted),
+        cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),

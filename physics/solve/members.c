@@ -4,6 +4,7 @@
 #include "physics/solve/strain_group.h"
 #include "physics/solve/strain_newton.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,12 +44,14 @@ static ad_status refuse(const scene *one, ad_error *error)
                : AD_OK;
 }
 
-static ad_status check(const scene *one, ad_error *error)
+/* Writes the middle member to `one`. */
+static ad_status check(const scene *open, scene *one, ad_error *error)
 {
     const char *key = "";
     ad_error reason;
-    ad_status status = scene_check(one, &key, &reason);
+    ad_status status = scene_check(open, &key, &reason);
     if (status == AD_OK) {
+        scene_middle(open, one);
         status = scene_physics_of(one)->check(one, &key, &reason);
     }
     if (status != AD_OK) {
@@ -87,29 +90,30 @@ static bool has_energy(const scene *given)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-static bool keep(solve_members *x, const solve_members_settings *settings)
+static bool keep(solve_members *x)
 {
-    const size_t count = (size_t)settings->count, threads = (size_t)settings->threads;
+    const size_t count = (size_t)x->count, threads = (size_t)x->threads;
+    const scene_parameter *parameters = x->open.parameters;
     size_t bytes = 1;
     for (size_t i = 0; i < count; i++) {
-        bytes += strlen(settings->names[i]) + 1;
+        bytes += strlen(parameters[i].name) + 1;
     }
     x->names = malloc((count + 1) * sizeof *x->names + bytes);
     x->values = malloc((count + 1) * sizeof *x->values);
     x->groups = calloc(threads, sizeof *x->groups);
     x->statuses = calloc(threads, sizeof *x->statuses);
     x->errors = calloc(threads, sizeof *x->errors);
-    x->pool = ad_pool_create(settings->threads);
+    x->pool = ad_pool_create(x->threads);
     if (!x->names || !x->values || !x->groups || !x->statuses || !x->errors || !x->pool) {
         return false;
     }
     char *text = (char *)(x->names + count + 1);
     for (size_t i = 0; i < count; i++) {
-        x->names[i] = strcpy(text, settings->names[i]);
+        x->names[i] = strcpy(text, parameters[i].name);
         text += strlen(text) + 1;
-        x->values[i] = settings->values[i];
+        x->values[i] = scene_parameter_at(&parameters[i], 0.5);
     }
-    x->parameters = (solve_parameters){settings->count, x->names, x->values};
+    x->parameters = (solve_parameters){x->count, x->names, x->values};
     return true;
 }
 
@@ -149,20 +153,184 @@ static ad_status create_groups(solve_members *x, const scene *one,
     return status;
 }
 
+/* ---- solving ------------------------------------------------------------------------------- */
+
+size_t solve_members_nodes(const solve_members *x)
+{
+    const strain_group *one = x->groups[0];
+    return (size_t)one->level[one->modes].form->nodes;
+}
+
+void solve_members_places(const solve_members *x, double *s)
+{
+    const strain_group *one = x->groups[0];
+    for (size_t i = 0; i < solve_members_nodes(x); i++) {
+        s[i] = one->level[one->modes].s[i] * one->rod->scales.length;
+    }
+}
+
+/* Members in groups of LANES; what is NULL is not asked for. */
+typedef struct batch {
+    solve_members *x;
+    size_t members;
+    const double *parameters, *given; /* curvature, to be refined; NULL: members are solved */
+    int steps;
+    double *values, *curvature;
+    solve_member *results;
+    solve_answer *answers;
+} batch;
+
+static double *after(double *of, size_t count)
+{
+    return of ? of + count : NULL;
+}
+
+static void run_group(void *context, int item, int thread)
+{
+    const batch *of = context;
+    solve_members *x = of->x;
+    strain_group *group = x->groups[thread];
+    const size_t first = LANES * (size_t)item, left = of->members - first;
+    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(x);
+    const double *parameters = of->parameters + first * (size_t)x->count;
+    double *values = after(of->values, first * x->points * SOLVE_MEMBERS_COLUMNS);
+    double *curvature = after(of->curvature, first * unknowns);
+    ad_error *error = &x->errors[thread];
+    if (x->statuses[thread] == AD_OK) {
+        x->statuses[thread] =
+            of->given
+                ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
+                                      of->steps, values, curvature,
+                                      of->answers ? of->answers + first : NULL, error)
+                : strain_group_solve(group, members, parameters, values, curvature,
+                                     of->results + first, error);
+    }
+}
+
+static ad_status run(batch *of, ad_error *error)
+{
+    solve_members *x = of->x;
+    for (int i = 0; i < x->threads; i++) {
+        x->statuses[i] = AD_OK;
+    }
+    ad_pool_run(x->pool, (int)((of->members + LANES - 1) / LANES), run_group, of);
+    for (int i = 0; i < x->threads; i++) {
+        if (x->statuses[i] != AD_OK) {
+            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error)
+{
+    batch of = {.x = x,
+                .members = members,
+                .parameters = parameters,
+                .values = values,
+                .curvature = curvature,
+                .results = results};
+    return run(&of, error);
+}
+
+ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
+{
+    return solve_members_curvature(x, members, parameters, values, NULL, results, error);
+}
+
+ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error)
+{
+    batch of = {.x = x,
+                .members = members,
+                .parameters = parameters,
+                .given = curvature,
+                .steps = steps,
+                .values = values,
+                .curvature = refined,
+                .answers = answers};
+    return run(&of, error);
+}
+
+/* ---- where curvature is given -------------------------------------------------------------- */
+
+static double within(const scene_parameter *range, double share)
+{
+    return range->logarithmic ? range->low * pow(range->high / range->low, share)
+                              : range->low + (range->high - range->low) * share;
+}
+
+/* Members of Kronecker's sequence by the roots of x^(count + 1) = x + 1, whose ranges the scene
+ * has; false: it has not all of them. */
+static bool draw(const solve_members *x, size_t members, double *parameters)
+{
+    double root = 2;
+    for (int i = 0; i < 60; i++) {
+        root = pow(1 + root, 1.0 / (x->count + 1));
+    }
+    for (int i = 0; i < x->count; i++) {
+        const scene_parameter *range = NULL;
+        for (int k = 0; k < x->open.parameter_count; k++) {
+            range =
+                strcmp(x->open.parameters[k].name, x->names[i]) ? range : &x->open.parameters[k];
+        }
+        if (!range) {
+            return false;
+        }
+        for (size_t k = 0; k < members; k++) {
+            const double at = 0.5 + (double)(k + 1) * pow(root, -(i + 1));
+            parameters[k * (size_t)x->count + (size_t)i] = within(range, at - floor(at));
+        }
+    }
+    return x->count > 0;
+}
+
+/* On the mesh on which nearly all of some members are within the tolerance. */
+static ad_status choose_modes(solve_members *x, ad_error *error)
+{
+    enum { DRAWN = 64 };
+    const strain_group *one = x->groups[0];
+    double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
+    solve_member results[DRAWN];
+    ad_status status = parameters ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    if (status == AD_OK && draw(x, DRAWN, parameters)) {
+        int solved = 0, enough = 0, modes = 0;
+        status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+        for (int i = 0; i < DRAWN; i++) {
+            solved += results[i].solved;
+        }
+        while (20 * enough < 19 * solved && modes + 1 < one->solved) {
+            modes++;
+            enough = 0;
+            for (int i = 0; i < DRAWN; i++) {
+                enough += results[i].solved && results[i].nodes <= one->level[modes].form->nodes;
+            }
+        }
+        for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
+            status = strain_group_choose(x->groups[i], modes, error);
+        }
+    }
+    free(parameters);
+    return status;
+}
+
+/* ---- making, all together ------------------------------------------------------------------ */
+
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error)
 {
     scene one;
     *result = NULL;
-    if (settings->count < 0 || settings->count > ROD_PARAMETERS_MAX || settings->threads < 1 ||
-        !(settings->tolerance > 0)) {
+    if (settings->threads < 1 || !(settings->tolerance > 0)) {
         return ad_fail(error, AD_BAD_ARGUMENT,
-                       "members: %d parameters, %d threads, tolerance %g; allowed: up to %d, from "
-                       "1 on, > 0",
-                       settings->count, settings->threads, settings->tolerance, ROD_PARAMETERS_MAX);
+                       "members: %d threads, tolerance %g; allowed: from 1 on, > 0",
+                       settings->threads, settings->tolerance);
     }
-    scene_with(open, settings->count, settings->names, settings->values, &one);
-    ad_status status = check(&one, error);
+    ad_status status = check(open, &one, error);
     if (status != AD_OK) {
         return status;
     }
@@ -170,14 +338,15 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
     if (x) {
         *x = (solve_members){.open = *open,
                              .threads = settings->threads,
-                             .count = settings->count,
+                             .count = open->parameter_count,
                              .points = settings->points};
     }
-    if (!x || !keep(x, settings)) {
+    if (!x || !keep(x)) {
         solve_members_free(x);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     status = create_groups(x, &one, settings, error);
+    status = status == AD_OK ? choose_modes(x, error) : status;
     if (status != AD_OK) {
         solve_members_free(x);
         return status;
@@ -200,44 +369,4 @@ void solve_members_free(solve_members *x)
         free(x->values);
         free(x);
     }
-}
-
-/* ---- solving ------------------------------------------------------------------------------- */
-
-typedef struct batch {
-    solve_members *x;
-    size_t members;
-    const double *parameters;
-    double *values;
-    solve_member *results;
-} batch;
-
-static void solve_group(void *context, int item, int thread)
-{
-    const batch *of = context;
-    solve_members *x = of->x;
-    const size_t first = LANES * (size_t)item, left = of->members - first;
-    if (x->statuses[thread] == AD_OK) {
-        x->statuses[thread] =
-            strain_group_solve(x->groups[thread], left < LANES ? left : LANES,
-                               of->parameters + first * (size_t)x->count,
-                               of->values + first * x->points * SOLVE_MEMBERS_COLUMNS,
-                               of->results + first, &x->errors[thread]);
-    }
-}
-
-ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error)
-{
-    batch of = {x, members, parameters, values, results};
-    for (int i = 0; i < x->threads; i++) {
-        x->statuses[i] = AD_OK;
-    }
-    ad_pool_run(x->pool, (int)((members + LANES - 1) / LANES), solve_group, &of);
-    for (int i = 0; i < x->threads; i++) {
-        if (x->statuses[i] != AD_OK) {
-            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
-        }
-    }
-    return AD_OK;
 }

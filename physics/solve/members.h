@@ -4,13 +4,14 @@
  *
  *   quantities_coordinate(names, "pull", &error);          the name stays open in formulas that
  *   scene.tendons[0].tension = quantity_formula(names, "pull");              are read afterwards
+ *   scene.parameters[scene.parameter_count++] = (scene_parameter){"pull", 0, 2, SCENE_LINEAR};
  *   solve_members_create(&scene, &settings, &members, &error);
  *   solve_members_solve(members, count, parameters, values, results, &error);
  *   solve_members_free(members);
  *
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
- * equilibrium, which solution_create with its numbers (scene_with) looks for. Followers and
+ * equilibrium, which solution_create with its numbers (scene_member) looks for. Followers and
  * moments, whose derivatives are not local, and places where something jumps make members slower:
  * forces alone on a rod that is one piece take ten microseconds, a rod of three with followers a
  * thousand.
@@ -27,10 +28,7 @@ extern "C" {
 enum { SOLVE_MEMBERS_COLUMNS = 13 }; /* r in m, q, v, u in 1/m; as a model's first columns */
 
 typedef struct solve_members_settings {
-    int count;                /* of parameters */
-    const char *const *names; /* [count] open names of the scene's formulas */
-    const double *values;     /* [count] of one member, with which the scene passes its checks */
-    double tolerance;         /* > 0; of the position, over the length */
+    double tolerance; /* > 0; of the position, over the length */
     int threads;
     size_t points;
     const double *s; /* [points] where the shape is wanted, m; ascending */
@@ -49,21 +47,72 @@ typedef struct solve_member {
 
 typedef struct solve_members solve_members;
 
-/* AD_BAD_INPUT: a scene that the checks refuse, or a parameter where it has one number for all;
- * AD_BAD_ARGUMENT: what only solution_create solves: motions, beams, ends that are not clamped at s
- * = 0 and free or loaded at s = length, springs, foundations, bodies, tubes, tendons with friction
- * or of given displacement. AD_NO_MEMORY. The scene is copied, its formulas must outlive the
- * members. */
+/* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
+ * parameter where it has one number for all; AD_BAD_ARGUMENT: what only solution_create solves:
+ * motions, beams, ends that are not clamped at s = 0 and free or loaded at s = length, springs,
+ * foundations, bodies, tubes, tendons with friction or of given displacement. AD_NO_MEMORY. The
+ * scene is copied, its formulas must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);
 void solve_members_free(solve_members *x); /* NULL is allowed */
 
 /* values [members][points][SOLVE_MEMBERS_COLUMNS], not numbers of members without an equilibrium
- * under the whole load, and results [members], for parameters [members][count]: the same bits for
+ * under the whole load, and results [members], for parameters [members][parameter_count], which
+ * may lie beyond their ranges: the same bits for
  * any number of threads, and for members in any order. Does not allocate. What a tape says of a
  * formula. */
 ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
+
+/* ---- curvature, out and in ----------------------------------------------------------------- */
+
+/* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
+ * those of Gauss between places where something jumps. Where the scene is a family with ranges of
+ * all parameters, as many as nearly all of some random members need; else 8 in each piece. */
+size_t solve_members_nodes(const solve_members *x);
+
+/* s [nodes], m, ascending. */
+void solve_members_places(const solve_members *x, double *s);
+
+/* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
+ * solved. values, curvature may be NULL. */
+ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error);
+
+/* Why a curvature that was given is not trusted. */
+typedef enum solve_doubt {
+    SOLVE_NO_DOUBT,
+    SOLVE_NOT_FINITE,  /* it, or what follows from it, is none */
+    SOLVE_UNSTABLE,    /* the matrix there has a negative pivot: another branch, or none */
+    SOLVE_TOO_FAR,     /* `predicted` is above SOLVE_TRUSTED */
+    SOLVE_NOT_SETTLING /* the last step is more than a quarter of that before */
+} solve_doubt;
+
+/* Largest distance, over the length, of which a step still says how far an equilibrium is. */
+#define SOLVE_TRUSTED 0.05
+
+/* What is known of a curvature that was given. Distances are the largest over the rod, in m, from
+ * the shape to that of one more step, linearised where the last was; the mesh's own error is in
+ * them. */
+typedef struct solve_answer {
+    double predicted; /* of what was given */
+    double left;      /* of what is returned */
+    double ratio;     /* of the last two steps; NaN: none was taken */
+    bool stable;      /* no pivot is negative where all loads have an energy, else an even number */
+    bool trusted;     /* predicted and left are what they say, and the equilibrium is that of
+                       * solve_members_solve */
+    solve_doubt reason; /* else */
+} solve_answer;
+
+/* From curvature [members][nodes][3] that somebody else has found: 0, 1 or 2 steps of Newton's
+ * method. values [members][points][SOLVE_MEMBERS_COLUMNS] and refined [members][nodes][3] of what
+ * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
+ * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
+ * solve_members_solve. */
+ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -115,7 +115,7 @@ typedef struct recording {
     ad_tape *tape;
     ad_value s, t, parameters; /* the last not valid where there are none */
     domain_place at;
-    quantity_binding bindings[ROD_PARAMETERS_MAX];
+    quantity_binding bindings[SCENE_PARAMETERS_MAX];
     rod_context context;
 } recording;
 

@@ -177,6 +177,10 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
                           ad_error *error)
 {
     *result = NULL;
+    if (scene_is_family(rod_scene)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "a family has no solution; allowed: a member of it (scene_member)");
+    }
     solution *x = calloc(1, sizeof *x);
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a solution");

@@ -19,9 +19,12 @@
 
 enum { PARAMETERS = 9, POINTS = 21, ROUNDS = 5 };
 
-static const char *const NAMES[PARAMETERS] = {"tension_1", "tension_2", "tension_3",
-                                              "turned",    "raised",    "tip_x",
-                                              "tip_y",     "tip_z",     "stiffness"};
+static const scene_parameter FAMILY[PARAMETERS] = {
+    {"tension_1", 0, 3.5, SCENE_LINEAR}, {"tension_2", 0, 3.5, SCENE_LINEAR},
+    {"tension_3", 0, 3.5, SCENE_LINEAR}, {"turned", 0, 6.283185307179586, SCENE_LINEAR},
+    {"raised", 0, 3.14, SCENE_LINEAR},   {"tip_x", -0.2, 0.2, SCENE_LINEAR},
+    {"tip_y", -0.2, 0.2, SCENE_LINEAR},  {"tip_z", -0.2, 0.2, SCENE_LINEAR},
+    {"stiffness", 0.5, 2, SCENE_LOG}};
 static const double LENGTH = 0.2;
 
 static quantities *fill(scene *robot)
@@ -30,10 +33,11 @@ static quantities *fill(scene *robot)
                                            "9.81*sin(raised)*sin(turned)", "9.81*cos(raised)"};
     quantities *names = quantities_create();
     ad_error error;
-    for (int i = 0; i < PARAMETERS; i++) {
-        quantities_coordinate(names, NAMES[i], &error);
-    }
     scene_defaults(robot);
+    for (int i = 0; i < PARAMETERS; i++) {
+        quantities_coordinate(names, FAMILY[i].name, &error);
+        robot->parameters[robot->parameter_count++] = FAMILY[i];
+    }
     robot->names = names;
     robot->rod.section = SCENE_CIRCLE;
     robot->rod.length = quantity_number(LENGTH);
@@ -45,10 +49,10 @@ static quantities *fill(scene *robot)
     for (int i = 0; i < 3; i++) {
         const double angle = 2 * 3.14159265358979323846 * i / 3;
         robot->loads.gravity[i] = quantity_formula(names, gravity[i]);
-        robot->loads.tip.force[i] = quantity_formula(names, NAMES[5 + i]);
+        robot->loads.tip.force[i] = quantity_formula(names, FAMILY[5 + i].name);
         robot->tendons[i] = (scene_tendon){
             .offset = {quantity_number(8e-3 * cos(angle)), quantity_number(8e-3 * sin(angle))},
-            .tension = quantity_formula(names, NAMES[i])};
+            .tension = quantity_formula(names, FAMILY[i].name)};
     }
     robot->tendon_count = 3;
     return names;
@@ -93,7 +97,7 @@ static double compare(const scene *open, const double *member, const double *s,
     solve_report report;
     ad_error error;
     double at[3 * POINTS], largest = 0;
-    scene_with(open, PARAMETERS, NAMES, member, &one);
+    scene_member(open, member, &one);
     solve_settings settings = solve_settings_default(&one);
     settings.tolerance = 1e-8;
     ad_status status = solution_create(&one, &settings, 0, NULL, &x, &report, &error);
@@ -120,7 +124,7 @@ static double compare(const scene *open, const double *member, const double *s,
 static int run(const char *name, const scene *robot, double tip, bool loaded, size_t count,
                size_t compared, int threads)
 {
-    double s[POINTS], usual[PARAMETERS] = {1, 0, 0, 0, 0, 0, 0, 0, 1}, seconds[ROUNDS], worst = 0;
+    double s[POINTS], seconds[ROUNDS], worst = 0;
     double *members = malloc(count * PARAMETERS * sizeof *members);
     double *values = malloc(count * POINTS * SOLVE_MEMBERS_COLUMNS * sizeof *values);
     solve_member *results = malloc(count * sizeof *results);
@@ -136,13 +140,8 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     for (size_t i = 0; i < count; i++) {
         draw(&random, tip, loaded, members + i * PARAMETERS);
     }
-    const solve_members_settings settings = {.count = PARAMETERS,
-                                             .names = NAMES,
-                                             .values = usual,
-                                             .tolerance = 5e-6,
-                                             .threads = threads,
-                                             .points = POINTS,
-                                             .s = s};
+    const solve_members_settings settings = {
+        .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s};
     ad_status status = solve_members_create(robot, &settings, &x, &error);
     for (int i = 0; i < ROUNDS && status == AD_OK; i++) {
         const double start = cpu_seconds();

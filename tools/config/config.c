@@ -10,7 +10,6 @@ void config_free(config *experiment)
     if (experiment) {
         config_source_free(experiment->source);
         quantities_free(experiment->names);
-        free(experiment->open);
         free(experiment);
     }
 }
@@ -79,25 +78,6 @@ ad_status config_refuse(const config *experiment, const char *key, const char *p
     return config_blame(experiment->source, error, key, "%s", problem);
 }
 
-static ad_status read_all(config *experiment, const char *path, const char *text, int count,
-                          const char *const *overrides, ad_error *error)
-{
-    char *owned = NULL;
-    size_t size = text ? strlen(text) : 0;
-    ad_status status = text ? AD_OK : config_file_text(path, &owned, &size, error);
-    if (status == AD_OK) {
-        status = read_text(experiment, path, text ? text : owned, size, error);
-    }
-    for (int i = 0; i < count && status == AD_OK; i++) {
-        status = read_override(experiment, path, overrides[i], error);
-    }
-    free(owned);
-    if (status == AD_OK) {
-        config_resolve_end_type(experiment);
-    }
-    return status == AD_OK ? resolve_and_check(experiment, error) : status;
-}
-
 /* An experiment with its defaults, of which nothing is given yet; NULL when memory runs out. */
 static config *begin(const char *file)
 {
@@ -147,36 +127,50 @@ typedef struct file_request {
     const char *path, *text;
     int count;
     const char *const *overrides;
-    int open_count;
-    const char *const *open;
+    bool member;    /* one is wanted, */
+    const char *at; /* this one */
 } file_request;
+
+static ad_status read_all(config *experiment, const file_request *r, ad_error *error)
+{
+    char *owned = NULL;
+    size_t size = r->text ? strlen(r->text) : 0;
+    ad_status status = r->text ? AD_OK : config_file_text(r->path, &owned, &size, error);
+    if (status == AD_OK) {
+        status = read_text(experiment, r->path, r->text ? r->text : owned, size, error);
+    }
+    for (int i = 0; i < r->count && status == AD_OK; i++) {
+        status = read_override(experiment, r->path, r->overrides[i], error);
+    }
+    free(owned);
+    if (status == AD_OK) {
+        config_resolve_end_type(experiment);
+    }
+    return status;
+}
 
 static ad_status fill_from_file(config *experiment, const void *context, ad_error *error)
 {
     const file_request *r = context;
-    for (int i = 0; i < r->open_count; i++) {
-        experiment->open_names[experiment->open_count++] = r->open[i];
+    ad_status status = read_all(experiment, r, error);
+    if (status == AD_OK && r->member) {
+        status = config_close(experiment, r->at, error);
     }
-    return read_all(experiment, r->path, r->text, r->count, r->overrides, error);
+    return status == AD_OK ? resolve_and_check(experiment, error) : status;
 }
 
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
                       config **result, ad_error *error)
 {
-    const file_request request = {path, text, count, overrides, 0, NULL};
+    const file_request request = {path, text, count, overrides, false, NULL};
     return make(path, fill_from_file, &request, result, error);
 }
 
-ad_status config_read_open(const char *path, int count, const char *const *overrides,
-                           int open_count, const char *const *open, config **result,
-                           ad_error *error)
+ad_status config_read_member(const char *path, const char *text, int count,
+                             const char *const *overrides, const char *at, config **result,
+                             ad_error *error)
 {
-    const file_request request = {path, NULL, count, overrides, open_count, open};
-    *result = NULL;
-    if (open_count > CONFIG_OPEN_MAX) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: %d open parameters; allowed: up to %d", path,
-                       open_count, CONFIG_OPEN_MAX);
-    }
+    const file_request request = {path, text, count, overrides, true, at};
     return make(path, fill_from_file, &request, result, error);
 }
 
@@ -240,6 +234,28 @@ static ad_status keep_all(config *experiment, ad_error *error)
     return status;
 }
 
+static ad_status keep_parameters(config *experiment, const scene *given, ad_error *error)
+{
+    if (given->parameter_count < 0 || given->parameter_count > SCENE_PARAMETERS_MAX) {
+        return config_blame(experiment->source, error, "parameters",
+                            "has %d entries; allowed: 0 to %d", given->parameter_count,
+                            SCENE_PARAMETERS_MAX);
+    }
+    for (int i = 0; i < given->parameter_count; i++) {
+        const scene_parameter *from = &given->parameters[i];
+        config_parameter *to = &experiment->parameters[experiment->parameter_count++];
+        if (strlen(from->name) >= sizeof to->name) {
+            return config_blame(experiment->source, error, "parameters",
+                                "%.60s... is too long for a name", from->name);
+        }
+        snprintf(to->name, sizeof to->name, "%s", from->name);
+        to->range[0] = from->low;
+        to->range[1] = from->high;
+        to->scale = (int)from->scale;
+    }
+    return AD_OK;
+}
+
 /* Lengths that a program gave, before anything goes by them. */
 static ad_status check_lists(const config *experiment, ad_error *error)
 {
@@ -260,8 +276,12 @@ static ad_status fill_by_hand(config *experiment, const void *context, ad_error 
     const hand_request *r = context;
     experiment->scene = *r->scene;
     experiment->scene.names = experiment->names;
+    experiment->scene.parameter_count = 0; /* until they are defined */
     experiment->settings = *r->settings;
     ad_status status = check_lists(experiment, error);
+    if (status == AD_OK) {
+        status = keep_parameters(experiment, r->scene, error);
+    }
     if (status == AD_OK) {
         status = keep_all(experiment, error);
     }

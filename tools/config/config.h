@@ -19,13 +19,14 @@ typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_
 
 enum { CONFIG_PARAMETERS_MAX = 64, CONFIG_PARAMETER_BYTES = 48 };
 
-/* A name for the formulas of the scene. */
+/* A name for the formulas of the scene. One with a range stays open in them: the scene is then a
+ * family (scene.parameters), and what needs one member of it asks config_read_member. */
 typedef struct config_parameter {
     char name[CONFIG_PARAMETER_BYTES];
-    quantity value;
+    quantity value;  /* not given beside a range */
+    double range[2]; /* NaN: a value */
+    int scale;       /* scene_scale of the range */
 } config_parameter;
-
-enum { CONFIG_OPEN_MAX = 14 }; /* as many as formulas have names for, less s and t */
 
 enum { CONFIG_TABLES_MAX = 16 };
 
@@ -43,12 +44,8 @@ typedef struct config {
     config_table tables[CONFIG_TABLES_MAX];
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
-    int open_count; /* of parameters that stay open names of the scene's formulas */
-    const char *open_names[CONFIG_OPEN_MAX];
-    double open_values[CONFIG_OPEN_MAX]; /* as the file has them */
-    struct scene *open; /* the scene with these names; NULL: none. Of `scene` they are numbers */
-    struct scene scene; /* loads in SI, whatever the YAML scaled; what section and material
-                         * determine is left to scene_properties_of */
+    struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
+                              * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
@@ -64,13 +61,15 @@ typedef struct config {
  * AD_BAD_INPUT, AD_IO (file), AD_NO_MEMORY. The overrides are not kept. */
 ad_status config_read(const char *path, const char *text, int count, const char *const *overrides,
                       config **config, ad_error *error);
-/* The same of a file whose parameters `open` [open_count] are to have other values later:
- * everything is checked with those that they have. AD_BAD_INPUT also for a name that is no
- * parameter, whose value is a formula, or which no formula of the scene uses. The names must
- * outlive the config. */
-ad_status config_read_open(const char *path, int count, const char *const *overrides,
-                           int open_count, const char *const *open, config **config,
-                           ad_error *error);
+/* The same of one member of a family, `at` its place as "tension=2, stiffness=1": every parameter
+ * that has a range has to be given, within it. `at` NULL: none, so that a file with such
+ * parameters is refused. */
+ad_status config_read_member(const char *path, const char *text, int count,
+                             const char *const *overrides, const char *at, config **config,
+                             ad_error *error);
+/* values [parameter_count] of a family's member in that form; whether they are within their ranges
+ * is not asked. AD_BAD_INPUT: not a parameter, one twice or missing; AD_NO_MEMORY. */
+ad_status config_at(const scene *family, const char *at, double *values, ad_error *error);
 /* The same of a scene and settings that a program has filled in, whose texts are copied: checked
  * and resolved, so that it can be written like one of a file. The end s = length is of the type
  * that the scene says. Keys stand in messages behind settings->name, or "scene". */

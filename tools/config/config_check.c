@@ -1,7 +1,7 @@
 /* What is checked once everything is read: formulas with their places, the scene, the training. */
 #include "tools/config/config_parts.h"
 
-#include <stdlib.h>
+#include <math.h>
 #include <string.h>
 
 /* What is wrong with the formula is told in `error`. */
@@ -31,51 +31,70 @@ static ad_status parse(const config *experiment, const config_key *key, const ch
     return AD_OK;
 }
 
-/* Leaves the name of a parameter open. */
-static ad_status open_parameter(config *experiment, int open, const config_parameter *parameter,
+/* Leaves the name of a parameter with a range open, and the scene a family. */
+static ad_status open_parameter(config *experiment, const config_parameter *parameter,
                                 const char *path, ad_error *error)
 {
+    scene *family = &experiment->scene;
+    const double low = parameter->range[0], high = parameter->range[1];
     ad_error reason;
-    if (!quantity_is_number(parameter->value, &experiment->open_values[open])) {
+    if (!(low < high)) {
         return config_blame(experiment->source, error, path,
-                            "is a formula; allowed of a parameter that is to vary: a number");
+                            "has the range %g to %g; allowed: the lower value first, or in place "
+                            "of {range: ...} the one value",
+                            low, high);
     }
+    if (parameter->scale == SCENE_LOG && !(low > 0)) {
+        return config_blame(experiment->source, error, path,
+                            "has the range %g to %g; allowed with scale log: values > 0", low,
+                            high);
+    }
+    if (family->parameter_count == SCENE_PARAMETERS_MAX) {
+        return config_blame(experiment->source, error, path,
+                            "is one parameter with a range too many; allowed: %d",
+                            SCENE_PARAMETERS_MAX);
+    }
+    family->parameters[family->parameter_count++] =
+        (scene_parameter){parameter->name, low, high, (scene_scale)parameter->scale};
     return quantities_coordinate(experiment->names, parameter->name, &reason) == AD_OK
                ? AD_OK
                : config_blame(experiment->source, error, path, "%s", reason.message);
 }
 
-/* Which of the open names a parameter is; -1: none. */
-static int open_index(const config *experiment, const char *name)
+static ad_status define_parameter(config *experiment, config_parameter *parameter, ad_error *error)
 {
-    int i = experiment->open_count - 1;
-    while (i >= 0 && strcmp(experiment->open_names[i], name) != 0) {
-        i--;
+    char path[CONFIG_PATH_MAX], scale[CONFIG_PATH_MAX];
+    ad_error reason;
+    snprintf(path, sizeof path, "parameters.%s", parameter->name);
+    snprintf(scale, sizeof scale, "parameters.%s.scale", parameter->name);
+    const bool open = !isnan(parameter->range[0]);
+    if (!open && !parameter->value.is_given) {
+        return config_blame(experiment->source, error, path, "has no range; allowed: %s",
+                            "a number, a formula or {range: [low, high], scale: linear or log}");
     }
-    return i;
+    if (open) {
+        return open_parameter(experiment, parameter, path, error);
+    }
+    if (config_given(experiment->source, scale)) {
+        return config_blame(experiment->source, error, scale,
+                            "belongs to a range, but the parameter has a value; leave it out");
+    }
+    ad_status status =
+        parse(experiment, config_key_find(CONFIG_PARAMETER_PATH), path, &parameter->value, error);
+    if (status == AD_OK &&
+        quantities_define(experiment->names, parameter->name, parameter->value, &reason) != AD_OK) {
+        status = config_blame(experiment->source, error, path, "%s", reason.message);
+    }
+    return status;
 }
 
 static ad_status define_parameters(config *experiment, ad_error *error)
 {
-    const config_key *key = config_key_find(CONFIG_PARAMETER_PATH);
-    char path[CONFIG_PATH_MAX];
-    for (int i = 0; i < experiment->parameter_count; i++) {
-        config_parameter *parameter = &experiment->parameters[i];
-        ad_error reason;
-        snprintf(path, sizeof path, "parameters.%s", parameter->name);
-        ad_status status = parse(experiment, key, path, &parameter->value, error);
-        const int open = open_index(experiment, parameter->name);
-        if (status == AD_OK && open >= 0) {
-            status = open_parameter(experiment, open, parameter, path, error);
-        } else if (status == AD_OK && quantities_define(experiment->names, parameter->name,
-                                                        parameter->value, &reason)) {
-            status = config_blame(experiment->source, error, path, "%s", reason.message);
-        }
-        if (status != AD_OK) {
-            return status;
-        }
+    ad_status status = AD_OK;
+    for (int i = 0; i < experiment->parameter_count && status == AD_OK; i++) {
+        status = define_parameter(experiment, &experiment->parameters[i], error);
     }
-    return AD_OK;
+    return status;
 }
 
 static ad_status parse_field(config *experiment, const config_key *key, int index, ad_error *error)
@@ -92,36 +111,17 @@ static ad_status parse_field(config *experiment, const config_key *key, int inde
     return status;
 }
 
-/* Keeps the scene with its open names; that which is checked and resolved has their values. */
-static ad_status close_scene(config *experiment, ad_error *error)
+static ad_status check_uses(const config *experiment, ad_error *error)
 {
     char path[CONFIG_PATH_MAX];
-    if (experiment->open_count == 0) {
-        return AD_OK;
-    }
-    experiment->open = malloc(sizeof *experiment->open);
-    if (!experiment->open) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for a scene");
-    }
-    *experiment->open = experiment->scene;
-    for (int i = 0; i < experiment->open_count; i++) {
-        const char *name = experiment->open_names[i];
-        bool known = false;
-        for (int k = 0; k < experiment->parameter_count; k++) {
-            known = known || strcmp(experiment->parameters[k].name, name) == 0;
-        }
-        snprintf(path, sizeof path, known ? "parameters.%s" : "parameters", name);
-        if (!known || !scene_uses(experiment->open, name)) {
+    for (int i = 0; i < experiment->scene.parameter_count; i++) {
+        const char *name = experiment->scene.parameters[i].name;
+        if (!scene_uses(&experiment->scene, name)) {
+            snprintf(path, sizeof path, "parameters.%s", name);
             return config_blame(experiment->source, error, path,
-                                known ? "no formula of the scene uses it" : "has no %s", name);
+                                "has a range, but no formula of the scene uses it");
         }
     }
-    if (experiment->load_units != CONFIG_UNITS_SI) {
-        return config_blame(experiment->source, error, "loads.units",
-                            "are those of one member; allowed with parameters that vary: SI");
-    }
-    scene_with(experiment->open, experiment->open_count, experiment->open_names,
-               experiment->open_values, &experiment->scene);
     return AD_OK;
 }
 
@@ -138,7 +138,7 @@ ad_status config_parse_formulas(config *experiment, ad_error *error)
             status = parse_field(experiment, key, index, error);
         }
     }
-    return status == AD_OK ? close_scene(experiment, error) : status;
+    return status == AD_OK ? check_uses(experiment, error) : status;
 }
 
 ad_status config_check_scene(const config *experiment, ad_error *error)
@@ -159,8 +159,9 @@ ad_status config_check_ends(const config *experiment, ad_error *error)
 {
     ad_error reason;
     const char *key = "";
-    const scene *rod_scene = &experiment->scene;
-    ad_status status = scene_physics_of(rod_scene)->check(rod_scene, &key, &reason);
+    scene member;
+    scene_middle(&experiment->scene, &member);
+    ad_status status = scene_physics_of(&member)->check(&member, &key, &reason);
     if (status == AD_BAD_INPUT) {
         return config_blame(experiment->source, error, key, "%s", reason.message);
     }

@@ -97,12 +97,28 @@ static ad_status compare_stage(const config *before, const config *now, int inde
     return status;
 }
 
+/* Ranges; what a parameter with a value changes is seen in the formulas. */
+static ad_status compare_ranges(const config *before, const config *now, ad_error *error)
+{
+    const scene *old = &before->scene, *new = &now->scene;
+    bool same = old->parameter_count == new->parameter_count;
+    for (int i = 0; i < old->parameter_count && same; i++) {
+        const scene_parameter *a = &old->parameters[i], *b = &new->parameters[i];
+        same = strcmp(a->name, b->name) == 0 && a->low == b->low && a->high == b->high &&
+               a->scale == b->scale;
+    }
+    return same ? AD_OK
+                : ad_fail(error, AD_BAD_INPUT,
+                          "parameters: other ranges in the checkpoint than now; a run keeps its "
+                          "scene, network and points, or choose another folder with --out");
+}
+
 ad_status config_continues(const config *before, const config *now, int stage, ad_error *error)
 {
-    ad_status status = AD_OK;
+    ad_status status = compare_ranges(before, now, error);
     for (int i = 0; status == AD_OK && i < config_key_count; i++) {
         const config_key *key = &config_keys[i];
-        if (!in_stage(key) && key->type != CONFIG_PARAMETER && !always_free(key->path)) {
+        if (!in_stage(key) && !config_parameter_of(key->path) && !always_free(key->path)) {
             status = compare_entries(key, before, now, error);
         }
     }

@@ -22,10 +22,21 @@ const char *config_parameter_of(const char *path)
     return below(path, "parameters");
 }
 
+config_parameter *config_parameter_find(config *experiment, const char *path)
+{
+    const char *name = config_parameter_of(path);
+    const size_t length = strcspn(name, ".");
+    for (int i = 0; i < experiment->parameter_count; i++) {
+        const char *known = experiment->parameters[i].name;
+        if (strlen(known) == length && strncmp(known, name, length) == 0) {
+            return &experiment->parameters[i];
+        }
+    }
+    return NULL;
+}
+
 const config_key *config_key_find(const char *pattern)
 {
-    const char *named = config_parameter_of(pattern);
-    pattern = named && !strchr(named, '.') ? CONFIG_PARAMETER_PATH : pattern;
     for (int i = 0; i < config_key_count; i++) {
         if (strcmp(config_keys[i].path, pattern) == 0) {
             return &config_keys[i];
@@ -108,6 +119,11 @@ const char *config_key_base(const config *experiment, const config_key *key, int
 void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
 {
     size_t at = 0;
+    const char *named = config_parameter_of(path);
+    if (named) {
+        at = (size_t)snprintf(pattern, CONFIG_PATH_MAX, "%s", CONFIG_PARAMETER_PATH);
+        path = named + strcspn(named, ".");
+    }
     while (*path && at + 2 < CONFIG_PATH_MAX) {
         pattern[at++] = *path;
         if (*path == '[') {
@@ -231,8 +247,9 @@ static const char *type_text(config_type type, bool many)
     case CONFIG_LONG:
         return many ? "whole numbers" : "a whole number";
     case CONFIG_QUANTITY:
-    case CONFIG_PARAMETER:
         return many ? "numbers or formulas" : "a number or a formula";
+    case CONFIG_PARAMETER:
+        return "a number, a formula or {range: [low, high], scale: linear or log}";
     case CONFIG_CHOICE:
         return "one of";
     case CONFIG_TEXT:

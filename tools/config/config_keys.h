@@ -79,11 +79,14 @@ void config_key_path(const config_key *key, int index, char path[CONFIG_PATH_MAX
 /* Where one of them is, less the offset of the key. */
 const char *config_key_base(const config *experiment, const config_key *key, int index);
 
-/* The path in the table of every named parameter. */
+/* The path in the table of every named parameter; of those with a range keys lie below it. */
 #define CONFIG_PARAMETER_PATH "parameters.<name>"
 
-/* The name in "parameters.load"; NULL: another key. */
+/* What follows "parameters." in a path, as "load" or "load.range"; NULL: another key. */
 const char *config_parameter_of(const char *path);
+
+/* The parameter of such a path; NULL: none of that name. */
+config_parameter *config_parameter_find(config *experiment, const char *path);
 
 /* Row of a path pattern ("training.stages[].steps"), NULL when there is none. */
 const config_key *config_key_find(const char *pattern);
@@ -94,7 +97,7 @@ const config_key *config_key_by_name(const char *section);
 /* Whether keys lie below `pattern` ("rod", "training.stages", "training.stages[]"). */
 bool config_key_is_section(const char *pattern);
 
-/* "rod.x[3].y" becomes "rod.x[].y". */
+/* "rod.x[3].y" becomes "rod.x[].y", and the name of a parameter "<name>". */
 void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX]);
 
 /* Whether entry `index` may have the key: one of a stage belongs to some optimisers. */

@@ -72,6 +72,10 @@ ad_status config_read_value(config_reader *reader, const config_key *key, const 
 ad_status config_read_entry(config_reader *reader, const config_key *key, const char *path,
                             int index, yaml_node_t *node);
 
+/* The parameter of a path below "parameters", made where there is none, loses its value, and if it
+ * is read anew its range. */
+ad_status config_begin_parameter(config_reader *reader, const char *path, bool anew);
+
 /* null: as if the key had never been given. */
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path);
 
@@ -122,6 +126,9 @@ ad_status config_absolute(config *experiment, const char *path, const char **fil
 
 /* Read the files of tables, and define them as functions of formulas (config_tables.c). */
 ad_status config_define_tables(config *experiment, ad_error *error);
+
+/* The values `at`, "a=1, b=2", in place of all ranges (config_at.c). */
+ad_status config_close(config *experiment, const char *at, ad_error *error);
 
 /* Define the parameters and parse what is not a plain number. */
 ad_status config_parse_formulas(config *experiment, ad_error *error);

@@ -329,6 +329,11 @@ static ad_status read_node(config_reader *reader, const char *path, yaml_node_t 
     char pattern[CONFIG_PATH_MAX];
     config_key_pattern(path, pattern);
     const config_key *key = config_key_find(pattern);
+    if (key && key->type == CONFIG_PARAMETER && node->type == YAML_MAPPING_NODE) {
+        config_unplace(reader->experiment->source, path);
+        ad_status status = config_begin_parameter(reader, path, true);
+        return status == AD_OK ? read_section(reader, path, node) : status;
+    }
     if (key) {
         return config_read_value(reader, key, path, node);
     }

@@ -17,6 +17,9 @@ void config_defaults(config *experiment)
     for (int i = experiment->settings.stage_count; i < TRAIN_STAGES_MAX; i++) {
         experiment->settings.stages[i] = train_stage_default();
     }
+    for (int i = 0; i < CONFIG_PARAMETERS_MAX; i++) {
+        experiment->parameters[i].range[0] = experiment->parameters[i].range[1] = NAN;
+    }
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
@@ -168,10 +171,12 @@ void config_fill_stiffness(scene *rod_scene)
     rod_scene->rod.length = quantity_number(scene_length(rod_scene));
 }
 
-static void scale_load(quantity *entries, double factor)
+/* By a stiffness over a power of the length. */
+static void scale_load(quantity *entries, quantity stiffness, double power)
 {
     for (int i = 0; i < 3; i++) {
-        entries[i] = quantity_scale(entries[i], factor);
+        entries[i] =
+            quantity_multiply(entries[i], quantity_divide(stiffness, quantity_number(power)));
     }
 }
 
@@ -179,7 +184,7 @@ static ad_status resolve_units(config *experiment, ad_error *error)
 {
     scene *given = &experiment->scene;
     scene_loads *loads = &given->loads;
-    double length = scene_length(&experiment->scene), stiffness = 0;
+    double length = scene_length(&experiment->scene);
     quantity bending = scene_properties_of(&experiment->scene).curvature_stiffness[0];
     const struct {
         quantity *entries;
@@ -193,17 +198,17 @@ static ad_status resolve_units(config *experiment, ad_error *error)
         return config_blame(experiment->source, error, "loads.units",
                             "scales the loads of rods in space; those of a beam are in SI");
     }
-    if (!quantity_is_number(bending, &stiffness) || isinf(stiffness)) {
+    if (quantity_depends_on(bending, "s") || scene_locks(bending)) {
         return config_blame(experiment->source, error, "loads.units",
                             "EI needs a finite bending stiffness about d1, the same all along; "
                             "allowed here: SI");
     }
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        scale_load(rows[i].entries, stiffness / pow(length, rows[i].power));
+        scale_load(rows[i].entries, bending, pow(length, rows[i].power));
     }
     for (int i = 0; i < given->point_count; i++) {
-        scale_load(given->points[i].load.force, stiffness / pow(length, 2));
-        scale_load(given->points[i].load.moment, stiffness / length);
+        scale_load(given->points[i].load.force, bending, pow(length, 2));
+        scale_load(given->points[i].load.moment, bending, length);
     }
     experiment->load_units = CONFIG_UNITS_SI;
     return config_check_scene(experiment, error);
@@ -259,6 +264,12 @@ static ad_status resolve_training(config *experiment, ad_error *error)
 static ad_status settle(config *experiment, ad_error *error)
 {
     ad_error reason;
+    if (scene_is_family(&experiment->scene) &&
+        experiment->scene.initial.state == SCENE_EQUILIBRIUM) {
+        return config_blame(experiment->source, error, "initial.state",
+                            "is solved for before training, but the scene is a family, whose "
+                            "members have one each; allowed: given, or no parameter with a range");
+    }
     ad_status status = solve_settle(&experiment->scene, experiment->names, &reason);
     return status == AD_OK ? AD_OK
            : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT

@@ -102,6 +102,10 @@ void *config_field(config *experiment, const config_key *key, const char *path)
 {
     const config_list *list = config_list_of(key->path);
     long index = list ? strtol(path + strlen(list->path) + 1, NULL, 10) : 0;
+    if (config_parameter_of(path)) {
+        return (char *)config_parameter_find(experiment, path) + key->offset -
+               offsetof(config, parameters);
+    }
     return (char *)config_key_base(experiment, key, (int)index) + key->offset;
 }
 
@@ -200,43 +204,41 @@ static const char *read_quantity(config_reader *reader, const config_key *key,
     return problem;
 }
 
-static config_parameter *find_parameter(config *experiment, const char *name)
-{
-    for (int i = 0; i < experiment->parameter_count; i++) {
-        if (strcmp(experiment->parameters[i].name, name) == 0) {
-            return &experiment->parameters[i];
-        }
-    }
-    return NULL;
-}
-
-/* A parameter keeps its place when it is given again. */
-static const char *read_parameter(config_reader *reader, const config_key *key, const char *path,
-                                  const yaml_node_t *node)
+ad_status config_begin_parameter(config_reader *reader, const char *path, bool anew)
 {
     config *experiment = reader->experiment;
     const char *name = config_parameter_of(path);
-    config_parameter *parameter = find_parameter(experiment, name);
+    config_parameter *parameter = config_parameter_find(experiment, path);
     if (!parameter) {
         if (experiment->parameter_count == CONFIG_PARAMETERS_MAX) {
-            return "is one parameter too many";
+            return config_blame(experiment->source, reader->error, path,
+                                "is one parameter too many; allowed: %d", CONFIG_PARAMETERS_MAX);
         }
         parameter = &experiment->parameters[experiment->parameter_count++];
-        snprintf(parameter->name, sizeof parameter->name, "%s", name);
+        snprintf(parameter->name, sizeof parameter->name, "%.*s", (int)strcspn(name, "."), name);
+        anew = true;
     }
-    return read_quantity(reader, key, node, &parameter->value);
+    parameter->value = (quantity){.is_given = false};
+    if (anew) {
+        parameter->range[0] = parameter->range[1] = NAN;
+        parameter->scale = SCENE_LINEAR;
+    }
+    return AD_OK;
 }
 
-/* The one named in the path, or all. */
-static void unset_parameter(config *experiment, const char *path)
+/* The one named in the path, or all, or one key below its name. */
+static void unset_parameter(config *experiment, const config_key *key, const char *path)
 {
-    const char *name = config_parameter_of(path);
-    config_parameter *parameter = find_parameter(experiment, name);
+    config_parameter *parameter = config_parameter_find(experiment, path);
     if (strcmp(path, CONFIG_PARAMETER_PATH) == 0) {
         experiment->parameter_count = 0;
-    } else if (parameter) {
+    } else if (parameter && key->type == CONFIG_PARAMETER) {
         config_parameter *end = &experiment->parameters[experiment->parameter_count--];
         memmove(parameter, parameter + 1, (size_t)(end - parameter - 1) * sizeof *parameter);
+    } else if (parameter && key->type == CONFIG_CHOICE) {
+        parameter->scale = SCENE_LINEAR;
+    } else if (parameter) {
+        parameter->range[0] = parameter->range[1] = NAN;
     }
 }
 
@@ -299,7 +301,8 @@ static ad_status read_scalar(config_reader *reader, const config_key *key, const
     } else if (key->type == CONFIG_TEXT) {
         problem = read_text(reader, node, field);
     } else if (key->type == CONFIG_PARAMETER) {
-        problem = read_parameter(reader, key, path, node);
+        config_parameter *parameter = config_parameter_find(reader->experiment, path);
+        problem = read_quantity(reader, key, node, &parameter->value);
     } else {
         problem = read_quantity(reader, key, node, field);
     }
@@ -383,8 +386,8 @@ ad_status config_reset_list(config_reader *reader, const config_list *list, int 
 
 ad_status config_unset(config_reader *reader, const config_key *key, const char *path)
 {
-    if (key->type == CONFIG_PARAMETER) {
-        unset_parameter(reader->experiment, path);
+    if (config_parameter_of(key->path)) {
+        unset_parameter(reader->experiment, key, path);
         config_unplace(reader->experiment->source, path);
         return AD_OK;
     }
@@ -415,6 +418,12 @@ ad_status config_read_value(config_reader *reader, const config_key *key, const 
     }
     if (config_is_null(node)) {
         return config_unset(reader, key, path);
+    }
+    if (config_parameter_of(path)) {
+        ad_status status = config_begin_parameter(reader, path, key->type == CONFIG_PARAMETER);
+        if (status != AD_OK) {
+            return status;
+        }
     }
     if (key->entries_max > 0) {
         return read_list(reader, key, path, node);

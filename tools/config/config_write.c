@@ -200,17 +200,34 @@ static void write_derived_of(const yaml_writer *writer, const config_key *key, i
     }
 }
 
-static void write_parameters(yaml_writer *writer, const config_key *key)
+static void write_parameter(FILE *file, const config_parameter *parameter)
+{
+    char low[32], high[32];
+    fprintf(file, "  %s: ", parameter->name);
+    if (isnan(parameter->range[0])) {
+        write_quantity(file, parameter->value, true);
+    } else {
+        quantity_number_text(parameter->range[0], low);
+        quantity_number_text(parameter->range[1], high);
+        fprintf(file, "{range: [%s, %s], scale: %s}", low, high,
+                scene_scale_names()[parameter->scale]);
+    }
+    fputc('\n', file);
+}
+
+/* Of what a solution depends on, those that are open: the formulas have the others put in. */
+static void write_parameters(yaml_writer *writer, const config_key *key, bool open_alone)
 {
     const config *experiment = writer->experiment;
+    const int count = open_alone ? experiment->scene.parameter_count : experiment->parameter_count;
     if (writer->help) {
         write_comment(writer->file, key, 0);
     }
-    fprintf(writer->file, "parameters:%s\n", experiment->parameter_count ? "" : " {}");
+    fprintf(writer->file, "parameters:%s\n", count ? "" : " {}");
     for (int i = 0; i < experiment->parameter_count; i++) {
-        fprintf(writer->file, "  %s: ", experiment->parameters[i].name);
-        write_quantity(writer->file, experiment->parameters[i].value, true);
-        fputc('\n', writer->file);
+        if (!open_alone || !isnan(experiment->parameters[i].range[0])) {
+            write_parameter(writer->file, &experiment->parameters[i]);
+        }
     }
     writer->before = key->path;
 }
@@ -230,10 +247,6 @@ static void write_row(yaml_writer *writer, const config_key *key)
     const char *name = NULL;
     const char *base = (const char *)writer->experiment;
     begin_section(writer, key->path);
-    if (key->type == CONFIG_PARAMETER) {
-        write_parameters(writer, key);
-        return;
-    }
     int depth = open_sections(writer, key->path, 0, &name);
     if (writer->help) {
         write_comment(writer->file, key, depth);
@@ -296,9 +309,9 @@ static int write_list(yaml_writer *writer, int first)
 /* Keys that a classical solution does not depend on. */
 static bool is_physics(const char *path)
 {
-    static const char *const others[] = {"name",        "parameters", "tables",      "time.windows",
-                                         "formulation", "motion",     "enforcement", "network",
-                                         "losses",      "training",   "checkpoint",  "output"};
+    static const char *const others[] = {"name",     "tables",      "time.windows", "formulation",
+                                         "motion",   "enforcement", "network",      "losses",
+                                         "training", "checkpoint",  "output"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
@@ -311,7 +324,12 @@ static bool is_physics(const char *path)
 static void write_keys(yaml_writer *writer, bool physics_alone)
 {
     for (int i = 0; i < config_key_count;) {
-        if (physics_alone && !is_physics(config_keys[i].path)) {
+        if (config_keys[i].type == CONFIG_PARAMETER &&
+            (!physics_alone || scene_is_family(&writer->experiment->scene))) {
+            begin_section(writer, config_keys[i].path);
+            write_parameters(writer, &config_keys[i++], physics_alone);
+        } else if (config_parameter_of(config_keys[i].path) ||
+                   (physics_alone && !is_physics(config_keys[i].path))) {
             i++;
         } else if (config_list_of(config_keys[i].path)) {
             i = write_list(writer, i);

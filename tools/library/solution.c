@@ -53,7 +53,7 @@ ad_status cpinn_solve_file(const char *path, int count, const char *const *overr
 {
     config *settings;
     *result = NULL;
-    ad_status status = config_read(path, NULL, count, overrides, &settings, error);
+    ad_status status = config_read_member(path, NULL, count, overrides, NULL, &settings, error);
     return status == AD_OK ? solve(settings, tolerance, time_count, times, result, error) : status;
 }
 
@@ -117,12 +117,9 @@ ad_status cpinn_members_file(const char *path, int count, const char *const *ove
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    ad_status status =
-        config_read_open(path, count, overrides, asked.count, asked.names, &x->settings, error);
+    ad_status status = config_read(path, NULL, count, overrides, &x->settings, error);
     if (status == AD_OK) {
-        asked.values = asked.values ? asked.values : x->settings->open_values;
-        status = solve_members_create(x->settings->open ? x->settings->open : &x->settings->scene,
-                                      &asked, &x->members, error);
+        status = solve_members_create(&x->settings->scene, &asked, &x->members, error);
     }
     if (status != AD_OK) {
         cpinn_members_free(x);
@@ -139,6 +136,14 @@ void cpinn_members_free(cpinn_members *x)
         config_free(x->settings);
         free(x);
     }
+}
+
+const char *cpinn_members_name(const cpinn_members *x, int parameter)
+{
+    const scene *family = &x->settings->scene;
+    return parameter >= 0 && parameter < family->parameter_count
+               ? family->parameters[parameter].name
+               : NULL;
 }
 
 ad_status cpinn_members_solve(cpinn_members *x, size_t members, const double *parameters,

@@ -46,12 +46,18 @@ typedef struct cli_program {
     cli_list *operands;       /* where one or more operands go; NULL: there is only one */
 } cli_program;
 
-/* Rows that several programs have: --set into a cli_list; --json into a const char *; --quiet into
- * a bool, of the programs that end with a verdict. */
+/* Rows that several programs have: --set into a cli_list; --at into a const char *; --json into a
+ * const char *; --quiet into a bool, of the programs that end with a verdict. */
 #define CLI_SET(list)                                                                              \
     {                                                                                              \
         "--set", "KEY=VALUE", CLI_LIST, list, 0, 0,                                                \
             "change one key, as in --set loads.tip.force[2]=-10;\nmay be repeated"                 \
+    }
+#define CLI_AT(text)                                                                               \
+    {                                                                                              \
+        "--at", "NAME=VALUE,...", CLI_TEXT, text, 0, 0,                                            \
+            "of a family: the member with these values of its parameters, all of\nthem, within "   \
+            "their ranges"                                                                         \
     }
 #define CLI_VERDICT_JSON(file)                                                                     \
     {                                                                                              \

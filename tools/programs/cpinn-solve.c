@@ -70,6 +70,7 @@ static const char epilogue[] =
 typedef struct options {
     const char *config, *grid, *out, *work_precision;
     cli_list overrides;
+    const char *at;
     double tolerance, perturbation;
     int nodes, branch;
     bool quiet;
@@ -382,9 +383,10 @@ static ad_status prepare(solving *x, ad_error *error)
     if (status == AD_OK && o->json && strcmp(o->json, "-") != 0) {
         status = file_bytes_check(o->json, error);
     }
-    status = status == AD_OK ? config_read(o->config, NULL, o->overrides.count, o->overrides.texts,
-                                           &x->settings, error)
-                             : status;
+    if (status == AD_OK) {
+        status = config_read_member(o->config, NULL, o->overrides.count, o->overrides.texts, o->at,
+                                    &x->settings, error);
+    }
     if (status != AD_OK) {
         return status;
     }
@@ -509,6 +511,7 @@ int main(int argc, char **argv)
          "solve with more and more nodes; print and write run time and\nerror against the finest; "
          "cpinn-bench --methods config,solver\ndraws it beside networks"},
         CLI_SET(&o->overrides),
+        CLI_AT(&o->at),
         CLI_VERDICT_JSON(&o->json),
         CLI_VERDICT_QUIET(&o->quiet),
     };

@@ -9,7 +9,7 @@
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
  *   optimizer/...              state of the optimiser at work, optim.h
- *   points/...                 point sets [coordinates, points], problem.h
+ *   points/..., data/...       point sets [coordinates, points] and data [rows, points], problem.h
  *   causal/..., balance/..., self_adaptive/...  weights that follow training, where there are any
  *   generators/...             uint64 [4] states of the random generators
  *   training/...               stage, step, seconds: tools/train/trainer.h

@@ -46,7 +46,7 @@ static bool fixed_loss(const problem_settings *losses)
 {
     return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
            losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
-           !losses->balance && !(losses->self_adaptive_rate > 0);
+           !losses->adaptive.kind && !losses->balance && !(losses->self_adaptive_rate > 0);
 }
 
 static const train_stage *stage_of(const trainer *t)
@@ -455,7 +455,8 @@ ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
     trainer_fuse(t);
-    ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
+    ad_status status =
+        problem_advance(t->problem, t->info.window_step + 1, current_x(t), &changed, error);
     if (status != AD_OK) {
         return status;
     }
