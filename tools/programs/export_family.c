@@ -208,15 +208,21 @@ static ad_status compile(const export_family *x, int function, ad_pool *pool, ad
 
 /* ---- the texts ----------------------------------------------------------------------------- */
 
-/* The text with the name in place of @. */
+/* The text with the name in place of "model". */
 static void put(const export_family *x, const char *text, FILE *file)
 {
-    for (; *text; text++) {
-        if (*text == '@') {
-            fputs(x->name, file);
-        } else {
-            fputc(*text, file);
-        }
+    static const char model[] = "model_";
+    for (const char *next = strstr(text, model); next; next = strstr(text, model)) {
+        fprintf(file, "%.*s%s_", (int)(next - text), text, x->name);
+        text = next + strlen(model);
+    }
+    fputs(text, file);
+}
+
+static void put_lines(const export_family *x, const char *const *lines, FILE *file)
+{
+    for (; *lines; lines++) {
+        put(x, *lines, file);
     }
 }
 
@@ -231,60 +237,6 @@ static void put_upper(const char *name, FILE *file)
 static const char *const columns[EXPORT_FAMILY_COLUMNS] = {"X",  "Y",  "Z",  "QW", "QX", "QY", "QZ",
                                                            "V1", "V2", "V3", "U1", "U2", "U3", "N1",
                                                            "N2", "N3", "M1", "M2", "M3"};
-
-static const char head[] =
-    " *\n"
-    " * A member is a point of the parameters, in SI units. Its curvature u at @_NODES points of "
-    "the\n"
-    " * rod, three numbers each, times the length, is what a network says; steps of Newton's "
-    "method\n"
-    " * for the rod's equation polish it, 0, 1 or 2 of them; positions, rotations and all else "
-    "follow\n"
-    " * from it. The functions work in the caller's memory alone, @_MEMORY numbers, and keep "
-    "nothing:\n"
-    " * several may run at once, each with memory of its own. They return 0, or @_OUT_OF_RANGE "
-    "where\n"
-    " * a parameter is beyond its range by more than rounding, or not a number: the result is "
-    "then\n"
-    " * that at the nearer end of the range (of what is not a number: at its lower end). */\n";
-
-static const char declarations[] =
-    "/* What is known of an answer. Distances are the largest over the rod, in m, to where one "
-    "more\n"
-    " * step, linearised, leads; the error of the mesh, which is that of a converged solution, "
-    "comes\n"
-    " * to them. trusted: the equilibrium is stable or may be by its pivots, `predicted` is at "
-    "most a\n"
-    " * twentieth of the length, and the last step is at most a quarter of that before. */\n"
-    "typedef struct @_answer {\n"
-    "    double predicted; /* of the network */\n"
-    "    double left;      /* of what is returned */\n"
-    "    double ratio;     /* of the last two steps; -1: none was taken */\n"
-    "    int stable, trusted;\n"
-    "} @_answer;\n\n"
-    "extern const double @_lower[@_PARAMETERS], @_upper[@_PARAMETERS];\n"
-    "extern const char *const @_parameter_names[@_PARAMETERS], *const @_column_names[@_COLUMNS];\n"
-    "extern const double @_places[@_POINTS]; /* of the shape, m */\n\n"
-    "/* shape [POINTS][COLUMNS], or tip [COLUMNS], of a member with 0, 1 or 2 steps. answer may "
-    "be\n"
-    " * NULL: that is quicker, without steps much so. */\n"
-    "int @_shape(const double *parameters, int steps, double *shape, @_answer *answer,\n"
-    "            double *memory);\n"
-    "int @_tip(const double *parameters, int steps, double *tip, @_answer *answer, double "
-    "*memory);\n\n"
-    "/* The same and derivatives by the parameters, jacobian [COLUMNS][PARAMETERS]: of the "
-    "network\n"
-    " * where no steps are taken, else of the equilibrium. */\n"
-    "int @_tip_jacobian(const double *parameters, int steps, double *tip, double *jacobian,\n"
-    "                   @_answer *answer, double *memory);\n\n"
-    "/* In parts: the network's curvature [NODES][3] times the length; steps from any curvature; "
-    "the\n"
-    " * shape of a curvature. */\n"
-    "int @_network(const double *parameters, double *curvature, double *memory);\n"
-    "int @_polish(const double *parameters, int steps, double *curvature, @_answer *answer,\n"
-    "             double *memory);\n"
-    "int @_shape_of(const double *parameters, const double *curvature, double *shape,\n"
-    "               double *memory);\n\n";
 
 static void put_numbers(const export_family *x, const char *name, size_t number, FILE *file)
 {
@@ -304,13 +256,13 @@ static size_t memory_of(const export_family *x)
 void export_family_write_header(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
-    put(x, "/* @: ", file);
+    fprintf(file, "/* %s: ", x->name);
     for (const char *c = x->about; *c; c++) { /* nothing that ends the comment */
         fputc(*c == '*' || *c == '\n' || *c == '\\' ? ' ' : *c, file);
     }
-    fprintf(file, ", a family of rods at rest as C99; written by cpinn %s.\n", cli_version());
-    put(x, head, file);
-    put(x, "#ifndef @_H\n#define @_H\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", file);
+    fprintf(file, ", a family of rods at rest as C99; written by cpinn %s. */\n", cli_version());
+    put(x, "#ifndef model_H\n#define model_H\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n",
+        file);
     put_numbers(x, "PARAMETERS", (size_t)count, file);
     put_numbers(x, "POINTS", (size_t)x->places, file);
     put_numbers(x, "COLUMNS", EXPORT_FAMILY_COLUMNS, file);
@@ -333,183 +285,9 @@ void export_family_write_header(const export_family *x, FILE *file)
                 i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
     }
     fputs("};\n\n", file);
-    put(x, declarations, file);
+    put_lines(x, export_family_types, file);
     fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
 }
-
-static const char algebra[] =
-    "\n/* Parameters within their ranges. */\n"
-    "static int place(const double *parameters, double *x)\n{\n"
-    "    int i, status = 0;\n"
-    "    for (i = 0; i < @_PARAMETERS; i++) {\n"
-    "        const double low = @_lower[i], high = @_upper[i], rounding = (high - low) * 1e-9;\n"
-    "        double value = parameters[i];\n"
-    "        if (!(value >= low - rounding && value <= high + rounding)) {\n"
-    "            status = @_OUT_OF_RANGE;\n        }\n"
-    "        value = value >= low ? value : low; /* also what is not a number */\n"
-    "        x[i] = value <= high ? value : high;\n    }\n    return status;\n}\n\n"
-    "static void copy(int count, const double *from, double *to)\n{\n"
-    "    int i;\n    for (i = 0; i < count; i++) {\n        to[i] = from[i];\n    }\n}\n\n"
-    "static void set_unit(int n, double *x)\n{\n"
-    "    int i;\n    for (i = 0; i < n * n; i++) {\n        x[i] = 0;\n    }\n"
-    "    for (i = 0; i < n; i++) {\n        x[i * n + i] = 1;\n    }\n}\n\n"
-    "/* Gauss' elimination of a [N][N]. A pivot makes way where one below it is a hundred times "
-    "as\n"
-    " * large. Returns negative pivots and exchanges, -1: the matrix is singular. */\n"
-    "static int eliminate(double *a, int *rows)\n{\n"
-    "    int i, j, k, negative = 0;\n"
-    "    for (k = 0; k < N; k++) {\n"
-    "        int best = k;\n"
-    "        double by;\n"
-    "        for (i = k + 1; i < N; i++) {\n"
-    "            best = fabs(a[i * N + k]) > fabs(a[best * N + k]) ? i : best;\n        }\n"
-    "        rows[k] = k;\n"
-    "        if (fabs(a[k * N + k]) < 0.01 * fabs(a[best * N + k])) {\n"
-    "            for (j = k; j < N; j++) {\n"
-    "                const double held = a[k * N + j];\n"
-    "                a[k * N + j] = a[best * N + j];\n"
-    "                a[best * N + j] = held;\n            }\n"
-    "            rows[k] = best;\n            negative++;\n        }\n"
-    "        by = 1 / a[k * N + k];\n"
-    "        if (!(fabs(by) < HUGE_VAL)) {\n            return -1;\n        }\n"
-    "        negative += by < 0;\n"
-    "        for (i = k + 1; i < N; i++) {\n"
-    "            const double factor = a[i * N + k] * by;\n"
-    "            a[i * N + k] = factor;\n"
-    "            for (j = k + 1; j < N; j++) {\n"
-    "                a[i * N + j] -= factor * a[k * N + j];\n            }\n        }\n    }\n"
-    "    return negative;\n}\n\n"
-    "/* x [N], its numbers `apart` from one another, becomes the solution. */\n"
-    "static void solve(const double *a, const int *rows, int apart, double *x)\n{\n"
-    "    int i, k;\n"
-    "    for (k = 0; k < N; k++) {\n"
-    "        const double at = x[rows[k] * apart];\n"
-    "        x[rows[k] * apart] = x[k * apart];\n        x[k * apart] = at;\n"
-    "        for (i = k + 1; i < N; i++) {\n"
-    "            x[i * apart] -= a[i * N + k] * at;\n        }\n    }\n"
-    "    for (k = N - 1; k >= 0; k--) {\n"
-    "        const double at = x[k * apart] / a[k * N + k];\n"
-    "        x[k * apart] = at;\n"
-    "        for (i = 0; i < k; i++) {\n            x[i * apart] -= a[i * N + k] * at;\n        }\n"
-    "    }\n}\n";
-
-static const char answers[] =
-    "\n/* Memory: inputs, residual and matrix (as newton leaves them), curvature, changes of "
-    "places,\n"
-    " * changes of the curvature by parameters, workspace. */\n"
-    "typedef struct room {\n"
-    "    double *x, *residual, *matrix, *curvature, *moved, *by, *w;\n"
-    "} room;\n\n"
-    "static room divide(double *memory)\n{\n"
-    "    room r;\n"
-    "    r.x = memory;\n"
-    "    r.residual = r.x + INPUTS;\n"
-    "    r.matrix = r.residual + N;\n"
-    "    r.curvature = r.matrix + N * N;\n"
-    "    r.moved = r.curvature + N;\n"
-    "    r.by = r.moved + N + 3;\n"
-    "    r.w = r.by + N * P;\n"
-    "    return r;\n}\n\n"
-    "/* Residual, and the matrix eliminated. */\n"
-    "static int linearise(room r, const double *curvature, int *rows)\n{\n"
-    "    copy(N, curvature, r.x + P);\n"
-    "    set_unit(N, r.x + P + N);\n"
-    "    newton(r.x, r.residual, r.w);\n"
-    "    return eliminate(r.matrix, rows);\n}\n\n"
-    "/* By how much a step moves the rod, m. */\n"
-    "static double distance(room r, const double *curvature, const double *step)\n{\n"
-    "    double most = 0;\n    int i;\n"
-    "    copy(N, curvature, r.x + P);\n"
-    "    copy(N, step, r.x + P + N);\n"
-    "    moved(r.x, r.moved, r.w);\n"
-    "    for (i = 0; i < N / 3 + 1; i++) {\n"
-    "        const double *m = r.moved + i;\n"
-    "        const double x = m[0], y = m[N / 3 + 1], z = m[2 * (N / 3 + 1)];\n"
-    "        const double square = x * x + y * y + z * z;\n"
-    "        most = square <= most ? most : square; /* also what is not a number */\n    }\n"
-    "    return LENGTH * sqrt(most);\n}\n\n"
-    "static double largest(const double *x)\n{\n"
-    "    double most = 0;\n    int i;\n"
-    "    for (i = 0; i < N; i++) {\n"
-    "        most = fabs(x[i]) <= most ? most : fabs(x[i]);\n    }\n    return most;\n}\n\n"
-    "/* Parameters are in r.x. */\n"
-    "static void polish(room r, int steps, double *curvature, @_answer *answer)\n{\n"
-    "    int rows[N], i, k;\n"
-    "    double length = 0, before = 0;\n"
-    "    if (answer) {\n        answer->stable = 1;\n        answer->ratio = -1;\n    }\n"
-    "    for (k = 0; k < steps || (k == 0 && answer); k++) {\n"
-    "        const int negative = linearise(r, curvature, rows);\n"
-    "        solve(r.matrix, rows, 1, r.residual);\n"
-    "        length = largest(r.residual);\n"
-    "        if (answer) {\n"
-    "            answer->stable = answer->stable && negative >= 0 && IS_STABLE(negative);\n"
-    "            if (k == 0) {\n"
-    "                answer->predicted = distance(r, curvature, r.residual);\n            }\n"
-    "        }\n"
-    "        for (i = 0; i < N && k < steps; i++) {\n"
-    "            curvature[i] -= r.residual[i];\n        }\n    }\n"
-    "    if (!answer) {\n        return;\n    }\n"
-    "    answer->left = answer->predicted;\n"
-    "    if (steps > 0) { /* one more, with the last matrix */\n"
-    "        before = length;\n"
-    "        copy(N, curvature, r.x + P);\n"
-    "        residual(r.x, r.residual, r.w);\n"
-    "        solve(r.matrix, rows, 1, r.residual);\n"
-    "        answer->left = distance(r, curvature, r.residual);\n"
-    "        answer->ratio = before > 0 ? largest(r.residual) / before : 0;\n    }\n"
-    "    answer->trusted = answer->stable && answer->predicted <= 0.05 * LENGTH &&\n"
-    "                      (answer->ratio <= 0.25 || answer->left <= 1e-9 * LENGTH);\n}\n\n"
-    "int @_network(const double *parameters, double *curvature, double *memory)\n{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = place(parameters, r.x);\n"
-    "    network(r.x, curvature, r.w);\n    return status;\n}\n\n"
-    "int @_polish(const double *parameters, int steps, double *curvature, @_answer *answer,\n"
-    "             double *memory)\n{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = place(parameters, r.x);\n"
-    "    polish(r, steps, curvature, answer);\n    return status;\n}\n\n"
-    "int @_shape_of(const double *parameters, const double *curvature, double *to, double "
-    "*memory)\n"
-    "{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = place(parameters, r.x);\n"
-    "    copy(N, curvature, r.x + P);\n"
-    "    shape(r.x, to, r.w);\n    return status;\n}\n\n"
-    "static int find(room r, const double *parameters, int steps, @_answer *answer)\n{\n"
-    "    const int status = place(parameters, r.x);\n"
-    "    network(r.x, r.curvature, r.w);\n"
-    "    polish(r, steps, r.curvature, answer);\n"
-    "    copy(N, r.curvature, r.x + P);\n    return status;\n}\n\n"
-    "int @_shape(const double *parameters, int steps, double *to, @_answer *answer,\n"
-    "            double *memory)\n{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = find(r, parameters, steps, answer);\n"
-    "    shape(r.x, to, r.w);\n    return status;\n}\n\n"
-    "int @_tip(const double *parameters, int steps, double *to, @_answer *answer, double *memory)\n"
-    "{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = find(r, parameters, steps, answer);\n"
-    "    tip(r.x, to, r.w);\n    return status;\n}\n\n"
-    "int @_tip_jacobian(const double *parameters, int steps, double *to, double *jacobian,\n"
-    "                   @_answer *answer, double *memory)\n{\n"
-    "    const room r = divide(memory);\n"
-    "    const int status = find(r, parameters, steps, answer);\n"
-    "    int rows[N], i;\n"
-    "    tip(r.x, to, r.w);\n"
-    "    if (steps > 0) { /* residual (p, u) = 0 */\n"
-    "        linearise(r, r.curvature, rows);\n"
-    "        set_unit(P, r.x + P + N);\n"
-    "        residual_by(r.x, r.by, r.w);\n"
-    "        for (i = 0; i < P; i++) {\n"
-    "            solve(r.matrix, rows, P, r.by + i);\n        }\n"
-    "        for (i = 0; i < N * P; i++) {\n            r.by[i] = -r.by[i];\n        }\n"
-    "    } else {\n"
-    "        set_unit(P, r.x + P);\n"
-    "        network_by(r.x, r.by, r.w);\n"
-    "        copy(N, r.curvature, r.x + P);\n"
-    "        set_unit(P, r.x + P + N);\n    }\n"
-    "    copy(N * P, r.by, r.x + P + N + P * P);\n"
-    "    tip_by(r.x, jacobian, r.w);\n    return status;\n}\n";
 
 static void put_list(const export_family *x, const char *name, int count, const double *list,
                      double unit, FILE *file)
@@ -532,11 +310,11 @@ static void write_constants(const export_family *x, FILE *file)
     put_list(x, "lower", count, low, 1, file);
     put_list(x, "upper", count, high, 1, file);
     put_list(x, "places", x->places, x->s, scene_length(x->open), file);
-    put(x, "const char *const @_parameter_names[@_PARAMETERS] = {", file);
+    put(x, "const char *const model_parameter_names[model_PARAMETERS] = {", file);
     for (int i = 0; i < count; i++) {
         fprintf(file, "%s\"%s\"", i ? ", " : "", x->open->parameters[i].name);
     }
-    put(x, "};\nconst char *const @_column_names[@_COLUMNS] = {", file);
+    put(x, "};\nconst char *const model_column_names[model_COLUMNS] = {", file);
     for (int i = 0; i < EXPORT_FAMILY_COLUMNS; i++) {
         fprintf(file, "%s\"", i % 10 == 0 ? "\n    " : " ");
         for (const char *c = columns[i]; *c; c++) {
@@ -576,8 +354,8 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     }
     if (status == AD_OK) {
         write_constants(x, file);
-        put(x, algebra, file);
-        put(x, answers, file);
+        fputc('\n', file);
+        put_lines(x, export_family_functions, file);
     }
     for (int i = 0; i < FUNCTIONS; i++) {
         ad_program_free(programs[i]);

@@ -25,6 +25,9 @@ typedef struct export_family {
 
 enum { EXPORT_FAMILY_COLUMNS = 19 };
 
+/* Texts of the C: lines, NULL at the end. */
+extern const char *const export_family_types[], *const export_family_functions[];
+
 /* NAME.c, and then NAME.h. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY. */
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error);
 void export_family_write_header(const export_family *x, FILE *file);
