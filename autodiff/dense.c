@@ -163,7 +163,7 @@ static void update_panel(void *context, int item, int thread)
         size_t rows = depth - k < CHUNK ? depth - k : CHUNK;
         for (size_t i = b->first; i < b->end && i <= j; i++) {
             f->kernels->products->multiply_panels(rows, tile(f, 0, i) + k * PANEL,
-                                                  tile(f, 0, j) + k * PANEL, -1, tile(f, i, j));
+                                                  tile(f, 0, j) + k * PANEL, true, tile(f, i, j));
         }
     }
 }
@@ -196,7 +196,7 @@ static bool finish(const band *b, size_t j)
     bool ok = true;
     for (size_t i = b->first; i < b->end && i <= j && ok; i++) {
         f->kernels->products->multiply_panels((i - b->first) * PANEL, tile(f, b->first, i),
-                                              tile(f, b->first, j), -1, tile(f, i, j));
+                                              tile(f, b->first, j), true, tile(f, i, j));
         if (i < j) {
             f->kernels->products->solve_tile(tile(f, i, i), tile(f, i, j));
         } else {

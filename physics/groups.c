@@ -39,7 +39,8 @@ struct groups {
     row rows[ROWS_MAX];
 };
 
-/* ---- members ------------------------------------------------------------------------------------ */
+/* ---- members ------------------------------------------------------------------------------------
+ */
 
 /* values [parameters][DRAWS] */
 static void draw(const scene *family, double *values)
@@ -47,10 +48,8 @@ static void draw(const scene *family, double *values)
     nn_rng random = nn_rng_split(0, "groups");
     for (int i = 0; i < DRAWS; i++) {
         for (int k = 0; k < family->parameter_count; k++) {
-            const scene_parameter *p = &family->parameters[k];
-            const double x = nn_rng_uniform(&random);
-            values[k * DRAWS + i] = p->logarithmic ? p->low * pow(p->high / p->low, x)
-                                                   : p->low + (p->high - p->low) * x;
+            values[k * DRAWS + i] =
+                scene_parameter_at(&family->parameters[k], nn_rng_uniform(&random));
         }
     }
 }
@@ -99,7 +98,8 @@ static ad_value stack_items(const group_list *list, ad_tape *tape)
     return all;
 }
 
-/* ---- finding them ---------------------------------------------------------------------------------- */
+/* ---- finding them
+ * ---------------------------------------------------------------------------------- */
 
 /* A row of an item in numbers. */
 typedef struct candidate {
@@ -121,7 +121,7 @@ typedef struct search {
     int count, chosen;
     candidate *candidates; /* [count] */
     int order[ROWS_MAX];   /* [chosen] candidates */
-    double *slopes;        /* [parameters][chosen][DRAWS] of what is mapped, by a unit of the range */
+    double *slopes; /* [parameters][chosen][DRAWS] of what is mapped, by a unit of the range */
 } search;
 
 static double dot(const double *a, const double *b)
@@ -227,7 +227,7 @@ static ad_status find_slopes(search *x, ad_error *error)
     ad_status status = AD_OK;
     for (int k = 0; k < family->parameter_count && status == AD_OK; k++) {
         const scene_parameter *p = &family->parameters[k];
-        const ad_value range = p->logarithmic
+        const ad_value range = p->scale == SCENE_LOG
                                    ? ad_scale(ad_row(x->parameters, k), log(p->high / p->low))
                                    : ad_scalar(x->tape, p->high - p->low);
         const ad_value along = ad_pad(range, k, family->parameter_count);
@@ -376,7 +376,8 @@ static void choose(search *x)
     }
 }
 
-/* ---- making --------------------------------------------------------------------------------------- */
+/* ---- making
+ * --------------------------------------------------------------------------------------- */
 
 static ad_status allocate(search *x, ad_error *error)
 {
@@ -477,8 +478,8 @@ static ad_status find(groups *x, const groups_settings *settings, ad_error *erro
     } else {
         draw(&x->source.open, now.draws);
         now.parameters = ad_input(now.tape, "parameters", (int)parameters);
-        status = x->source.by_parameters || settings->no_symmetry ? AD_OK
-                                                                  : find_symmetry(&now, error);
+        status =
+            x->source.by_parameters || settings->no_symmetry ? AD_OK : find_symmetry(&now, error);
         status = status == AD_OK ? find_rows(&now, error) : status;
         if (status == AD_OK && group_symmetry_any(&x->symmetry) && has_parameter(x)) {
             x->symmetry = GROUP_NO_SYMMETRY;
@@ -542,7 +543,8 @@ ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn)
     return ad_stack(x->count, inputs);
 }
 
-/* ---- for people ------------------------------------------------------------------------------------- */
+/* ---- for people
+ * ------------------------------------------------------------------------------------- */
 
 static void name_of(const row *r, char *text, size_t size)
 {

@@ -13,8 +13,8 @@
  * tendons and chambers do is their force and moment in the unstressed rod, and what they pull.
  *
  * Of these numbers those are left out that do not change, that are linear in others or follow from
- * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those that
- * move it little to less.
+ * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those
+ * that move it little to less.
  *
  * Symmetry: where the section has no preferred direction, tendons and chambers are arranged so that
  * a turn about d3 of the base or a mirror puts each in the place of another, and whatever is the

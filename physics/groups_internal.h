@@ -14,12 +14,12 @@ enum {
 
 /* How an item changes when the rod is turned about d3 of its base, or mirrored. */
 typedef enum group_kind {
-    GROUP_SCALAR, /* not at all */
-    GROUP_POLAR,  /* [3] a force, in components of the base or of the section */
-    GROUP_AXIAL,  /* [3] a moment, a curvature, the same */
-    GROUP_TENSOR, /* [3] along d1, d2, d3: not at all if its first two are equal */
-    GROUP_PULL,   /* of one actuator: it takes the value of the one that comes in its place */
-    GROUP_OFFSET, /* [3] of one actuator: it has to be where that one comes */
+    GROUP_SCALAR,   /* not at all */
+    GROUP_POLAR,    /* [3] a force, in components of the base or of the section */
+    GROUP_AXIAL,    /* [3] a moment, a curvature, the same */
+    GROUP_TENSOR,   /* [3] along d1, d2, d3: not at all if its first two are equal */
+    GROUP_PULL,     /* of one actuator: it takes the value of the one that comes in its place */
+    GROUP_OFFSET,   /* [3] of one actuator: it has to be where that one comes */
     GROUP_PARAMETER /* one of the family itself, -1 .. 1 */
 } group_kind;
 

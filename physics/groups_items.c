@@ -13,7 +13,8 @@ static const double ZEROS[3] = {0, 0, 0};
 /* Of the length: over which the slope of an actuator's offset is taken. */
 static const double STEP = 1e-5;
 
-/* ---- where they are looked at ----------------------------------------------------------------- */
+/* ---- where they are looked at -----------------------------------------------------------------
+ */
 
 /* Some within every piece between breaks, not at equal distances, between which what winds around
  * the rod might look straight. */
@@ -63,20 +64,16 @@ static void find_upright(const scene *given, double q[4])
 ad_status group_source_fill(const scene *family, bool by_parameters, group_source *source,
                             ad_error *error)
 {
-    double values[SCENE_PARAMETERS_MAX];
     *source = (group_source){.open = *family, .times = 1, .upright = {1}};
-    source->by_parameters =
-        by_parameters || scene_is_beam(family) || scene_is_manufactured(family);
+    source->by_parameters = by_parameters || scene_is_beam(family) || scene_is_manufactured(family);
     source->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
     for (int i = 0; i < family->parameter_count; i++) {
-        const scene_parameter *p = &family->parameters[i];
-        source->names[i] = p->name;
-        values[i] = p->logarithmic ? sqrt(p->low * p->high) : p->low + (p->high - p->low) / 2;
+        source->names[i] = family->parameters[i].name;
     }
     if (source->by_parameters) {
         return AD_OK;
     }
-    scene_with(&source->open, family->parameter_count, source->names, values, &source->middle);
+    scene_middle(&source->open, &source->middle);
     source->numbers = rod_numbers_of(&source->middle);
     if (scene_is_dynamic(family)) {
         source->times = GROUP_TIMES_MAX;
@@ -91,7 +88,8 @@ ad_status group_source_fill(const scene *family, bool by_parameters, group_sourc
     return find_places(source, error);
 }
 
-/* ---- recording --------------------------------------------------------------------------------- */
+/* ---- recording ---------------------------------------------------------------------------------
+ */
 
 /* At one place and time. */
 typedef struct recorder {
@@ -171,8 +169,8 @@ static void add_line_loads(recorder *x, const rod_coefficients *c)
     add_load(x, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
              quantities_of(x, 3, given->moment, scale->length / scale->moment), follows);
     add(x, "foundation", "EI/L^4", GROUP_SCALAR, 0.05,
-        ad_mul(x->softness,
-               quantities_of(x, 3, given->foundation, scale->length * scale->length / scale->force)));
+        ad_mul(x->softness, quantities_of(x, 3, given->foundation,
+                                          scale->length * scale->length / scale->force)));
 }
 
 /* In motion; times by that of the middle. */
@@ -182,10 +180,9 @@ static void add_motion(recorder *x, const rod_coefficients *c)
     const scene_properties made = scene_properties_of(open);
     const rod_scales *scale = &x->rod.scales;
     const double speed = scale->length / scale->time;
-    const ad_value mass = quantities_of(x, 1, &made.mass_per_length,
-                                        speed * speed / scale->force);
-    const ad_value drag = quantities_of(x, 1, &open->loads.drag,
-                                        speed * scale->length / scale->force);
+    const ad_value mass = quantities_of(x, 1, &made.mass_per_length, speed * speed / scale->force);
+    const ad_value drag =
+        quantities_of(x, 1, &open->loads.drag, speed * scale->length / scale->force);
     const ad_value fast = quantities_of(x, 1, &open->loads.quadratic_drag,
                                         speed * speed * scale->length / scale->force);
     const struct {
@@ -210,7 +207,8 @@ static void add_motion(recorder *x, const rod_coefficients *c)
         quantities_of(x, 3, open->initial.angular_velocity, scale->time));
 }
 
-/* ---- tendons, chambers, tubes -------------------------------------------------------------------- */
+/* ---- tendons, chambers, tubes
+ * -------------------------------------------------------------------- */
 
 static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
 {
@@ -240,15 +238,15 @@ static void add_pull(recorder *x, const rod_coefficients *c, int index, pulling 
     }
     ad_value r = offset_at(x, offset, 0), direction = ad_vector_constant(x->rod.tape, 0, 0, 1);
     if (!is_chamber) {
-        ad_value slope = ad_scale(ad_sub(offset_at(x, offset, STEP), offset_at(x, offset, -STEP)),
-                                  0.5 / STEP);
+        ad_value slope =
+            ad_scale(ad_sub(offset_at(x, offset, STEP), offset_at(x, offset, -STEP)), 0.5 / STEP);
         ad_value path = ad_add(c->rest_strain, ad_cross(c->rest_curvature, r));
         direction = ad_normalize(ad_add(path, slope));
     }
-    quantity given = is_chamber ? quantity_multiply(chamber->pressure, chamber->area)
-                                : tendon->tension;
-    ad_value pull = ad_mul(x->softness, quantities_of(x, 1, &given,
-                                                      (is_chamber ? -1 : 1) / x->rod.scales.force));
+    quantity given =
+        is_chamber ? quantity_multiply(chamber->pressure, chamber->area) : tendon->tension;
+    ad_value pull = ad_mul(
+        x->softness, quantities_of(x, 1, &given, (is_chamber ? -1 : 1) / x->rod.scales.force));
     ad_value force = ad_mul(pull, direction);
     char name[GROUP_NAME];
     snprintf(name, sizeof name, is_chamber ? "force of chambers[%d]" : "tension of tendons[%d]",
@@ -316,11 +314,13 @@ static void add_tubes(recorder *x)
         add(x, "softness of a tube", "1/EI", GROUP_SCALAR, 0.1,
             ad_mul(ad_reciprocal(x->softness), tube.softness));
         add(x, "curvature of a tube", "1/L", GROUP_SCALAR, 0.5, tube.rest);
-        add(x, "angle of a tube", "", GROUP_SCALAR, 0.5, quantities_of(x, 1, &open->tubes[i].turned, 1));
+        add(x, "angle of a tube", "", GROUP_SCALAR, 0.5,
+            quantities_of(x, 1, &open->tubes[i].turned, 1));
     }
 }
 
-/* ---- at single places ------------------------------------------------------------------------------ */
+/* ---- at single places
+ * ------------------------------------------------------------------------------ */
 
 static void add_end(recorder *x, int end)
 {
@@ -360,10 +360,10 @@ static void add_places(recorder *x)
     for (int i = 0; i < open->body_count; i++) {
         const double a = open->bodies[i].at.number / scale->length;
         x->s = open->bodies[i].at.number;
-        add_load(x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
-                 quantities_of(x, 3, open->loads.gravity,
-                               open->bodies[i].mass.number / scale->force),
-                 false);
+        add_load(
+            x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+            quantities_of(x, 3, open->loads.gravity, open->bodies[i].mass.number / scale->force),
+            false);
     }
     for (int i = 0; i < open->spring_count; i++) {
         const scene_spring *spring = &open->springs[i];
@@ -384,7 +384,8 @@ static void add_places(recorder *x)
     x->s = NAN;
 }
 
-/* ---- all ------------------------------------------------------------------------------------------ */
+/* ---- all
+ * ------------------------------------------------------------------------------------------ */
 
 /* A tape at a place, with parameters. */
 static void begin(recorder *x, double s, double t, const quantity_binding *bindings)
@@ -435,7 +436,7 @@ static void add_parameters(recorder *x, ad_value parameters)
         const bool is_needed = x->source->by_parameters || is_along(open, p->name);
         const ad_value value = ad_row(parameters, i);
         add(x, p->name, "", GROUP_PARAMETER, is_needed ? unknown : 0,
-            p->logarithmic ? ad_log(value) : value);
+            p->scale == SCENE_LOG ? ad_log(value) : value);
     }
 }
 

@@ -271,7 +271,8 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
     }
 }
 
-/* ---- on the tape -------------------------------------------------------------------------------- */
+/* ---- on the tape --------------------------------------------------------------------------------
+ */
 
 /* a turned back about d3; entries of any rows. */
 static void turn_back(const groups_turn *turn, ad_value a[3])
@@ -319,8 +320,7 @@ static void exchange(group_list *list, const ad_value *pulls, const int *from, a
 {
     for (int i = 0; i < list->count; i++) {
         group_item *item = &list->items[i];
-        const int other =
-            item->kind == GROUP_PULL ? item_of(list, item, from[item->actuator]) : -1;
+        const int other = item->kind == GROUP_PULL ? item_of(list, item, from[item->actuator]) : -1;
         if (other >= 0 && other != i) {
             item->value = ad_select(condition, pulls[other], item->value);
         }

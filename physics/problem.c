@@ -38,6 +38,7 @@ problem_settings problem_settings_default(void)
     static const double epsilons[] = {0.01, 0.1, 1, 10, 100};
     const problem_points points = {256, SAMPLING_SOBOL, 0};
     problem_settings settings = {.interior = points, .boundary = points, .initial = points};
+    settings.adaptive = (problem_adaptive){.every = 100, .power = 1, .floor = 1, .width = 0.02};
     settings.held_out_points = 256;
     settings.causal_epsilon_count = sizeof epsilons / sizeof *epsilons;
     memcpy(settings.causal_epsilon, epsilons, sizeof epsilons);
@@ -59,7 +60,8 @@ const char *problem_settings_check(const problem_settings *settings, const physi
     if (settings->held_out_points < 1) {
         return "held_out_points: at least 1";
     }
-    return problem_weights_check(settings, m);
+    const char *wrong = problem_adaptive_check(settings);
+    return wrong ? wrong : problem_weights_check(settings, m);
 }
 
 static void clear_sets(problem *p)
@@ -317,6 +319,9 @@ size_t problem_bytes(const problem *p)
         bytes += ((size_t)p->model->domain.count + (size_t)s->about->source.rows) *
                  (s->trained.count + s->held_out.count) * sizeof(double);
         bytes += problem_weights_per_point(s) * s->trained.count * sizeof(double);
+        bytes +=
+            s->candidates.count *
+            ((size_t)(p->model->domain.count + s->term_count) * sizeof(double) + sizeof *s->ranked);
         bytes += (size_t)s->gradient_fixed.rows * s->trained.count * sizeof(double);
         for (int k = 0; k < 3 && programs[k]; k++) {
             ad_program_info info = ad_program_inspect(programs[k]);
@@ -428,7 +433,11 @@ static ad_status advance_set(problem *p, problem_set *set, int64_t step, const d
 {
     int every = problem_points_of(p, set).resample_every;
     bool due = every > 0 && step > 1 && (step - 1) % every == 0;
-    ad_status status = due ? problem_set_resample(p, set, error) : AD_OK;
+    bool moves = problem_set_adapts(p, set, step);
+    ad_status status = due     ? problem_set_resample(p, set, error)
+                       : moves ? problem_set_adapt(p, set, step, x, error)
+                               : AD_OK;
+    due = due || moves;
     if (due) {
         problem_weights_spread(p);
     }

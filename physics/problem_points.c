@@ -18,10 +18,9 @@ static int varying(const problem *p, const problem_set *set, int *which)
     return count;
 }
 
-/* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
- * the window at work. Where these end at jumps points keep off, by more than rounding and less than
+/* Where pieces and windows end at jumps points keep off, by more than rounding and less than
  * counts, so that what jumps has the value that it has within. */
-static double placed(const problem *p, int coordinate, int piece, double x)
+double problem_placed(const problem *p, int coordinate, int piece, double x)
 {
     static const double OFF = 1e-9;
     const domain *d = &p->model->domain;
@@ -70,14 +69,14 @@ static ad_status piece_fill(const problem *p, const problem_set *set, problem_cl
         const double *from = unit + (size_t)(varies ? next++ : 0) * count;
         double *to = cloud->x + (size_t)i * cloud->count + first;
         for (size_t k = 0; k < count; k++) {
-            to[k] = varies ? placed(p, i, piece, from[k]) : held(p, set, i);
+            to[k] = varies ? problem_placed(p, i, piece, from[k]) : held(p, set, i);
         }
     }
     return AD_OK;
 }
 
-static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            sampling_kind kind, nn_rng *rng, ad_error *error)
+ad_status problem_cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             sampling_kind kind, nn_rng *rng, ad_error *error)
 {
     int pieces = pieces_of(p, set);
     size_t count = cloud->count / (size_t)pieces;
@@ -128,8 +127,8 @@ ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_e
                            : status;
 }
 
-static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            const problem_points *points, nn_rng *rng, ad_error *error)
+ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             const problem_points *points, nn_rng *rng, ad_error *error)
 {
     bool given = set->about->points == MODEL_GIVEN;
     int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
@@ -150,7 +149,7 @@ static ad_status cloud_make(const problem *p, const problem_set *set, problem_cl
     if (!cloud->x || !cloud_has_data(set, cloud)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
     }
-    return given ? AD_OK : cloud_fill(p, set, cloud, points->sampler, rng, error);
+    return given ? AD_OK : problem_cloud_fill(p, set, cloud, points->sampler, rng, error);
 }
 
 problem_points problem_points_of(const problem *p, const problem_set *set)
@@ -249,12 +248,12 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
     if (set->about->points == MODEL_GIVEN) {
         unseen.points = (int)set->about->source.held_out_points;
     }
-    ad_status status = cloud_make(p, set, &set->trained, &trained, &set->rng, error);
+    ad_status status = problem_cloud_make(p, set, &set->trained, &trained, &set->rng, error);
     if (status == AD_OK) {
         status = cloud_supply(set, &set->trained, false, NULL, &set->rng, error);
     }
     if (status == AD_OK) {
-        status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+        status = problem_cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
     }
     if (status == AD_OK) {
         status = cloud_supply(set, &set->held_out, true, NULL, &held_out, error);
@@ -271,8 +270,8 @@ ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
     problem_set_refresh(set);
     return set->about->points == MODEL_GIVEN
                ? AD_OK
-               : cloud_fill(p, set, &set->trained, problem_points_of(p, set).sampler, &set->rng,
-                            error);
+               : problem_cloud_fill(p, set, &set->trained, problem_points_of(p, set).sampler,
+                                    &set->rng, error);
 }
 
 void problem_set_forget_points(problem_set *set)
@@ -285,6 +284,7 @@ void problem_set_forget_points(problem_set *set)
     free(set->point_weights);
     free(set->point_losses);
     free(set->adaptive);
+    problem_set_forget_candidates(set);
     set->trained.x = set->held_out.x = set->trained.data = set->held_out.data = NULL;
     set->field_values = NULL;
     set->point_weights = set->point_losses = set->adaptive = NULL;
@@ -300,7 +300,8 @@ bool problem_points_are_inside(const problem *p, const problem_cloud *cloud)
 {
     const domain *d = &p->model->domain;
     for (int i = 0; i < d->count; i++) {
-        double low = placed(p, i, 0, 0), high = placed(p, i, domain_pieces(d) - 1, 1);
+        double low = problem_placed(p, i, 0, 0),
+               high = problem_placed(p, i, domain_pieces(d) - 1, 1);
         for (size_t k = 0; k < cloud->count; k++) {
             double x = cloud->x[(size_t)i * cloud->count + k];
             if (!(x >= low && x <= high)) {

@@ -557,6 +557,16 @@ static problem_place found_at(const problem *p, const problem_cloud *cloud, size
     return place;
 }
 
+ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, const double *x,
+                              double *squares, ad_error *error)
+{
+    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[1 + set->term_count + i] = squares + (size_t)i * cloud->count;
+    }
+    return run(set, set->value, cloud, x, outputs, error);
+}
+
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error)
 {
@@ -565,11 +575,7 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
     if (!squares) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory while looking for a bad number");
     }
-    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
-    for (int i = 0; i < set->term_count; i++) {
-        outputs[1 + set->term_count + i] = squares + (size_t)i * points;
-    }
-    ad_status status = run(set, set->value, &set->trained, x, outputs, error);
+    ad_status status = problem_set_squares(set, &set->trained, x, squares, error);
     for (int i = 0; status == AD_OK && i < set->term_count && place->term < 0; i++) {
         for (size_t k = 0; k < points && place->term < 0; k++) {
             if (!isfinite(squares[(size_t)i * points + k])) {

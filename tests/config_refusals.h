@@ -161,7 +161,7 @@ static const refusal refusals[] = {
     {BASE "network: {activation: relu}\n", NULL,
      "scene.yaml:4:23: network.activation: is relu; allowed: one of tanh, sin, silu, gelu"},
     {BASE "network: {rotation: angles}\n", NULL,
-     "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector"},
+     "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector, six"},
     {BASE "network: {fourier: 16}\n", NULL,
      "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
      "features, wavenumber, frequency"},

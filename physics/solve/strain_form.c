@@ -6,47 +6,6 @@
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-void strain_form_lagrange(const gauss_rule *rule, double x, double *values)
-{
-    for (int j = 0; j < rule->stages; j++) {
-        values[j] = 1;
-        for (int k = 0; k < rule->stages; k++) {
-            if (k != j) {
-                values[j] *= (x - rule->nodes[k]) / (rule->nodes[j] - rule->nodes[k]);
-            }
-        }
-    }
-}
-
-void strain_form_integral(const gauss_rule *rule, double x, double *values)
-{
-    const gauss_rule exact = solve_gauss_rule_of(rule->stages);
-    memset(values, 0, (size_t)rule->stages * sizeof *values);
-    for (int k = 0; k < exact.stages; k++) {
-        double at[GAUSS_STAGES_MAX];
-        strain_form_lagrange(rule, x * exact.nodes[k], at);
-        for (int j = 0; j < rule->stages; j++) {
-            values[j] += x * exact.weights[k] * at[j];
-        }
-    }
-}
-
-/* Blanes' alpha_1 .. alpha_3 from u at three points of Gauss. */
-void strain_form_magnus(const gauss_rule *rule, double from, double to,
-                        double terms[3][GAUSS_STAGES_MAX])
-{
-    const double h = to - from, middle = (from + to) / 2, off = h * sqrt(15) / 10;
-    double at[3][GAUSS_STAGES_MAX];
-    for (int k = 0; k < 3; k++) {
-        strain_form_lagrange(rule, middle + (k - 1) * off, at[k]);
-    }
-    for (int j = 0; j < rule->stages; j++) {
-        terms[0][j] = h * at[1][j];
-        terms[1][j] = h * sqrt(15) / 3 * (at[2][j] - at[0][j]);
-        terms[2][j] = h * 10 / 3 * (at[2][j] - 2 * at[1][j] + at[0][j]);
-    }
-}
-
 static void set_magnus(strain_form *x)
 {
     const int n = x->kind.stages, parts = x->kind.substeps;
@@ -55,7 +14,7 @@ static void set_magnus(strain_form *x)
         const int next = i / parts;
         double from = next > 0 ? rule->nodes[next - 1] : 0, to = next < n ? rule->nodes[next] : 1;
         double h = (to - from) / parts, start = from + h * (i % parts);
-        strain_form_magnus(rule, start, start + h, x->magnus[i]);
+        gauss_magnus(rule, start, start + h, x->magnus[i]);
     }
 }
 

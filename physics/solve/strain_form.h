@@ -118,13 +118,6 @@ typedef struct strain_form {
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
 
-/* At x in [0, 1] of an element, by values at its points: a polynomial through them, its integral
- * from 0, and what Magnus' step from one x to another takes of u. */
-void strain_form_lagrange(const gauss_rule *rule, double x, double *values);
-void strain_form_integral(const gauss_rule *rule, double x, double *values);
-void strain_form_magnus(const gauss_rule *rule, double from, double to,
-                        double terms[3][GAUSS_STAGES_MAX]);
-
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
 void strain_form_shape(strain_form *x);

@@ -20,22 +20,35 @@ static void open_names(const config *experiment, char *text, size_t size)
     }
 }
 
-/* One "name=value"; both are within the text that is changed. */
-static ad_status close_one(config *experiment, char *item, ad_error *error)
+/* Splits the next "name=value" off a text that is changed; *name NULL: there is none. */
+static ad_status next_item(char **rest, char **name, double *number, ad_error *error)
 {
-    char path[CONFIG_PATH_MAX], names[VALUES_BYTES], *value = strchr(item, '=');
-    double number = 0;
+    char *item = *rest, *comma = strchr(item, ','), *value;
+    *rest = comma ? comma + 1 : item + strlen(item);
+    *name = *item ? item + strspn(item, " ") : NULL;
+    if (!*item) {
+        return AD_OK;
+    }
+    if (comma) {
+        *comma = '\0';
+    }
+    value = strchr(*name, '=');
     if (value) {
         value[0] = '\0';
-        item[strcspn(item, " ")] = '\0';
+        (*name)[strcspn(*name, " ")] = '\0';
         value += 1 + strspn(value + 1, " ");
         value[strcspn(value, " ")] = '\0';
     }
+    return !value || config_parse_number(value, number) || !isfinite(*number)
+               ? ad_fail(error, AD_BAD_INPUT, "--at %.80s: allowed: name=number, ...", *name)
+               : AD_OK;
+}
+
+static ad_status close_one(config *experiment, const char *item, double number, ad_error *error)
+{
+    char path[CONFIG_PATH_MAX], names[VALUES_BYTES];
     snprintf(path, sizeof path, "parameters.%.60s", item);
-    config_parameter *parameter = value ? config_parameter_find(experiment, path) : NULL;
-    if (!value || config_parse_number(value, &number)) {
-        return ad_fail(error, AD_BAD_INPUT, "--at %.80s: allowed: name=number, ...", item);
-    }
+    config_parameter *parameter = config_parameter_find(experiment, path);
     if (!parameter || isnan(parameter->range[0])) {
         open_names(experiment, names, sizeof names);
         return ad_fail(error, AD_BAD_INPUT,
@@ -58,11 +71,12 @@ static ad_status close_one(config *experiment, char *item, ad_error *error)
 ad_status config_close(config *experiment, const char *at, ad_error *error)
 {
     char names[VALUES_BYTES];
-    char *text = strdup(at ? at : ""), *rest = NULL;
+    char *text = strdup(at ? at : ""), *rest = text, *name = "";
     ad_status status = text ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    for (char *item = text ? strtok_r(text, ",", &rest) : NULL; item && status == AD_OK;
-         item = strtok_r(NULL, ",", &rest)) {
-        status = close_one(experiment, item + strspn(item, " "), error);
+    while (status == AD_OK && name) {
+        double number = 0;
+        status = next_item(&rest, &name, &number, error);
+        status = status == AD_OK && name ? close_one(experiment, name, number, error) : status;
     }
     free(text);
     if (status != AD_OK) {
@@ -74,4 +88,38 @@ ad_status config_close(config *experiment, const char *at, ad_error *error)
                                  "values are missing, by --at or --set, of %s",
                                  names)
                   : AD_OK;
+}
+
+ad_status config_at(const scene *family, const char *at, double *values, ad_error *error)
+{
+    char *text = strdup(at), *rest = text, *name = "";
+    ad_status status = text ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (int i = 0; i < family->parameter_count; i++) {
+        values[i] = NAN;
+    }
+    while (status == AD_OK && name) {
+        double number = 0;
+        status = next_item(&rest, &name, &number, error);
+        for (int i = 0; status == AD_OK && name && i <= family->parameter_count; i++) {
+            if (i == family->parameter_count) {
+                status = ad_fail(error, AD_BAD_INPUT,
+                                 "--at %.80s: no parameter of that name has a range", name);
+            } else if (strcmp(family->parameters[i].name, name) == 0) {
+                status = isnan(values[i])
+                             ? AD_OK
+                             : ad_fail(error, AD_BAD_INPUT, "--at %.80s: it is given twice", name);
+                values[i] = number;
+                break;
+            }
+        }
+    }
+    free(text);
+    for (int i = 0; i < family->parameter_count && status == AD_OK; i++) {
+        const scene_parameter *range = &family->parameters[i];
+        status = isnan(values[i])
+                     ? ad_fail(error, AD_BAD_INPUT, "--at: %s is missing; its range is %g to %g",
+                               range->name, range->low, range->high)
+                     : AD_OK;
+    }
+    return status;
 }

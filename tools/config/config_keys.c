@@ -21,6 +21,7 @@ CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
+CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
@@ -210,7 +211,10 @@ const config_key config_keys[] = {
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
              "for any number of turns; vector: a rotation vector, of less than a turn from where "
-             "the ends and the start of the window put the rod. In a plane it is an angle."},
+             "the ends and the start of the window put the rod; six: two columns of the matrix "
+             "that turns it on from there, made orthonormal (Zhou et al. 2019), in one window; "
+             "measured to be the worst of the three beyond a quarter of a turn. In a plane it is "
+             "an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(settings.losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",
@@ -221,6 +225,24 @@ const config_key config_keys[] = {
      .help = "Where they lie."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
+    {"losses.interior.adaptive.kind", CONFIG_CHOICE, AT(settings.losses.adaptive.kind),
+     .names = adaptive_names,
+     .help = "Points that move to where residuals are large, their number the same. rad: all drawn "
+             "anew with density |r|^power/mean + floor; rar_g: a twentieth at a time, up to half, "
+             "gives way to the worst candidates; gaussian: half lie around the worst candidates."},
+    {"losses.interior.adaptive.every", CONFIG_INTEGER, AT(settings.losses.adaptive.every),
+     .unit = "steps", BETWEEN(1, 1e9),
+     .fallback = "100; 5 where training begins with gauss_newton",
+     .help = "They move so often."},
+    {"losses.interior.adaptive.candidates", CONFIG_INTEGER, AT(settings.losses.adaptive.candidates),
+     BETWEEN(0, 1e8), .help = "Places where the residual is looked at; 0: ten for each point."},
+    {"losses.interior.adaptive.power", CONFIG_NUMBER, AT(settings.losses.adaptive.power), POSITIVE,
+     .help = "rad: larger values crowd the points together."},
+    {"losses.interior.adaptive.floor", CONFIG_NUMBER, AT(settings.losses.adaptive.floor),
+     NOT_NEGATIVE, .help = "rad: larger values spread them."},
+    {"losses.interior.adaptive.width", CONFIG_NUMBER, AT(settings.losses.adaptive.width),
+     BETWEEN(0, 1), .flags = CONFIG_LOW_OPEN,
+     .help = "gaussian: standard deviation, in parts of the length and of the window of time."},
     {"losses.interior.weights.strain", CONFIG_NUMBER, AT(settings.weights.strain), LOSS_WEIGHT,
      .help = "Weight of r_s = R v, of beams w_s = slope + V/kGA (mixed form)."},
     {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(settings.weights.curvature),

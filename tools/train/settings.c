@@ -37,6 +37,7 @@ static problem_settings losses_default(void)
     problem_settings losses = problem_settings_default();
     losses.interior.points = losses.boundary.points = losses.held_out_points = 0;
     losses.interior.sampler = (sampling_kind)TRAIN_OPEN;
+    losses.adaptive.every = 0;
     losses.initial.points = 64;
     return losses;
 }

@@ -79,7 +79,8 @@ typedef struct train_settings {
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
     rod_weights weights;       /* of the loss terms */
-    problem_settings losses;   /* points of the interior, the boundary and held out 0, the sampler
+    problem_settings losses;   /* points of the interior, the boundary and held out and
+                                * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
     uint64_t seed;             /* fixes everything random */
     int stage_count;

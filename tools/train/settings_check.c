@@ -67,6 +67,13 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                             "two",
                             losses->balance ? "losses.balance" : "losses.causal.slices");
     }
+    if (losses->adaptive.kind && (adaptive || losses->interior.resample_every > 0)) {
+        return train_refuse(key, "losses.interior.adaptive.kind", error,
+                            "given beside %s, for which points have to stay; allowed: one of the "
+                            "two",
+                            adaptive ? "losses.self_adaptive.rate"
+                                     : "losses.interior.resample_every");
+    }
     for (int i = 0; i < settings->stage_count; i++) {
         optim_method method = settings->stages[i].optimizer;
         moved = moved || method == OPTIM_ADAM || method == OPTIM_SOAP;
@@ -361,6 +368,11 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "goes as the loads grow, which they do only for a network without "
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
+    }
+    if (settings->rotation == SCENE_SIX && settings->windows > 1) {
+        return train_refuse(key, "network.rotation", error,
+                            "six numbers leave the sign of the quaternion open, which windows of "
+                            "time hand on; allowed with time.windows above 1: quaternion, vector");
     }
     ad_status status = check_jumps(rod_scene, key, error);
     if (status == AD_OK) {

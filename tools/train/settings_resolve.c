@@ -320,6 +320,7 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
     resolve_count(&losses->interior.points, pieces * (linear    ? POINTS_PER_FUNCTION * functions
                                                       : dynamic ? 1024
                                                                 : 256));
+    resolve_count(&losses->adaptive.every, begins_with_gauss_newton(settings) ? 5 : 100);
     resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
     resolve_count(&losses->held_out_points, pieces * (dynamic ? 1024 : 256));
     if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */

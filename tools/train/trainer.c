@@ -46,7 +46,7 @@ static bool fixed_loss(const problem_settings *losses)
 {
     return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
            losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
-           !losses->balance && !(losses->self_adaptive_rate > 0);
+           !losses->adaptive.kind && !losses->balance && !(losses->self_adaptive_rate > 0);
 }
 
 static const train_stage *stage_of(const trainer *t)
