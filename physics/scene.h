@@ -338,6 +338,9 @@ typedef struct scene {
     scene_manufactured manufactured;
     int parameter_count; /* of a family; 0: one scene */
     scene_parameter parameters[SCENE_PARAMETERS_MAX];
+    bool is_unknown[SCENE_PARAMETERS_MAX]; /* this parameter is one number, to be found from
+                                            * measurements, */
+    double guess[SCENE_PARAMETERS_MAX];    /* from this value on, within the range */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */

@@ -244,7 +244,8 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
         const quantity *q = scene_field_of(family, field);
         bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
         for (int k = 0; k < family->parameter_count && common; k++) {
-            if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
+            if (!family->is_unknown[k] &&
+                quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
                 *key = field->key;
                 return ad_fail(error, AD_BAD_INPUT,
                                "depends on %s, which has a range; allowed: one number for all "

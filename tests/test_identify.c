@@ -30,11 +30,12 @@ static void assert_good(ad_status status, const ad_error *error)
 static made make_scene(void)
 {
     static const scene_parameter parameters[PARAMETERS] = {
-        {"bending", 1e-3, 1e-2, SCENE_LOG, true, 2e-3},
-        {"torsion", 1e-3, 1e-2, SCENE_LOG, true, 4e-3},
-        {"weight", -0.1, 0.1, SCENE_LINEAR, true, 0},
-        {"turned", 0, 6.3, SCENE_LINEAR, false, 0},
-        {"pull", 0, 0.2, SCENE_LINEAR, false, 0}};
+        {"bending", 1e-3, 1e-2, SCENE_LOG},
+        {"torsion", 1e-3, 1e-2, SCENE_LOG},
+        {"weight", -0.1, 0.1, SCENE_LINEAR},
+        {"turned", 0, 6.3, SCENE_LINEAR},
+        {"pull", 0, 0.2, SCENE_LINEAR}};
+    static const double starts[PARAMETERS] = {2e-3, 4e-3, 0};
     made m = {.names = quantities_create()};
     ad_error error;
     scene *x = &m.open;
@@ -42,6 +43,8 @@ static made make_scene(void)
     for (int i = 0; i < PARAMETERS; i++) {
         assert_good(quantities_coordinate(m.names, parameters[i].name, &error), &error);
         x->parameters[i] = parameters[i];
+        x->is_unknown[i] = i < UNKNOWNS;
+        x->guess[i] = starts[i];
     }
     x->parameter_count = PARAMETERS;
     x->names = m.names;

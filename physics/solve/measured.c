@@ -113,7 +113,7 @@ static void take_row(solve_trials *x, const solve_measured *set, size_t row)
     const size_t count = (size_t)x->open.parameter_count;
     double *known = x->known + x->rows * count;
     for (size_t i = 0; i < count; i++) {
-        known[i] = x->open.parameters[i].is_unknown ? 0 : set->known[row * count + i];
+        known[i] = x->open.is_unknown[i] ? 0 : set->known[row * count + i];
     }
     x->row[x->rows++] = (measured_row){.set = set,
                                        .row = row,
@@ -205,10 +205,12 @@ static ad_status create_members(solve_trials *x, int threads, ad_error *error)
 static double choose_tolerance(const solve_trials *x, int sets, const solve_measured *measured,
                                double asked)
 {
-    static const double PART_OF_NOISE = 0.1, LEAST = 1e-12;
+    static const double AT_REST = 1e-8, PART_OF_NOISE = 0.1, LEAST = 1e-12;
     scene middle;
     scene_middle(&x->open, &middle);
-    double tolerance = asked > 0 ? asked : solve_settings_default(&middle).tolerance;
+    double tolerance = asked > 0                   ? asked
+                       : scene_is_dynamic(&middle) ? solve_settings_default(&middle).tolerance
+                                                   : AT_REST;
     for (int i = 0; i < sets && !scene_is_beam(&x->open); i++) {
         for (int c = 0; c < measured[i].columns; c++) {
             if (measured[i].column[c] < scene_physics_of(&x->open)->position_columns) {
@@ -234,7 +236,7 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     x->first_rotation = physics->position_columns;
     x->pool = ad_pool_create(threads);
     for (int i = 0; i < open->parameter_count; i++) {
-        if (open->parameters[i].is_unknown) {
+        if (open->is_unknown[i]) {
             x->unknown[x->unknowns++] = i;
         }
     }

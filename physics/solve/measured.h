@@ -34,7 +34,8 @@ typedef struct solve_trials solve_trials;
 
 /* Measurements in `sets` lists, on places within the rod and the duration; the scene is copied, its
  * formulas must outlive the trials. tolerance: of the position over the length, as in
- * solve_settings; 0: the default of the scene, and never more than a tenth of the noise. AD_NO_MEMORY.
+ * solve_settings; 0: 1e-8, in motion its default, and
+ * never more than a tenth of the noise. AD_NO_MEMORY.
  */
 ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
                               double tolerance, int threads, solve_trials **result,

@@ -258,12 +258,6 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
 
 /* ---- where curvature is given -------------------------------------------------------------- */
 
-static double within(const scene_parameter *range, double share)
-{
-    return range->logarithmic ? range->low * pow(range->high / range->low, share)
-                              : range->low + (range->high - range->low) * share;
-}
-
 /* Members of Kronecker's sequence by the roots of x^(count + 1) = x + 1, whose ranges the scene
  * has; false: it has not all of them. */
 static bool draw(const solve_members *x, size_t members, double *parameters)
@@ -283,7 +277,7 @@ static bool draw(const solve_members *x, size_t members, double *parameters)
         }
         for (size_t k = 0; k < members; k++) {
             const double at = 0.5 + (double)(k + 1) * pow(root, -(i + 1));
-            parameters[k * (size_t)x->count + (size_t)i] = within(range, at - floor(at));
+            parameters[k * (size_t)x->count + (size_t)i] = scene_parameter_at(range, at - floor(at));
         }
     }
     return x->count > 0;

@@ -369,8 +369,8 @@ static ad_status prepare(search *x, const identify_settings *settings, double *s
 {
     for (int i = 0; i < x->open->parameter_count; i++) {
         const scene_parameter *p = &x->open->parameters[i];
-        if (p->is_unknown) {
-            start[x->count] = scene_parameter_fraction(p, p->start);
+        if (x->open->is_unknown[i]) {
+            start[x->count] = scene_parameter_fraction(p, x->open->guess[i]);
             result->index[x->count] = i;
             x->index[x->count++] = i;
         }
