@@ -236,14 +236,16 @@ void scene_member(const scene *family, const double *values, scene *member)
         names[i] = family->parameters[i].name;
     }
     scene_with(family, family->parameter_count, names, values, member);
-    member->parameter_count = 0;
+    member->parameter_count = member->unknown_count = 0;
 }
 
 void scene_middle(const scene *family, scene *member)
 {
     double values[SCENE_PARAMETERS_MAX];
     for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = scene_parameter_at(&family->parameters[i], 0.5);
+        values[i] = i < scene_known_count(family)
+                        ? scene_parameter_at(&family->parameters[i], 0.5)
+                        : family->guess[i];
     }
     scene_member(family, values, member);
 }
