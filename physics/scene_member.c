@@ -27,13 +27,15 @@ void scene_member(const scene *family, const double *values, scene *member)
         names[i] = family->parameters[i].name;
     }
     scene_with(family, family->parameter_count, names, values, member);
-    member->parameter_count = 0;
+    member->parameter_count = member->unknown_count = 0;
 }
 
 const double *scene_middle_values(const scene *family, double *values)
 {
     for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = scene_parameter_at(&family->parameters[i], 0.5);
+        values[i] = i < scene_known_count(family)
+                        ? scene_parameter_at(&family->parameters[i], 0.5)
+                        : family->guess[i];
     }
     return values;
 }
