@@ -169,6 +169,15 @@ void solve_members_places(const solve_members *x, double *s)
     }
 }
 
+const char *solve_member_text(solve_member_end end)
+{
+    static const char *const texts[SOLVE_MEMBER_ENDS] = {
+        NULL, "its stable equilibria end on the way to the whole load",
+        "Newton's method does not settle on the way to the whole load",
+        "its estimated error is above the tolerance on the finest mesh"};
+    return texts[end];
+}
+
 /* Members in groups of LANES; what is NULL is not asked for. */
 typedef struct batch {
     solve_members *x;
@@ -258,35 +267,18 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
 
 /* ---- where curvature is given -------------------------------------------------------------- */
 
-static double within(const scene_parameter *range, double share)
+/* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
+static void draw(const solve_members *x, size_t members, double *parameters)
 {
-    return range->logarithmic ? range->low * pow(range->high / range->low, share)
-                              : range->low + (range->high - range->low) * share;
-}
-
-/* Members of Kronecker's sequence by the roots of x^(count + 1) = x + 1, whose ranges the scene
- * has; false: it has not all of them. */
-static bool draw(const solve_members *x, size_t members, double *parameters)
-{
+    const size_t count = (size_t)x->count;
     double root = 2;
     for (int i = 0; i < 60; i++) {
-        root = pow(1 + root, 1.0 / (x->count + 1));
+        root = pow(1 + root, 1 / (double)(count + 1));
     }
-    for (int i = 0; i < x->count; i++) {
-        const scene_parameter *range = NULL;
-        for (int k = 0; k < x->open.parameter_count; k++) {
-            range =
-                strcmp(x->open.parameters[k].name, x->names[i]) ? range : &x->open.parameters[k];
-        }
-        if (!range) {
-            return false;
-        }
-        for (size_t k = 0; k < members; k++) {
-            const double at = 0.5 + (double)(k + 1) * pow(root, -(i + 1));
-            parameters[k * (size_t)x->count + (size_t)i] = within(range, at - floor(at));
-        }
+    for (size_t i = 0; i < members * count; i++) {
+        const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
+        parameters[i] = scene_parameter_at(&x->open.parameters[i % count], at - floor(at));
     }
-    return x->count > 0;
 }
 
 /* On the mesh on which nearly all of some members are within the tolerance. */
@@ -295,10 +287,11 @@ static ad_status choose_modes(solve_members *x, ad_error *error)
     enum { DRAWN = 64 };
     const strain_group *one = x->groups[0];
     double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
-    solve_member results[DRAWN];
+    solve_member results[DRAWN] = {{0}};
     ad_status status = parameters ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    if (status == AD_OK && draw(x, DRAWN, parameters)) {
+    if (status == AD_OK && x->count > 0) {
         int solved = 0, enough = 0, modes = 0;
+        draw(x, DRAWN, parameters);
         status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
         for (int i = 0; i < DRAWN; i++) {
             solved += results[i].solved;
