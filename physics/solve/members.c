@@ -281,31 +281,32 @@ static void draw(const solve_members *x, size_t members, double *parameters)
     }
 }
 
-/* On the mesh on which nearly all of some members are within the tolerance. */
+/* On the mesh on which nearly all of some members are within the tolerance; their last step is on
+ * the next one. */
 static ad_status choose_modes(solve_members *x, ad_error *error)
 {
     enum { DRAWN = 64 };
     const strain_group *one = x->groups[0];
-    double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
     solve_member results[DRAWN] = {{0}};
-    ad_status status = parameters ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    if (status == AD_OK && x->count > 0) {
-        int solved = 0, enough = 0, modes = 0;
-        draw(x, DRAWN, parameters);
-        status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
+    if (!parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    draw(x, DRAWN, parameters);
+    ad_status status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    int solved = 0, enough = 0, modes = 0;
+    for (int i = 0; i < DRAWN; i++) {
+        solved += results[i].solved;
+    }
+    while (20 * enough < 19 * solved && modes + 2 < one->solved) {
+        modes++;
+        enough = 0;
         for (int i = 0; i < DRAWN; i++) {
-            solved += results[i].solved;
+            enough += results[i].solved && results[i].nodes <= one->level[modes + 1].form->nodes;
         }
-        while (20 * enough < 19 * solved && modes + 1 < one->solved) {
-            modes++;
-            enough = 0;
-            for (int i = 0; i < DRAWN; i++) {
-                enough += results[i].solved && results[i].nodes <= one->level[modes].form->nodes;
-            }
-        }
-        for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
-            status = strain_group_choose(x->groups[i], modes, error);
-        }
+    }
+    for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
+        status = strain_group_choose(x->groups[i], modes, error);
     }
     free(parameters);
     return status;
@@ -339,7 +340,7 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     status = create_groups(x, &one, settings, error);
-    status = status == AD_OK ? choose_modes(x, error) : status;
+    status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
     if (status != AD_OK) {
         solve_members_free(x);
         return status;
