@@ -257,6 +257,29 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     return AD_OK;
 }
 
+/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
+ * for all. */
+static ad_status check_rest(const scene *family, const char **key, ad_error *error)
+{
+    const scene_rest rest = scene_rest_of(family);
+    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
+    bool counts = (scene_is_dynamic(family) && !family->initial.position[0].is_given) ||
+                  family->spring_count > 0 || quantity_any_something(3, family->loads.foundation);
+    for (int i = 0; i < 3 && counts; i++) {
+        for (int k = 0; k < family->parameter_count; k++) {
+            if (quantity_any_depends_on(3, shapes[i], family->parameters[k].name)) {
+                *key = "rod.rest";
+                return ad_fail(error, AD_BAD_INPUT,
+                               "depends on %s, which has a range; allowed of a family that starts "
+                               "from the unstressed shape, or has springs or a foundation: one "
+                               "shape for all",
+                               family->parameters[k].name);
+            }
+        }
+    }
+    return AD_OK;
+}
+
 /* The member at these fractions of the ranges; an error says which it was. */
 static ad_status check_at(const scene *family, const double *fractions, const char **key,
                           ad_error *error)
@@ -303,6 +326,15 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
     if (!scene_is_family(rod_scene)) {
         return check_member(rod_scene, key, error);
     }
+    if (scene_is_manufactured(rod_scene)) {
+        *key = "manufactured";
+        return ad_fail(error, AD_BAD_INPUT,
+                       "is the solution of one scene, but parameters have ranges; allowed: numbers "
+                       "in their place");
+    }
     ad_status status = check_common(rod_scene, key, error);
+    if (status == AD_OK) {
+        status = check_rest(rod_scene, key, error);
+    }
     return status == AD_OK ? check_members(rod_scene, key, error) : status;
 }

@@ -29,12 +29,11 @@ static void assert_good(ad_status status, const ad_error *error)
 
 static made make_scene(void)
 {
-    static const scene_parameter parameters[PARAMETERS] = {
-        {"bending", 1e-3, 1e-2, SCENE_LOG},
-        {"torsion", 1e-3, 1e-2, SCENE_LOG},
-        {"weight", -0.1, 0.1, SCENE_LINEAR},
-        {"turned", 0, 6.3, SCENE_LINEAR},
-        {"pull", 0, 0.2, SCENE_LINEAR}};
+    static const scene_parameter parameters[PARAMETERS] = {{"bending", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"torsion", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"weight", -0.1, 0.1, SCENE_LINEAR},
+                                                           {"turned", 0, 6.3, SCENE_LINEAR},
+                                                           {"pull", 0, 0.2, SCENE_LINEAR}};
     static const double starts[PARAMETERS] = {2e-3, 4e-3, 0};
     made m = {.names = quantities_create()};
     ad_error error;

@@ -251,7 +251,7 @@ static answers *ask(int threads, int first, int steps, double size)
     answers *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
     assert_non_null(result);
     assert_non_null(there);
-    assert_good(solve_members_create(given->open, &settings, &x, &error), &error);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
     const size_t nodes = solve_members_nodes(x);
     assert_true(nodes <= NODES_MOST);
     solve_members_places(x, s);
@@ -300,7 +300,7 @@ static void test_predicted(void **state)
 {
     (void)state;
     config *given = read_robot();
-    batch *truth = solve(given->open, 1, 0, 1e-8);
+    batch *truth = solve(&given->scene, 1, 0, 1e-8);
     static const double sizes[] = {0, 1e-4, 1e-2};
     for (int k = 0; k < 3; k++) {
         for (int steps = -1; steps <= 2; steps++) {

@@ -145,8 +145,8 @@ static void solve_form(const recorded *r, const double *parameters, const double
     lanes whole = {0};
     whole += 1;
     assert_good(solve_rod_create_open(r->given->open, &open, &rod, &error), &error);
-    assert_good(strain_level_create(rod, r->mesh.stages, r->mesh.elements, r->mesh.edges, NULL,
-                                    false, 1, &tip, &level, &error),
+    assert_good(strain_level_create(rod, r->mesh.stages, r->mesh.elements, r->mesh.edges, false,
+                                    1, &tip, &level, &error),
                 &error);
     double *room = malloc(strain_level_room(&level, rod) * sizeof *room);
     for (int lane = 0; lane < LANES; lane++) {

@@ -277,7 +277,8 @@ static bool draw(const solve_members *x, size_t members, double *parameters)
         }
         for (size_t k = 0; k < members; k++) {
             const double at = 0.5 + (double)(k + 1) * pow(root, -(i + 1));
-            parameters[k * (size_t)x->count + (size_t)i] = scene_parameter_at(range, at - floor(at));
+            parameters[k * (size_t)x->count + (size_t)i] =
+                scene_parameter_at(range, at - floor(at));
         }
     }
     return x->count > 0;

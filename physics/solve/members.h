@@ -11,10 +11,8 @@
  *
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
- * equilibrium, which solution_create with its numbers (scene_member) looks for. Followers and
- * moments, whose derivatives are not local, and places where something jumps make members slower:
- * forces alone on a rod that is one piece take ten microseconds, a rod of three with followers a
- * thousand.
+ * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
+ * something jumps cut the rod into pieces, and the time is that of a piece times their number.
  */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
@@ -68,7 +66,7 @@ ad_status solve_members_solve(solve_members *x, size_t members, const double *pa
 
 /* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
  * those of Gauss between places where something jumps. Where the scene is a family with ranges of
- * all parameters, as many as nearly all of some random members need; else 8 in each piece. */
+ * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
 size_t solve_members_nodes(const solve_members *x);
 
 /* s [nodes], m, ascending. */

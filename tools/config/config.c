@@ -252,6 +252,7 @@ static ad_status keep_parameters(config *experiment, const scene *given, ad_erro
         to->range[0] = from->low;
         to->range[1] = from->high;
         to->scale = (int)from->scale;
+        to->identify = given->is_unknown[i] ? given->guess[i] : NAN;
     }
     return AD_OK;
 }

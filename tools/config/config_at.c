@@ -61,7 +61,7 @@ static ad_status close_one(config *experiment, const char *item, double number, 
                             "--at has %g, outside its range; allowed: %g to %g", number,
                             parameter->range[0], parameter->range[1]);
     }
-    parameter->range[0] = parameter->range[1] = NAN;
+    parameter->range[0] = parameter->range[1] = parameter->identify = NAN;
     parameter->value = quantity_number(number);
     snprintf(path, sizeof path, "parameters.%.60s.scale", item);
     config_unplace(experiment->source, path); /* it went with the range */

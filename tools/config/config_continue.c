@@ -105,7 +105,8 @@ static ad_status compare_ranges(const config *before, const config *now, ad_erro
     for (int i = 0; i < old->parameter_count && same; i++) {
         const scene_parameter *a = &old->parameters[i], *b = &new->parameters[i];
         same = strcmp(a->name, b->name) == 0 && a->low == b->low && a->high == b->high &&
-               a->scale == b->scale;
+               a->scale == b->scale && old->is_unknown[i] == new->is_unknown[i] &&
+               (!old->is_unknown[i] || old->guess[i] == new->guess[i]);
     }
     return same ? AD_OK
                 : ad_fail(error, AD_BAD_INPUT,

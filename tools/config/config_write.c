@@ -209,8 +209,13 @@ static void write_parameter(FILE *file, const config_parameter *parameter)
     } else {
         quantity_number_text(parameter->range[0], low);
         quantity_number_text(parameter->range[1], high);
-        fprintf(file, "{range: [%s, %s], scale: %s}", low, high,
+        fprintf(file, "{range: [%s, %s], scale: %s", low, high,
                 scene_scale_names()[parameter->scale]);
+        if (!isnan(parameter->identify)) {
+            quantity_number_text(parameter->identify, low);
+            fprintf(file, ", identify: %s", low);
+        }
+        fputc('}', file);
     }
     fputc('\n', file);
 }

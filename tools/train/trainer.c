@@ -461,7 +461,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == OPTIM_ADAM) {
+    if (stage_of(t)->optimizer == OPTIM_ADAM || stage_of(t)->optimizer == OPTIM_SOAP) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {
