@@ -398,7 +398,7 @@ static void begin(recorder *x, double s, double t, const quantity_binding *bindi
     x->rod.scene = &source->open;
     x->rod.properties = scene_properties_of(&source->open);
     x->rod.parameter_count = source->open.parameter_count;
-    x->rod.parameters = bindings;
+    memcpy(x->rod.parameters, bindings, (size_t)x->rod.parameter_count * sizeof *bindings);
     x->s = s * x->rod.scales.length;
     x->t = x->rod.dynamic ? t * x->rod.scales.time : NAN;
 }
