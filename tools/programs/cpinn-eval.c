@@ -42,7 +42,7 @@ static const double TIMED_SECONDS = 0.2;
 enum { TIMED_POINTS = 4096 };
 
 typedef struct options {
-    const char *checkpoint, *points, *grid, *out;
+    const char *checkpoint, *points, *grid, *out, *at;
     int threads;
     bool json, speed;
 } options;
@@ -56,6 +56,7 @@ typedef struct progress {
 typedef struct evaluation {
     options asked;
     experiment *e;
+    double member[SCENE_PARAMETERS_MAX]; /* of a family, asked for or the middle one */
     checkpoint *file;
     reference *known;
     field *field;
@@ -274,6 +275,12 @@ static void print_reference(const evaluation *x)
 static void print_tip(const evaluation *x)
 {
     const scene *scene = x->e->scene;
+    for (int i = 0; i < scene->parameter_count; i++) {
+        printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
+               i + 1 < scene->parameter_count ? ""
+               : x->asked.at                  ? "\n"
+                                              : ", the middle one\n");
+    }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
     for (int i = 0; i < scene_physics_of(scene)->position_columns; i++) {
         printf(" %.9g", x->tip.values[i]);
@@ -319,6 +326,16 @@ static void print_report(const evaluation *x)
     }
 }
 
+static void print_json_member(json *to, const evaluation *x)
+{
+    const scene *scene = x->e->scene;
+    json_open(to, "member", '{');
+    for (int i = 0; i < scene->parameter_count; i++) {
+        json_number(to, scene->parameters[i].name, x->member[i]);
+    }
+    json_close(to, '}');
+}
+
 static void print_json_tip(json *to, const evaluation *x)
 {
     json_open(to, "tip", '{');
@@ -348,6 +365,9 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_integer(&to, "stages", x->e->settings->stage_count);
     json_number(&to, "training_seconds", x->progress.seconds);
     json_integer(&to, "parameters", (int64_t)x->e->count);
+    if (scene_is_family(x->e->scene)) {
+        print_json_member(&to, x);
+    }
     print_json_tip(&to, x);
     json_number(&to, "loads_out_of_balance", x->balance.loads);
     json_number(&to, "energy_out_of_balance", x->balance.energy);
@@ -358,6 +378,15 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_integer(&to, "points", (int64_t)x->samples.count);
     json_text(&to, "out", x->asked.out);
     return json_end(&to, "-", error);
+}
+
+static ad_status choose_member(evaluation *x, ad_error *error)
+{
+    const scene *scene = x->e->scene;
+    scene_middle_values(scene, x->member);
+    return x->asked.at ? scene_member_read(scene->parameter_count, scene->parameters, x->asked.at,
+                                           x->member, error)
+                       : AD_OK;
 }
 
 static ad_status open_field(evaluation *x, ad_error *error)
@@ -371,7 +400,11 @@ static ad_status open_field(evaluation *x, ad_error *error)
         status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
     }
     if (status == AD_OK) {
+        status = choose_member(x, error);
+    }
+    if (status == AD_OK) {
         field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);
+        field_member(x->field, x->member);
     }
     return status;
 }
@@ -404,7 +437,7 @@ static ad_status run(evaluation *x, ad_error *error)
         status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
-        x->balance = experiment_balance(x->e, NULL);
+        x->balance = experiment_balance(x->e, x->member);
         status = compare(x, error);
     }
     return status == AD_OK && o->speed ? measure(x, error) : status;
@@ -417,6 +450,7 @@ int main(int argc, char **argv)
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
          "write the rod, as .csv, .h5, .hdf5 or .npz"},
         {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
+        CLI_AT(&x.asked.at),
         {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
          "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},
         {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
