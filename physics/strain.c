@@ -174,9 +174,9 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
                             strain_rod **result, ad_error *error)
 {
     *result = NULL;
-    if (settings->count < 0 || settings->count > ROD_PARAMETERS_MAX) {
+    if (settings->count < 0 || settings->count > SCENE_PARAMETERS_MAX) {
         return ad_fail(error, AD_BAD_ARGUMENT, "strain form: %d parameters; allowed: up to %d",
-                       settings->count, ROD_PARAMETERS_MAX);
+                       settings->count, SCENE_PARAMETERS_MAX);
     }
     ad_status status = check_mesh(&settings->mesh, error);
     strain_rod *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;

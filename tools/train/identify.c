@@ -29,12 +29,12 @@ typedef struct search {
     ad_dense_factor *factor;
     int count;
     int index[MAX];
-    size_t n;          /* residuals */
-    double difference; /* of z, to both sides */
-    double *room;      /* [2 count][n] residuals of trials */
-    double *r;         /* [n] at y */
-    double *j;         /* [count][n] by z */
-    double y[MAX];     /* where r was computed; NaN: nowhere */
+    size_t n;                           /* residuals */
+    double difference;                  /* of z, to both sides */
+    double *room;                       /* [2 count][n] residuals of trials */
+    double *r;                          /* [n] at y */
+    double *j;                          /* [count][n] by z */
+    double y[MAX];                      /* where r was computed; NaN: nowhere */
     double matrix[MAX * MAX], jtr[MAX]; /* by y */
     long solutions;
     ad_error error; /* what stops the search */
@@ -262,8 +262,9 @@ static ad_status start_elsewhere(search *x, descent *best, ad_error *error)
 {
     double points[MAX * STARTS], starts[STARTS * MAX], chi_squared[STARTS];
     double *residuals = malloc(STARTS * x->n * sizeof *residuals);
-    ad_status status = residuals ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, STARTS, points, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
+    ad_status status = residuals
+                           ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, STARTS, points, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
     for (int k = 0; k < STARTS; k++) {
         for (int i = 0; i < x->count; i++) {
             starts[k * x->count + i] = points[i * STARTS + k];
@@ -425,7 +426,8 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
     if (status == AD_OK) {
         status = descend(&x, start, &best, error);
     }
-    if (status == AD_OK && (settings->noise_is_scaled ? !best.converged : !is_explained(&x, &best))) {
+    if (status == AD_OK &&
+        (settings->noise_is_scaled ? !best.converged : !is_explained(&x, &best))) {
         status = start_elsewhere(&x, &best, error);
     }
     if (status == AD_OK && !isfinite(best.chi_squared)) {
@@ -451,9 +453,9 @@ static void judge_bounds(const identified *x, const scene *open, verdict *to)
     size_t used = 0;
     for (int i = 0; i < x->count && used < sizeof names; i++) {
         if (x->bounded[i]) {
-            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g",
-                                     used ? ", " : "", open->parameters[x->index[i]].name,
-                                     x->value[i]);
+            used +=
+                (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
+                                 open->parameters[x->index[i]].name, x->value[i]);
         }
     }
     if (used) {
