@@ -55,7 +55,7 @@ typedef struct groups_turn {
 } groups_turn;
 
 /* [groups_count] inputs for parameters [parameter_count] in SI, in the scene's order; turn may be
- * NULL where there is no symmetry. */
+ * NULL. */
 ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
 
 /* An axial vector in body components (curvature u, moment m) of that member becomes the one of the

@@ -250,7 +250,8 @@ static const char *type_text(config_type type, bool many)
     case CONFIG_QUANTITY:
         return many ? "numbers or formulas" : "a number or a formula";
     case CONFIG_PARAMETER:
-        return "a number, a formula or {range: [low, high], scale: linear or log}";
+        return "a number, a formula or {range: [low, high], scale: linear or log, identify: "
+               "number}";
     case CONFIG_CHOICE:
         return "one of";
     case CONFIG_TEXT:

@@ -80,6 +80,10 @@ const config_key config_keys[] = {
     {CONFIG_PARAMETER_PATH ".range", CONFIG_NUMBER, AT(parameters[0].range), ENTRIES(2, 2), ANY,
      .help = "The least and the largest value of a parameter that stays open: one training or one "
              "batch of members is for all values between."},
+    {CONFIG_PARAMETER_PATH ".identify", CONFIG_NUMBER, AT(parameters[0].identify), ANY,
+     .help = "The parameter is one number that is to be found from the measurements under data, "
+             "from this value on and within its range. {identify: 6e10, range: [1e10, 1e11]} may "
+             "also stand in place of any number of the scene."},
     {CONFIG_PARAMETER_PATH ".scale", CONFIG_CHOICE, AT(parameters[0].scale),
      .names = scene_scale_names,
      .help = "How members are spread over the range and networks see it; log: by the logarithm of "
@@ -214,6 +218,9 @@ const config_key config_keys[] = {
     {"network.fourier.wavenumber", CONFIG_NUMBER, AT(settings.fourier_wavenumber), .unit = "rad/m", POSITIVE,
      .fallback = "16 / rod.length, more for large loads; dynamic 12 / rod.length",
      .help = "Their largest frequency along s; drawn uniformly within."},
+    {"network.fourier.parameters", CONFIG_NUMBER, AT(settings.fourier_parameters), .unit = "rad", POSITIVE,
+     .fallback = "2 of a family, else null",
+     .help = "The largest frequency along every parameter with a range, in half of it."},
     {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},

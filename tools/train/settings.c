@@ -49,6 +49,7 @@ train_settings train_settings_default(void)
     train_settings settings = {.network = nn_mlp_settings_default(),
                                .fourier_wavenumber = NAN,
                                .fourier_frequency = NAN,
+                               .fourier_parameters = NAN,
                                .rotation = TRAIN_OPEN,
                                .weights = rod_weights_default(),
                                .losses = losses_default(),

@@ -87,6 +87,8 @@ typedef struct train_settings {
                                 * fourier_features TRAIN_OPEN: open */
     double fourier_wavenumber; /* largest along s; rad/m; NaN: open */
     double fourier_frequency;  /* largest in time; rad/s; NaN: open, and in a static scene */
+    double fourier_parameters; /* largest along parameters with ranges, radians in half of one (of
+                                * its logarithm); NaN: open */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
     rod_weights weights;       /* of the loss terms */
