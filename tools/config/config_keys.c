@@ -176,9 +176,19 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
+     .fallback = "mixed; of families at rest with more than four parameters strain",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
-             "beams w and slope, second order."},
+             "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
+             "function of the parameters, learnt from members."},
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(16, 100000000),
+     .fallback = "131072 in the strain form",
+     .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
+             "before training."},
+    {"members.inputs", CONFIG_CHOICE, AT(settings.inputs), .names = train_inputs_names,
+     .help = "Of its network. groups: the dimensionless numbers that the scene depends on, of one "
+             "member of each set that turns and mirrors make equal; --explain lists them; "
+             "parameters: these, from -1 to 1 over their ranges."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -387,6 +397,9 @@ const config_key config_keys[] = {
     {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
      BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
+    {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
+     .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
+             "members in every step, by a step of Newton's method from what the network says."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,

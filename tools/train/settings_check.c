@@ -22,7 +22,7 @@ static ad_status check_stage(const train_settings *settings, int index, char *ke
                                   "%lld steps are more than the %d steps of the stage",
                                   (long long)stage->adam.schedule.warmup_steps, stage->steps);
     }
-    if (stage->stop_error > 0 && !train_names_reference(settings)) {
+    if (stage->stop_error > 0 && !train_names_reference(settings) && settings->members == 0) {
         return train_refuse_stage(key, index, "stop.error", error,
                                   "there is no reference to measure an error against; give "
                                   "reference.analytic, solve or file, or leave it out");
@@ -359,6 +359,10 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (rod_scene->formulation == SCENE_STRAIN_FORM) {
+        ad_status status = train_check_family(settings, rod_scene, key, error);
+        return status == AD_OK ? check_stages(settings, key, error) : status;
     }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,
