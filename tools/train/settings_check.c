@@ -354,6 +354,11 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
     }
+    const groups_settings *groups = &settings->groups;
+    if (!scene_is_family(rod_scene) && (groups->inputs || groups->symmetry)) {
+        return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
+                            "is of a family, and no parameter has a range");
+    }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,
                             "causal weighting follows time, but the scene is static; give "
