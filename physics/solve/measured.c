@@ -22,7 +22,7 @@ typedef struct measured_row {
 
 struct solve_trials {
     scene open;
-    int unknown[SCENE_PARAMETERS_MAX], unknowns;
+    int unknowns;
     bool has_quaternion;
     int first_rotation, columns; /* of the model: so many are needed */
     double tolerance;
@@ -113,7 +113,7 @@ static void take_row(solve_trials *x, const solve_measured *set, size_t row)
     const size_t count = (size_t)x->open.parameter_count;
     double *known = x->known + x->rows * count;
     for (size_t i = 0; i < count; i++) {
-        known[i] = x->open.is_unknown[i] ? 0 : set->known[row * count + i];
+        known[i] = i >= (size_t)scene_known_count(&x->open) ? 0 : set->known[row * count + i];
     }
     x->row[x->rows++] = (measured_row){.set = set,
                                        .row = row,
@@ -164,7 +164,7 @@ static void fill(const solve_trials *x, const double *values, size_t experiment,
         parameters[i] = row->known[i];
     }
     for (int i = 0; i < x->unknowns; i++) {
-        parameters[x->unknown[i]] = values[i];
+        parameters[scene_known_count(&x->open) + i] = values[i];
     }
 }
 
@@ -230,14 +230,10 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
     }
     x->open = *open;
+    x->unknowns = open->unknown_count;
     x->has_quaternion = physics->rotation_columns == QUATERNION;
     x->first_rotation = physics->position_columns;
     x->pool = ad_pool_create(threads);
-    for (int i = 0; i < open->parameter_count; i++) {
-        if (open->is_unknown[i]) {
-            x->unknown[x->unknowns++] = i;
-        }
-    }
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
         x->columns = last >= x->columns ? last + 1 : x->columns;

@@ -32,6 +32,18 @@ typedef struct solve_members_settings {
     const double *s; /* [points] where the shape is wanted, m; ascending */
 } solve_members_settings;
 
+/* Why a member has no solution. */
+typedef enum solve_member_end {
+    SOLVE_MEMBER_SOLVED,
+    SOLVE_MEMBER_UNSTABLE, /* its stable equilibria from the unstressed rod on end at `load` */
+    SOLVE_MEMBER_LOST,     /* Newton's method does not settle beyond `load` */
+    SOLVE_MEMBER_COARSE,   /* the estimate is above the tolerance on the finest mesh, too */
+    SOLVE_MEMBER_ENDS
+} solve_member_end;
+
+/* In words; NULL of one that is solved. */
+const char *solve_member_text(solve_member_end end);
+
 /* What is known of one member. */
 typedef struct solve_member {
     double estimate; /* of the largest error of the position before the last step, over the length:
@@ -41,6 +53,7 @@ typedef struct solve_member {
     int nodes;       /* of the last step */
     int steps;       /* of Newton's method */
     bool solved;     /* under the whole load, and the estimate is within the tolerance */
+    solve_member_end end;
 } solve_member;
 
 typedef struct solve_members solve_members;

@@ -245,6 +245,7 @@ typedef struct follower {
     enum { FOLLOWING, ARRIVED, LOST } state;
     double load, done, before; /* tried, reached, reached before that; < 0: not yet */
     double length, ratio;      /* of the last steps */
+    bool fell;                 /* a pivot was negative at a load beyond what is reached */
     int tries;                 /* steps at this load */
     int steps;                 /* all */
 } follower;
@@ -301,6 +302,7 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
     }
     f->before = f->done;
     f->done = f->load;
+    f->fell = false;
     try_load(x, form, f, longer * step, lane);
 }
 
@@ -330,6 +332,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         for (int lane = 0; lane < LANES; lane++) {
             const int negative = form->negative[lane];
             bool is_stable = x->has_energy ? negative == 0 : negative % 2 == 0;
+            f[lane].fell = f[lane].fell || (following[lane] && !is_stable);
             following[lane] = following[lane] && is_good(&f[lane], length[lane], is_stable);
             if (!following[lane]) {
                 drop_step(form, lane);
@@ -497,6 +500,7 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
         results[lane].load = 1;
         results[lane].steps = f[lane].steps + 1;
         results[lane].solved = met;
+        results[lane].end = met ? SOLVE_MEMBER_SOLVED : SOLVE_MEMBER_COARSE;
     }
 }
 
@@ -520,7 +524,10 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         finer[lane] = f[lane].state == ARRIVED;
         if (wanted[lane]) {
             results[lane] =
-                (solve_member){.estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
+                (solve_member){.estimate = INFINITY,
+                               .load = f[lane].done,
+                               .steps = f[lane].steps,
+                               .end = f[lane].fell ? SOLVE_MEMBER_UNSTABLE : SOLVE_MEMBER_LOST};
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }

@@ -59,11 +59,18 @@ static ad_status open_parameter(config *experiment, const config_parameter *para
                             "is to be identified from %g on, outside its range; allowed: %g to %g",
                             parameter->identify, low, high);
     }
-    family->is_unknown[family->parameter_count] = !isnan(parameter->identify);
-    family->guess[family->parameter_count] = parameter->identify;
-    family->parameters[family->parameter_count++] =
-        (scene_parameter){parameter->name, low, high, (scene_scale)parameter->scale};
-    const double usual = scene_parameter_at(&family->parameters[family->parameter_count - 1], 0.5);
+    const bool known = isnan(parameter->identify);
+    const scene_parameter added = {parameter->name, low, high, (scene_scale)parameter->scale};
+    const double usual = known ? scene_parameter_at(&added, 0.5) : parameter->identify;
+    const int at = known ? scene_known_count(family) : family->parameter_count;
+    for (int i = family->parameter_count; i > at; i--) { /* unknowns come last */
+        family->parameters[i] = family->parameters[i - 1];
+        family->guess[i] = family->guess[i - 1];
+    }
+    family->parameters[at] = added;
+    family->guess[at] = usual;
+    family->parameter_count++;
+    family->unknown_count += !known;
     return quantities_parameter(experiment->names, parameter->name, low, high, usual, &reason) ==
                    AD_OK
                ? AD_OK

@@ -478,7 +478,7 @@ static ad_status run(evaluation *x, ad_error *error)
         status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
-        x->balance = experiment_balance(x->e);
+        x->balance = experiment_balance(x->e, NULL);
         status = compare(x, error);
     }
     return status == AD_OK && o->speed ? measure(x, error) : status;

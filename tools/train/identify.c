@@ -28,7 +28,6 @@ typedef struct search {
     ad_pool *pool;
     ad_dense_factor *factor;
     int count;
-    int index[MAX];
     size_t n;                           /* residuals */
     double difference;                  /* of z, to both sides */
     double *room;                       /* [2 count][n] residuals of trials */
@@ -53,7 +52,7 @@ static double logit(double z)
 static void values_of(const search *x, const double *z, double *values)
 {
     for (int i = 0; i < x->count; i++) {
-        values[i] = scene_parameter_at(&x->open->parameters[x->index[i]], z[i]);
+        values[i] = scene_parameter_at(&x->open->parameters[scene_known_count(x->open) + i], z[i]);
     }
 }
 
@@ -353,7 +352,7 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
     }
     result->information = solve_information_of(x->count, x->matrix, result->bounded);
     for (int i = 0; i < x->count; i++) {
-        const scene_parameter *p = &x->open->parameters[x->index[i]];
+        const scene_parameter *p = &x->open->parameters[scene_known_count(x->open) + i];
         result->deviation[i] =
             result->information.deviation[i] *
             (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
@@ -368,13 +367,11 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
 static ad_status prepare(search *x, const identify_settings *settings, double *start,
                          identified *result, ad_error *error)
 {
-    for (int i = 0; i < x->open->parameter_count; i++) {
-        const scene_parameter *p = &x->open->parameters[i];
-        if (x->open->is_unknown[i]) {
-            start[x->count] = scene_parameter_fraction(p, x->open->guess[i]);
-            result->index[x->count] = i;
-            x->index[x->count++] = i;
-        }
+    const int first = scene_known_count(x->open);
+    x->count = x->open->unknown_count;
+    for (int i = 0; i < x->count; i++) {
+        start[i] = scene_parameter_fraction(&x->open->parameters[first + i],
+                                            x->open->guess[first + i]);
     }
     result->count = x->count;
     result->residuals = x->n = solve_trials_residuals(x->trials);
@@ -455,7 +452,7 @@ static void judge_bounds(const identified *x, const scene *open, verdict *to)
         if (x->bounded[i]) {
             used +=
                 (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
-                                 open->parameters[x->index[i]].name, x->value[i]);
+                                 open->parameters[scene_known_count(open) + i].name, x->value[i]);
         }
     }
     if (used) {
@@ -472,7 +469,7 @@ static void judge_untold(const identified *x, const scene *open, verdict *to)
     char text[400] = "";
     size_t used = 0;
     for (int i = 0; i < x->count; i++) {
-        parameters[i] = &open->parameters[x->index[i]];
+        parameters[i] = &open->parameters[scene_known_count(open) + i];
     }
     for (int k = 0; k < x->information.untold && used < sizeof text; k++) {
         char one[200];

@@ -436,7 +436,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
-    t->info.balance = experiment_balance(t->e);
+    t->info.balance = experiment_balance(t->e, NULL);
     return AD_OK;
 }
 
