@@ -19,6 +19,7 @@ void config_defaults(config *experiment)
     }
     for (int i = 0; i < CONFIG_PARAMETERS_MAX; i++) {
         experiment->parameters[i].range[0] = experiment->parameters[i].range[1] = NAN;
+        experiment->parameters[i].identify = NAN;
     }
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
