@@ -42,6 +42,7 @@ typedef enum model_points {
 /* Points to be filled with data. */
 typedef struct model_draw {
     size_t count;
+    int window;           /* of time, at work */
     bool held_out;        /* never trained on */
     nn_rng *rng;          /* of these points, for whatever is random */
     double *x;            /* [coordinates][count], dimensionless; may be replaced */
@@ -60,7 +61,8 @@ typedef struct model_source {
     bool (*follows)(const void *context);
     void *context; /* borrowed */
 
-    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. */
+    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. Without held-out
+     * points their terms are no part of the held-out loss. */
     size_t points, held_out_points;
     int draw_every;
 } model_source;

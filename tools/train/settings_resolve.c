@@ -391,6 +391,10 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
     for (int i = 0; i < settings->stage_count; i++) {
         train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
     }
+    for (int i = 0; i < settings->data_count; i++) {
+        train_data *data = &settings->data[i];
+        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
+    }
     if (settings->output_every == 0) {
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
         settings->output_every = few ? 1 : 10; /* and one at the end of every stage */
