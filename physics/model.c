@@ -427,6 +427,17 @@ int model_add_face(physics_model *m, const char *name, int coordinate, int end)
     return set;
 }
 
+int model_add_given(physics_model *m, const char *name, const model_source *source)
+{
+    if (source->rows < 0 || !source->fill || source->points < 1 || source->draw_every < 0) {
+        return refuse(m, "source of points", name,
+                      "a function that fills them, 1 point at least, rows and steps of 0 or more");
+    }
+    int set = add_set(m, name, MODEL_GIVEN);
+    m->sets[set].source = *source;
+    return set;
+}
+
 int model_add_term(physics_model *m, const char *name, int set, double weight,
                    model_residual *residual, const void *context)
 {

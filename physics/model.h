@@ -30,8 +30,42 @@ typedef struct physics_model physics_model;
 
 /* ---- points -------------------------------------------------------------------------------- */
 
-/* Which settings of a problem count for a set of points. */
-typedef enum model_points { MODEL_INTERIOR, MODEL_BOUNDARY, MODEL_INITIAL } model_points;
+/* Which settings of a problem count for a set of points; none: its places are given by its source.
+ */
+typedef enum model_points {
+    MODEL_INTERIOR,
+    MODEL_BOUNDARY,
+    MODEL_INITIAL,
+    MODEL_GIVEN
+} model_points;
+
+/* Points to be filled with data. */
+typedef struct model_draw {
+    size_t count;
+    int window;           /* of time, at work */
+    bool held_out;        /* never trained on */
+    nn_rng *rng;          /* of these points, for whatever is random */
+    double *x;            /* [coordinates][count], dimensionless; may be replaced */
+    const double *fields; /* [rows of all fields][count], the network's; NULL: see follows */
+    double *data;         /* [rows][count], dimensionless */
+} model_draw;
+
+/* What is known of points beside their coordinates: measured, solved, or computed from what the
+ * network says of them. Residuals have it as at->data, and it is not differentiated. Points are
+ * filled where they are drawn; where `follows` (NULL: never) says so the trained ones before every
+ * step, too, and then with the network's fields. What `fill` returns has to be the same for the
+ * same draw, since a checkpoint holds the trained points and their data, but not the others. */
+typedef struct model_source {
+    int rows; /* 0: no data */
+    ad_status (*fill)(void *context, const model_draw *draw, ad_error *error);
+    bool (*follows)(const void *context);
+    void *context; /* borrowed */
+
+    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. Without held-out
+     * points their terms are no part of the held-out loss. */
+    size_t points, held_out_points;
+    int draw_every;
+} model_source;
 
 /* Where terms are evaluated: inside, or on the face where some coordinates are held. */
 typedef struct model_set {
@@ -39,6 +73,7 @@ typedef struct model_set {
     model_points points;
     bool holds[DOMAIN_COORDINATES_MAX];   /* this coordinate does not vary */
     double value[DOMAIN_COORDINATES_MAX]; /* but is this, dimensionless */
+    model_source source;
 } model_set;
 
 /* ---- terms --------------------------------------------------------------------------------- */
@@ -177,6 +212,9 @@ int model_add_field(physics_model *m, const char *symbol, int rows);
 /* All of the domain; or the face where `coordinate` is at its low (0) or high (1) end. */
 int model_add_interior(physics_model *m, const char *name);
 int model_add_face(physics_model *m, const char *name, int coordinate, int end);
+
+/* Points of all of the domain whose places and data `source` gives. */
+int model_add_given(physics_model *m, const char *name, const model_source *source);
 
 int model_add_term(physics_model *m, const char *name, int set, double weight,
                    model_residual *residual, const void *context);

@@ -46,7 +46,8 @@ extern "C" {
     X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
-    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */
+    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
+    X(SCENE_SIX, "six")               /* 6, two columns of the matrix before they are orthonormal */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */

@@ -102,10 +102,11 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->springs = make((size_t)kind->springs, sizeof *x->springs);
     x->matrix = make(kind->is_rigid || kind->is_one ? 0 : unknowns * unknowns, sizeof *x->matrix);
     x->right = make(unknowns, sizeof *x->right);
+    x->swapped = make(unknowns, sizeof *x->swapped);
     x->direction = make(unknowns, sizeof *x->direction);
     x->columns = make(nodes + elements + 1, 15 * sizeof(lanes)); /* strain_matrix.c */
     if (!x->width || !x->points || !x->actuators || !x->at || !x->edges || !x->springs ||
-        !x->matrix || !x->right || !x->direction || !x->columns) {
+        !x->matrix || !x->right || !x->swapped || !x->direction || !x->columns) {
         strain_form_free(x);
         *result = NULL;
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu nodes", nodes);
@@ -134,6 +135,7 @@ void strain_form_free(strain_form *x)
         free(x->springs);
         free(x->matrix);
         free(x->right);
+        free(x->swapped);
         free(x->direction);
         free(x->columns);
         free(x);
@@ -170,6 +172,7 @@ static void choose_pivots(strain_form *x, int k)
         }
         if (fabs(column[k * LANES + lane]) < PIVOT_LEAST * fabs(column[best * LANES + lane])) {
             swap_rows(x, lane, k, k, best);
+            x->swapped[k][lane] = best;
             x->negative[lane]++;
         }
     }
@@ -193,6 +196,18 @@ STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
     return sum != 0;
 }
 
+STRAIN_INLINE void substitute_back(strain_form *x)
+{
+    const int n = x->unknowns;
+    for (int k = n - 1; k >= 0; k--) {
+        const lanes *from = x->matrix + (size_t)k * (size_t)n, found = x->right[k] / from[k];
+        x->right[k] = found;
+        for (int i = 0; i < k; i++) {
+            x->right[i] -= found * from[i];
+        }
+    }
+}
+
 /* Subtracts multiples of column k, below row k, from others and from the right side. */
 FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
 {
@@ -201,6 +216,9 @@ FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
     memset(x->negative, 0, sizeof x->negative);
     for (int k = 0; k < n; k++) {
         lanes *from = x->matrix + (size_t)k * (size_t)n;
+        for (int lane = 0; lane < LANES; lane++) {
+            x->swapped[k][lane] = k;
+        }
         if (needs_pivot(from, k, n)) {
             choose_pivots(x, k);
         }
@@ -220,16 +238,34 @@ FOR_EACH_PROCESSOR static void eliminate(strain_form *x)
     for (int lane = 0; lane < LANES; lane++) {
         x->negative[lane] += (int)negative[lane];
     }
-    for (int k = n - 1; k >= 0; k--) {
-        const lanes *from = x->matrix + (size_t)k * (size_t)n, found = x->right[k] / from[k];
-        x->right[k] = found;
-        for (int i = 0; i < k; i++) {
-            x->right[i] -= found * from[i];
-        }
-    }
+    substitute_back(x);
 }
 
 void strain_form_solve(strain_form *x)
 {
     eliminate(x);
+}
+
+FOR_EACH_PROCESSOR static void solve_again(strain_form *x)
+{
+    const int n = x->unknowns;
+    double *right = (double *)x->right;
+    for (int k = 0; k < n; k++) {
+        const lanes *from = x->matrix + (size_t)k * (size_t)n;
+        for (int lane = 0; lane < LANES; lane++) {
+            const int other = x->swapped[k][lane];
+            const double held = right[k * LANES + lane];
+            right[k * LANES + lane] = right[other * LANES + lane];
+            right[other * LANES + lane] = held;
+        }
+        for (int i = k + 1; i < n; i++) {
+            x->right[i] -= x->right[k] * from[i];
+        }
+    }
+    substitute_back(x);
+}
+
+void strain_form_solve_again(strain_form *x)
+{
+    solve_again(x);
 }

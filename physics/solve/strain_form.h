@@ -109,7 +109,9 @@ typedef struct strain_form {
     lanes *right;                  /* [unknowns], the residual, then the step */
     lanes *direction;              /* [unknowns], 0 */
     void *columns;                 /* room for what it changes */
-    int negative[LANES]; /* pivots of the last elimination, rows that were swapped counted in */
+    long long still[LANES]; /* -1: v stays as it is, of rods that have arrived; 0 */
+    int negative[LANES];   /* pivots of the last elimination, rows that were swapped counted in */
+    int (*swapped)[LANES]; /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
 /* AD_NO_MEMORY. The extents must outlive it. */
@@ -138,6 +140,9 @@ void strain_form_linearise_first(strain_form *x, double *matrix);
 /* right becomes the step to subtract, by elimination in all lanes; a singular matrix gives numbers
  * that are none. */
 void strain_form_solve(strain_form *x);
+
+/* The same of another right side, by the elimination that was last. */
+void strain_form_solve_again(strain_form *x);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *x, const lanes *step, const lanes *share);

@@ -19,11 +19,7 @@ static bool allocate(strain_level *x, const solve_rod *rod)
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->jumps = calloc(edges, sizeof *x->jumps);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    x->prolong = calloc(nodes, sizeof *x->prolong);
-    x->integral = calloc(nodes, sizeof *x->integral);
-    x->parent = calloc(nodes, sizeof *x->parent);
-    return x->s && x->loads && x->pulls && x->jumps && x->output && x->prolong && x->integral &&
-           x->parent;
+    return x->s && x->loads && x->pulls && x->jumps && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -46,18 +42,35 @@ static void place_outputs(strain_level *x, const double *s)
     }
 }
 
-static void set_parents(strain_level *x, const strain_level *from)
+ad_status strain_link_create(const strain_level *from, const strain_level *to, strain_link *result,
+                             ad_error *error)
 {
-    for (size_t i = 0; i < nodes_of(x); i++) {
+    const size_t nodes = nodes_of(to);
+    *result = (strain_link){.element = malloc(nodes * sizeof *result->element),
+                            .value = malloc(nodes * sizeof *result->value),
+                            .integral = malloc(nodes * sizeof *result->integral)};
+    if (!result->element || !result->value || !result->integral) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", nodes);
+    }
+    for (size_t i = 0; i < nodes; i++) {
         int e = 0;
-        while (e + 1 < from->elements && x->s[i] > from->edges[e + 1]) {
+        while (e + 1 < from->elements && to->s[i] > from->edges[e + 1]) {
             e++;
         }
-        x->parent[i] = e;
-        const double at = (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
-        strain_form_lagrange(&from->form->rule, at, x->prolong[i]);
-        strain_form_integral(&from->form->rule, at, x->integral[i]);
+        const double at = (to->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
+        result->element[i] = e;
+        strain_form_lagrange(&from->form->rule, at, result->value[i]);
+        strain_form_integral(&from->form->rule, at, result->integral[i]);
     }
+    return AD_OK;
+}
+
+void strain_link_free(strain_link *x)
+{
+    free(x->element);
+    free(x->value);
+    free(x->integral);
+    *x = (strain_link){.element = NULL};
 }
 
 /* Of jumps in the order of edges. */
@@ -253,8 +266,8 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
 }
 
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, bool is_rigid, int outputs, const double *s,
-                              strain_level *result, ad_error *error)
+                              bool is_rigid, int outputs, const double *s, strain_level *result,
+                              ad_error *error)
 {
     strain_level *x = result;
     *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
@@ -272,9 +285,6 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
         x->s[i] = edges[e] + (edges[e + 1] - edges[e]) * x->form->rule.nodes[i % (size_t)stages];
     }
     place_outputs(x, s);
-    if (from) {
-        set_parents(x, from);
-    }
     set_edges(x, rod);
     return give_same(x, rod, error);
 }
@@ -287,9 +297,6 @@ void strain_level_free(strain_level *x)
     free(x->pulls);
     free(x->jumps);
     free(x->output);
-    free(x->prolong);
-    free(x->integral);
-    free(x->parent);
     strain_form_free(x->form);
     *x = (strain_level){.stages = 0};
 }
@@ -333,45 +340,68 @@ void strain_level_rest(strain_level *x)
     }
 }
 
-FOR_EACH_PROCESSOR static void refine(strain_level *x, const strain_level *from)
+FOR_EACH_PROCESSOR static void refine(const strain_link *link, const strain_level *from,
+                                      strain_level *to)
 {
-    for (int i = 0; i < x->form->nodes; i++) {
-        const strain_node *coarse = from->form->at + x->parent[i] * from->stages;
-        strain_node *to = &x->form->at[i];
+    for (int i = 0; i < to->form->nodes; i++) {
+        const strain_node *coarse = from->form->at + link->element[i] * from->stages;
+        strain_node *at = &to->form->at[i];
         for (int c = 0; c < 3; c++) {
-            to->u[c] = to->v[c] = NO_LANES;
+            at->u[c] = at->v[c] = NO_LANES;
             for (int j = 0; j < from->stages; j++) {
-                to->u[c] += x->prolong[i][j] * coarse[j].u[c];
-                to->v[c] += x->prolong[i][j] * coarse[j].v[c];
+                at->u[c] += link->value[i][j] * coarse[j].u[c];
+                at->v[c] += link->value[i][j] * coarse[j].v[c];
             }
         }
     }
 }
 
-void strain_level_refine(strain_level *x, const strain_level *from)
+void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to)
 {
-    refine(x, from);
+    refine(link, from, to);
 }
 
-FOR_EACH_PROCESSOR static void foresee(const strain_level *x, const strain_level *from,
-                                       lanes *positions)
+FOR_EACH_PROCESSOR static void foresee(const strain_link *link, const strain_level *from,
+                                       const strain_level *to, lanes *positions)
 {
-    for (int i = 0; i < x->form->nodes; i++) {
-        const int e = x->parent[i];
+    for (int i = 0; i < to->form->nodes; i++) {
+        const int e = link->element[i];
         const strain_node *coarse = from->form->at + e * from->stages;
         for (int c = 0; c < 3; c++) {
             lanes sum = NO_LANES;
             for (int j = 0; j < from->stages; j++) {
-                sum += x->integral[i][j] * coarse[j].slope[c];
+                sum += link->integral[i][j] * coarse[j].slope[c];
             }
             positions[3 * i + c] = from->form->edges[e].r[c] + from->form->width[e] * sum;
         }
     }
 }
 
-void strain_level_foresee(const strain_level *x, const strain_level *from, lanes *positions)
+void strain_level_foresee(const strain_link *link, const strain_level *from, const strain_level *to,
+                          lanes *positions)
 {
-    foresee(x, from, positions);
+    foresee(link, from, to, positions);
+}
+
+FOR_EACH_PROCESSOR static void sample(const strain_link *link, const strain_level *from,
+                                      const strain_level *to, const lanes *numbers, lanes *sampled)
+{
+    for (int i = 0; i < to->form->nodes; i++) {
+        const lanes *of = numbers + 3 * link->element[i] * from->stages;
+        for (int c = 0; c < 3; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                sum += link->value[i][j] * of[3 * j + c];
+            }
+            sampled[3 * i + c] = sum;
+        }
+    }
+}
+
+void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
+                         const lanes *numbers, lanes *sampled)
+{
+    sample(link, from, to, numbers, sampled);
 }
 
 /* ---- shapes -------------------------------------------------------------------------------- */

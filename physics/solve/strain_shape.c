@@ -206,6 +206,7 @@ STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes 
 STRAIN_INLINE void find_strain(strain_form *x, int node)
 {
     enum { STEPS = 3 }; /* of which the first two find it but on the first visit */
+    const integer_lanes moving = ~*(const integer_lanes *)x->still;
     strain_node *at = &x->at[node];
     const strain_point *point = &x->points[node];
     lanes n[3], missing[3], step[3], inverse[3][3];
@@ -229,7 +230,7 @@ STRAIN_INLINE void find_strain(strain_form *x, int node)
         }
         apply(inverse, missing, step);
         for (int i = 0; i < 3; i++) {
-            at->v[i] -= step[i];
+            at->v[i] -= (lanes)((integer_lanes)step[i] & moving);
         }
     }
 }

@@ -21,6 +21,7 @@ CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
+CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
@@ -216,7 +217,10 @@ const config_key config_keys[] = {
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
              "for any number of turns; vector: a rotation vector, of less than a turn from where "
-             "the ends and the start of the window put the rod. In a plane it is an angle."},
+             "the ends and the start of the window put the rod; six: two columns of the matrix "
+             "that turns it on from there, made orthonormal (Zhou et al. 2019), in one window; "
+             "measured to be the worst of the three beyond a quarter of a turn. In a plane it is "
+             "an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(settings.losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",
@@ -227,6 +231,24 @@ const config_key config_keys[] = {
      .help = "Where they lie."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
+    {"losses.interior.adaptive.kind", CONFIG_CHOICE, AT(settings.losses.adaptive.kind),
+     .names = adaptive_names,
+     .help = "Points that move to where residuals are large, their number the same. rad: all drawn "
+             "anew with density |r|^power/mean + floor; rar_g: a twentieth at a time, up to half, "
+             "gives way to the worst candidates; gaussian: half lie around the worst candidates."},
+    {"losses.interior.adaptive.every", CONFIG_INTEGER, AT(settings.losses.adaptive.every),
+     .unit = "steps", BETWEEN(1, 1e9),
+     .fallback = "100; 5 where training begins with gauss_newton",
+     .help = "They move so often."},
+    {"losses.interior.adaptive.candidates", CONFIG_INTEGER, AT(settings.losses.adaptive.candidates),
+     BETWEEN(0, 1e8), .help = "Places where the residual is looked at; 0: ten for each point."},
+    {"losses.interior.adaptive.power", CONFIG_NUMBER, AT(settings.losses.adaptive.power), POSITIVE,
+     .help = "rad: larger values crowd the points together."},
+    {"losses.interior.adaptive.floor", CONFIG_NUMBER, AT(settings.losses.adaptive.floor),
+     NOT_NEGATIVE, .help = "rad: larger values spread them."},
+    {"losses.interior.adaptive.width", CONFIG_NUMBER, AT(settings.losses.adaptive.width),
+     BETWEEN(0, 1), .flags = CONFIG_LOW_OPEN,
+     .help = "gaussian: standard deviation, in parts of the length and of the window of time."},
     {"losses.interior.weights.strain", CONFIG_NUMBER, AT(settings.weights.strain), LOSS_WEIGHT,
      .help = "Weight of r_s = R v, of beams w_s = slope + V/kGA (mixed form)."},
     {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(settings.weights.curvature),
@@ -277,6 +299,21 @@ const config_key config_keys[] = {
      BETWEEN(1, 1000000), .unit = "steps",
      .help = "Steps between updates of the causal weights; lbfgs and ssbroyden start anew at "
              "each."},
+
+    {"data[].quantity", CONFIG_CHOICE, AT(settings.data[0].quantity), .names = train_quantity_names,
+     .fallback = "required",
+     .help = "Measurements as a term of the loss beside the equations; rotations by the angle between "
+             "them. History has it as data0_position and so on, in units of the noise."},
+    {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
+     .help = "CSV or HDF5, a row for each place: columns s, in motion t, and those of the quantity, "
+             "named and in units as cpinn-eval writes them; relative to this file. Others are left."},
+    {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
+     .unit = "of the SI, rad",
+     .help = "Standard deviation of each number: differences count in its units; 0: in those of the "
+             "scene, L for positions."},
+    {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT,
+     .fallback = "1; 1e-6 with noise, so that the equations count for more than it",
+     .help = "Weight of the mean of their squares."},
 
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
@@ -403,6 +440,8 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
+    LIST("data", "data set", "data sets", "quantity", 0, TRAIN_DATA_MAX, settings.data,
+         settings.data_count),
     LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),

@@ -67,6 +67,13 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                             "two",
                             losses->balance ? "losses.balance" : "losses.causal.slices");
     }
+    if (losses->adaptive.kind && (adaptive || losses->interior.resample_every > 0)) {
+        return train_refuse(key, "losses.interior.adaptive.kind", error,
+                            "given beside %s, for which points have to stay; allowed: one of the "
+                            "two",
+                            adaptive ? "losses.self_adaptive.rate"
+                                     : "losses.interior.resample_every");
+    }
     for (int i = 0; i < settings->stage_count; i++) {
         moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
     }
@@ -81,7 +88,7 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
 bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene)
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
-           settings->network.hidden_count == 0 &&
+           settings->data_count == 0 && settings->network.hidden_count == 0 &&
            settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
@@ -309,6 +316,18 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
     return AD_OK;
 }
 
+static ad_status check_data(const train_settings *settings, char *key, ad_error *error)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        char field[TRAIN_KEY_MAX];
+        snprintf(field, sizeof field, "data[%d]", i);
+        if (!settings->data[i].file) {
+            return train_refuse(key, field, error, "has no file; give one");
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status check_stages(const train_settings *settings, char *key, ad_error *error)
 {
     ad_status status = check_weights(settings, key, error);
@@ -361,10 +380,16 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
     }
+    if (settings->rotation == SCENE_SIX && settings->windows > 1) {
+        return train_refuse(key, "network.rotation", error,
+                            "six numbers leave the sign of the quaternion open, which windows of "
+                            "time hand on; allowed with time.windows above 1: quaternion, vector");
+    }
     ad_status status = check_jumps(rod_scene, key, error);
     if (status == AD_OK) {
         status = check_stages(settings, key, error);
     }
+    status = status == AD_OK ? check_data(settings, key, error) : status;
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }
 
@@ -374,6 +399,10 @@ ad_status train_settings_check_model(const train_settings *settings, const physi
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (settings->data_count > 0) {
+        return train_refuse(key, "data", error,
+                            "are of a scene; give physics of one's own a term and a source");
     }
     if (train_names_reference(settings)) {
         return train_refuse(key, "reference", error,

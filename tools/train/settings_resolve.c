@@ -337,6 +337,7 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
     resolve_count(&losses->interior.points, pieces * (linear    ? POINTS_PER_FUNCTION * functions
                                                       : dynamic ? 1024
                                                                 : 256));
+    resolve_count(&losses->adaptive.every, begins_with_gauss_newton(settings) ? 5 : 100);
     resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
     resolve_count(&losses->held_out_points, pieces * (dynamic ? 1024 : 256));
     if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */
@@ -385,6 +386,10 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
     resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
         resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+    }
+    for (int i = 0; i < settings->data_count; i++) {
+        train_data *data = &settings->data[i];
+        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
     }
     if (settings->output_every == 0) {
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;

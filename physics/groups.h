@@ -1,0 +1,76 @@
+/* What a family of rods really depends on: the dimensionless numbers of its equations, as inputs of
+ * networks, in place of the parameters by which its author names the members.
+ *
+ *   groups_find(&family, &settings, &x, &error);
+ *   ad_value inputs = groups_record(x, parameters, &turn);      [groups_count(x)], about -1 to 1
+ *   ... a network of the inputs says the curvature u as u[0], u[1], u[2] ...
+ *   groups_restore(&turn, u);
+ *   groups_free(x);
+ *
+ * Members with the same groups have the same shape over their length (Buckingham, Phys. Rev. 4,
+ * 1914): forces are counted by EI/L^2, moments by EI/L, distributed ones by EI/L^3 and EI/L^2, with
+ * EI the member's own, compliances by 1/EI and L^2/EI, all at some places along the rod; what
+ * tendons and chambers do is their force and moment in the unstressed rod, and what they pull.
+ *
+ * Of these numbers those are left out that do not change, that are linear in others or follow from
+ * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those that
+ * move it little to less.
+ *
+ * Symmetry: where the section has no preferred direction, tendons and chambers are arranged so that
+ * a turn about d3 of the base or a mirror puts each in the place of another, and whatever is the
+ * same for all members stays as it is, then members come in sets of equal shapes, but for the turn.
+ * Inputs are those of the one member of a set whose pull (without actuators: the strongest load
+ * across the base) points into one sector, and the answer is turned back. Derivatives by parameters
+ * are those within the sector. At its edges a network's answer jumps by a part of its error. */
+#ifndef PHYSICS_GROUPS_H
+#define PHYSICS_GROUPS_H
+
+#include "physics/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct groups_settings {
+    bool by_parameters; /* the parameters themselves, mapped to -1 .. 1, no groups */
+    bool no_symmetry;
+} groups_settings;
+
+typedef struct groups groups;
+
+/* Determined by the scene and the settings alone, so that a checkpoint need not hold it. Parameters
+ * must be open names of the scene's formulas, which outlive the groups. A family that has no rod in
+ * space (a beam, a manufactured solution) gets its parameters. AD_NO_MEMORY; AD_BAD_INPUT: a number
+ * of the equations is not finite for members within the ranges. */
+ad_status groups_find(const scene *family, const groups_settings *settings, groups **result,
+                      ad_error *error);
+void groups_free(groups *x); /* NULL is allowed */
+
+int groups_count(const groups *x);
+
+/* How a member lies to the one of its set that the inputs are of. One row each. */
+typedef struct groups_turn {
+    bool turns, mirrors;         /* false: not at all, for all members */
+    ad_value cosine, sine, sign; /* sign -1: mirrored */
+} groups_turn;
+
+/* [groups_count] inputs for parameters [parameter_count] in SI, in the scene's order; turn may be
+ * NULL where there is no symmetry. */
+ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
+
+/* An axial vector in body components (curvature u, moment m) of that member becomes the one of the
+ * member itself; entries of any equal rows. */
+void groups_restore(const groups_turn *turn, ad_value vector[3]);
+
+/* The same of a polar one (strain v, force n). */
+void groups_restore_polar(const groups_turn *turn, ad_value vector[3]);
+
+/* Line `index` for people: a group with its range and the parameters that it depends on, parameters
+ * without effect, the symmetry. False: there are not so many. */
+bool groups_text(const groups *x, int index, char *text, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
