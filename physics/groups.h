@@ -13,8 +13,8 @@
  * tendons and chambers do is their force and moment in the unstressed rod, and what they pull.
  *
  * Of these numbers those are left out that do not change, that are linear in others or follow from
- * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those that
- * move it little to less.
+ * them by a smooth function, and that do not move the rod. Each is mapped to -1 .. 1, and those
+ * that move it little to less.
  *
  * Symmetry: where the section has no preferred direction, tendons and chambers are arranged so that
  * a turn about d3 of the base or a mirror puts each in the place of another, and whatever is the
@@ -55,7 +55,7 @@ typedef struct groups_turn {
 } groups_turn;
 
 /* [groups_count] inputs for parameters [parameter_count] in SI, in the scene's order; turn may be
- * NULL where there is no symmetry. */
+ * NULL. */
 ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
 
 /* An axial vector in body components (curvature u, moment m) of that member becomes the one of the

@@ -173,7 +173,7 @@ static int going_beam(const physics_model *m, const double *state)
         .fields = {"r", "q", "N", "m"}, .columns = (list), .column_count = (count),                \
         .position_columns = 3, .rotation_columns = 4, .network_outputs = rod_network_outputs,      \
         .state_rows = rod_state_rows, .residual_rows = rod_residual_rows,                          \
-        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod},         \
+        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod, NULL},   \
         .check = rod_check, .terms = rod_terms                                                     \
     }
 static const scene_physics rod_physics =
@@ -195,7 +195,7 @@ static const scene_physics beam_physics = {
     .state_rows = beam_state_rows,
     .residual_rows = beam_residual_rows,
     .residual = residual_beam,
-    .call = {ansatz_beam, observe_beam, state_beam, going_beam},
+    .call = {ansatz_beam, observe_beam, state_beam, going_beam, NULL},
     .check = beam_check,
     .terms = beam_terms};
 
@@ -319,7 +319,7 @@ physics_model *model_create(void)
     if (m) {
         m->domain.time = -1;
         m->domain.windows = 1;
-        m->call = (model_functions){outputs_as_fields, fields_as_columns, NULL, NULL};
+        m->call = (model_functions){.ansatz = outputs_as_fields, .observe = fields_as_columns};
         m->columns = m->own_columns;
         m->error = (ad_error){AD_OK, ""};
         scene_defaults(&m->scene);
@@ -510,8 +510,9 @@ domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp,
     domain_place at = domain_record(&m->domain, &uniforms, tape);
     if (mlp) {
         model_record_unknowns(m, mlp, false, &at);
-        m->call.ansatz(m, &at, nn_mlp_record(mlp, domain_network_input(&m->domain, &at), 0),
-                       fields);
+        ad_value input =
+            m->call.input ? m->call.input(m, &at) : domain_network_input(&m->domain, &at);
+        m->call.ansatz(m, &at, nn_mlp_record(mlp, input, 0), fields);
     } else {
         bool moves = scene_is_dynamic(&m->scene);
         rod_fields(m, rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),

@@ -120,6 +120,9 @@ typedef struct model_functions {
     /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
      * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
     int (*going_degree)(const physics_model *m, const double *state);
+
+    /* What the network is given at a place, [inputs]; NULL: the coordinates. */
+    ad_value (*input)(const physics_model *m, const domain_place *at);
 } model_functions;
 
 struct physics_model {
@@ -130,8 +133,9 @@ struct physics_model {
     int field_count;
     char symbols[MODEL_FIELDS_MAX][8]; /* of the fields: "r", "q", "N", "m" */
     int field_rows[MODEL_FIELDS_MAX];
-    int unknowns; /* the first so many fields come from the network, the others from these */
-    int outputs;  /* of the network */
+    int unknowns;        /* the first so many fields come from the network, the others from these */
+    int inputs, outputs; /* of the network; inputs 0: the coordinates */
+    const void *own;     /* of the functions, borrowed */
 
     int set_count;
     model_set sets[MODEL_SETS_MAX];

@@ -218,6 +218,9 @@ static void test_unstable(void **state)
     assert_near(shape[1][2], 1, 1e-14);
     assert_true(isnan(shape[2][2]) && isinf(results[2].estimate));
     assert_true(results[2].load > 0.4 && results[2].load < 0.5); /* pi^2/4 = 2.467 of 5 */
+    assert_true(results[2].end == SOLVE_MEMBER_UNSTABLE && !results[1].end);
+    assert_null(solve_member_text(results[1].end));
+    assert_non_null(strstr(solve_member_text(results[2].end), "stable equilibria end"));
     double curvature[3][NODES_MOST] = {{0}}; /* straight is an equilibrium, also where it is none */
     solve_answer answers[3];                 /* to be found; and what is none has no equilibrium */
     const size_t unknowns = 3 * solve_members_nodes(x);

@@ -36,9 +36,9 @@ static void place_outputs(strain_level *x, const double *s)
         while (to->from + 1 < x->stages && rule->nodes[to->from + 1] <= at) {
             to->from++;
         }
-        strain_form_lagrange(rule, at, to->interpolate);
-        strain_form_integral(rule, at, to->integrate);
-        strain_form_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
+        gauss_lagrange(rule, at, to->interpolate);
+        gauss_integral(rule, at, to->integrate);
+        gauss_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
     }
 }
 
@@ -59,8 +59,8 @@ ad_status strain_link_create(const strain_level *from, const strain_level *to, s
         }
         const double at = (to->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
         result->element[i] = e;
-        strain_form_lagrange(&from->form->rule, at, result->value[i]);
-        strain_form_integral(&from->form->rule, at, result->integral[i]);
+        gauss_lagrange(&from->form->rule, at, result->value[i]);
+        gauss_integral(&from->form->rule, at, result->integral[i]);
     }
     return AD_OK;
 }

@@ -135,8 +135,9 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
     pattern[at] = '\0';
 }
 
-static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {
-    CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS, CONFIG_FOR_GAUSS_NEWTON, CONFIG_FOR_SSBROYDEN};
+static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS,
+                                                             CONFIG_FOR_GAUSS_NEWTON,
+                                                             CONFIG_FOR_SSBROYDEN, CONFIG_FOR_SOAP};
 
 bool config_key_applies(const config *experiment, const config_key *key, int index)
 {

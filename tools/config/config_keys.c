@@ -35,7 +35,8 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 #define BETWEEN(least, most) .low = (least), .high = (most)
 #define ENTRIES(least, most) .entries_min = (least), .entries_max = (most)
 #define FORMULA(path, field) path, CONFIG_QUANTITY, AT(field), ANY
-#define ADAM                 .flags = CONFIG_FOR_ADAM
+#define LIKE_ADAM            CONFIG_FOR_ADAM | CONFIG_FOR_SOAP
+#define ADAM                 .flags = LIKE_ADAM
 #define LBFGS                .flags = CONFIG_FOR_LBFGS
 #define GAUSS_NEWTON         .flags = CONFIG_FOR_GAUSS_NEWTON
 #define LINE_SEARCH          CONFIG_FOR_LBFGS | CONFIG_FOR_SSBROYDEN
@@ -318,13 +319,14 @@ const config_key config_keys[] = {
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
      .fallback = "required",
-     .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden. "
+     .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden, "
+             "soap Adam in the eigenvectors of Shampoo. "
              "Without training.stages there is one: gauss_newton for up to 200 steps, with "
              "function_tolerance 0.2. Defaults below are those of a stage that is given."},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9),
      .help = "Length of the stage."},
     {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate),
-     .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_FOR_ADAM,
+     .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | LIKE_ADAM,
      .help = "Highest step size of Adam."},
     {"training.stages[].schedule", CONFIG_CHOICE, STAGE(adam.schedule.kind),
      .names = schedule_names, ADAM, .help = "How the learning rate falls."},
@@ -336,16 +338,21 @@ const config_key config_keys[] = {
     {"training.stages[].final_fraction", CONFIG_NUMBER, STAGE(adam.schedule.final_fraction),
      BETWEEN(0, 1), ADAM, .help = "cosine: what is left of the learning rate at the end."},
     {"training.stages[].decay_factor", CONFIG_NUMBER, STAGE(adam.schedule.decay_factor),
-     BETWEEN(0, 1), .flags = CONFIG_FOR_ADAM | CONFIG_LOW_OPEN,
+     BETWEEN(0, 1), .flags = LIKE_ADAM | CONFIG_LOW_OPEN,
      .help = "exponential: factor per decay_steps."},
     {"training.stages[].beta1", CONFIG_NUMBER, STAGE(adam.beta1), BETWEEN(0, 1),
-     .flags = CONFIG_FOR_ADAM | CONFIG_HIGH_OPEN, .help = "Memory of the gradient's mean."},
+     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN, .fallback = "0.9, soap 0.95",
+     .help = "Memory of the gradient's mean."},
     {"training.stages[].beta2", CONFIG_NUMBER, STAGE(adam.beta2), BETWEEN(0, 1),
-     .flags = CONFIG_FOR_ADAM | CONFIG_HIGH_OPEN, .help = "Memory of the gradient's square."},
+     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN, .fallback = "0.999, soap 0.95",
+     .help = "Memory of the gradient's square."},
     {"training.stages[].epsilon", CONFIG_NUMBER, STAGE(adam.epsilon), .low = 0, .high = INFINITY,
-     .flags = CONFIG_FOR_ADAM | CONFIG_LOW_OPEN, .help = "Keeps Adam's division finite."},
+     .flags = LIKE_ADAM | CONFIG_LOW_OPEN, .help = "Keeps Adam's division finite."},
     {"training.stages[].clip_norm", CONFIG_NUMBER, STAGE(adam.clip_norm), NOT_NEGATIVE, ADAM,
      .help = "Gradients longer than this are shortened to it; 0: never."},
+    {"training.stages[].basis_every", CONFIG_INTEGER, STAGE(basis_every), BETWEEN(1, 1000000),
+     .flags = CONFIG_FOR_SOAP, .unit = "steps",
+     .help = "Steps between turns of the bases in which soap is Adam."},
     {"training.stages[].memory", CONFIG_INTEGER, STAGE(lbfgs.memory), BETWEEN(1, 1000), LBFGS,
      .help = "Pairs that L-BFGS remembers."},
     {"training.stages[].sufficient_decrease", CONFIG_NUMBER,

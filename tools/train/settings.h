@@ -56,7 +56,9 @@ const char *const *train_reference_names(void);
 typedef struct train_stage {
     optim_method optimizer;
     int steps;
-    optim_adam_settings adam;   /* its schedule included; decay_steps 0: the steps after warm-up */
+    optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
+                                 * after warm-up, beta1, beta2 NaN: open */
+    int basis_every;            /* of soap */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
     optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
                                                * TRAIN_OPEN and initial_damping NaN: open */

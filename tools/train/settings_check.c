@@ -9,7 +9,7 @@
 static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
 {
     const train_stage *stage = &settings->stages[index];
-    bool adam = stage->optimizer == OPTIM_ADAM;
+    bool adam = stage->optimizer == OPTIM_ADAM || stage->optimizer == OPTIM_SOAP;
     const char *problem = adam ? optim_adam_check(&stage->adam)
                           : stage->optimizer == OPTIM_GAUSS_NEWTON
                               ? optim_gauss_newton_check(&stage->gauss_newton)
@@ -75,7 +75,8 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                                      : "losses.interior.resample_every");
     }
     for (int i = 0; i < settings->stage_count; i++) {
-        moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
+        optim_method method = settings->stages[i].optimizer;
+        moved = moved || method == OPTIM_ADAM || method == OPTIM_SOAP;
     }
     if (!moved && (adaptive || losses->balance)) {
         return train_refuse(key, moving, error,

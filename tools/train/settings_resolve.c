@@ -357,6 +357,10 @@ static void resolve_stage(train_stage *stage, bool diagonal, bool linear)
     const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
     optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
     optim_schedule *schedule = &stage->adam.schedule;
+    const optim_adam_settings adam =
+        stage->optimizer == OPTIM_SOAP ? optim_soap_defaults().adam : optim_adam_defaults();
+    stage->adam.beta1 = isnan(stage->adam.beta1) ? adam.beta1 : stage->adam.beta1;
+    stage->adam.beta2 = isnan(stage->adam.beta2) ? adam.beta2 : stage->adam.beta2;
     diagonal = diagonal && linear && stage->linear_algebra != TRAIN_MATRIX_FREE;
     if (isnan(gauss_newton->initial_damping)) {
         gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;

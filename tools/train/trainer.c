@@ -449,7 +449,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
-    t->info.balance = experiment_balance(t->e);
+    t->info.balance = experiment_balance(t->e, NULL);
     return AD_OK;
 }
 
@@ -474,7 +474,7 @@ ad_status trainer_step(trainer *t, ad_error *error)
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == OPTIM_ADAM) {
+    if (stage_of(t)->optimizer == OPTIM_ADAM || stage_of(t)->optimizer == OPTIM_SOAP) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {

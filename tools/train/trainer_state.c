@@ -243,7 +243,7 @@ ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
         t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
     }
     if (status == AD_OK && t->info.state == TRAINER_DONE) {
-        t->info.balance = experiment_balance(t->e);
+        t->info.balance = experiment_balance(t->e, NULL);
     }
     return status;
 }

@@ -66,19 +66,23 @@ int trainer_unstable_modes(const trainer *t)
     ad_error ignored;
     int modes = -1;
     field *shape = NULL;
+    scene one;
     if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
         return modes;
     }
-    ad_status status = stability_points(rod_scene, s, &ignored);
+    scene_middle(rod_scene, &one);
+    ad_status status = stability_points(&one, s, &ignored);
     status =
         status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
+        double middle[SCENE_PARAMETERS_MAX];
         field_load(shape, t->info.part);
+        field_member(shape, scene_middle_values(rod_scene, middle));
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
     }
     if (status == AD_OK) {
-        stability_count(rod_scene, values, &modes, &ignored);
+        stability_count(&one, values, &modes, &ignored);
     }
     field_free(shape);
     return modes;
