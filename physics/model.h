@@ -236,6 +236,10 @@ domain_uniforms model_uniforms(const physics_model *m, int window);
 domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
                           ad_value *fields);
 
+/* The unknowns of its scene by the network's scalars, at a place; nothing where there are none. */
+void model_record_unknowns(const physics_model *m, const nn_mlp *mlp, bool combined,
+                           domain_place *at);
+
 /* How many columns there are to be had: those of motion come last and only motion has them. */
 int model_columns(const physics_model *m);
 

@@ -57,6 +57,7 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     }
     settings->network.inputs = e->model->inputs ? e->model->inputs : e->model->domain.count;
     settings->network.outputs = e->model->outputs;
+    settings->network.scalars = e->model->scene.unknown_count;
     settings->network.pieces = domain_pieces(&e->model->domain);
     status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {

@@ -248,7 +248,7 @@ static int default_features(const train_settings *settings, const scene *rod_sce
     double count = scene_is_dynamic(rod_scene)
                        ? fmax(FEATURES_LEAST, (sudden ? 2 : 1.4) * bandwidth[0] * bandwidth[1])
                        : 2 * bandwidth[0];
-    for (int i = 0; i < rod_scene->parameter_count; i++) {
+    for (int i = 0; i < scene_known_count(rod_scene); i++) {
         count = fmin(FEATURES_MAX, fmax(FEATURES_LEAST, count * OF_FEATURES));
     }
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
