@@ -295,6 +295,12 @@ static ad_status check_deflection(const train_settings *settings, const scene *r
 static ad_status check_reference(const train_settings *settings, const scene *rod_scene, char *key,
                                  ad_error *error)
 {
+    if (scene_is_family(rod_scene) && train_names_reference(settings) &&
+        isnan(settings->reference_tolerance)) {
+        return train_refuse(key, "reference", error,
+                            "is that of one scene, but parameters have ranges; allowed: "
+                            "reference.solve, which solves some members");
+    }
     struct stat status;
     const char *problem = solve_obstacle(settings, rod_scene);
     if (problem) {
