@@ -23,6 +23,10 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value)
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];
+    if (!scene_is_family(family)) {
+        *member = *family;
+        return;
+    }
     for (int i = 0; i < family->parameter_count; i++) {
         names[i] = family->parameters[i].name;
     }
