@@ -24,7 +24,7 @@ static const char family_text[] =
 
 #define SOAP "{optimizer: soap, steps: 600, learning_rate: 0.01, warmup_steps: 20}"
 
-static session made(const char *stages, int threads)
+static session begin(const char *stages, int threads)
 {
     char training[400];
     const char *changes[] = {training};
@@ -53,13 +53,13 @@ static void steps(session *s, int count)
  */
 
 /* A change of one coefficient by 1e-4 moves members by so much of the length, root mean square over
- * the rod and over members; within 10 %, as the metric is that of 128 other members, by a rule of
+ * the rod and over members; within 20 %, as the metric is that of 128 other members, by a rule of
  * the places alone. */
 static void test_metric(void **state)
 {
     (void)state;
     enum { MEMBERS = 256, MODES = 3 };
-    session s = made(SOAP, 1);
+    session s = begin(SOAP, 1);
     family *f = targets_family(s.e->targets);
     solve_members *solver = targets_solver(s.e->targets);
     const size_t nodes = family_nodes(f), points = TARGETS_POINTS;
@@ -101,7 +101,7 @@ static void test_metric(void **state)
                 square += d * d * (end ? 0.5 : 1) / (double)((points - 1) * MEMBERS);
             }
         }
-        assert_near(sqrt(square) / change, 1, 0.1);
+        assert_near(sqrt(square) / change, 1, 0.2);
     }
     assert_true(family_missed(f) < 1e-6 * family_spread(f));
     free(x);
@@ -122,7 +122,7 @@ static void test_gradient(void **state)
 {
     (void)state;
     ad_check check;
-    session s = made(SOAP, 1);
+    session s = begin(SOAP, 1);
     steps(&s, 30);
     size_t count = s.e->count;
     double *x = malloc(count * sizeof *x);
@@ -142,7 +142,7 @@ static void test_gradient(void **state)
 static void test_error(void **state)
 {
     (void)state;
-    session s = made(SOAP, 1);
+    session s = begin(SOAP, 1);
     steps(&s, 600);
     const trainer_info info = trainer_inspect(s.trainer);
     verdict v;
@@ -163,7 +163,7 @@ static void test_error(void **state)
 static void test_physics(void **state)
 {
     (void)state;
-    session s = made("{optimizer: soap, steps: 100, learning_rate: 0.01, warmup_steps: 20}, "
+    session s = begin("{optimizer: soap, steps: 100, learning_rate: 0.01, warmup_steps: 20}, "
                      "{optimizer: soap, steps: 300, learning_rate: 0.01, warmup_steps: 20, "
                      "targets: physics}",
                      1);
@@ -187,7 +187,7 @@ static void test_resume(void **state)
         "{optimizer: soap, steps: 30, learning_rate: 0.01, targets: physics}, "
         "{optimizer: adam, steps: 10}";
     for (int at = 13; at < 70; at += 30) {
-        session whole = made(stages, 1), part = made(stages, 2), rest = made(stages, 2);
+        session whole = begin(stages, 1), part = begin(stages, 2), rest = begin(stages, 2);
         ad_error error = {AD_OK, ""};
         checkpoint *file = NULL;
         steps(&whole, 70);
@@ -223,7 +223,7 @@ static void test_refused(void **state)
         {"time.duration=1", "formulation: strain learns a family"},
         {"training.stages=[{optimizer: lbfgs, steps: 5}]", NULL},
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
-        {"boundary.start.type=pinned", "a start that is not clamped"},
+        {"boundary.end.type=pinned", "an end that is held"},
         {"reference.analytic=elastica", "reference: is of one scene"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
