@@ -105,7 +105,7 @@ static const double OF_FAMILY = 2;
 static const double ROUNDING_IN_MOTION = 1e-8;
 
 /* What a network that has solved a scene stays below at rest; motions have waves without end. */
-static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3;
+static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3, BOUND_OF_FAMILY = 1e-3;
 
 double trainer_estimate(const trainer *t)
 {
@@ -127,7 +127,10 @@ double trainer_estimate(const trainer *t)
 static void judge_estimate(const trainer *t, verdict *result)
 {
     bool moves = scene_is_dynamic(t->e->scene);
-    double bound = moves ? BOUND_IN_MOTION : BOUND_AT_REST, estimate = trainer_estimate(t);
+    double bound = moves                          ? BOUND_IN_MOTION
+                   : scene_is_family(t->e->scene) ? BOUND_OF_FAMILY
+                                                  : BOUND_AT_REST;
+    double estimate = trainer_estimate(t);
     if (estimate > bound) {
         verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
                     "estimated error %.2g of the %s, above %.2g, by residuals at points never "
