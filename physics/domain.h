@@ -26,6 +26,7 @@ typedef struct domain_coordinate {
     const char *unit;       /* of the SI, static text: "m" */
     double low, high;       /* range, dimensionless; low < high */
     double scale;           /* what one is in that unit */
+    bool logarithmic;       /* points and networks go by its logarithm; 0 < low */
 } domain_coordinate;
 
 typedef struct domain {
@@ -57,6 +58,9 @@ int domain_window_at(const domain *d, double time);
 int domain_pieces(const domain *d);
 void domain_piece(const domain *d, int piece, double *low, double *high);
 
+/* The place, dimensionless, at a fraction of the range of a coordinate. */
+double domain_coordinate_at(const domain_coordinate *c, double fraction);
+
 /* The coordinate of that name, -1: there is none. */
 int domain_find(const domain *d, const char *name);
 
@@ -73,6 +77,7 @@ typedef struct domain_place {
     bool goes_on;         /* the window starts from the state in which the one before ended */
     ad_value state;       /* that state, uniform, as the model wrote it (physics/model.h) */
     ad_value load_factor; /* of all loads, 0 to 1, one row */
+    ad_value unknowns;    /* numbers that are trained with the network, in SI; not valid: none */
     ad_value data;        /* of points that have a source (physics/model.h) */
 } domain_place;
 

@@ -192,6 +192,11 @@ size_t problem_parameters(const problem *p)
     return p->parameters;
 }
 
+int problem_views(const problem *p, const nn_view **views)
+{
+    return nn_mlp_views(p->mlp, views);
+}
+
 int problem_terms(const problem *p)
 {
     return p->term_count;
@@ -205,6 +210,11 @@ const char *problem_term_name(const problem *p, int term)
 double problem_term_weight(const problem *p, int term)
 {
     return p->terms[term]->weight;
+}
+
+bool problem_term_is_held_out(const problem *p, int term)
+{
+    return problem_set_of_term((problem *)p, term)->held_out.count > 0;
 }
 
 const char *problem_unresolved(const problem *p)
@@ -397,9 +407,15 @@ ad_status problem_held_out(problem *p, const double *x, double *loss, double *te
     *loss = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
-        double total;
-        ad_status status = problem_set_run(set, set->value, &set->held_out, x,
-                                           terms ? terms : values, &total, NULL, error);
+        double total, *to = terms ? terms : values;
+        for (int k = 0; k < set->term_count; k++) {
+            to[set->terms[k]] = 0;
+        }
+        if (set->held_out.count == 0) {
+            continue;
+        }
+        ad_status status =
+            problem_set_run(set, set->value, &set->held_out, x, to, &total, NULL, error);
         if (status != AD_OK) {
             return status;
         }

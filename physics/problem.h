@@ -149,12 +149,14 @@ typedef struct problem_fusing {
 ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error);
 
-size_t problem_parameters(const problem *p); /* length of x */
+size_t problem_parameters(const problem *p);                /* length of x */
+int problem_views(const problem *p, const nn_view **views); /* the network's, nn_mlp_views */
 
 /* The terms of this scene, in a fixed order, by index. */
 int problem_terms(const problem *p);
 const char *problem_term_name(const problem *p, int term);
 double problem_term_weight(const problem *p, int term);
+bool problem_term_is_held_out(const problem *p, int term); /* part of the held-out loss */
 
 /* Loss and gradient [parameters] (NULL: not wanted) at x. Allocates nothing after the first call.
  * AD_NOT_FINITE when the loss or its gradient is not. */

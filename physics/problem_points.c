@@ -35,7 +35,9 @@ double problem_placed(const problem *p, int coordinate, int piece, double x)
     if (in_pieces || (coordinate == d->time && d->divided)) {
         x = fmin(fmax(x, OFF), 1 - OFF);
     }
-    return fmin(low + x * (high - low), high);
+    return d->coordinates[coordinate].logarithmic
+               ? domain_coordinate_at(&d->coordinates[coordinate], x)
+               : fmin(low + x * (high - low), high);
 }
 
 /* What a coordinate is that does not vary; at the beginning of time, that of the window. */
@@ -103,6 +105,7 @@ static ad_status cloud_supply(const problem_set *set, problem_cloud *cloud, bool
 {
     const model_source *source = &set->about->source;
     const model_draw draw = {.count = cloud->count,
+                             .window = set->problem->window,
                              .held_out = held_out,
                              .rng = rng,
                              .x = cloud->x,
@@ -195,7 +198,7 @@ static size_t panel_points(const problem *p, const problem_cloud *from, size_t r
 {
     size_t count = 0;
     int coordinates = p->model->domain.count;
-    for (int i = 0; i < coordinates && p->panels[i].edges; i++) {
+    for (int i = 0; i < coordinates && i < 2 && p->panels[i].edges; i++) {
         for (int panel = 0; panel < p->panels[i].count; panel++) {
             double low, high;
             int points = PANEL_POINTS * (coordinates > 1 ? PANEL_OTHERS : 1);
@@ -252,10 +255,11 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
     if (status == AD_OK) {
         status = cloud_supply(set, &set->trained, false, NULL, &set->rng, error);
     }
-    if (status == AD_OK) {
+    bool watched = unseen.points > 0;
+    if (status == AD_OK && watched) {
         status = problem_cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && watched) {
         status = cloud_supply(set, &set->held_out, true, NULL, &held_out, error);
     }
     if (status == AD_OK && set->about->points == MODEL_INTERIOR) {

@@ -5,27 +5,27 @@
 
 /* ---- algebra ------------------------------------------------------------------------------- */
 
-along along_add(along a, along b)
+along strain_add(along a, along b)
 {
     return (along){{ad_add(a.x[0], b.x[0]), ad_add(a.x[1], b.x[1]), ad_add(a.x[2], b.x[2])}};
 }
 
-along along_sub(along a, along b)
+along strain_sub(along a, along b)
 {
     return (along){{ad_sub(a.x[0], b.x[0]), ad_sub(a.x[1], b.x[1]), ad_sub(a.x[2], b.x[2])}};
 }
 
-along along_mul(along a, along b)
+along strain_mul(along a, along b)
 {
     return (along){{ad_mul(a.x[0], b.x[0]), ad_mul(a.x[1], b.x[1]), ad_mul(a.x[2], b.x[2])}};
 }
 
-along along_by(ad_value a, along b)
+along strain_by(ad_value a, along b)
 {
     return (along){{ad_mul(a, b.x[0]), ad_mul(a, b.x[1]), ad_mul(a, b.x[2])}};
 }
 
-along along_cross(along a, along b)
+along strain_cross(along a, along b)
 {
     along c;
     for (int i = 0; i < 3; i++) {
@@ -35,47 +35,42 @@ along along_cross(along a, along b)
     return c;
 }
 
-ad_value along_dot(along a, along b)
+ad_value strain_dot(along a, along b)
 {
-    along c = along_mul(a, b);
+    along c = strain_mul(a, b);
     return ad_add(ad_add(c.x[0], c.x[1]), c.x[2]);
 }
 
-along along_to_world(const along_matrix *R, along a)
+along strain_to_world(const along_matrix *R, along a)
 {
     along b;
     for (int i = 0; i < 3; i++) {
-        b.x[i] = along_dot((along){{R->x[i][0], R->x[i][1], R->x[i][2]}}, a);
+        b.x[i] = strain_dot((along){{R->x[i][0], R->x[i][1], R->x[i][2]}}, a);
     }
     return b;
 }
 
-along along_to_body(const along_matrix *R, along a)
+along strain_to_body(const along_matrix *R, along a)
 {
     along b;
     for (int i = 0; i < 3; i++) {
-        b.x[i] = along_dot((along){{R->x[0][i], R->x[1][i], R->x[2][i]}}, a);
+        b.x[i] = strain_dot((along){{R->x[0][i], R->x[1][i], R->x[2][i]}}, a);
     }
     return b;
 }
 
-along along_zeros(ad_tape *tape)
+along strain_zeros(ad_tape *tape)
 {
     ad_value zero = ad_scalar(tape, 0);
     return (along){{zero, zero, zero}};
 }
 
-along along_rows(ad_value vector)
+along strain_rows(ad_value vector)
 {
     return (along){{ad_row(vector, 0), ad_row(vector, 1), ad_row(vector, 2)}};
 }
 
-ad_value along_vector(along a)
-{
-    return ad_stack(3, a.x);
-}
-
-ad_value along_points(int nodes, along a)
+ad_value strain_points(int nodes, along a)
 {
     ad_value rows[3 * STRAIN_NODES_MAX];
     for (int i = 0; i < 3 * nodes; i++) {
@@ -85,7 +80,7 @@ ad_value along_points(int nodes, along a)
     return ad_stack(3 * nodes, rows);
 }
 
-along along_of_points(int nodes, ad_value x)
+along strain_of_points(int nodes, ad_value x)
 {
     ad_value rows[STRAIN_NODES_MAX];
     along a;
@@ -100,7 +95,7 @@ along along_of_points(int nodes, ad_value x)
 
 /* ---- rotations ----------------------------------------------------------------------------- */
 
-along_turn along_turn_product(along_turn p, along_turn q)
+along_turn strain_turn_product(along_turn p, along_turn q)
 {
     static const int of[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 3, 0, 1}, {3, 2, 1, 0}};
     static const double sign[4][4] = {{1, -1, -1, -1}, {1, 1, 1, -1}, {1, -1, 1, 1}, {1, 1, -1, 1}};
@@ -114,14 +109,14 @@ along_turn along_turn_product(along_turn p, along_turn q)
     return r;
 }
 
-along_turn along_turn_by(along w)
+along_turn strain_turn_by(along w)
 {
-    ad_value square = ad_scale(along_dot(w, w), 0.25);
-    along half = along_by(ad_scale(ad_stumpff(1, square), 0.5), w);
+    ad_value square = ad_scale(strain_dot(w, w), 0.25);
+    along half = strain_by(ad_scale(ad_stumpff(1, square), 0.5), w);
     return (along_turn){{ad_stumpff(0, square), half.x[0], half.x[1], half.x[2]}};
 }
 
-along_matrix along_turn_matrix(along_turn q)
+along_matrix strain_turn_matrix(along_turn q)
 {
     ad_value x[4][4]; /* of two times q */
     along_matrix R;
@@ -140,12 +135,12 @@ along_matrix along_turn_matrix(along_turn q)
     return R;
 }
 
-along_turn along_turn_rows(ad_value q)
+along_turn strain_turn_rows(ad_value q)
 {
     return (along_turn){{ad_row(q, 0), ad_row(q, 1), ad_row(q, 2), ad_row(q, 3)}};
 }
 
-ad_value along_turn_vector(along_turn q)
+ad_value strain_turn_vector(along_turn q)
 {
     return ad_stack(4, q.x);
 }
@@ -153,18 +148,18 @@ ad_value along_turn_vector(along_turn q)
 static along_twist twist_add(along_twist a, double factor, along_twist b)
 {
     const ad_value by = ad_scalar(b.turn.x[0].tape, factor);
-    return (along_twist){along_add(a.turn, along_by(by, b.turn)),
-                         along_add(a.shift, along_by(by, b.shift))};
+    return (along_twist){strain_add(a.turn, strain_by(by, b.turn)),
+                         strain_add(a.shift, strain_by(by, b.shift))};
 }
 
 /* [b, a] */
 static along_twist bracket(along_twist b, along_twist a)
 {
-    return (along_twist){along_cross(b.turn, a.turn),
-                         along_sub(along_cross(b.turn, a.shift), along_cross(a.turn, b.shift))};
+    return (along_twist){strain_cross(b.turn, a.turn),
+                         strain_sub(strain_cross(b.turn, a.shift), strain_cross(a.turn, b.shift))};
 }
 
-along_twist along_magnus(const along_twist a[3])
+along_twist strain_magnus(const along_twist a[3])
 {
     const along_twist c1 = bracket(a[1], a[0]);
     const along_twist c2 = bracket(a[0], twist_add(c1, 2, a[2]));
@@ -173,17 +168,17 @@ along_twist along_magnus(const along_twist a[3])
     return twist_add(twist_add(a[0], 1.0 / 12, a[2]), 1.0 / 240, last);
 }
 
-along along_twist_shift(along_twist a)
+along strain_twist_shift(along_twist a)
 {
-    const ad_value square = along_dot(a.turn, a.turn);
-    const along once = along_cross(a.turn, a.shift), twice = along_cross(a.turn, once);
-    return along_add(a.shift, along_add(along_by(ad_stumpff(2, square), once),
-                                        along_by(ad_stumpff(3, square), twice)));
+    const ad_value square = strain_dot(a.turn, a.turn);
+    const along once = strain_cross(a.turn, a.shift), twice = strain_cross(a.turn, once);
+    return strain_add(a.shift, strain_add(strain_by(ad_stumpff(2, square), once),
+                                          strain_by(ad_stumpff(3, square), twice)));
 }
 
 /* ---- points -------------------------------------------------------------------------------- */
 
-ad_value along_weigh(int rows, int points, const double *weights, ad_value x)
+ad_value strain_weigh(int rows, int points, const double *weights, ad_value x)
 {
     if (ad_rows(x) == points && points > 1) {
         return ad_matvec(ad_constant(x.tape, rows * points, weights), x);
@@ -206,13 +201,13 @@ static ad_value element_of(const strain_rod *rod, ad_value x, int element)
     return ad_rows(x) == 1 ? x : ad_slice(x, element * n, n);
 }
 
-along along_element(const strain_rod *rod, along a, int e)
+along strain_element(const strain_rod *rod, along a, int e)
 {
     return (along){
         {element_of(rod, a.x[0], e), element_of(rod, a.x[1], e), element_of(rod, a.x[2], e)}};
 }
 
-along along_join(int elements, const int *counts, const along *parts)
+along strain_join(int elements, const int *counts, const along *parts)
 {
     ad_value all[STRAIN_ELEMENTS_MAX];
     along a;

@@ -36,7 +36,7 @@ static void differentiate(ad_value changes, int causes, int count, const along *
 
 static along cause(ad_value changes, int which)
 {
-    return along_rows(ad_slice(changes, 3 * which, 3));
+    return strain_rows(ad_slice(changes, 3 * which, 3));
 }
 
 /* (1 + turn^) R */
@@ -45,7 +45,7 @@ static along_matrix turned(along turn, const along_matrix *R)
     along_matrix to;
     for (int j = 0; j < 3; j++) {
         const along column = {{R->x[0][j], R->x[1][j], R->x[2][j]}};
-        const along sum = along_add(column, along_cross(turn, column));
+        const along sum = strain_add(column, strain_cross(turn, column));
         for (int i = 0; i < 3; i++) {
             to.x[i][j] = sum.x[i];
         }
@@ -57,14 +57,14 @@ static void differentiate_points(const strain_rod *rod, const strain_state *stat
                                  local_changes *local)
 {
     const along_matrix R = turned(cause(changes, TURN), &state->R);
-    const along force = along_add(state->force, cause(changes, FORCE));
-    const along curvature = along_add(state->curvature, cause(changes, CURVATURE));
-    const along moment = along_add(state->moment, cause(changes, MOMENT));
+    const along force = strain_add(state->force, cause(changes, FORCE));
+    const along curvature = strain_add(state->curvature, cause(changes, CURVATURE));
+    const along moment = strain_add(state->moment, cause(changes, MOMENT));
     const along strain =
-        strain_yield_on(rod, along_to_body(&R, force), curvature, state->strain, state->curvature);
+        strain_yield_on(rod, strain_to_body(&R, force), curvature, state->strain, state->curvature);
     along effects[EFFECTS], load[2];
     strain_loads(rod, &R, load);
-    effects[OF_SLOPE] = along_to_world(&R, strain);
+    effects[OF_SLOPE] = strain_to_world(&R, strain);
     effects[OF_LOAD] = load[0];
     effects[OF_RATE] = strain_moment_rate(effects[OF_SLOPE], force, load[1]);
     effects[OF_MISSING] = strain_missing(rod, &R, strain, curvature, moment);
@@ -76,10 +76,10 @@ static void differentiate_edge(const strain_rod *rod, const strain_state *state,
                                ad_value changes, along_matrix by[1][EFFECTS])
 {
     const ad_value zero = ad_scalar(rod->tape, 0), half = ad_scalar(rod->tape, 0.5);
-    const along turn = along_by(half, cause(changes, TURN));
+    const along turn = strain_by(half, cause(changes, TURN));
     along_turn q = state->edge_turn[edge];
     along_turn more = {{zero, turn.x[0], turn.x[1], turn.x[2]}};
-    more = along_turn_product(more, q);
+    more = strain_turn_product(more, q);
     for (int k = 0; k < 4; k++) {
         q.x[k] = ad_add(q.x[k], more.x[k]);
     }
@@ -90,14 +90,14 @@ static void differentiate_edge(const strain_rod *rod, const strain_state *state,
 
 static along add_changed(along sum, const along_matrix *by, along cause)
 {
-    return along_add(sum, along_to_world(by, cause));
+    return strain_add(sum, strain_to_world(by, cause));
 }
 
 /* An effect of all that changes at points. */
 static along effect_of(const strain_rod *rod, const local_changes *local, int effect,
                        const along *causes, int count)
 {
-    along sum = along_zeros(rod->tape);
+    along sum = strain_zeros(rod->tape);
     for (int k = 0; k < count; k++) {
         sum = add_changed(sum, &local->by[k][effect], causes[k]);
     }
@@ -108,15 +108,15 @@ strain_change strain_rod_change(const strain_rod *rod, ad_value curvature, ad_va
 {
     const int elements = rod->mesh.elements;
     const ad_value changes = ad_input(rod->tape, "change", CHANGES);
-    const along none = along_zeros(rod->tape);
+    const along none = strain_zeros(rod->tape);
     strain_state state;
     local_changes local;
     along causes[CAUSES], edges[STRAIN_ELEMENTS_MAX + 1], acting[2][STRAIN_ELEMENTS_MAX + 1];
     strain_state_of(rod, curvature, &state);
     differentiate_points(rod, &state, changes, &local);
-    causes[CURVATURE] = along_of_points(rod->nodes, direction);
+    causes[CURVATURE] = strain_of_points(rod->nodes, direction);
     causes[FORCE] = causes[MOMENT] = none;
-    causes[TURN] = strain_integrate_on(rod, along_to_world(&state.R, causes[CURVATURE]), edges);
+    causes[TURN] = strain_integrate_on(rod, strain_to_world(&state.R, causes[CURVATURE]), edges);
     for (int e = 0; e <= elements; e++) {
         along_matrix by[1][EFFECTS];
         memset(by, 0, sizeof by);
@@ -131,7 +131,7 @@ strain_change strain_rod_change(const strain_rod *rod, ad_value curvature, ad_va
                                            acting[1], edges);
     const along missing = effect_of(rod, &local, OF_MISSING, causes, CAUSES);
     const along moved = strain_integrate_on(rod, slope, edges);
-    strain_change result = {.residual = along_points(rod->nodes, missing)};
+    strain_change result = {.residual = strain_points(rod->nodes, missing)};
     for (int c = 0; c < 3; c++) {
         ad_value at = moved.x[c], end = edges[elements].x[c];
         at = ad_rows(at) == 1 ? ad_repeat(at, rod->nodes) : at;

@@ -37,7 +37,6 @@ struct strain_rod {
     ad_tape *tape;
     domain_place at;
     rod_context rod;
-    quantity_binding bindings[SCENE_PARAMETERS_MAX];
     strain_mesh mesh;
     gauss_rule rule;
     int nodes;
@@ -51,37 +50,36 @@ struct strain_rod {
 };
 
 /* strain_along.c */
-along along_add(along a, along b);
-along along_sub(along a, along b);
-along along_mul(along a, along b); /* component by component */
-along along_by(ad_value a, along b);
-along along_cross(along a, along b);
-ad_value along_dot(along a, along b);
-along along_to_world(const along_matrix *R, along a);
-along along_to_body(const along_matrix *R, along a);
-along along_zeros(ad_tape *tape);
-along along_rows(ad_value vector);         /* of 3 rows: one for each component */
-ad_value along_vector(along a);            /* of one point: 3 rows */
-ad_value along_points(int nodes, along a); /* [3 nodes], three of each point in turn */
-along along_of_points(int nodes, ad_value x);
-along_turn along_turn_product(along_turn p, along_turn q);
-along_turn along_turn_by(along rotation_vector);
-along_matrix along_turn_matrix(along_turn q);
-along_turn along_turn_rows(ad_value quaternion);
-ad_value along_turn_vector(along_turn q);
+along strain_add(along a, along b);
+along strain_sub(along a, along b);
+along strain_mul(along a, along b); /* component by component */
+along strain_by(ad_value a, along b);
+along strain_cross(along a, along b);
+ad_value strain_dot(along a, along b);
+along strain_to_world(const along_matrix *R, along a);
+along strain_to_body(const along_matrix *R, along a);
+along strain_zeros(ad_tape *tape);
+along strain_rows(ad_value vector);         /* of 3 rows: one for each component */
+ad_value strain_points(int nodes, along a); /* [3 nodes], three of each point in turn */
+along strain_of_points(int nodes, ad_value x);
+along_turn strain_turn_product(along_turn p, along_turn q);
+along_turn strain_turn_by(along rotation_vector);
+along_matrix strain_turn_matrix(along_turn q);
+along_turn strain_turn_rows(ad_value quaternion);
+ad_value strain_turn_vector(along_turn q);
 
 /* The twist of a step with terms a of Magnus' expansion (Blanes et al. 2009, eq. 253, whose Y' = A
  * Y is transposed here: commutators change their sign), and the position at its end by that. */
-along_twist along_magnus(const along_twist a[3]);
-along along_twist_shift(along_twist a);
+along_twist strain_magnus(const along_twist a[3]);
+along strain_twist_shift(along_twist a);
 
 /* [rows] sums of weights [rows][points] times what is at points, also if it is the same at all. */
-ad_value along_weigh(int rows, int points, const double *weights, ad_value x);
+ad_value strain_weigh(int rows, int points, const double *weights, ad_value x);
 
 /* What is at an element's points; and of all elements one after the other what `parts` says, of
  * counts[e] rows each or of one that is the same for all. */
-along along_element(const strain_rod *rod, along a, int element);
-along along_join(int elements, const int *counts, const along *parts);
+along strain_element(const strain_rod *rod, along a, int element);
+along strain_join(int elements, const int *counts, const along *parts);
 
 /* strain_record.c: all that follows from the curvature, at points and at edges before what acts
  * there, or the joint turns. */

@@ -71,7 +71,7 @@ static void step_terms(const strain_rod *rod, const steps *all, int e, along fie
     }
     for (int k = 0; k < 3; k++) {
         for (int c = 0; c < 3; c++) {
-            a[k].x[c] = along_weigh(count, n, weights[k], field.x[c]);
+            a[k].x[c] = strain_weigh(count, n, weights[k], field.x[c]);
         }
     }
 }
@@ -103,7 +103,7 @@ static along at_places(const strain_rod *rod, int e, along field, const group *g
     const int n = rod->mesh.stages;
     const double h = rod->mesh.edges[e + 1] - rod->mesh.edges[e];
     double weights[STRAIN_STEPS_MAX * STRAIN_STAGES_MAX];
-    const along here = along_element(rod, field, e);
+    const along here = strain_element(rod, field, e);
     along a;
     for (int i = 0; i < g->count; i++) {
         double *row = weights + i * n;
@@ -118,7 +118,7 @@ static along at_places(const strain_rod *rod, int e, along field, const group *g
     }
     for (int c = 0; c < 3; c++) {
         bool same = g->count == 0 || (ad_rows(here.x[c]) == 1 && !integral);
-        a.x[c] = same ? here.x[c] : along_weigh(g->count, n, weights, here.x[c]);
+        a.x[c] = same ? here.x[c] : strain_weigh(g->count, n, weights, here.x[c]);
     }
     return a;
 }
@@ -135,18 +135,18 @@ static void place_all(const strain_rod *rod, const strain_state *state, const st
     ad_value turned[4][STRAIN_STEPS_MAX], before[4][STRAIN_STEPS_MAX];
     along shifts[STRAIN_ELEMENTS_MAX];
     int counts[STRAIN_ELEMENTS_MAX];
-    along_turn q = along_turn_rows(rod->start.rotation), start = q;
+    along_turn q = strain_turn_rows(rod->start.rotation), start = q;
     for (int e = 0; e < rod->mesh.elements; e++) {
         along_twist a[3];
         along parts[2][3];
-        step_terms(rod, all, e, along_element(rod, state->curvature, e), parts[0]);
-        step_terms(rod, all, e, along_element(rod, state->strain, e), parts[1]);
+        step_terms(rod, all, e, strain_element(rod, state->curvature, e), parts[0]);
+        step_terms(rod, all, e, strain_element(rod, state->strain, e), parts[1]);
         for (int k = 0; k < 3; k++) {
             a[k] = (along_twist){parts[0][k], parts[1][k]};
         }
-        const along_twist twist = along_magnus(a);
-        const along_turn step = along_turn_by(twist.turn);
-        shifts[e] = along_twist_shift(twist);
+        const along_twist twist = strain_magnus(a);
+        const along_turn step = strain_turn_by(twist.turn);
+        shifts[e] = strain_twist_shift(twist);
         counts[e] = all->first[e + 1] - all->first[e];
         q = e > 0 ? strain_turn_over(rod, e, q) : q;
         for (int i = 0; i < counts[e]; i++) {
@@ -155,7 +155,7 @@ static void place_all(const strain_rod *rod, const strain_state *state, const st
                 before[k][all->first[e] + i] = q.x[k];
                 one.x[k] = ad_rows(step.x[k]) == 1 ? step.x[k] : ad_row(step.x[k], i);
             }
-            q = along_turn_product(q, one);
+            q = strain_turn_product(q, one);
             for (int k = 0; k < 4; k++) {
                 turned[k][all->first[e] + i] = q.x[k];
             }
@@ -170,8 +170,8 @@ static void place_all(const strain_rod *rod, const strain_state *state, const st
         }
         shape->rotation[k] = stack_of(rod->tape, places, rows);
     }
-    const along_matrix R = along_turn_matrix(from);
-    const along moved = along_to_world(&R, along_join(rod->mesh.elements, counts, shifts));
+    const along_matrix R = strain_turn_matrix(from);
+    const along moved = strain_to_world(&R, strain_join(rod->mesh.elements, counts, shifts));
     for (int c = 0; c < 3; c++) {
         ad_value rows[STRAIN_STEPS_MAX], sum = ad_row(rod->start.position, c);
         for (int i = 0, step = 0; i < places; i++) {
@@ -205,19 +205,19 @@ strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int pla
         const group g = group_of(rod, e, places, s);
         counts[e] = g.count;
         parts[0][e] =
-            along_add(state.edge_force[e + 1], at_places(rod, e, state.load_rate[0], &g, true));
-        parts[1][e] = along_add(state.edge_moment[e + 1], at_places(rod, e, rate, &g, true));
+            strain_add(state.edge_force[e + 1], at_places(rod, e, state.load_rate[0], &g, true));
+        parts[1][e] = strain_add(state.edge_moment[e + 1], at_places(rod, e, rate, &g, true));
         parts[2][e] = at_places(rod, e, state.strain, &g, false);
         parts[3][e] = at_places(rod, e, state.curvature, &g, false);
     }
     for (int i = 0; i < 4; i++) {
-        joined[i] = along_join(rod->mesh.elements, counts, parts[i]);
+        joined[i] = strain_join(rod->mesh.elements, counts, parts[i]);
     }
     along_turn q;
     memcpy(q.x, shape.rotation, sizeof q.x);
-    const along_matrix R = along_turn_matrix(q);
-    joined[0] = along_to_body(&R, joined[0]);
-    joined[1] = along_to_body(&R, joined[1]);
+    const along_matrix R = strain_turn_matrix(q);
+    joined[0] = strain_to_body(&R, joined[0]);
+    joined[1] = strain_to_body(&R, joined[1]);
     ad_value *const to[4] = {shape.force, shape.moment, shape.strain, shape.curvature};
     for (int i = 0; i < 4; i++) {
         for (int c = 0; c < 3; c++) {

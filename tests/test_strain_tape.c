@@ -1,14 +1,12 @@
 /* The strain form on the tape: against the solver's own in lanes, against shapes of the other
  * solver, derivatives against differences, and what is refused. */
+#include "config_testing.h"
 #include "evaluate.h"
 #include "random_numbers.h"
 
 #include "physics/solve/solve.h"
 #include "physics/solve/strain_level.h"
 #include "physics/strain.h"
-#include "tools/config/config.h"
-
-#include <unistd.h>
 
 enum { PARAMETERS = 3, STAGES = 8, NODES_MAX = 96, PLACES = 9 };
 
@@ -18,7 +16,9 @@ static const double usual[PARAMETERS] = {1, 0.5, 1};
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
  * chamber, followers within and distributed, the weight, a force and a moment at the tip. */
 static const char robot[] =
-    "parameters: {pull: 1, push: 0.5, stiff: 1, half: stiff/2}\n"
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, stiff: {range: [0.5, 2], scale: "
+    "log},\n"
+    "             half: stiff/2}\n"
     "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
     "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
     "segments:\n"
@@ -42,7 +42,8 @@ static const char robot[] =
 
 /* Dead forces alone. */
 static const char plain[] =
-    "parameters: {pull: 1, push: 0.5, stiff: 1}\n"
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, stiff: {range: [0.5, 2], scale: "
+    "log}}\n"
     "rod: {model: cosserat, length: 0.2, section: {shape: circle, radius: 0.0005},\n"
     "      material: {youngs_modulus: 60e9*stiff, poissons_ratio: 0.3, density: 6450}}\n"
     "boundary: {end: {type: loaded}}\n"
@@ -54,20 +55,6 @@ static void assert_good(ad_status status, const ad_error *error)
     if (status != AD_OK) {
         fail_msg("%s", error->message);
     }
-}
-
-static config *read_scene(const char *text)
-{
-    char path[] = "/tmp/cpinn_strain_tape_XXXXXX";
-    config *result = NULL;
-    ad_error error = {.message = ""};
-    int descriptor = mkstemp(path);
-    assert_true(descriptor >= 0);
-    assert_int_equal(write(descriptor, text, strlen(text)), (ssize_t)strlen(text));
-    close(descriptor);
-    assert_good(config_read_open(path, 0, NULL, PARAMETERS, names, &result, &error), &error);
-    unlink(path);
-    return result;
 }
 
 /* ---- on the tape --------------------------------------------------------------------------- */
@@ -85,10 +72,10 @@ typedef struct recorded {
 
 static recorded begin(const char *text, int stages)
 {
-    recorded r = {.given = read_scene(text), .tape = ad_tape_create()};
+    recorded r = {.given = read_text(text, 0, NULL), .tape = ad_tape_create()};
     ad_error error = {.message = ""};
     ad_value each[PARAMETERS], s = ad_input(r.tape, "s", 1);
-    scene_with(r.given->open, PARAMETERS, names, usual, &r.one);
+    scene_middle(&r.given->scene, &r.one);
     r.scale = scene_length(&r.one);
     assert_good(strain_mesh_of(&r.one, stages, &r.mesh, &error), &error);
     r.nodes = strain_mesh_nodes(&r.mesh);
@@ -99,7 +86,7 @@ static recorded begin(const char *text, int stages)
     for (int i = 0; i < PARAMETERS; i++) {
         each[i] = ad_row(r.parameters, i);
     }
-    const strain_settings settings = {r.given->open, PARAMETERS, names, usual, r.mesh};
+    const strain_settings settings = {&r.given->scene, PARAMETERS, names, usual, r.mesh};
     assert_good(strain_rod_create(&settings, s, each, &r.rod, &error), &error);
     return r;
 }
@@ -144,9 +131,9 @@ static void solve_form(const recorded *r, const double *parameters, const double
     ad_error error = {.message = ""};
     lanes whole = {0};
     whole += 1;
-    assert_good(solve_rod_create_open(r->given->open, &open, &rod, &error), &error);
-    assert_good(strain_level_create(rod, r->mesh.stages, r->mesh.elements, r->mesh.edges, NULL,
-                                    false, 1, &tip, &level, &error),
+    assert_good(solve_rod_create_open(&r->given->scene, &open, &rod, &error), &error);
+    assert_good(strain_level_create(rod, r->mesh.stages, r->mesh.elements, r->mesh.edges, false, 1,
+                                    &tip, &level, &error),
                 &error);
     double *room = malloc(strain_level_room(&level, rod) * sizeof *room);
     for (int lane = 0; lane < LANES; lane++) {
@@ -368,8 +355,8 @@ static void test_refusals(void **state)
         ad_error error = {.message = ""};
         snprintf(text, sizeof text, "%.*s%s%s", (int)(at - plain), plain, rows[k].to,
                  at + strlen(rows[k].from));
-        config *given = read_scene(text);
-        scene_with(given->open, PARAMETERS, names, usual, &one);
+        config *given = read_text(text, 0, NULL);
+        scene_middle(&given->scene, &one);
         assert_int_equal(strain_check(&one, &error), AD_BAD_ARGUMENT);
         assert_non_null(strstr(error.message, rows[k].why));
         config_free(given);
