@@ -43,7 +43,8 @@ extern "C" {
     X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
-    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
+    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */  \
+    X(SCENE_STRAIN_FORM, "strain")        /* unknown u, of a family: physics/family.h */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
     X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
@@ -377,6 +378,10 @@ bool scene_uses(const scene *rod_scene, const char *name);
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
+
+/* Training finds a number y for an unknown: its fraction is 1/(1 + exp(-y - y0)), never an end of
+ * the range, with this y0 where it begins, of a guess at an end close to it. */
+double scene_unknown_scalar(const scene_parameter *parameter, double guess);
 
 /* One member of a family, values [parameter_count] in SI units: a scene without parameters. The
  * middle one has every parameter at the fraction 1/2; of a scene that is no family it is this

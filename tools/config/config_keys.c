@@ -178,9 +178,19 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
+     .fallback = "mixed; of families at rest with more than four parameters strain",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
-             "beams w and slope, second order."},
+             "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
+             "function of the parameters, learnt from members."},
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(16, 100000000),
+     .fallback = "131072 in the strain form",
+     .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
+             "before training."},
+    {"members.inputs", CONFIG_CHOICE, AT(settings.inputs), .names = train_inputs_names,
+     .help = "Of its network. groups: the dimensionless numbers that the scene depends on, of one "
+             "member of each set that turns and mirrors make equal; --explain lists them; "
+             "parameters: these, from -1 to 1 over their ranges."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -311,6 +321,21 @@ const config_key config_keys[] = {
      .help = "Steps between updates of the causal weights; lbfgs and ssbroyden start anew at "
              "each."},
 
+    {"data[].quantity", CONFIG_CHOICE, AT(settings.data[0].quantity), .names = train_quantity_names,
+     .fallback = "required",
+     .help = "Measurements as a term of the loss beside the equations; rotations by the angle between "
+             "them. History has it as data0_position and so on, in units of the noise."},
+    {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
+     .help = "CSV or HDF5, a row for each place: columns s, in motion t, and those of the quantity, "
+             "named and in units as cpinn-eval writes them; relative to this file. Others are left."},
+    {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
+     .unit = "of the SI, rad",
+     .help = "Standard deviation of each number: differences count in its units; 0: in those of the "
+             "scene, L for positions."},
+    {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT,
+     .fallback = "1; 1e-6 with noise, so that the equations count for more than it",
+     .help = "Weight of the mean of their squares."},
+
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
      .fallback = "required",
@@ -397,6 +422,9 @@ const config_key config_keys[] = {
     {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
      BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
+    {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
+     .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
+             "members in every step, by a step of Newton's method from what the network says."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,
@@ -442,6 +470,8 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
+    LIST("data", "data set", "data sets", "quantity", 0, TRAIN_DATA_MAX, settings.data,
+         settings.data_count),
     LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),

@@ -22,7 +22,7 @@ static ad_status check_stage(const train_settings *settings, int index, char *ke
                                   "%lld steps are more than the %d steps of the stage",
                                   (long long)stage->adam.schedule.warmup_steps, stage->steps);
     }
-    if (stage->stop_error > 0 && !train_names_reference(settings)) {
+    if (stage->stop_error > 0 && !train_names_reference(settings) && settings->members == 0) {
         return train_refuse_stage(key, index, "stop.error", error,
                                   "there is no reference to measure an error against; give "
                                   "reference.analytic, solve or file, or leave it out");
@@ -89,7 +89,7 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
 bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene)
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
-           settings->network.hidden_count == 0 &&
+           settings->data_count == 0 && settings->network.hidden_count == 0 &&
            settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
@@ -295,6 +295,12 @@ static ad_status check_deflection(const train_settings *settings, const scene *r
 static ad_status check_reference(const train_settings *settings, const scene *rod_scene, char *key,
                                  ad_error *error)
 {
+    if (scene_is_family(rod_scene) && train_names_reference(settings) &&
+        isnan(settings->reference_tolerance)) {
+        return train_refuse(key, "reference", error,
+                            "is that of one scene, but parameters have ranges; allowed: "
+                            "reference.solve, which solves some members");
+    }
     struct stat status;
     const char *problem = solve_obstacle(settings, rod_scene);
     if (problem) {
@@ -313,6 +319,18 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
         return train_refuse(key, "reference.file", error,
                             "%s is not a file; paths are relative to the scene file",
                             settings->reference_file);
+    }
+    return AD_OK;
+}
+
+static ad_status check_data(const train_settings *settings, char *key, ad_error *error)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        char field[TRAIN_KEY_MAX];
+        snprintf(field, sizeof field, "data[%d]", i);
+        if (!settings->data[i].file) {
+            return train_refuse(key, field, error, "has no file; give one");
+        }
     }
     return AD_OK;
 }
@@ -359,6 +377,10 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
                             "is of a family, and no parameter has a range");
     }
+    if (rod_scene->formulation == SCENE_STRAIN_FORM) {
+        ad_status status = train_check_family(settings, rod_scene, key, error);
+        return status == AD_OK ? check_stages(settings, key, error) : status;
+    }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,
                             "causal weighting follows time, but the scene is static; give "
@@ -383,6 +405,7 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (status == AD_OK) {
         status = check_stages(settings, key, error);
     }
+    status = status == AD_OK ? check_data(settings, key, error) : status;
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }
 
@@ -392,6 +415,10 @@ ad_status train_settings_check_model(const train_settings *settings, const physi
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (settings->data_count > 0) {
+        return train_refuse(key, "data", error,
+                            "are of a scene; give physics of one's own a term and a source");
     }
     if (train_names_reference(settings)) {
         return train_refuse(key, "reference", error,
