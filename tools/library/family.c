@@ -174,7 +174,8 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
     if (status != AD_OK) {
         return status;
     }
-    status = cpinn_family_fields(&trained, *result, &network, error);
+    status = e->targets ? cpinn_family_curvature(e, &network, error)
+                        : cpinn_family_fields(&trained, *result, &network, error);
     if (status != AD_OK) {
         cpinn_family_free(*result);
         *result = NULL;
