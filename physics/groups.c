@@ -25,8 +25,7 @@ static const double UNMOVED = 1e-7;
 /* What moves the rod less is mapped to less, by this power, but not to less than the least. */
 static const double WEAKER = 0.5, WEAKEST = 0.25;
 
-/* ---- members ------------------------------------------------------------------------------------
- */
+/* ---- members --------------------------------------------------------------------------------- */
 
 /* values [parameters][DRAWS]: all at one end of their ranges, each at one end with the others in
  * the middle, then any. */
@@ -90,8 +89,7 @@ static ad_value stack_items(const group_list *list, ad_tape *tape)
     return all;
 }
 
-/* ---- finding them
- * ---------------------------------------------------------------------------------- */
+/* ---- finding them ---------------------------------------------------------------------------- */
 
 /* A row of an item in numbers. */
 typedef struct candidate {
@@ -383,8 +381,7 @@ static void choose(search *x)
     }
 }
 
-/* ---- making
- * --------------------------------------------------------------------------------------- */
+/* ---- making ---------------------------------------------------------------------------------- */
 
 static ad_status allocate(search *x, ad_error *error)
 {

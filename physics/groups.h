@@ -57,9 +57,9 @@ typedef struct groups_settings {
 typedef struct groups groups;
 
 /* Determined by the scene and the settings alone, so that a checkpoint need not hold it. Parameters
- * must be open names of the scene's formulas, which outlive the groups. A family that has no rod in
- * space (a beam, a manufactured solution) gets its parameters. AD_NO_MEMORY; AD_BAD_INPUT: a number
- * of the equations is not finite for members within the ranges. */
+ * must be open names of the scene's formulas, which outlive the groups. A family of beams, of
+ * manufactured solutions, or of rods in more than 64 pieces gets its parameters. AD_NO_MEMORY;
+ * AD_BAD_INPUT: a number of the equations is not finite for members within the ranges. */
 ad_status groups_find(const scene *family, const groups_settings *settings, groups **result,
                       ad_error *error);
 void groups_free(groups *x); /* NULL is allowed */

@@ -5,7 +5,7 @@
 #include "physics/groups.h"
 #include "physics/rod_internal.h"
 
-enum { GROUP_PLACES_MAX = 16, GROUP_TIMES_MAX = 4, GROUP_NAME = 48 };
+enum { GROUP_PLACES_MAX = 64, GROUP_TIMES_MAX = 4, GROUP_NAME = 48 };
 
 /* How an item changes when the rod is turned about d3 of its base, or mirrored. */
 typedef enum group_kind {
@@ -13,7 +13,7 @@ typedef enum group_kind {
     GROUP_POLAR,    /* [3] a force, in components of the base or of the section */
     GROUP_AXIAL,    /* [3] a moment, a curvature, the same */
     GROUP_TENSOR,   /* [3] along d1, d2, d3: not at all if its first two are equal */
-    GROUP_PULL,     /* of one actuator: it takes the value of the one that comes in its place */
+    GROUP_PULL,     /* of one tendon: it takes the value of the one that comes in its place */
     GROUP_OFFSET,   /* [3] of one tendon: it has to be where that one comes */
     GROUP_PARAMETER /* of the family itself: it may change, but not how is not known */
 } group_kind;
@@ -90,8 +90,7 @@ void group_symmetry_find(bool nearly, const group_source *source, const group_li
 /* Items become those of the member in the sector. */
 void group_symmetry_apply(const group_symmetry *symmetry, group_list *list, groups_turn *turn);
 
-/* ---- the result -------------------------------------------------------------------------------
- */
+/* ---- the result ------------------------------------------------------------------------------ */
 
 enum { GROUP_ROWS_MAX = 64 };
 

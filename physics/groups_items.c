@@ -13,27 +13,26 @@ static const double ZEROS[3] = {0, 0, 0};
 /* Of the length: over which the slope of an actuator's offset is taken. */
 static const double STEP = 1e-5;
 
-/* ---- where they are looked at -----------------------------------------------------------------
- */
+/* ---- where they are looked at ---------------------------------------------------------------- */
 
 /* Some within every piece between breaks, not at equal distances, between which what winds around
- * the rod might look straight. */
-static ad_status find_places(group_source *source, ad_error *error)
+ * the rod might look straight. False: there are too many pieces. */
+static bool find_places(group_source *source, const scene_breaks *breaks)
 {
-    enum { ALONE = 5 };
-    scene_breaks breaks;
     const double length = scene_length(&source->middle);
-    ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
-    const int pieces = status == AD_OK ? breaks.count + 1 : 1;
-    const int each = pieces == 1 ? ALONE : pieces <= 5 ? 3 : pieces <= 8 ? 2 : 1;
-    for (int i = 0; i < pieces * each && source->places < GROUP_PLACES_MAX; i++) {
+    const int pieces = breaks->count + 1;
+    const int each = pieces == 1 ? 5 : pieces <= 5 ? 3 : pieces <= 8 ? 2 : 1;
+    if (breaks->unresolved || pieces * each > GROUP_PLACES_MAX) {
+        return false;
+    }
+    for (int i = 0; i < pieces * each; i++) {
         const int piece = i / each;
-        const double from = piece > 0 ? breaks.place[piece - 1] / length : 0;
-        const double to = piece + 1 < pieces ? breaks.place[piece] / length : 1;
+        const double from = piece > 0 ? breaks->place[piece - 1] / length : 0;
+        const double to = piece + 1 < pieces ? breaks->place[piece] / length : 1;
         const double x = 0.5 - 0.5 * cos(PI * (i % each + 0.5) / each);
         source->place[source->places++] = from + (to - from) * x;
     }
-    return status;
+    return true;
 }
 
 static bool is_turnable(const scene *given)
@@ -85,11 +84,13 @@ ad_status group_source_fill(const scene *family, bool by_parameters, group_sourc
     if (source->turnable) {
         find_upright(family, source->upright);
     }
-    return find_places(source, error);
+    scene_breaks breaks;
+    const ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
+    source->by_parameters = status == AD_OK && !find_places(source, &breaks);
+    return status;
 }
 
-/* ---- recording ---------------------------------------------------------------------------------
- */
+/* ---- recording ------------------------------------------------------------------------------- */
 
 /* At one place and time. */
 typedef struct recorder {
@@ -208,8 +209,7 @@ static void add_motion(recorder *x, const rod_coefficients *c)
         quantities_of(x, 3, open->initial.angular_velocity, scale->time));
 }
 
-/* ---- tendons, chambers, tubes
- * -------------------------------------------------------------------- */
+/* ---- tendons, chambers, tubes ---------------------------------------------------------------- */
 
 static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
 {
@@ -325,8 +325,7 @@ static void add_tubes(recorder *x)
     }
 }
 
-/* ---- at single places
- * ------------------------------------------------------------------------------ */
+/* ---- at single places ------------------------------------------------------------------------ */
 
 static void add_end(recorder *x, int end)
 {
@@ -390,8 +389,7 @@ static void add_places(recorder *x)
     x->s = NAN;
 }
 
-/* ---- all
- * ------------------------------------------------------------------------------------------ */
+/* ---- all ------------------------------------------------------------------------------------- */
 
 /* A tape at a place, with parameters. */
 static void begin(recorder *x, double s, double t, const quantity_binding *bindings)

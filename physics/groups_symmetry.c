@@ -373,8 +373,7 @@ void group_symmetry_find(bool nearly, const group_source *source, const group_li
     }
 }
 
-/* ---- on the tape --------------------------------------------------------------------------------
- */
+/* ---- on the tape ----------------------------------------------------------------------------- */
 
 /* a turned back about d3; entries of any rows. */
 static void turn_back(const groups_turn *turn, ad_value a[3])

@@ -25,7 +25,7 @@ static void assert_good(ad_status status, const ad_error *error)
     }
 }
 
-/* ---- a family at work ---------------------------------------------------------------------- */
+/* ---- a family at work ------------------------------------------------------------------------ */
 
 typedef struct family {
     config *given;
@@ -156,7 +156,7 @@ static void draw(const family *f, uint64_t *random, double *parameters)
     }
 }
 
-/* ---- the robot with three tendons ---------------------------------------------------------- */
+/* ---- the robot with three tendons ------------------------------------------------------------ */
 
 /* All that has a length by `long`, all that has a force by `force`. */
 static const char *robot(double length, double force, double tip)
@@ -320,8 +320,7 @@ static void test_scaling(void **state)
     free_family(&large);
 }
 
-/* ---- other families ----------------------------------------------------------------------------
- */
+/* ---- other families -------------------------------------------------------------------------- */
 
 #define ROD(section, more)                                                                         \
     "rod: {model: cosserat, length: 0.5, section: {" section "},\n"                                \
