@@ -45,8 +45,4 @@ ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *
 ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *x,
                               cpinn_family_network *result, ad_error *error);
 
-/* The network of an experiment in the strain form (physics/family.h), which it outlives. */
-ad_status cpinn_family_curvature(const experiment *e, cpinn_family_network *result,
-                                 ad_error *error);
-
 #endif
