@@ -30,11 +30,18 @@ double scene_unknown_scalar(const scene_parameter *parameter, double guess)
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];
+    if (!scene_is_family(family)) {
+        *member = *family;
+        return;
+    }
     for (int i = 0; i < family->parameter_count; i++) {
         names[i] = family->parameters[i].name;
     }
     scene_with(family, family->parameter_count, names, values, member);
     member->parameter_count = member->unknown_count = 0;
+    if (member->formulation == SCENE_STRAIN_FORM) { /* which is one of families */
+        member->formulation = SCENE_MIXED;
+    }
 }
 
 const double *scene_middle_values(const scene *family, double *values)

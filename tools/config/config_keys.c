@@ -19,6 +19,8 @@
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
+CONFIG_NAMES(input_names, GROUPS_INPUTS_LIST(CONFIG_NAME))
+CONFIG_NAMES(symmetry_names, GROUPS_SYMMETRY_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
@@ -176,9 +178,15 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
+     .fallback = "mixed; of families at rest with more than four parameters strain",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
-             "beams w and slope, second order."},
+             "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
+             "function of the parameters, learnt from members."},
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(16, 100000000),
+     .fallback = "131072 in the strain form",
+     .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
+             "before training."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -214,6 +222,14 @@ const config_key config_keys[] = {
     {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
+    {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
+     .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
+             "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "
+             "parameters: as they are, over their ranges."},
+    {"network.symmetry", CONFIG_CHOICE, AT(settings.groups.symmetry), .names = symmetry_names,
+     .help = "With groups. auto: where section, actuators and loads look the same after a turn "
+             "about d3 of the base or in a mirror, one member stands for all that are so turned; "
+             "none: each by itself."},
     {"network.rotation", CONFIG_CHOICE, AT(settings.rotation), .names = scene_rotation_names,
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
@@ -402,6 +418,9 @@ const config_key config_keys[] = {
     {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
      BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
+    {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
+     .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
+             "members in every step, by a step of Newton's method from what the network says."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,

@@ -114,9 +114,21 @@ void config_resolve_end_type(config *experiment)
     }
 }
 
+/* Random waves need ever more features with more coordinates. */
+static void resolve_formulation(config *experiment)
+{
+    enum { PARAMETERS_MANY = 5 };
+    scene *of = &experiment->scene;
+    if (!given(experiment, "formulation") && of->parameter_count >= PARAMETERS_MANY &&
+        !scene_is_dynamic(of) && !scene_is_beam(of)) {
+        of->formulation = SCENE_STRAIN_FORM;
+    }
+}
+
 ad_status config_resolve_choices(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
+    resolve_formulation(experiment);
     ad_status status = resolve_name(experiment, error);
     if (status == AD_OK) {
         status = resolve_end(experiment, &rod_scene->start, "start", error);

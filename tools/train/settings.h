@@ -10,8 +10,10 @@
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
+#include "physics/groups.h"
 #include "physics/problem.h"
 #include "physics/scene.h"
+#include "tools/train/targets.h"
 
 #include <stdint.h>
 
@@ -51,6 +53,7 @@ typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_referenc
 const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
+const char *const *train_targets_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
@@ -59,6 +62,7 @@ typedef struct train_stage {
     optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
                                  * after warm-up, beta1, beta2 NaN: open */
     int basis_every;            /* of soap */
+    targets_kind targets;       /* of a family in the strain form */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
     optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
                                                * TRAIN_OPEN and initial_damping NaN: open */
@@ -106,10 +110,12 @@ typedef struct train_settings {
                                 * its logarithm); NaN: open */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    groups_settings groups;    /* inputs of the network of a family */
     rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out and
                                 * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
+    int members;               /* solved ones of a family in the strain form; 0: open */
     int data_count;
     train_data data[TRAIN_DATA_MAX];
     uint64_t seed; /* fixes everything random */

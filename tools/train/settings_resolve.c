@@ -352,7 +352,7 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
  * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
  * and for beams, damping that follows this was measured to be better by many orders. For rods at
  * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
-static void resolve_stage(train_stage *stage, bool diagonal, bool linear)
+void train_resolve_stage(train_stage *stage, bool diagonal, bool linear)
 {
     const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
     optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
@@ -389,7 +389,7 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
 {
     resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
-        resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+        train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
     }
     for (int i = 0; i < settings->data_count; i++) {
         train_data *data = &settings->data[i];
@@ -417,6 +417,9 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     domain d;
     bool dynamic = scene_is_dynamic(rod_scene);
     ad_status status = check_stage_count(settings, key, error);
+    if (status == AD_OK && rod_scene->formulation == SCENE_STRAIN_FORM) {
+        return train_resolve_family(settings, rod_scene, key, error);
+    }
     if (status == AD_OK) {
         status = resolve_network(settings, rod_scene, &d, key, error);
     }

@@ -145,6 +145,21 @@ static void judge_load_balance(const trainer *t, verdict *result)
     }
 }
 
+/* Of the length; such a network is no start for steps of Newton's method either. */
+static const double MEMBERS_FAR = 0.01;
+
+static void judge_members(const trainer *t, verdict *result)
+{
+    const targets_errors *off = &t->info.members;
+    if (!(off->median <= MEMBERS_FAR)) {
+        verdict_add(result, VERDICT_NOT_CONVERGED,
+                    "half of all fresh members are off by more than %.2g of the length; train "
+                    "longer, or take a larger network.hidden, more members.solved, or smaller "
+                    "ranges",
+                    off->median);
+    }
+}
+
 static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
@@ -190,7 +205,11 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "smaller network.hidden",
                     info->held_out_ratio);
     }
-    judge_held_out(t, result);
+    if (t->e->targets) {
+        judge_members(t, result);
+    } else {
+        judge_held_out(t, result);
+    }
     judge_estimate(t, result);
     judge_load_balance(t, result);
     if (problem_unresolved(t->problem)) {
