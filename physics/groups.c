@@ -483,11 +483,12 @@ static ad_status find(groups *x, const groups_settings *settings, ad_error *erro
     } else {
         draw(&x->source.open, now.draws);
         now.parameters = ad_input(now.tape, "parameters", (int)parameters);
-        status =
-            x->source.by_parameters || settings->no_symmetry ? AD_OK : find_symmetry(&now, error);
+        status = x->source.by_parameters || settings->symmetry == GROUPS_NO_SYMMETRY
+                     ? AD_OK
+                     : find_symmetry(&now, error);
         status = status == AD_OK ? find_rows(&now, error) : status;
         if (status == AD_OK && group_symmetry_any(&x->symmetry) && has_parameter(x)) {
-            x->symmetry = GROUP_NO_SYMMETRY;
+            x->symmetry = GROUP_NO_TURN;
             status = find_rows(&now, error);
         }
     }
@@ -507,8 +508,9 @@ ad_status groups_find(const scene *family, const groups_settings *settings, grou
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
     }
-    x->symmetry = GROUP_NO_SYMMETRY;
-    ad_status status = group_source_fill(family, settings->by_parameters, &x->source, error);
+    x->symmetry = GROUP_NO_TURN;
+    ad_status status =
+        group_source_fill(family, settings->inputs == GROUPS_PARAMETERS, &x->source, error);
     status = status == AD_OK ? find(x, settings, error) : status;
     if (status != AD_OK) {
         groups_free(x);

@@ -76,7 +76,7 @@ typedef struct group_symmetry {
     int by, second; /* items whose directions say into which sector, and on which side; -1: none */
 } group_symmetry;
 
-static const group_symmetry GROUP_NO_SYMMETRY = {.order = 1, .by = -1, .second = -1};
+static const group_symmetry GROUP_NO_TURN = {.order = 1, .by = -1, .second = -1};
 
 static inline bool group_symmetry_any(const group_symmetry *x)
 {

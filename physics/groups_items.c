@@ -361,10 +361,10 @@ static void add_places(recorder *x)
     for (int i = 0; i < open->body_count; i++) {
         const double a = open->bodies[i].at.number / scale->length;
         x->s = open->bodies[i].at.number;
-        add_load(
-            x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
-            quantities_of(x, 3, open->loads.gravity, open->bodies[i].mass.number / scale->force),
-            false);
+        add_load(x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 ad_mul(quantities_of(x, 1, &open->bodies[i].mass, 1 / scale->force),
+                        quantities_of(x, 3, open->loads.gravity, 1)),
+                 false);
     }
     for (int i = 0; i < open->spring_count; i++) {
         const scene_spring *spring = &open->springs[i];

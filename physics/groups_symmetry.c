@@ -298,7 +298,7 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
 {
     const finder x = {source, list, draws, values};
     const int count = rod_actuator_count(&source->open);
-    *result = GROUP_NO_SYMMETRY;
+    *result = GROUP_NO_TURN;
     if (!source->turnable) {
         return;
     }
@@ -314,7 +314,7 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
     const bool turns = result->order != 1;
     result->by = turns || result->mirrors ? find_direction(&x, result, !turns, -1) : -1;
     if (result->by < 0) {
-        *result = GROUP_NO_SYMMETRY;
+        *result = GROUP_NO_TURN;
     } else if (result->order == 0 && result->mirrors) {
         result->second = find_direction(&x, result, false, result->by);
         result->mirrors = result->second >= 0;

@@ -242,7 +242,8 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(family, field);
-        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
+        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(family));
         for (int k = 0; k < scene_known_count(family) && common; k++) {
             if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
                 *key = field->key;

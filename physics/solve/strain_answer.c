@@ -45,9 +45,16 @@ static void put_values(const question *q, double *values)
 {
     strain_group *x = q->group;
     const size_t width = (size_t)q->fine->outputs * SOLVE_MEMBERS_COLUMNS;
-    strain_level_evaluate(q->fine, x->values);
-    for (size_t lane = 0; lane < q->members; lane++) {
-        strain_group_put(x, x->modes + STRAIN_BEYOND, (int)lane, values + lane * width);
+    strain_group_evaluate(x, x->modes + STRAIN_BEYOND);
+    if (q->members == LANES) {
+        for (size_t i = 0; i < width; i++) {
+            for (size_t lane = 0; lane < LANES; lane++) {
+                values[lane * width + i] = x->values[i][lane];
+            }
+        }
+    }
+    for (size_t lane = 0; lane < q->members && q->members < LANES; lane++) {
+        strain_group_put(x, (int)lane, values + lane * width);
     }
 }
 
@@ -175,7 +182,7 @@ ad_status strain_group_refine(strain_group *x, size_t members, const double *par
             step(&q, k, steps <= 0);
         }
     } else {
-        strain_form_shape(q.level->form);
+        strain_form_strain(q.level->form);
     }
     if (refined) {
         put_curvature(&q, steps < 0, refined);

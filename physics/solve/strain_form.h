@@ -125,6 +125,9 @@ void strain_form_free(strain_form *x);
  * becomes the residual. v is warm: what it was before is where it is sought. */
 void strain_form_shape(strain_form *x);
 
+/* The same without the balance: no moments, and `right` stays. */
+void strain_form_strain(strain_form *x);
+
 /* Rotations and positions alone, for given u and v. */
 void strain_form_place(strain_form *x);
 

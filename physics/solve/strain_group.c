@@ -437,14 +437,23 @@ static void settle(strain_group *x, int k, const bool *wanted, follower *f)
 
 /* ---- results ------------------------------------------------------------------------------- */
 
-void strain_group_put(const strain_group *x, int k, int lane, double *values)
+void strain_group_evaluate(strain_group *x, int k)
 {
-    const strain_level *level = &x->level[k];
     const double length = x->rod->scales.length;
     const double units[SOLVE_MEMBERS_COLUMNS] = {
         length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
-    for (int i = 0; i < level->outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        values[i] = x->values[i][lane] * units[i % SOLVE_MEMBERS_COLUMNS];
+    strain_level_evaluate(&x->level[k], x->values);
+    for (int i = 0; i < x->level[k].outputs; i++) {
+        for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
+            x->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
+        }
+    }
+}
+
+void strain_group_put(const strain_group *x, int lane, double *values)
+{
+    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = x->values[i][lane];
     }
 }
 
@@ -485,12 +494,12 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
             continue;
         }
         if (!evaluated) {
-            strain_level_evaluate(&x->level[k + STRAIN_BEYOND], x->values);
+            strain_group_evaluate(x, k + STRAIN_BEYOND);
             evaluated = true;
         }
         wanted[lane] = false;
         if (values) {
-            strain_group_put(x, k + STRAIN_BEYOND, lane, values + (size_t)lane * width);
+            strain_group_put(x, lane, values + (size_t)lane * width);
         }
         if (curvature) {
             put_curvature(x, k, lane, curvature + (size_t)lane * unknowns);

@@ -19,6 +19,8 @@
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
+CONFIG_NAMES(input_names, GROUPS_INPUTS_LIST(CONFIG_NAME))
+CONFIG_NAMES(symmetry_names, GROUPS_SYMMETRY_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
 CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
@@ -224,6 +226,14 @@ const config_key config_keys[] = {
     {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
+    {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
+     .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
+             "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "
+             "parameters: as they are, over their ranges."},
+    {"network.symmetry", CONFIG_CHOICE, AT(settings.groups.symmetry), .names = symmetry_names,
+     .help = "With groups. auto: where section, actuators and loads look the same after a turn "
+             "about d3 of the base or in a mirror, one member stands for all that are so turned; "
+             "none: each by itself."},
     {"network.rotation", CONFIG_CHOICE, AT(settings.rotation), .names = scene_rotation_names,
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "

@@ -595,6 +595,9 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
     print_unknowns(file, e, p);
     print_terms(file, scene);
     print_entries(file, scene);
+    if (scene_is_family(scene)) {
+        explain_groups(file, scene, &e->settings->groups);
+    }
     print_sets(file, p);
     print_network(file, e, p);
     print_plan(file, e, p, r);

@@ -10,6 +10,7 @@
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
+#include "physics/groups.h"
 #include "physics/problem.h"
 #include "physics/scene.h"
 #include "tools/train/targets.h"
@@ -91,6 +92,7 @@ typedef struct train_settings {
                                 * its logarithm); NaN: open */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    groups_settings groups;    /* inputs of the network of a family */
     rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out and
                                 * adaptive.every 0, the sampler

@@ -360,6 +360,11 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
     }
+    const groups_settings *groups = &settings->groups;
+    if (!scene_is_family(rod_scene) && (groups->inputs || groups->symmetry)) {
+        return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
+                            "is of a family, and no parameter has a range");
+    }
     if (rod_scene->formulation == SCENE_STRAIN_FORM) {
         ad_status status = train_check_family(settings, rod_scene, key, error);
         return status == AD_OK ? check_stages(settings, key, error) : status;
