@@ -17,7 +17,7 @@ static double beam_largest(const scene *beam_scene, quantity q, bool along_s, bo
         for (int j = 0; j <= time; j++) {
             double s = scene_length(beam_scene) * i / BEAM_SPACE_SAMPLES;
             double t = scene_duration(beam_scene) * j / BEAM_TIME_SAMPLES;
-            largest = fmax(largest, fabs(quantity_value(q, s, t)));
+            largest = fmax(largest, quantity_largest(q, s, t));
         }
     }
     return largest;
@@ -139,8 +139,10 @@ ad_value beam_formula(const beam_context *beam, quantity q, double unit, ad_valu
     if (!q.is_given) {
         return ad_scalar(beam->tape, 0);
     }
-    ad_value length = ad_scale(s, beam->unit.length), time = ad_scale(t, beam->unit.time);
-    return ad_scale(quantity_record_at(q, length, time), 1 / unit);
+    quantity_binding bindings[2 + SCENE_PARAMETERS_MAX] = {{"s", ad_scale(s, beam->unit.length)},
+                                                           {"t", ad_scale(t, beam->unit.time)}};
+    int count = 2 + rod_bind(beam->scene, &beam->domain, &beam->at, bindings + 2);
+    return ad_scale(quantity_record(q, beam->tape, count, bindings), 1 / unit);
 }
 
 ad_value beam_line_moment(const beam_context *beam)

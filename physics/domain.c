@@ -96,6 +96,13 @@ void domain_piece(const domain *d, int piece, double *low, double *high)
     *high = several ? d->edge[piece + 1] : d->coordinates[0].high;
 }
 
+double domain_coordinate_at(const domain_coordinate *c, double fraction)
+{
+    double at = c->logarithmic ? c->low * pow(c->high / c->low, fraction)
+                               : c->low + fraction * (c->high - c->low);
+    return fmin(fmax(at, c->low), c->high);
+}
+
 int domain_find(const domain *d, const char *name)
 {
     for (int i = 0; i < d->count; i++) {
@@ -200,6 +207,10 @@ ad_value domain_network_input(const domain *d, const domain_place *at)
         if (i == d->time) {
             passed = domain_elapsed(d, at);
             range = at->span;
+        }
+        if (c->logarithmic) {
+            passed = ad_log(ad_scale(at->x[i], 1 / c->low));
+            range = ad_scalar(at->tape, log(c->high / c->low));
         }
         rows[i] = ad_sub(ad_mul(ad_scale(passed, 2), ad_reciprocal(range)), one);
     }

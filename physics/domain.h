@@ -26,6 +26,7 @@ typedef struct domain_coordinate {
     const char *unit;       /* of the SI, static text: "m" */
     double low, high;       /* range, dimensionless; low < high */
     double scale;           /* what one is in that unit */
+    bool logarithmic;       /* points and networks go by its logarithm; 0 < low */
 } domain_coordinate;
 
 typedef struct domain {
@@ -56,6 +57,9 @@ int domain_window_at(const domain *d, double time);
 /* Pieces of the first coordinate, at least 1, and the range [low, high] of one. */
 int domain_pieces(const domain *d);
 void domain_piece(const domain *d, int piece, double *low, double *high);
+
+/* The place, dimensionless, at a fraction of the range of a coordinate. */
+double domain_coordinate_at(const domain_coordinate *c, double fraction);
 
 /* The coordinate of that name, -1: there is none. */
 int domain_find(const domain *d, const char *name);

@@ -74,6 +74,21 @@ enum { FAMILY_COEFFICIENTS, FAMILY_CURVATURE, FAMILY_FIELDS };
 ad_status family_model(const family *f, const model_source *source, bool squares,
                        physics_model **result, ad_error *error);
 
+/* ---- answers ------------------------------------------------------------------------------- */
+
+/* A trained network's curvature; for one thread at a time, on all of those of the pool, which has
+ * to outlive it, as has the network while it is made. */
+typedef struct family_network family_network;
+
+ad_status family_network_create(const family *f, const nn_mlp *mlp, ad_pool *pool,
+                                family_network **result, ad_error *error);
+void family_network_free(family_network *x); /* NULL is allowed */
+
+/* curvature [members][nodes][3], 1/m, for parameters [members][parameters] in SI units, by the
+ * weights of the network. Allocates only where there are more members than ever before. */
+ad_status family_network_run(family_network *x, const double *weights, size_t members,
+                             const double *parameters, double *curvature, ad_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -10,6 +10,8 @@ typedef struct field_program {
 } field_program;
 
 struct field {
+    int held; /* of the last coordinates, which are these: */
+    double member[SCENE_PARAMETERS_MAX];
     const physics_model *model;
     const nn_mlp *mlp; /* NULL for the manufactured solution */
     int index;         /* of the last window */
@@ -88,6 +90,14 @@ void field_enter(field *f, int index, const double *earlier, const double *start
 void field_load(field *f, double factor)
 {
     f->load_factor = factor;
+}
+
+void field_member(field *f, const double *values)
+{
+    f->held = f->model->scene.parameter_count;
+    for (int i = 0; i < f->held; i++) {
+        f->member[i] = values[i];
+    }
 }
 
 int field_columns(const field *f)
@@ -179,7 +189,8 @@ static ad_status evaluate_part(field *f, int index, const double *x, size_t poin
         double *to = f->points + (size_t)k * count;
         for (size_t i = 0; i < points; i++) {
             if (f->windows[i] == index) {
-                *to++ = at[k][i] / d->coordinates[k].scale;
+                double x = k < d->count - f->held ? at[k][i] : f->member[k - (d->count - f->held)];
+                *to++ = x / d->coordinates[k].scale;
             }
         }
     }

@@ -27,6 +27,10 @@ void field_enter(field *f, int index, const double *earlier, const double *start
 /* From now on this factor of the loads acts. */
 void field_load(field *f, double factor);
 
+/* From now on the field is that of one member of a family, values [parameter_count] in SI units,
+ * and the coordinates that it is asked at are s and t alone. */
+void field_member(field *f, const double *values);
+
 /* Those of the model, in its order, at most MODEL_COLUMNS_MAX. */
 int field_columns(const field *f);
 const char *field_column_name(const field *f, int column);

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DRAWS = 512, SLOPES = 128, ROWS_MAX = 64 };
+enum { DRAWS = 512 };
 
 /* Relative: numbers that change by less are the same for all members. */
 static const double CONSTANT = 1e-9;
@@ -16,40 +16,31 @@ static const double CONSTANT = 1e-9;
 static const double LINEAR = 1e-6;
 /* A number that follows from others smoothly has no steeper slopes by them, all mapped to -1 .. 1,
  * and its own is theirs up to a part. */
-static const double STEEPEST = 4, SLOPE = 1e-3;
+static const double STEEPEST = 6, SLOPE = 1e-3;
+/* A positive number that changes by this factor is taken by its logarithm. */
+static const double DECADES = 8;
 /* Of the length: what moves the rod by less is left out. */
 static const double UNMOVED = 1e-7;
 /* What moves the rod less is mapped to less, by this power, but not to less than the least. */
-static const double WEAKER = 0.5, WEAKEST = 0.125;
-
-typedef struct row {
-    int item, entry;
-    double low, high;    /* over the draws */
-    double effect;       /* by how much of the length half the range moves the rod, an estimate */
-    double scale;        /* the input is within -scale .. scale */
-    unsigned parameters; /* bits: those that it depends on */
-    bool is_local;       /* it differs along the rod */
-    group_item of;       /* without a value */
-} row;
-
-struct groups {
-    group_source source;
-    group_symmetry symmetry;
-    int count;
-    row rows[ROWS_MAX];
-};
+static const double WEAKER = 0.5, WEAKEST = 0.25;
 
 /* ---- members ------------------------------------------------------------------------------------
  */
 
-/* values [parameters][DRAWS] */
+/* values [parameters][DRAWS]: all at one end of their ranges, each at one end with the others in
+ * the middle, then any. */
 static void draw(const scene *family, double *values)
 {
+    const int count = family->parameter_count;
     nn_rng random = nn_rng_split(0, "groups");
     for (int i = 0; i < DRAWS; i++) {
-        for (int k = 0; k < family->parameter_count; k++) {
-            values[k * DRAWS + i] =
-                scene_parameter_at(&family->parameters[k], nn_rng_uniform(&random));
+        for (int k = 0; k < count; k++) {
+            const double any = nn_rng_uniform(&random), end = i % 2;
+            const double fraction = i < 2                ? end
+                                    : i >= 2 + 2 * count ? any
+                                    : i / 2 == 1 + k     ? end
+                                                         : 0.5;
+            values[k * DRAWS + i] = scene_parameter_at(&family->parameters[k], fraction);
         }
     }
 }
@@ -103,7 +94,7 @@ static ad_value stack_items(const group_list *list, ad_tape *tape)
 
 /* A row of an item in numbers. */
 typedef struct candidate {
-    row row;
+    group_row row;
     double *mapped; /* [DRAWS] -1 .. 1 */
     double *left;   /* [DRAWS] what is not linear in those that are chosen */
     double size;    /* of it before any is chosen */
@@ -119,8 +110,8 @@ typedef struct search {
     double *values; /* [rows of all items][DRAWS] */
     double *mapped, *left;
     int count, chosen;
-    candidate *candidates; /* [count] */
-    int order[ROWS_MAX];   /* [chosen] candidates */
+    candidate *candidates;     /* [count] */
+    int order[GROUP_ROWS_MAX]; /* [chosen] candidates */
     double *slopes; /* [parameters][chosen][DRAWS] of what is mapped, by a unit of the range */
 } search;
 
@@ -147,18 +138,25 @@ static ad_status make_candidate(search *x, int item, int entry, int index, ad_er
         low = fmin(low, v[i]);
         high = fmax(high, v[i]);
     }
-    const double half = (high - low) / 2, size = fmax(fabs(low), fabs(high));
+    const bool is_number = of->kind == GROUP_SCALAR || of->kind == GROUP_TENSOR;
+    const bool is_wide = is_number && low > 0 && high > DECADES * low;
+    const bool is_log = of->as_it_is ? of->is_log : is_wide;
+    const double change = (high - low) / 2, size = fmax(fabs(low), fabs(high));
+    low = is_log ? log(low) : low;
+    high = is_log ? log(high) : high;
+    const double half = (high - low) / 2;
     *c = (candidate){.row = {.item = item,
                              .entry = entry,
+                             .is_log = is_log,
                              .low = low,
                              .high = high,
-                             .effect = of->effect[entry < 3 ? entry : 2] * half,
+                             .effect = of->effect[entry < 3 ? entry : 2] * change,
                              .of = *of},
                      .mapped = x->mapped + (size_t)index * DRAWS,
                      .left = x->left + (size_t)index * DRAWS};
-    c->is_out = !(half > CONSTANT * size) || !(c->row.effect > UNMOVED);
+    c->is_out = !(change > CONSTANT * size) || !(c->row.effect > UNMOVED);
     for (int i = 0; i < DRAWS; i++) {
-        c->mapped[i] = c->is_out ? 0 : (v[i] - low) / half - 1;
+        c->mapped[i] = c->is_out ? 0 : ((is_log ? log(v[i]) : v[i]) - low) / half - 1;
         mean += c->mapped[i] / DRAWS;
     }
     for (int i = 0; i < DRAWS; i++) {
@@ -185,7 +183,7 @@ static ad_status make_candidates(search *x, ad_error *error)
 static void choose_linear(search *x)
 {
     static const double tie = 1 + 1e-6; /* the first of equals, whatever the rounding */
-    while (x->chosen < ROWS_MAX) {
+    while (x->chosen < GROUP_ROWS_MAX) {
         double most = 0;
         int best = -1;
         for (int i = 0; i < x->count; i++) {
@@ -213,14 +211,21 @@ static void choose_linear(search *x)
     }
 }
 
+/* What a row is, mapped to -1 .. 1. */
+static ad_value record_row(const group_row *r, const group_list *list)
+{
+    const ad_value value = ad_row(list->items[r->item].value, r->entry);
+    const ad_value middle = ad_scalar(value.tape, (r->low + r->high) / 2);
+    return ad_scale(ad_sub(r->is_log ? ad_log(value) : value, middle), 2 / (r->high - r->low));
+}
+
 /* By a step of parameter k over its whole range. */
 static ad_status find_slopes(search *x, ad_error *error)
 {
     const scene *family = &x->x->source.open;
-    ad_value rows[ROWS_MAX];
+    ad_value rows[GROUP_ROWS_MAX];
     for (int i = 0; i < x->chosen; i++) {
-        const row *r = &x->candidates[x->order[i]].row;
-        rows[i] = ad_scale(ad_row(x->list.items[r->item].value, r->entry), 2 / (r->high - r->low));
+        rows[i] = record_row(&x->candidates[x->order[i]].row, &x->list);
     }
     const ad_value all = ad_stack(x->chosen, rows);
     const size_t block = (size_t)x->chosen * DRAWS;
@@ -312,7 +317,7 @@ static bool pair_follows(const search *x, const int *kept, int count, int which,
 static bool follows(const search *x, const int *kept, int count, int which)
 {
     bool result = count > 0;
-    for (int i = 0; i < SLOPES && result; i++) {
+    for (int i = 0; i < DRAWS && result; i++) {
         result = slope_follows(x, kept, count, which, i);
     }
     for (int i = 0; i < DRAWS && result; i++) {
@@ -335,7 +340,7 @@ static unsigned parameters_of(const search *x, int which)
 }
 
 /* Whether the same of another place differs. */
-static bool is_local(const search *x, const row *r)
+static bool is_local(const search *x, const group_row *r)
 {
     const double *v = NULL;
     bool differs = false;
@@ -359,11 +364,11 @@ static bool is_local(const search *x, const row *r)
 static void choose(search *x)
 {
     groups *g = x->x;
-    int kept[ROWS_MAX];
+    int kept[GROUP_ROWS_MAX];
     double most = 0;
     for (int i = 0; i < x->chosen; i++) {
         if (!follows(x, kept, g->count, i)) {
-            row *r = &g->rows[g->count];
+            group_row *r = &g->rows[g->count];
             *r = x->candidates[x->order[i]].row;
             r->parameters = parameters_of(x, i);
             r->is_local = is_local(x, r);
@@ -390,7 +395,7 @@ static ad_status allocate(search *x, ad_error *error)
     x->values = malloc((rows + 1) * DRAWS * sizeof *x->values);
     x->mapped = malloc((rows + 1) * DRAWS * sizeof *x->mapped);
     x->left = malloc((rows + 1) * DRAWS * sizeof *x->left);
-    x->slopes = malloc((parameters * ROWS_MAX + 1) * DRAWS * sizeof *x->slopes);
+    x->slopes = malloc((parameters * GROUP_ROWS_MAX + 1) * DRAWS * sizeof *x->slopes);
     x->candidates = calloc(rows + 1, sizeof *x->candidates);
     return x->values && x->mapped && x->left && x->slopes && x->candidates
                ? AD_OK
@@ -478,11 +483,12 @@ static ad_status find(groups *x, const groups_settings *settings, ad_error *erro
     } else {
         draw(&x->source.open, now.draws);
         now.parameters = ad_input(now.tape, "parameters", (int)parameters);
-        status =
-            x->source.by_parameters || settings->no_symmetry ? AD_OK : find_symmetry(&now, error);
+        status = x->source.by_parameters || settings->symmetry == GROUPS_NO_SYMMETRY
+                     ? AD_OK
+                     : find_symmetry(&now, error);
         status = status == AD_OK ? find_rows(&now, error) : status;
         if (status == AD_OK && group_symmetry_any(&x->symmetry) && has_parameter(x)) {
-            x->symmetry = GROUP_NO_SYMMETRY;
+            x->symmetry = GROUP_NO_TURN;
             status = find_rows(&now, error);
         }
     }
@@ -502,8 +508,9 @@ ad_status groups_find(const scene *family, const groups_settings *settings, grou
     if (!x) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for groups");
     }
-    x->symmetry = GROUP_NO_SYMMETRY;
-    ad_status status = group_source_fill(family, settings->by_parameters, &x->source, error);
+    x->symmetry = GROUP_NO_TURN;
+    ad_status status =
+        group_source_fill(family, settings->inputs == GROUPS_PARAMETERS, &x->source, error);
     status = status == AD_OK ? find(x, settings, error) : status;
     if (status != AD_OK) {
         groups_free(x);
@@ -526,89 +533,18 @@ int groups_count(const groups *x)
 ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn)
 {
     group_list list;
-    ad_value inputs[ROWS_MAX];
+    groups_turn unused;
+    ad_value inputs[GROUP_ROWS_MAX];
     group_items(&x->source, parameters, &list);
-    group_symmetry_apply(&x->symmetry, &list, turn);
+    group_symmetry_apply(&x->symmetry, &list, turn ? turn : &unused);
     for (int i = 0; i < x->count; i++) {
-        const row *r = &x->rows[i];
+        const group_row *r = &x->rows[i];
         if (r->item >= list.count) { /* out of memory, as the tape says */
             free(list.items);
             return ad_zeros(parameters.tape, x->count);
         }
-        const ad_value middle = ad_scalar(parameters.tape, (r->low + r->high) / 2);
-        inputs[i] = ad_scale(ad_sub(ad_row(list.items[r->item].value, r->entry), middle),
-                             2 * r->scale / (r->high - r->low));
+        inputs[i] = ad_scale(record_row(r, &list), r->scale);
     }
     free(list.items);
     return ad_stack(x->count, inputs);
-}
-
-/* ---- for people
- * ------------------------------------------------------------------------------------- */
-
-static void name_of(const row *r, char *text, size_t size)
-{
-    static const char *const axes[3] = {"d1", "d2", "d3"};
-    const group_kind kind = r->of.kind;
-    const char *how = kind == GROUP_AXIAL ? " about " : r->of.rows == 3 ? " along " : "";
-    int at = snprintf(text, size, "%s%s%s", r->of.name, how, r->of.rows == 3 ? axes[r->entry] : "");
-    if (r->is_local && !isnan(r->of.s)) {
-        at += snprintf(text + at, size - (size_t)at, " at s = %.3g m", r->of.s);
-    }
-    if (r->is_local && !isnan(r->of.t)) {
-        snprintf(text + at, size - (size_t)at, " at t = %.3g s", r->of.t);
-    }
-}
-
-static void group_text(const groups *x, const row *r, char *text, size_t size)
-{
-    char name[2 * GROUP_NAME + 32];
-    const scene *family = &x->source.open;
-    name_of(r, name, sizeof name);
-    int at = snprintf(text, size, "%s: %.3g to %.3g %s (of", name, r->low, r->high, r->of.unit);
-    for (int k = 0; k < family->parameter_count && (size_t)at < size; k++) {
-        if (r->parameters >> k & 1) {
-            at += snprintf(text + at, size - (size_t)at, " %s", family->parameters[k].name);
-        }
-    }
-    if ((size_t)at < size) {
-        snprintf(text + at, size - (size_t)at, "), input to %.2g", r->scale);
-    }
-}
-
-static void symmetry_text(const groups *x, char *text, size_t size)
-{
-    const group_symmetry *s = &x->symmetry;
-    char turns[64] = "";
-    if (s->order != 1) {
-        snprintf(turns, sizeof turns, s->order == 0 ? "any turn about d3" : "a turn by %d degrees",
-                 360 / (s->order > 0 ? s->order : 1));
-    }
-    snprintf(text, size, "symmetry: %s%s%s", turns, s->order != 1 && s->mirrors ? " and " : "",
-             s->mirrors ? "a mirror" : "");
-}
-
-bool groups_text(const groups *x, int index, char *text, size_t size)
-{
-    const scene *family = &x->source.open;
-    unsigned used = 0;
-    for (int i = 0; i < x->count; i++) {
-        used |= x->rows[i].parameters;
-    }
-    if (index < x->count) {
-        group_text(x, &x->rows[index], text, size);
-        return true;
-    }
-    index -= x->count;
-    if (group_symmetry_any(&x->symmetry) && index-- == 0) {
-        symmetry_text(x, text, size);
-        return true;
-    }
-    for (int k = 0; k < family->parameter_count; k++) {
-        if (!(used >> k & 1) && index-- == 0) {
-            snprintf(text, size, "%s does not change the shape", family->parameters[k].name);
-            return true;
-        }
-    }
-    return false;
 }

@@ -31,9 +31,22 @@
 extern "C" {
 #endif
 
+/* Name in C, name in YAML. */
+#define GROUPS_INPUTS_LIST(X)                                                                      \
+    X(GROUPS_OF_EQUATIONS, "groups")   /* those of the equations */                                \
+    X(GROUPS_PARAMETERS, "parameters") /* the parameters themselves, mapped to -1 .. 1 */
+#define GROUPS_SYMMETRY_LIST(X)                                                                    \
+    X(GROUPS_SYMMETRY, "auto") /* where the scene has one */                                       \
+    X(GROUPS_NO_SYMMETRY, "none")
+
+#define GROUPS_ENUM(name, text) name,
+typedef enum groups_inputs { GROUPS_INPUTS_LIST(GROUPS_ENUM) } groups_inputs;
+typedef enum groups_symmetry { GROUPS_SYMMETRY_LIST(GROUPS_ENUM) } groups_symmetry;
+#undef GROUPS_ENUM
+
 typedef struct groups_settings {
-    bool by_parameters; /* the parameters themselves, mapped to -1 .. 1, no groups */
-    bool no_symmetry;
+    groups_inputs inputs;
+    groups_symmetry symmetry; /* of parameters there is none */
 } groups_settings;
 
 typedef struct groups groups;
@@ -55,7 +68,7 @@ typedef struct groups_turn {
 } groups_turn;
 
 /* [groups_count] inputs for parameters [parameter_count] in SI, in the scene's order; turn may be
- * NULL where there is no symmetry. */
+ * NULL. */
 ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
 
 /* An axial vector in body components (curvature u, moment m) of that member becomes the one of the

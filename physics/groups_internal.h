@@ -20,8 +20,11 @@ typedef enum group_kind {
     GROUP_TENSOR,   /* [3] along d1, d2, d3: not at all if its first two are equal */
     GROUP_PULL,     /* of one actuator: it takes the value of the one that comes in its place */
     GROUP_OFFSET,   /* [3] of one actuator: it has to be where that one comes */
-    GROUP_PARAMETER /* one of the family itself, -1 .. 1 */
+    GROUP_PARAMETER /* of the family itself: it may change, but not how is not known */
 } group_kind;
+
+/* The effect of half the range of a parameter that is among the items as it is. */
+static const double GROUP_UNKNOWN = 0.5;
 
 /* One dimensionless number or vector that the equations are given, at one place. */
 typedef struct group_item {
@@ -31,6 +34,8 @@ typedef struct group_item {
     group_kind kind;
     int rows;
     int actuator;     /* of pulls and offsets */
+    bool as_it_is;    /* a parameter of the family, */
+    bool is_log;      /* which its author counts by its logarithm */
     double effect[3]; /* by how much of the length one unit moves the rod, an estimate */
     ad_value value;
 } group_item;
@@ -71,7 +76,7 @@ typedef struct group_symmetry {
     int by, second; /* items whose directions say into which sector, and on which side; -1: none */
 } group_symmetry;
 
-static const group_symmetry GROUP_NO_SYMMETRY = {.order = 1, .by = -1, .second = -1};
+static const group_symmetry GROUP_NO_TURN = {.order = 1, .by = -1, .second = -1};
 
 static inline bool group_symmetry_any(const group_symmetry *x)
 {
@@ -84,5 +89,29 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
 
 /* Items become those of the member in the sector. */
 void group_symmetry_apply(const group_symmetry *symmetry, group_list *list, groups_turn *turn);
+
+/* ---- the result -------------------------------------------------------------------------------
+ */
+
+enum { GROUP_ROWS_MAX = 64 };
+
+/* One row of an item. */
+typedef struct group_row {
+    int item, entry;
+    bool is_log;         /* by its logarithm */
+    double low, high;    /* over some members, of that */
+    double effect;       /* by how much of the length half the range moves the rod, an estimate */
+    double scale;        /* the input is within -scale .. scale */
+    unsigned parameters; /* bits: those that it depends on */
+    bool is_local;       /* it differs along the rod */
+    group_item of;       /* its value is not to be looked at */
+} group_row;
+
+struct groups {
+    group_source source;
+    group_symmetry symmetry;
+    int count;
+    group_row rows[GROUP_ROWS_MAX];
+};
 
 #endif

@@ -187,15 +187,16 @@ static void add_motion(recorder *x, const rod_coefficients *c)
                                         speed * speed * scale->length / scale->force);
     const struct {
         const char *name;
+        double effect;
         ad_value value;
-    } rows[] = {{"mass", mass},
-                {"rotary inertia", c->rotary_inertia},
-                {"damping of strain", c->strain_damping},
-                {"damping of curvature", c->curvature_damping},
-                {"drag", drag},
-                {"quadratic drag", fast}};
+    } rows[] = {{"mass", 0.5, mass},
+                {"rotary inertia", 0.5, c->rotary_inertia},
+                {"damping of strain", 1e-3, c->strain_damping},
+                {"damping of curvature", 0.5, c->curvature_damping},
+                {"drag", 0.5, drag},
+                {"quadratic drag", 0.5, fast}};
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        add(x, rows[i].name, "", GROUP_SCALAR, 0.2, ad_mul(x->softness, rows[i].value));
+        add(x, rows[i].name, "", GROUP_SCALAR, rows[i].effect, ad_mul(x->softness, rows[i].value));
     }
     add(x, "position at t = 0", "L", GROUP_SCALAR, 1,
         quantities_of(x, 3, open->initial.position, 1 / scale->length));
@@ -360,10 +361,10 @@ static void add_places(recorder *x)
     for (int i = 0; i < open->body_count; i++) {
         const double a = open->bodies[i].at.number / scale->length;
         x->s = open->bodies[i].at.number;
-        add_load(
-            x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
-            quantities_of(x, 3, open->loads.gravity, open->bodies[i].mass.number / scale->force),
-            false);
+        add_load(x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 ad_mul(quantities_of(x, 1, &open->bodies[i].mass, 1 / scale->force),
+                        quantities_of(x, 3, open->loads.gravity, 1)),
+                 false);
     }
     for (int i = 0; i < open->spring_count; i++) {
         const scene_spring *spring = &open->springs[i];
@@ -397,7 +398,7 @@ static void begin(recorder *x, double s, double t, const quantity_binding *bindi
     x->rod.scene = &source->open;
     x->rod.properties = scene_properties_of(&source->open);
     x->rod.parameter_count = source->open.parameter_count;
-    x->rod.parameters = bindings;
+    memcpy(x->rod.parameters, bindings, (size_t)x->rod.parameter_count * sizeof *bindings);
     x->s = s * x->rod.scales.length;
     x->t = x->rod.dynamic ? t * x->rod.scales.time : NAN;
 }
@@ -414,29 +415,42 @@ static ad_value record_softness(recorder *x, const quantity_binding *bindings)
     return ad_scale(ad_reciprocal(sum), 2.0 * x->source->places);
 }
 
-/* Whether a formula has it together with s, so that some places do not say all of it. */
-static bool is_along(const scene *open, const char *name)
+/* How a formula has it together with s, so that some places do not say all of it: not; as what a
+ * turn may change, a vector or what pulls; or else. */
+static group_kind kind_along(const scene *open, const char *name, bool *is_along)
 {
-    bool any = false;
-    for (int i = 0; i < scene_field_count && !any; i++) {
-        const quantity *q = scene_field_of(open, &scene_fields[i]);
-        for (int k = 0; k < scene_fields[i].count; k++) {
-            any = any || (quantity_depends_on(q[k], name) && quantity_depends_on(q[k], "s"));
+    group_kind kind = GROUP_SCALAR;
+    *is_along = false;
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(open, field);
+        const bool turns = field->geometry == SCENE_POLAR_VECTOR ||
+                           field->geometry == SCENE_AXIAL_VECTOR ||
+                           (field->part == SCENE_OF_LISTS && field->geometry == SCENE_SCALAR);
+        for (int k = 0; k < field->count; k++) {
+            if (quantity_depends_on(q[k], name) && quantity_depends_on(q[k], "s")) {
+                *is_along = true;
+                kind = turns ? GROUP_PARAMETER : kind;
+            }
         }
     }
-    return any;
+    return kind;
 }
 
 static void add_parameters(recorder *x, ad_value parameters)
 {
-    static const double unknown = 0.1;
     const scene *open = &x->source->open;
     for (int i = 0; i < open->parameter_count; i++) {
         const scene_parameter *p = &open->parameters[i];
-        const bool is_needed = x->source->by_parameters || is_along(open, p->name);
-        const ad_value value = ad_row(parameters, i);
-        add(x, p->name, "", GROUP_PARAMETER, is_needed ? unknown : 0,
-            p->scale == SCENE_LOG ? ad_log(value) : value);
+        bool is_needed;
+        const group_kind kind = kind_along(open, p->name, &is_needed);
+        const double effect = is_needed || x->source->by_parameters ? GROUP_UNKNOWN : 0;
+        group_item *item =
+            add(x, p->name, "", kind, 2 * effect / (p->high - p->low), ad_row(parameters, i));
+        if (item) {
+            item->as_it_is = true;
+            item->is_log = p->scale == SCENE_LOG;
+        }
     }
 }
 

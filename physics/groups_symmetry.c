@@ -15,6 +15,9 @@
 /* Relative, of numbers that their author wrote to some nine digits. */
 static const double SAME = 1e-7;
 
+/* Of what varies, by its own size: draws alone make some 0.1. */
+static const double UNLIKE = 0.25;
+
 /* The scene at work: its items in numbers. */
 typedef struct finder {
     const group_source *source;
@@ -78,6 +81,37 @@ static bool become(const finder *x, motion m, bool is_axial, const double *a, co
     return off <= SAME * size;
 }
 
+/* Whether the members' vectors are spread as before, by their mean and second moments across d3 and
+ * along it: else what is turned is no member, and a sector is no smaller than the whole. */
+static bool is_spread_alike(const finder *x, motion m, bool is_axial, const double *v)
+{
+    const size_t n = x->draws;
+    double mean[3] = {0}, second[3][3] = {{0}}, size[3] = {0};
+    bool alike = true;
+    for (size_t i = 0; i < n; i++) {
+        const double from[3] = {v[i], v[n + i], v[2 * n + i]};
+        double to[3];
+        move(m, is_axial, from, to);
+        for (int k = 0; k < 3; k++) {
+            mean[k] += (to[k] - from[k]) / (double)n;
+            size[k] += from[k] * from[k] / (double)n;
+            for (int l = 0; l < 3; l++) {
+                second[k][l] += (to[k] * to[l] - from[k] * from[l]) / (double)n;
+            }
+        }
+    }
+    const double rounding = SAME * SAME * (size[0] + size[1] + size[2]);
+    size[0] = size[1] = size[0] + size[1] + rounding;
+    size[2] += rounding;
+    for (int k = 0; k < 3; k++) {
+        alike = alike && fabs(mean[k]) <= UNLIKE * sqrt(size[k]);
+        for (int l = 0; l < 3; l++) {
+            alike = alike && fabs(second[k][l]) <= UNLIKE * sqrt(size[k] * size[l]);
+        }
+    }
+    return alike;
+}
+
 static bool tensor_stays(const finder *x, motion m, int item)
 {
     const double *v = values_of(x, item);
@@ -107,8 +141,21 @@ static int item_of(const group_list *list, const group_item *like, int actuator)
     return -1;
 }
 
-/* Whether actuator a comes in the place of b, all along, and may: pulls that are the same for all
- * members have to be alike. */
+/* The same of pulls, one number each. */
+static bool are_spread_alike(const finder *x, const double *a, const double *b)
+{
+    double mean[2] = {0}, square[2] = {0};
+    for (size_t i = 0; i < x->draws; i++) {
+        mean[0] += a[i] / (double)x->draws;
+        mean[1] += b[i] / (double)x->draws;
+        square[0] += a[i] * a[i] / (double)x->draws;
+        square[1] += b[i] * b[i] / (double)x->draws;
+    }
+    return fabs(mean[0] - mean[1]) <= UNLIKE * sqrt(square[0]) &&
+           fabs(square[0] - square[1]) <= UNLIKE * square[0];
+}
+
+/* Whether actuator a comes in the place of b, all along, with pulls like those of b. */
 static bool comes(const finder *x, motion m, int a, int b)
 {
     const int tendons = x->source->open.tendon_count;
@@ -132,16 +179,17 @@ static bool comes(const finder *x, motion m, int a, int b)
         const double *from = values_of(x, i), *to = values_of(x, other);
         if (!is_pull) {
             same = become(x, m, false, from, to);
-        } else if (is_constant(x, i) || is_constant(x, other)) {
-            same = is_constant(x, i) && is_constant(x, other) &&
-                   fabs(from[0] - to[0]) <= SAME * fabs(from[0]);
+        } else if (is_constant(x, i) && is_constant(x, other)) {
+            same = fabs(from[0] - to[0]) <= SAME * fabs(from[0]);
+        } else {
+            same = are_spread_alike(x, from, to);
         }
     }
     return same && of_a == of_b;
 }
 
-/* Whether it leaves the scene as it is: what is the same for all members, and the set of actuators,
- * of which each comes in the place of another. */
+/* Whether it leaves the scene as it is: what is the same for all members, how they are spread, and
+ * the set of actuators, of which each comes in the place of another. */
 static bool leaves(const finder *x, motion m, int places[GROUP_ACTUATORS_MAX])
 {
     const int count = rod_actuator_count(&x->source->open);
@@ -149,8 +197,10 @@ static bool leaves(const finder *x, motion m, int places[GROUP_ACTUATORS_MAX])
         const group_item *item = &x->list->items[i];
         const bool is_vector = item->kind == GROUP_POLAR || item->kind == GROUP_AXIAL;
         const double *v = values_of(x, i);
+        const bool is_axial = item->kind == GROUP_AXIAL;
         if ((item->kind == GROUP_TENSOR && !tensor_stays(x, m, i)) ||
-            (is_vector && is_constant(x, i) && !become(x, m, item->kind == GROUP_AXIAL, v, v))) {
+            (is_vector && !(is_constant(x, i) ? become(x, m, is_axial, v, v)
+                                              : is_spread_alike(x, m, is_axial, v)))) {
             return false;
         }
     }
@@ -248,7 +298,7 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
 {
     const finder x = {source, list, draws, values};
     const int count = rod_actuator_count(&source->open);
-    *result = GROUP_NO_SYMMETRY;
+    *result = GROUP_NO_TURN;
     if (!source->turnable) {
         return;
     }
@@ -264,7 +314,7 @@ void group_symmetry_find(const group_source *source, const group_list *list, siz
     const bool turns = result->order != 1;
     result->by = turns || result->mirrors ? find_direction(&x, result, !turns, -1) : -1;
     if (result->by < 0) {
-        *result = GROUP_NO_SYMMETRY;
+        *result = GROUP_NO_TURN;
     } else if (result->order == 0 && result->mirrors) {
         result->second = find_direction(&x, result, false, result->by);
         result->mirrors = result->second >= 0;

@@ -192,6 +192,11 @@ size_t problem_parameters(const problem *p)
     return p->parameters;
 }
 
+int problem_views(const problem *p, const nn_view **views)
+{
+    return nn_mlp_views(p->mlp, views);
+}
+
 int problem_terms(const problem *p)
 {
     return p->term_count;

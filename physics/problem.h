@@ -149,7 +149,8 @@ typedef struct problem_fusing {
 ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error);
 
-size_t problem_parameters(const problem *p); /* length of x */
+size_t problem_parameters(const problem *p);                /* length of x */
+int problem_views(const problem *p, const nn_view **views); /* the network's, nn_mlp_views */
 
 /* The terms of this scene, in a fixed order, by index. */
 int problem_terms(const problem *p);

@@ -35,7 +35,9 @@ double problem_placed(const problem *p, int coordinate, int piece, double x)
     if (in_pieces || (coordinate == d->time && d->divided)) {
         x = fmin(fmax(x, OFF), 1 - OFF);
     }
-    return fmin(low + x * (high - low), high);
+    return d->coordinates[coordinate].logarithmic
+               ? domain_coordinate_at(&d->coordinates[coordinate], x)
+               : fmin(low + x * (high - low), high);
 }
 
 /* What a coordinate is that does not vary; at the beginning of time, that of the window. */
@@ -195,7 +197,7 @@ static size_t panel_points(const problem *p, const problem_cloud *from, size_t r
 {
     size_t count = 0;
     int coordinates = p->model->domain.count;
-    for (int i = 0; i < coordinates && p->panels[i].edges; i++) {
+    for (int i = 0; i < coordinates && i < 2 && p->panels[i].edges; i++) {
         for (int panel = 0; panel < p->panels[i].count; panel++) {
             double low, high;
             int points = PANEL_POINTS * (coordinates > 1 ? PANEL_OTHERS : 1);

@@ -289,6 +289,12 @@ ad_status quantities_define_table(quantities *names, const char *name, int count
 
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error)
 {
+    return quantities_parameter(names, name, -INFINITY, INFINITY, NAN, error);
+}
+
+ad_status quantities_parameter(quantities *names, const char *name, double low, double high,
+                               double usual, ad_error *error)
+{
     ad_status status = check_name(names, name, error);
     if (status == AD_OK && names->open == QUANTITY_OPEN_MAX) {
         status =
@@ -301,7 +307,8 @@ ad_status quantities_coordinate(quantities *names, const char *name, ad_error *e
                                   .index = names->open,
                                   .uses = UINT32_C(1) << names->open,
                                   .size = 1,
-                                  .text = name};
+                                  .text = name,
+                                  .x = {{.number = usual}, {.number = low}, {.number = high}}};
     quantity value = of_node(node_like(names, wanted), NAN);
     if (is_faulty(value)) {
         return quantity_check(value, error);
@@ -465,7 +472,7 @@ static double value_of(const quantity *q, int count, const double *x)
         return q->number;
     }
     if (node->kind == QUANTITY_OPEN) {
-        return node->index < count ? x[node->index] : NAN;
+        return node->index < count ? x[node->index] : node->x[0].number;
     }
     if (node->kind == QUANTITY_WRITTEN) {
         return value_of(&node->x[0], count, x);
@@ -482,4 +489,15 @@ static double value_of(const quantity *q, int count, const double *x)
 double quantity_value(quantity q, double s, double t)
 {
     return q.is_given ? value_of(&q, 2, (double[]){s, t}) : NAN;
+}
+
+quantity_interval quantity_span(quantity q, double s, double t)
+{
+    const uint32_t coordinates = 3; /* s and t */
+    double value = quantity_value(q, s, t);
+    quantity_interval range = {value, value};
+    if (q.node && (q.node->uses & ~coordinates)) {
+        range = quantity_range(q, (quantity_interval){s, s}, (quantity_interval){t, t});
+    }
+    return isfinite(range.low) && isfinite(range.high) ? range : (quantity_interval){value, value};
 }

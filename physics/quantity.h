@@ -61,6 +61,11 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
 enum { QUANTITY_OPEN_MAX = 16 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
 
+/* The same of one within a range, of which `usual` stands for it where one number is asked for
+ * (quantity_value); enclosures hold over all of the range. */
+ad_status quantities_parameter(quantities *names, const char *name, double low, double high,
+                               double usual, ad_error *error);
+
 /* Define a function of one argument by a table: name(x) goes through all (x[i], y[i]), i < count,
  * x ascending, 2 to QUANTITY_TABLE_MAX of them, as a cubic between each two, with a continuous
  * slope and without overshoot: it rises and falls where the numbers do (Fritsch, Carlson, SIAM J.
@@ -141,7 +146,8 @@ bool quantity_any_depends_on(int count, const quantity *q, const char *coordinat
 /* Whether it calls a function, as "within", by which tables bound their argument. */
 bool quantity_calls(quantity q, const char *function);
 
-/* Its value at s (m), t (s); NaN when it is not given. Does not allocate. */
+/* Its value at s (m), t (s), of other open names the usual one; NaN when it is not given. Does not
+ * allocate. */
 double quantity_value(quantity q, double s, double t);
 
 /* ---- enclosures ------------------------------------------------------------------------------ */
@@ -167,6 +173,16 @@ typedef struct quantity_enclosure {
  * (Moore, Kearfott, Cloud, Introduction to Interval Analysis, 2009, ch. 5, 6): exact but for what
  * appears in a formula more than once, and the narrower the intervals the closer. */
 quantity_interval quantity_range(quantity q, quantity_interval s, quantity_interval t);
+
+/* Encloses its values at one s and t over the ranges of its parameters; without parameters, or
+ * where no finite interval does, the value alone. */
+quantity_interval quantity_span(quantity q, double s, double t);
+
+static inline double quantity_largest(quantity q, double s, double t)
+{
+    const quantity_interval span = quantity_span(q, s, t);
+    return span.high > -span.low ? span.high : -span.low;
+}
 
 /* The same with all slopes by a coordinate, "s" or "t", for s and t fixed in turn. Where it has a
  * kink the slope encloses those of both sides. */

@@ -120,10 +120,11 @@ static quantity_enclosure enclose(const enclosing *in, const quantity *q)
     }
     switch (node->kind) {
     case QUANTITY_OPEN:
-        return node->index < 2 ? (quantity_enclosure){.value = in->x[node->index],
-                                                      .slope = {node->index == in->along,
-                                                                node->index == in->along}}
-                               : whole_line();
+        return node->index < 2
+                   ? (quantity_enclosure){.value = in->x[node->index],
+                                          .slope = {node->index == in->along,
+                                                    node->index == in->along}}
+                   : (quantity_enclosure){.value = {node->x[1].number, node->x[2].number}};
     case QUANTITY_WRITTEN:
         return enclose(in, &node->x[0]);
     case QUANTITY_OPERATION:

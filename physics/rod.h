@@ -177,11 +177,16 @@ typedef struct rod_head {
 /* A quaternion or a rotation vector as the scene says; planar an angle. */
 const rod_head *rod_head_of(const scene *scene);
 
-/* The coordinates of a scene: s, and t in motion, with the scene's windows. */
+/* The coordinates of a scene: s, and t in motion, with the scene's windows; of a family its
+ * parameters follow. */
 domain rod_domain_of(const scene *scene);
 
 /* A place at s and t (in a static scene not read) in the first window, under all of the loads. */
 domain_place rod_place(const scene *scene, ad_value s, ad_value t);
+
+/* Binds the parameters of a family to their coordinates, in SI; returns how many they are. */
+int rod_bind(const scene *rod_scene, const domain *d, const domain_place *at,
+             quantity_binding *bindings);
 
 /* ---- windows of time ----
  * scene->windows equal parts of the duration, each with a network of its own. A window starts from

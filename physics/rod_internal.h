@@ -23,9 +23,9 @@ typedef struct rod_context {
     domain domain;
     domain_place at; /* its window and load factor; its state where it goes on from one */
     rod_plane plane;
-    ad_value s, t;                      /* the coordinates; in a static scene t is the constant 0 */
-    int parameter_count;                /* open names beside these, */
-    const quantity_binding *parameters; /* and what they are on the tape; outlive the context */
+    ad_value s, t;       /* the coordinates; in a static scene t is the constant 0 */
+    int parameter_count; /* open names beside these, and what they are on the tape */
+    quantity_binding parameters[SCENE_PARAMETERS_MAX];
 } rod_context;
 
 /* Coefficients of the equations, of s and t; a term that the scene lacks has a constant 0. */

@@ -72,7 +72,7 @@ static double rod_largest(const scene *rod_scene, const quantity *given, int spa
         for (int j = 0; j <= time_samples; j++) {
             double t = time_samples ? scene_duration(rod_scene) * j / time_samples : 0, square = 0;
             for (int k = 0; k < 3; k++) {
-                double x = given[k].is_given ? quantity_value(given[k], s, t) : 0;
+                double x = given[k].is_given ? quantity_largest(given[k], s, t) : 0;
                 square += x * x;
             }
             largest = fmax(largest, sqrt(square));

@@ -51,11 +51,11 @@ scene_range scene_range_within(const scene *rod_scene, quantity q, double from, 
     scene_range range = {INFINITY, -INFINITY};
     for (int i = 0; i <= along; i++) {
         for (int j = 0; j <= in_time; j++) {
-            double value = quantity_value(q, from + (to - from) * i / SCENE_SAMPLES,
-                                          scene_duration(rod_scene) * j / SCENE_SAMPLES);
-            range.low = !(value >= range.low) ? value : range.low;
-            range.high = !(value <= range.high) ? value : range.high;
-            if (isnan(value)) {
+            quantity_interval value = quantity_span(q, from + (to - from) * i / SCENE_SAMPLES,
+                                                    scene_duration(rod_scene) * j / SCENE_SAMPLES);
+            range.low = !(value.low >= range.low) ? value.low : range.low;
+            range.high = !(value.high <= range.high) ? value.high : range.high;
+            if (isnan(value.low)) {
                 return (scene_range){NAN, NAN};
             }
         }

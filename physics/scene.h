@@ -43,7 +43,8 @@ extern "C" {
     X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
-    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
+    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */  \
+    X(SCENE_STRAIN_FORM, "strain")        /* unknown u, of a family: physics/family.h */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
     X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
@@ -336,11 +337,11 @@ typedef struct scene {
     int windows;       /* of time: equal parts of the duration, each with a network of its own */
     scene_initial initial;
     scene_manufactured manufactured;
-    int parameter_count; /* of a family; 0: one scene */
+    int parameter_count; /* of a family, and unknowns; 0: one scene of numbers */
     scene_parameter parameters[SCENE_PARAMETERS_MAX];
-    bool is_unknown[SCENE_PARAMETERS_MAX]; /* this parameter is one number, to be found from
-                                            * measurements, */
-    double guess[SCENE_PARAMETERS_MAX];    /* from this value on, within the range */
+    int unknown_count; /* of the parameters the last: each one number for all members, to be found
+                        * from measurements, */
+    double guess[SCENE_PARAMETERS_MAX]; /* from this value of the parameter on, within its range */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */
@@ -383,6 +384,14 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value);
  * scene. */
 void scene_member(const scene *family, const double *values, scene *member);
 void scene_middle(const scene *family, scene *member);
+
+/* Writes the values [parameter_count] of the middle one, and returns them. */
+const double *scene_middle_values(const scene *family, double *values);
+
+/* Reads "a=1, b=2" as the values [count] of these parameters. AD_BAD_INPUT: a name that is none of
+ * them or comes twice, a value outside its range, a parameter without one. */
+ad_status scene_member_read(int count, const scene_parameter *parameters, const char *text,
+                            double *values, ad_error *error);
 
 /* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
  * one to the next at their joints, where(joint - s, before, behind). */
@@ -448,7 +457,19 @@ static inline double scene_duration(const scene *rod_scene)
     return rod_scene->duration.number;
 }
 
+/* Parameters that are known of each member, the first. */
+static inline int scene_known_count(const scene *rod_scene)
+{
+    return rod_scene->parameter_count - rod_scene->unknown_count;
+}
+
 static inline bool scene_is_family(const scene *rod_scene)
+{
+    return scene_known_count(rod_scene) > 0;
+}
+
+/* Whether formulas have open names, of a family or of unknowns: it has no solution of its own. */
+static inline bool scene_is_open(const scene *rod_scene)
 {
     return rod_scene->parameter_count > 0;
 }

@@ -242,14 +242,37 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(family, field);
-        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
-        for (int k = 0; k < family->parameter_count && common; k++) {
-            if (!family->is_unknown[k] &&
-                quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
+        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(family));
+        for (int k = 0; k < scene_known_count(family) && common; k++) {
+            if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
                 *key = field->key;
                 return ad_fail(error, AD_BAD_INPUT,
                                "depends on %s, which has a range; allowed: one number for all "
                                "members of a family",
+                               family->parameters[k].name);
+            }
+        }
+    }
+    return AD_OK;
+}
+
+/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
+ * for all. */
+static ad_status check_rest(const scene *family, const char **key, ad_error *error)
+{
+    const scene_rest rest = scene_rest_of(family);
+    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
+    bool counts = (scene_is_dynamic(family) && !family->initial.position[0].is_given) ||
+                  family->spring_count > 0 || quantity_any_something(3, family->loads.foundation);
+    for (int i = 0; i < 3 && counts; i++) {
+        for (int k = 0; k < family->parameter_count; k++) {
+            if (quantity_any_depends_on(3, shapes[i], family->parameters[k].name)) {
+                *key = "rod.rest";
+                return ad_fail(error, AD_BAD_INPUT,
+                               "depends on %s, which has a range; allowed of a family that starts "
+                               "from the unstressed shape, or has springs or a foundation: one "
+                               "shape for all",
                                family->parameters[k].name);
             }
         }
@@ -300,9 +323,18 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     const char *ignored = NULL;
     key = key ? key : &ignored;
-    if (!scene_is_family(rod_scene)) {
+    if (!scene_is_open(rod_scene)) {
         return check_member(rod_scene, key, error);
     }
+    if (scene_is_manufactured(rod_scene)) {
+        *key = "manufactured";
+        return ad_fail(error, AD_BAD_INPUT,
+                       "is the solution of one scene, but parameters have ranges; allowed: numbers "
+                       "in their place");
+    }
     ad_status status = check_common(rod_scene, key, error);
+    if (status == AD_OK) {
+        status = check_rest(rod_scene, key, error);
+    }
     return status == AD_OK ? check_members(rod_scene, key, error) : status;
 }

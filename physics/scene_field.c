@@ -215,39 +215,6 @@ void scene_with(const scene *open, int count, const char *const *names, const do
     }
 }
 
-double scene_parameter_at(const scene_parameter *parameter, double fraction)
-{
-    return parameter->scale == SCENE_LOG
-               ? parameter->low * pow(parameter->high / parameter->low, fraction)
-               : parameter->low + (parameter->high - parameter->low) * fraction;
-}
-
-double scene_parameter_fraction(const scene_parameter *parameter, double value)
-{
-    return parameter->scale == SCENE_LOG
-               ? log(value / parameter->low) / log(parameter->high / parameter->low)
-               : (value - parameter->low) / (parameter->high - parameter->low);
-}
-
-void scene_member(const scene *family, const double *values, scene *member)
-{
-    const char *names[SCENE_PARAMETERS_MAX];
-    for (int i = 0; i < family->parameter_count; i++) {
-        names[i] = family->parameters[i].name;
-    }
-    scene_with(family, family->parameter_count, names, values, member);
-    member->parameter_count = 0;
-}
-
-void scene_middle(const scene *family, scene *member)
-{
-    double values[SCENE_PARAMETERS_MAX];
-    for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = scene_parameter_at(&family->parameters[i], 0.5);
-    }
-    scene_member(family, values, member);
-}
-
 bool scene_uses(const scene *rod_scene, const char *name)
 {
     bool any = false;

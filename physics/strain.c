@@ -193,13 +193,12 @@ static void begin(strain_rod *x, const strain_settings *settings, ad_value s,
     strain_mesh_places(&x->mesh, x->s);
     x->at = rod_place(&x->one, s, ad_scalar(s.tape, 0));
     x->rod = rod_context_of(&x->one, &x->at);
-    for (int i = 0; i < settings->count; i++) {
-        x->bindings[i] = (quantity_binding){settings->names[i], parameters[i]};
-    }
     x->rod.scene = &x->open;
     x->rod.properties = scene_properties_of(&x->open);
     x->rod.parameter_count = settings->count;
-    x->rod.parameters = x->bindings;
+    for (int i = 0; i < settings->count; i++) {
+        x->rod.parameters[i] = (quantity_binding){settings->names[i], parameters[i]};
+    }
     const scene_properties made = scene_properties_of(&x->one);
     for (int i = 0; i < 3; i++) {
         x->shears = x->shears || !scene_locks(made.strain_stiffness[i]);

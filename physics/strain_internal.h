@@ -37,7 +37,6 @@ struct strain_rod {
     ad_tape *tape;
     domain_place at;
     rod_context rod;
-    quantity_binding bindings[SCENE_PARAMETERS_MAX];
     strain_mesh mesh;
     gauss_rule rule;
     int nodes;

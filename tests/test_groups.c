@@ -193,13 +193,13 @@ static const char *robot(double length, double force, double tip)
     return text;
 }
 
-static const groups_settings usual = {.by_parameters = false};
+static const groups_settings usual = {GROUPS_OF_EQUATIONS, GROUPS_SYMMETRY};
 
 static void test_counts(void **state)
 {
     (void)state;
     family b = read_family(robot(1, 1, 0.2), usual), mild = read_family(robot(1, 1, 0.05), usual);
-    family plain = read_family(robot(1, 1, 0.2), (groups_settings){.by_parameters = true});
+    family plain = read_family(robot(1, 1, 0.2), (groups_settings){.inputs = GROUPS_PARAMETERS});
     assert_int_equal(b.count, 9);
     assert_int_equal(mild.count, 9);
     assert_int_equal(plain.count, 9);

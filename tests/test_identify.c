@@ -10,10 +10,10 @@
 
 /* A precurved rod, pulled at its tip by a known force that turns from experiment to experiment, and
  * loaded by an unknown weight; two stiffnesses are unknown, too. */
-enum { BENDING, TORSION, WEIGHT, TURNED, PULL, PARAMETERS, UNKNOWNS = TURNED };
+enum { TURNED, PULL, BENDING, TORSION, WEIGHT, PARAMETERS, UNKNOWNS = PARAMETERS - BENDING };
 
 static const double LENGTH = 0.2;
-static const double truth[PARAMETERS] = {3.1e-3, 1.9e-3, 0.03, 0, 0};
+static const double truth[PARAMETERS] = {0, 0, 3.1e-3, 1.9e-3, 0.03};
 
 typedef struct made {
     quantities *names;
@@ -29,13 +29,12 @@ static void assert_good(ad_status status, const ad_error *error)
 
 static made make_scene(void)
 {
-    static const scene_parameter parameters[PARAMETERS] = {
-        {"bending", 1e-3, 1e-2, SCENE_LOG},
-        {"torsion", 1e-3, 1e-2, SCENE_LOG},
-        {"weight", -0.1, 0.1, SCENE_LINEAR},
-        {"turned", 0, 6.3, SCENE_LINEAR},
-        {"pull", 0, 0.2, SCENE_LINEAR}};
-    static const double starts[PARAMETERS] = {2e-3, 4e-3, 0};
+    static const scene_parameter parameters[PARAMETERS] = {{"turned", 0, 6.3, SCENE_LINEAR},
+                                                           {"pull", 0, 0.2, SCENE_LINEAR},
+                                                           {"bending", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"torsion", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"weight", -0.1, 0.1, SCENE_LINEAR}};
+    static const double starts[PARAMETERS] = {0, 0, 2e-3, 4e-3, 0};
     made m = {.names = quantities_create()};
     ad_error error;
     scene *x = &m.open;
@@ -43,10 +42,10 @@ static made make_scene(void)
     for (int i = 0; i < PARAMETERS; i++) {
         assert_good(quantities_coordinate(m.names, parameters[i].name, &error), &error);
         x->parameters[i] = parameters[i];
-        x->is_unknown[i] = i < UNKNOWNS;
         x->guess[i] = starts[i];
     }
     x->parameter_count = PARAMETERS;
+    x->unknown_count = UNKNOWNS;
     x->names = m.names;
     x->rod.model = SCENE_KIRCHHOFF;
     x->rod.length = quantity_number(LENGTH);
@@ -146,7 +145,7 @@ static void test_calibrated(void **state)
         assert_true(found.by_members && found.count == UNKNOWNS && found.experiments == 20);
         assert_int_equal(verdict_outcome_of(&judged), VERDICT_SOLVED);
         for (int i = 0; i < UNKNOWNS; i++) {
-            const double off = fabs(found.value[i] - truth[i]) / found.deviation[i];
+            const double off = fabs(found.value[i] - truth[BENDING + i]) / found.deviation[i];
             within_one += off < 1;
             within_two += off < 2;
         }

@@ -246,15 +246,16 @@ static void test_members(void **state)
     static const struct {
         const char *at, *says;
     } rows[] = {
-        {NULL, "scene.yaml:1:13: parameters: the scene is a family, of which one member is wanted "
-               "here; values are missing, by --at or --set, of pull, stiff"},
-        {"stiff=1", "are missing, by --at or --set, of pull"},
-        {"pull=1,stiff=4", "parameters.stiff: --at has 4, outside its range; allowed: 0.5 to 2"},
-        {"pul=1", "--at pul: no parameter of that name has a range"},
-        {"pull=1,pull=1", "--at pull: no parameter of that name has a range, or it is given twice"},
-        {"pull", "--at pull: allowed: name=number"},
-        {"pull=a", "--at pull: allowed: name=number"},
-        {"half=1", "--at half: no parameter of that name has a range"},
+        {NULL, "scene.yaml:1:13: parameters: the scene is a family, of which one member is wanted: "
+               "values are missing of pull, stiff; give them by --at or --set"},
+        {"stiff=1", "values are missing of pull"},
+        {"pull=1,stiff=4", "stiff = 4 is outside its range; allowed: 0.5 to 2"},
+        {"pul=1", "pul is no parameter with a range; allowed: pull, stiff"},
+        {"pull=1,pull=1", "pull is given twice; allowed: stiff"},
+        {"pull", "member 'pull': allowed: name=number"},
+        {"pull=a", "member 'pull=a': allowed: name=number"},
+        {"pull=1 2", "allowed: name=number"},
+        {"half=1", "half is no parameter with a range"},
     };
     ad_error error = {AD_OK, ""};
     config *x = NULL;

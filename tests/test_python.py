@@ -66,7 +66,7 @@ shapes, results = family.solve([[-0.02], [0.03]])
 assert shapes.shape == (2, 5, 13) and results["solved"].all() and (results["load"] == 1).all()
 known = cpinn.solve("family.yaml", s, overrides=["parameters.force=-0.02"])
 assert abs(shapes[0, :, 2] - known.values["z"]).max() < 1e-9
-raises("which one member is wanted here", cpinn.solve, "family.yaml", s)
+raises("which one member is wanted", cpinn.solve, "family.yaml", s)
 raises("allowed: ascending", cpinn.Members, "family.yaml", s[::-1])
 
 # Stopped by the caller, and by what the caller raises.

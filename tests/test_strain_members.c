@@ -218,6 +218,9 @@ static void test_unstable(void **state)
     assert_near(shape[1][2], 1, 1e-14);
     assert_true(isnan(shape[2][2]) && isinf(results[2].estimate));
     assert_true(results[2].load > 0.4 && results[2].load < 0.5); /* pi^2/4 = 2.467 of 5 */
+    assert_true(results[2].end == SOLVE_MEMBER_UNSTABLE && !results[1].end);
+    assert_null(solve_member_text(results[1].end));
+    assert_non_null(strstr(solve_member_text(results[2].end), "stable equilibria end"));
     double curvature[3][NODES_MOST] = {{0}}; /* straight is an equilibrium, also where it is none */
     solve_answer answers[3];                 /* to be found; and what is none has no equilibrium */
     const size_t unknowns = 3 * solve_members_nodes(x);
@@ -251,7 +254,7 @@ static answers *ask(int threads, int first, int steps, double size)
     answers *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
     assert_non_null(result);
     assert_non_null(there);
-    assert_good(solve_members_create(given->open, &settings, &x, &error), &error);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
     const size_t nodes = solve_members_nodes(x);
     assert_true(nodes <= NODES_MOST);
     solve_members_places(x, s);
@@ -300,7 +303,7 @@ static void test_predicted(void **state)
 {
     (void)state;
     config *given = read_robot();
-    batch *truth = solve(given->open, 1, 0, 1e-8);
+    batch *truth = solve(&given->scene, 1, 0, 1e-8);
     static const double sizes[] = {0, 1e-4, 1e-2};
     for (int k = 0; k < 3; k++) {
         for (int steps = -1; steps <= 2; steps++) {

@@ -34,8 +34,7 @@ solve_information solve_information_of(int count, const double *matrix, const bo
  * +10 %", the change of each by so much of the direction that no value changes by more than a
  * tenth, or of one that is 0 by a tenth of its range; without those that hardly change. */
 void solve_information_text(const scene_parameter *const *parameters, int count,
-                            const double *values, const double *direction, char *text,
-                            size_t size);
+                            const double *values, const double *direction, char *text, size_t size);
 
 #ifdef __cplusplus
 }

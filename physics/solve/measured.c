@@ -22,15 +22,15 @@ typedef struct measured_row {
 
 struct solve_trials {
     scene open;
-    int unknown[SCENE_PARAMETERS_MAX], unknowns;
+    int unknowns;
     bool has_quaternion;
     int first_rotation, columns; /* of the model: so many are needed */
     double tolerance;
     ad_pool *pool;
     size_t rows, residuals, experiments;
     measured_row *row;
-    double *known;     /* [rows][parameter_count] */
-    size_t *first;     /* [experiments + 1] rows */
+    double *known;          /* [rows][parameter_count] */
+    size_t *first;          /* [experiments + 1] rows */
     solve_members *members; /* NULL: one by one */
     size_t places;
     ad_error reason; /* why there was no solution, of the last run */
@@ -113,7 +113,7 @@ static void take_row(solve_trials *x, const solve_measured *set, size_t row)
     const size_t count = (size_t)x->open.parameter_count;
     double *known = x->known + x->rows * count;
     for (size_t i = 0; i < count; i++) {
-        known[i] = x->open.is_unknown[i] ? 0 : set->known[row * count + i];
+        known[i] = i >= (size_t)scene_known_count(&x->open) ? 0 : set->known[row * count + i];
     }
     x->row[x->rows++] = (measured_row){.set = set,
                                        .row = row,
@@ -164,7 +164,7 @@ static void fill(const solve_trials *x, const double *values, size_t experiment,
         parameters[i] = row->known[i];
     }
     for (int i = 0; i < x->unknowns; i++) {
-        parameters[x->unknown[i]] = values[i];
+        parameters[scene_known_count(&x->open) + i] = values[i];
     }
 }
 
@@ -185,14 +185,12 @@ static ad_status create_members(solve_trials *x, int threads, ad_error *error)
         }
     }
     for (size_t i = 0; i < x->rows; i++) {
-        const double *place = bsearch(&x->row[i].set->s[x->row[i].row], s, x->places, sizeof *s,
-                                      sort_compare);
+        const double *place =
+            bsearch(&x->row[i].set->s[x->row[i].row], s, x->places, sizeof *s, sort_compare);
         x->row[i].place = (size_t)(place - s);
     }
-    const solve_members_settings settings = {.tolerance = x->tolerance,
-                                             .threads = threads,
-                                             .points = x->places,
-                                             .s = s};
+    const solve_members_settings settings = {
+        .tolerance = x->tolerance, .threads = threads, .points = x->places, .s = s};
     ad_status status = solve_members_create(&x->open, &settings, &x->members, error);
     free(s);
     /* what members do not take is solved one by one, which says what is wrong with it, if anything
@@ -232,14 +230,10 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
         return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
     }
     x->open = *open;
+    x->unknowns = open->unknown_count;
     x->has_quaternion = physics->rotation_columns == QUATERNION;
     x->first_rotation = physics->position_columns;
     x->pool = ad_pool_create(threads);
-    for (int i = 0; i < open->parameter_count; i++) {
-        if (open->is_unknown[i]) {
-            x->unknown[x->unknowns++] = i;
-        }
-    }
     for (int i = 0; i < sets; i++) {
         const int last = measured[i].column[measured[i].columns - 1];
         x->columns = last >= x->columns ? last + 1 : x->columns;
@@ -277,7 +271,8 @@ static void rotation_between(const double p[4], const double q[4], double vector
     }
 }
 
-/* Of one row, from the computed columns of the model, each `stride` numbers after the one before. */
+/* Of one row, from the computed columns of the model, each `stride` numbers after the one before.
+ */
 static void compare(const solve_trials *x, const measured_row *of, const double *computed,
                     size_t stride, double *residuals)
 {
@@ -296,8 +291,7 @@ static void compare(const solve_trials *x, const measured_row *of, const double 
             }
             c += QUATERNION - 1;
         } else {
-            *residuals++ =
-                (computed[(size_t)set->column[c] * stride] - *measured) / set->noise[c];
+            *residuals++ = (computed[(size_t)set->column[c] * stride] - *measured) / set->noise[c];
         }
     }
 }
@@ -309,9 +303,9 @@ typedef struct trial_batch {
     const double *values;
     double *residuals;
     size_t count;
-    size_t *job;      /* [count] number of the trial times experiments, plus the experiment */
+    size_t *job;       /* [count] number of the trial times experiments, plus the experiment */
     ad_status *status; /* [count] */
-    ad_error *error;  /* [count] */
+    ad_error *error;   /* [count] */
 } trial_batch;
 
 static ad_status evaluate(const solve_trials *x, size_t experiment, const solution *solved,
@@ -357,8 +351,8 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
     for (size_t i = 0; times && i < rows; i++) {
         times[i] = x->row[first + i].t;
     }
-    ad_status status = times ? check(&member, error)
-                             : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    ad_status status =
+        times ? check(&member, error) : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
     if (status == AD_OK) {
         status = solve_settle(&member, member.names, error);
     }
@@ -369,8 +363,9 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
                                  &solved, &report, error);
     }
     if (status == AD_OK && !scene_is_dynamic(&member) && report.load_fraction < 1) {
-        status = ad_fail(error, AD_NOT_FINITE, "equilibria can be followed to %.3g of the load only",
-                         report.load_fraction);
+        status =
+            ad_fail(error, AD_NOT_FINITE, "equilibria can be followed to %.3g of the load only",
+                    report.load_fraction);
     }
     if (status == AD_OK) {
         status = evaluate(x, experiment, solved, residuals, error);
@@ -428,8 +423,8 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
     }
     for (size_t i = 0; i < count; i++) {
-        fill(x, b->values + (first + i / x->experiments) * (size_t)x->unknowns,
-             i % x->experiments, parameters + i * width);
+        fill(x, b->values + (first + i / x->experiments) * (size_t)x->unknowns, i % x->experiments,
+             parameters + i * width);
     }
     ad_status status = solve_members_solve(x->members, count, parameters, shapes, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
@@ -451,17 +446,16 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
 static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
 {
     solve_trials *x = b->x;
-    const size_t each = x->experiments * ((size_t)x->open.parameter_count +
-                                          x->places * SOLVE_MEMBERS_COLUMNS);
+    const size_t each =
+        x->experiments * ((size_t)x->open.parameter_count + x->places * SOLVE_MEMBERS_COLUMNS);
     size_t most = MEMBERS_BYTES / (each * sizeof(double));
     most = most < 1 ? 1 : most > count ? count : most;
     double *room = malloc(most * each * sizeof *room);
-    ad_status status = room ? AD_OK
-                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members",
-                                      most * x->experiments);
+    ad_status status =
+        room ? AD_OK
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", most * x->experiments);
     for (size_t first = 0; status == AD_OK && first < count; first += most) {
-        status =
-            run_members(b, first, count - first < most ? count - first : most, room, error);
+        status = run_members(b, first, count - first < most ? count - first : most, room, error);
     }
     free(room);
     return status;

@@ -169,6 +169,15 @@ void solve_members_places(const solve_members *x, double *s)
     }
 }
 
+const char *solve_member_text(solve_member_end end)
+{
+    static const char *const texts[SOLVE_MEMBER_ENDS] = {
+        NULL, "its stable equilibria end on the way to the whole load",
+        "Newton's method does not settle on the way to the whole load",
+        "its estimated error is above the tolerance on the finest mesh"};
+    return texts[end];
+}
+
 /* Members in groups of LANES; what is NULL is not asked for. */
 typedef struct batch {
     solve_members *x;
@@ -258,55 +267,46 @@ ad_status solve_members_refine(solve_members *x, size_t members, const double *p
 
 /* ---- where curvature is given -------------------------------------------------------------- */
 
-/* Members of Kronecker's sequence by the roots of x^(count + 1) = x + 1, whose ranges the scene
- * has; false: it has not all of them. */
-static bool draw(const solve_members *x, size_t members, double *parameters)
+/* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
+static void draw(const solve_members *x, size_t members, double *parameters)
 {
+    const size_t count = (size_t)x->count;
     double root = 2;
     for (int i = 0; i < 60; i++) {
-        root = pow(1 + root, 1.0 / (x->count + 1));
+        root = pow(1 + root, 1 / (double)(count + 1));
     }
-    for (int i = 0; i < x->count; i++) {
-        const scene_parameter *range = NULL;
-        for (int k = 0; k < x->open.parameter_count; k++) {
-            range =
-                strcmp(x->open.parameters[k].name, x->names[i]) ? range : &x->open.parameters[k];
-        }
-        if (!range) {
-            return false;
-        }
-        for (size_t k = 0; k < members; k++) {
-            const double at = 0.5 + (double)(k + 1) * pow(root, -(i + 1));
-            parameters[k * (size_t)x->count + (size_t)i] = scene_parameter_at(range, at - floor(at));
-        }
+    for (size_t i = 0; i < members * count; i++) {
+        const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
+        parameters[i] = scene_parameter_at(&x->open.parameters[i % count], at - floor(at));
     }
-    return x->count > 0;
 }
 
-/* On the mesh on which nearly all of some members are within the tolerance. */
+/* On the mesh on which nearly all of some members are within the tolerance; their last step is on
+ * the next one. */
 static ad_status choose_modes(solve_members *x, ad_error *error)
 {
     enum { DRAWN = 64 };
     const strain_group *one = x->groups[0];
+    solve_member results[DRAWN] = {{0}};
     double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
-    solve_member results[DRAWN];
-    ad_status status = parameters ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
-    if (status == AD_OK && draw(x, DRAWN, parameters)) {
-        int solved = 0, enough = 0, modes = 0;
-        status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    if (!parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    draw(x, DRAWN, parameters);
+    ad_status status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    int solved = 0, enough = 0, modes = 0;
+    for (int i = 0; i < DRAWN; i++) {
+        solved += results[i].solved;
+    }
+    while (20 * enough < 19 * solved && modes + 2 < one->solved) {
+        modes++;
+        enough = 0;
         for (int i = 0; i < DRAWN; i++) {
-            solved += results[i].solved;
+            enough += results[i].solved && results[i].nodes <= one->level[modes + 1].form->nodes;
         }
-        while (20 * enough < 19 * solved && modes + 1 < one->solved) {
-            modes++;
-            enough = 0;
-            for (int i = 0; i < DRAWN; i++) {
-                enough += results[i].solved && results[i].nodes <= one->level[modes].form->nodes;
-            }
-        }
-        for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
-            status = strain_group_choose(x->groups[i], modes, error);
-        }
+    }
+    for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
+        status = strain_group_choose(x->groups[i], modes, error);
     }
     free(parameters);
     return status;
@@ -340,7 +340,7 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     status = create_groups(x, &one, settings, error);
-    status = status == AD_OK ? choose_modes(x, error) : status;
+    status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
     if (status != AD_OK) {
         solve_members_free(x);
         return status;

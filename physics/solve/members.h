@@ -11,10 +11,8 @@
  *
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
- * equilibrium, which solution_create with its numbers (scene_member) looks for. Followers and
- * moments, whose derivatives are not local, and places where something jumps make members slower:
- * forces alone on a rod that is one piece take ten microseconds, a rod of three with followers a
- * thousand.
+ * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
+ * something jumps cut the rod into pieces, and the time is that of a piece times their number.
  */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
@@ -34,6 +32,18 @@ typedef struct solve_members_settings {
     const double *s; /* [points] where the shape is wanted, m; ascending */
 } solve_members_settings;
 
+/* Why a member has no solution. */
+typedef enum solve_member_end {
+    SOLVE_MEMBER_SOLVED,
+    SOLVE_MEMBER_UNSTABLE, /* its stable equilibria from the unstressed rod on end at `load` */
+    SOLVE_MEMBER_LOST,     /* Newton's method does not settle beyond `load` */
+    SOLVE_MEMBER_COARSE,   /* the estimate is above the tolerance on the finest mesh, too */
+    SOLVE_MEMBER_ENDS
+} solve_member_end;
+
+/* In words; NULL of one that is solved. */
+const char *solve_member_text(solve_member_end end);
+
 /* What is known of one member. */
 typedef struct solve_member {
     double estimate; /* of the largest error of the position before the last step, over the length:
@@ -43,6 +53,7 @@ typedef struct solve_member {
     int nodes;       /* of the last step */
     int steps;       /* of Newton's method */
     bool solved;     /* under the whole load, and the estimate is within the tolerance */
+    solve_member_end end;
 } solve_member;
 
 typedef struct solve_members solve_members;
@@ -68,7 +79,7 @@ ad_status solve_members_solve(solve_members *x, size_t members, const double *pa
 
 /* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
  * those of Gauss between places where something jumps. Where the scene is a family with ranges of
- * all parameters, as many as nearly all of some random members need; else 8 in each piece. */
+ * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
 size_t solve_members_nodes(const solve_members *x);
 
 /* s [nodes], m, ascending. */

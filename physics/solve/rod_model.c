@@ -115,7 +115,6 @@ typedef struct recording {
     ad_tape *tape;
     ad_value s, t, parameters; /* the last not valid where there are none */
     domain_place at;
-    quantity_binding bindings[SCENE_PARAMETERS_MAX];
     rod_context context;
 } recording;
 
@@ -135,13 +134,12 @@ static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
         const int count = f->parameters->count;
         on->parameters = ad_input(on->tape, "parameters", count);
         for (int i = 0; i < count; i++) {
-            on->bindings[i] =
+            on->context.parameters[i] =
                 (quantity_binding){f->parameters->names[i], ad_row(on->parameters, i)};
         }
         on->context.scene = f->open;
         on->context.properties = scene_properties_of(f->open);
         on->context.parameter_count = count;
-        on->context.parameters = on->bindings;
     }
     return AD_OK;
 }

@@ -3,8 +3,9 @@
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_group.h"
 
-/* The largest ratio of two steps that settle. */
-static const double RATIO_MOST = 0.25;
+/* The largest ratio of two steps that settle; and what is left, over the length, when the second is
+ * of rounding and of the mesh. */
+static const double RATIO_MOST = 0.25, MESH_LEAVES = 1e-5;
 
 typedef struct question {
     strain_group *group;
@@ -20,6 +21,7 @@ static void set_curvature(question *q, const double *curvature)
     const size_t unknowns = (size_t)q->level->form->elastic;
     strain_level_rest(q->level); /* v is sought from there */
     memset(q->level->form->still, 0, sizeof q->level->form->still);
+    memset(q->fine->form->still, 0, sizeof q->fine->form->still);
     for (size_t lane = 0; lane < LANES; lane++) {
         const double *from = curvature + (lane < q->members ? lane : 0) * unknowns;
         for (size_t i = 0; i < unknowns; i++) {
@@ -43,9 +45,16 @@ static void put_values(const question *q, double *values)
 {
     strain_group *x = q->group;
     const size_t width = (size_t)q->fine->outputs * SOLVE_MEMBERS_COLUMNS;
-    strain_level_evaluate(q->fine, x->values);
-    for (size_t lane = 0; lane < q->members; lane++) {
-        strain_group_put(x, x->modes + STRAIN_BEYOND, (int)lane, values + lane * width);
+    strain_group_evaluate(x, x->modes + STRAIN_BEYOND);
+    if (q->members == LANES) {
+        for (size_t i = 0; i < width; i++) {
+            for (size_t lane = 0; lane < LANES; lane++) {
+                values[lane * width + i] = x->values[i][lane];
+            }
+        }
+    }
+    for (size_t lane = 0; lane < q->members && q->members < LANES; lane++) {
+        strain_group_put(x, (int)lane, values + lane * width);
     }
 }
 
@@ -137,8 +146,7 @@ static void put_answers(const question *q, bool stepped, solve_answer *answers)
                              .left = q->left[lane] * unit,
                              .ratio = stepped ? q->ratio[lane] : NAN,
                              .stable = q->stable[lane]};
-        const bool settles = !stepped || to->ratio <= RATIO_MOST ||
-                             q->left[lane] <= q->group->tolerance; /* rounding has any ratio */
+        const bool settles = !stepped || to->ratio <= RATIO_MOST || q->left[lane] <= MESH_LEAVES;
         to->reason = !isfinite(off) || !isfinite(to->left) ? SOLVE_NOT_FINITE
                      : !to->stable                         ? SOLVE_UNSTABLE
                      : off > SOLVE_TRUSTED                 ? SOLVE_TOO_FAR
@@ -174,7 +182,7 @@ ad_status strain_group_refine(strain_group *x, size_t members, const double *par
             step(&q, k, steps <= 0);
         }
     } else {
-        strain_form_shape(q.level->form);
+        strain_form_strain(q.level->form);
     }
     if (refined) {
         put_curvature(&q, steps < 0, refined);

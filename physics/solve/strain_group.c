@@ -8,31 +8,47 @@
 typedef struct mesh_kind {
     int stages, parts;
 } mesh_kind;
-static const mesh_kind MESHES[] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}, {12, 8}};
+static const mesh_kind MESHES[] = {{3, 1},  {4, 1},  {6, 1},  {8, 1}, {10, 1},
+                                   {12, 1}, {12, 2}, {12, 4}, {12, 8}};
 
-enum { SOLVED_MAX = sizeof MESHES / sizeof *MESHES - STRAIN_BEYOND };
+enum { MESH_COUNT = sizeof MESHES / sizeof *MESHES };
+_Static_assert((int)MESH_COUNT <= (int)STRAIN_LEVELS_MAX, "a level for each");
 
-/* Where a path that is lost on the coarsest mesh is followed anew; most nodes of a mesh, whose full
- * matrices take some 20 MB. */
-enum { SAFE_LEVEL = 2, NODES_MAX = 200 };
+/* Where the coarsest mesh has so many points in an element, the longest is at most that long: a
+ * rod of one piece begins with 6. */
+static const double LONGEST[] = {0.35, 0.65};
+
+/* Where a path that is lost on the coarsest mesh is followed anew; most nodes of a mesh with
+ * equations. */
+enum { SAFE_LEVEL = 2, NODES_MAX = 400 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* On how many meshes equations are solved; 0: not even on two. */
-static int count_solved(int elements)
+static int coarsest(int elements, const double *edges)
 {
-    int count = 0;
-    while (count < SOLVED_MAX &&
-           elements * MESHES[count].parts * MESHES[count].stages <= NODES_MAX) {
-        count++;
+    double longest = 0;
+    for (int e = 0; e < elements; e++) {
+        longest = fmax(longest, edges[e + 1] - edges[e]);
     }
-    return count < 2 ? 0 : count;
+    return longest <= LONGEST[0] ? 0 : longest <= LONGEST[1] ? 1 : 2;
+}
+
+/* On how many meshes equations are solved; 0: not even on two. */
+static int count_solved(int first, int elements)
+{
+    int end = first;
+    while (end < MESH_COUNT - STRAIN_BEYOND &&
+           elements * MESHES[end].parts * MESHES[end].stages <= NODES_MAX) {
+        end++;
+    }
+    return end - first < 2 ? 0 : end - first;
 }
 
 static ad_status add_level(strain_group *x, int elements, const double *edges, int outputs,
                            const double *s, ad_error *error)
 {
-    const int parts = MESHES[x->levels].parts, stages = MESHES[x->levels].stages;
+    const mesh_kind *kind = &MESHES[coarsest(elements, edges) + x->levels];
+    const int parts = kind->parts, stages = kind->stages;
     double *divided = malloc(((size_t)(elements * parts) + 1) * sizeof *divided);
     if (!divided) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
@@ -68,11 +84,12 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0;
-    x->solved = count_solved(elements);
+    const int first = coarsest(elements, edges);
+    x->solved = count_solved(first, elements);
     if (x->solved == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "members: something jumps in %d places; allowed: up to %d", elements - 1,
-                         NODES_MAX / MESHES[1].stages - 1);
+                         NODES_MAX / MESHES[first + 1].stages - 1);
     }
     for (int k = 0; k < x->solved + STRAIN_BEYOND && status == AD_OK; k++) {
         status = add_level(x, elements, edges, outputs, s, error);
@@ -228,6 +245,7 @@ typedef struct follower {
     enum { FOLLOWING, ARRIVED, LOST } state;
     double load, done, before; /* tried, reached, reached before that; < 0: not yet */
     double length, ratio;      /* of the last steps */
+    bool fell;                 /* a pivot was negative at a load beyond what is reached */
     int tries;                 /* steps at this load */
     int steps;                 /* all */
 } follower;
@@ -284,6 +302,7 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
     }
     f->before = f->done;
     f->done = f->load;
+    f->fell = false;
     try_load(x, form, f, longer * step, lane);
 }
 
@@ -313,6 +332,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         for (int lane = 0; lane < LANES; lane++) {
             const int negative = form->negative[lane];
             bool is_stable = x->has_energy ? negative == 0 : negative % 2 == 0;
+            f[lane].fell = f[lane].fell || (following[lane] && !is_stable);
             following[lane] = following[lane] && is_good(&f[lane], length[lane], is_stable);
             if (!following[lane]) {
                 drop_step(form, lane);
@@ -417,14 +437,23 @@ static void settle(strain_group *x, int k, const bool *wanted, follower *f)
 
 /* ---- results ------------------------------------------------------------------------------- */
 
-void strain_group_put(const strain_group *x, int k, int lane, double *values)
+void strain_group_evaluate(strain_group *x, int k)
 {
-    const strain_level *level = &x->level[k];
     const double length = x->rod->scales.length;
     const double units[SOLVE_MEMBERS_COLUMNS] = {
         length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
-    for (int i = 0; i < level->outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        values[i] = x->values[i][lane] * units[i % SOLVE_MEMBERS_COLUMNS];
+    strain_level_evaluate(&x->level[k], x->values);
+    for (int i = 0; i < x->level[k].outputs; i++) {
+        for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
+            x->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
+        }
+    }
+}
+
+void strain_group_put(const strain_group *x, int lane, double *values)
+{
+    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = x->values[i][lane];
     }
 }
 
@@ -465,12 +494,12 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
             continue;
         }
         if (!evaluated) {
-            strain_level_evaluate(&x->level[k + STRAIN_BEYOND], x->values);
+            strain_group_evaluate(x, k + STRAIN_BEYOND);
             evaluated = true;
         }
         wanted[lane] = false;
         if (values) {
-            strain_group_put(x, k + STRAIN_BEYOND, lane, values + (size_t)lane * width);
+            strain_group_put(x, lane, values + (size_t)lane * width);
         }
         if (curvature) {
             put_curvature(x, k, lane, curvature + (size_t)lane * unknowns);
@@ -480,6 +509,7 @@ static void finish(strain_group *x, int k, const double *moved, bool *wanted, co
         results[lane].load = 1;
         results[lane].steps = f[lane].steps + 1;
         results[lane].solved = met;
+        results[lane].end = met ? SOLVE_MEMBER_SOLVED : SOLVE_MEMBER_COARSE;
     }
 }
 
@@ -503,7 +533,10 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         finer[lane] = f[lane].state == ARRIVED;
         if (wanted[lane]) {
             results[lane] =
-                (solve_member){.estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
+                (solve_member){.estimate = INFINITY,
+                               .load = f[lane].done,
+                               .steps = f[lane].steps,
+                               .end = f[lane].fell ? SOLVE_MEMBER_UNSTABLE : SOLVE_MEMBER_LOST};
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }

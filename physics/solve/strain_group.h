@@ -5,7 +5,7 @@
 
 #include "physics/solve/strain_level.h"
 
-enum { STRAIN_LEVELS_MAX = 7 };
+enum { STRAIN_LEVELS_MAX = 9 };
 
 /* Positions are taken from a mesh so many beyond that of the equations: r between points of a mesh
  * that has u to 1e-6 may be known to 1e-5. */
@@ -62,7 +62,8 @@ void strain_group_measure(const strain_form *form, lanes *length);
 void strain_group_keep(const strain_form *form, lanes *to);
 void strain_group_compare(const strain_form *form, const lanes *before, bool more, double *moved);
 
-/* x->values of one lane, as they are at a level, in SI. */
-void strain_group_put(const strain_group *x, int k, int lane, double *values);
+/* x->values, of a level, in SI; and those of one lane. */
+void strain_group_evaluate(strain_group *x, int k);
+void strain_group_put(const strain_group *x, int lane, double *values);
 
 #endif

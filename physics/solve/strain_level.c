@@ -118,12 +118,10 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
 {
     const strain_kind *kind = &x->form->kind;
     for (int k = 0; k < kind->actuators; k++) {
-        const solve_extent *extent = &kind->extents[k];
         const int at = node * kind->actuators + k;
-        bool here = extent->start <= x->s[node] && x->s[node] <= extent->end;
         put(x->form->actuators[at].offset, lane, 2, from[k].offset);
         put(x->form->actuators[at].slope, lane, 2, from[k].slope);
-        x->pulls[at][lane] = here ? from[k].pull : 0;
+        x->pulls[at][lane] = from[k].pull;
     }
 }
 
@@ -164,13 +162,41 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
     }
 }
 
-/* Values [points][width] of a part at all points, or at one where it is the same along the rod. */
-static void spread(strain_level *x, solve_part part, bool by_s, size_t width, int lane,
+/* Of the first point, to another. */
+static void copy_part(strain_level *x, solve_part part, int node)
+{
+    const size_t actuators = (size_t)x->form->kind.actuators;
+    strain_point *from = x->form->points, *to = from + node;
+    switch (part) {
+    case SOLVE_SECTIONS:
+        memcpy(to->compliance, from->compliance, sizeof to->compliance);
+        break;
+    case SOLVE_REST:
+        memcpy(to->rest, from->rest, sizeof to->rest);
+        break;
+    case SOLVE_LOAD:
+        memcpy(x->loads[node], x->loads[0], sizeof *x->loads);
+        break;
+    default:
+        memcpy(x->form->actuators + (size_t)node * actuators, x->form->actuators,
+               actuators * sizeof *x->form->actuators);
+        memcpy(x->pulls + (size_t)node * actuators, x->pulls, actuators * sizeof *x->pulls);
+    }
+}
+
+/* Values of a part: [points][width] of one lane after the other, `stride` apart; where it is the
+ * same along the rod, of one point. */
+static void spread(strain_level *x, solve_part part, bool by_s, size_t width, size_t stride,
                    const double *values)
 {
     const int nodes = is_along(part) ? (int)nodes_of(x) : 1;
-    for (int i = 0; i < nodes; i++) {
-        put_part(x, part, i, lane, values + (by_s ? (size_t)i * width : 0));
+    for (int lane = 0; lane < LANES; lane++) {
+        for (int i = 0; i < (by_s ? nodes : 1); i++) {
+            put_part(x, part, i, lane, values + (size_t)lane * stride + (size_t)i * width);
+        }
+    }
+    for (int i = 1; i < nodes && !by_s; i++) {
+        copy_part(x, part, i);
     }
 }
 
@@ -210,9 +236,8 @@ ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
             }
         }
         status = solve_rod_part(rod, PARTS[p], LANES * points, s, of_points, values, error);
-        for (size_t lane = 0; lane < LANES && status == AD_OK; lane++) {
-            spread(x, PARTS[p], points > 1, kind.width, (int)lane,
-                   values + lane * points * kind.width);
+        if (status == AD_OK) {
+            spread(x, PARTS[p], points > 1, kind.width, points * kind.width, values);
         }
     }
     return status;
@@ -235,8 +260,8 @@ static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *erro
             const double end = PARTS[p] == SOLVE_END;
             status = solve_rod_part(rod, PARTS[p], points, points > 1 ? x->s : &end,
                                     points > 1 ? zeros : none, values, error);
-            for (int lane = 0; lane < LANES && status == AD_OK; lane++) {
-                spread(x, PARTS[p], points > 1, kind.width, lane, values);
+            if (status == AD_OK) {
+                spread(x, PARTS[p], points > 1, kind.width, 0, values);
             }
         }
         free(values);
@@ -317,7 +342,12 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     for (int i = 0; i < form->nodes; i++) {
         scale(12, x->loads[i][0], factor, form->points[i].load[0]);
         for (int k = 0; k < pulling; k++) {
-            form->actuators[i * pulling + k].pull = *factor * x->pulls[i * pulling + k];
+            const solve_extent *extent = &form->kind.extents[k];
+            lanes *pull = &form->actuators[i * pulling + k].pull;
+            *pull = NO_LANES;
+            if (extent->start <= x->s[i] && x->s[i] <= extent->end) {
+                *pull = *factor * x->pulls[i * pulling + k];
+            }
         }
     }
     for (int e = 0; e <= x->elements; e++) {

@@ -26,6 +26,7 @@ typedef struct config_parameter {
     quantity value;  /* not given beside a range */
     double range[2]; /* NaN: a value */
     int scale;       /* scene_scale of the range */
+    double identify; /* where the search for an unknown begins; NaN: it is none */
 } config_parameter;
 
 enum { CONFIG_TABLES_MAX = 16 };
@@ -67,9 +68,6 @@ ad_status config_read(const char *path, const char *text, int count, const char 
 ad_status config_read_member(const char *path, const char *text, int count,
                              const char *const *overrides, const char *at, config **config,
                              ad_error *error);
-/* values [parameter_count] of a family's member in that form; whether they are within their ranges
- * is not asked. AD_BAD_INPUT: not a parameter, one twice or missing; AD_NO_MEMORY. */
-ad_status config_at(const scene *family, const char *at, double *values, ad_error *error);
 /* The same of a scene and settings that a program has filled in, whose texts are copied: checked
  * and resolved, so that it can be written like one of a file. The end s = length is of the type
  * that the scene says. Keys stand in messages behind settings->name, or "scene". */

@@ -113,6 +113,9 @@ ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator
 
 typedef struct cpinn_family cpinn_family;
 
+/* Of members that are solved: the estimated error of the position, over the length. */
+#define CPINN_TOLERANCE 1e-6
+
 /* One row per reason: name, word, meaning. The first are those of solve_doubt. */
 #define CPINN_REASON_LIST(X)                                                                       \
     X(CPINN_REASON_NONE, "none", "nothing speaks against the network's answer")                    \
@@ -149,7 +152,7 @@ const char *cpinn_source_word(cpinn_source source);
 typedef struct cpinn_answer {
     double error;         /* m, predicted: largest distance of the shape from the member's, at the
                            * points of the solver's mesh; NaN: not known. Of a network's answer that
-                           * is trusted the true one is within twice as much and the tolerance. */
+                           * is trusted the true one is within twice as much and CPINN_TOLERANCE. */
     double network_error; /* m, the same of the network before any step */
     cpinn_source source;
     cpinn_reason reason; /* why it is not trusted; of a solver's answer that is trusted, why that
@@ -160,7 +163,6 @@ typedef struct cpinn_answer {
 
 typedef struct cpinn_family_settings {
     bool extrapolate; /* members outside the range are answered, too, and said to be so */
-    double tolerance; /* of what is solved: of the position, over the length; 0: 1e-6 */
     int threads;      /* 0: one per processor; results do not depend on it */
     size_t points;
     const double *s; /* [points] where shapes are wanted, m; ascending */
@@ -217,7 +219,7 @@ typedef enum cpinn_way {
 const char *cpinn_way_word(cpinn_way way); /* "network", "one step", "two steps", "product" */
 
 /* Errors of answers to fresh members, m: the largest distance of a shape's points from those of the
- * member solved to a thousandth of the tolerance. Members that nobody solves are left out. */
+ * member, solved to a hundredth of CPINN_TOLERANCE. Members that nobody solves are left out. */
 typedef struct cpinn_family_row {
     double median, p95, p999, worst;
     size_t not_trusted, reasons[CPINN_REASON_COUNT];
@@ -241,7 +243,7 @@ typedef struct cpinn_family_check {
 } cpinn_family_check;
 
 /* What an answer that is trusted may be off by, m: twice the predicted error, which is what a ratio
- * of successive steps below 1/4 allows, and the tolerance. */
+ * of successive steps below 1/4 allows, and CPINN_TOLERANCE of the length. */
 double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer);
 
 /* Solve fresh members, drawn at random from the ranges, and compare. AD_BAD_ARGUMENT: no members.

@@ -19,7 +19,7 @@ struct cpinn_family {
     int count; /* of parameters */
     bool extrapolate;
     int threads;
-    double tolerance, length;
+    double length;
     size_t points, nodes, chunk;
     double *s, *t; /* [points]; t NULL at rest */
     int columns;
@@ -99,7 +99,7 @@ static ad_status keep_points(cpinn_family *x, const cpinn_family_settings *setti
 static ad_status create_solver(cpinn_family *x, ad_error *error)
 {
     const solve_members_settings settings = {
-        .tolerance = x->tolerance, .threads = x->threads, .points = x->points, .s = x->s};
+        .tolerance = CPINN_TOLERANCE, .threads = x->threads, .points = x->points, .s = x->s};
     ad_status status = solve_members_create(&x->open, &settings, &x->solver, &x->why_not);
     if (status != AD_OK && status != AD_BAD_ARGUMENT) {
         return ad_fail(error, status, "%s", x->why_not.message);
@@ -144,7 +144,6 @@ ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *s
     x->open = *open;
     x->count = open->parameter_count;
     x->extrapolate = settings->extrapolate;
-    x->tolerance = settings->tolerance > 0 ? settings->tolerance : 1e-6;
     x->length = scene_length(open);
     x->threads = thread_count(settings->threads);
     ad_status status = keep_points(x, settings, error);
@@ -263,11 +262,6 @@ const scene *cpinn_family_scene(const cpinn_family *x)
 int cpinn_family_threads(const cpinn_family *x)
 {
     return x->threads;
-}
-
-double cpinn_family_tolerance(const cpinn_family *x)
-{
-    return x->tolerance;
 }
 
 size_t cpinn_family_points(const cpinn_family *x)

@@ -11,15 +11,16 @@
 /* Members of one batch; of those that are asked for alone, and that both solvers solve. */
 enum { BATCH = 512, ALONE = 100, COMPARED = 10 };
 
-/* The tolerance of the truth, over that of the family; what of an error has to be known so that
- * the predicted one is compared with it; and the largest of those, over the length. */
-static const double TRUTH = 1e-2, KNOWN = 100, SMALL = 1.0 / 40;
+/* The tolerance of the truth over CPINN_TOLERANCE, and the estimate with which it is taken where
+ * that is not met; errors as many times the former are compared with the predicted ones, if they
+ * are below that share of the length. */
+static const double TRUTH = 1e-2, ENOUGH = 0.1, KNOWN = 100, SMALL = 1.0 / 40;
 
 typedef struct verifying {
     cpinn_family *family;
     solve_members *truth; /* NULL: the scene is not one that it takes */
     size_t members, count, width, points;
-    double tolerance, length;
+    double length;
     double *parameters;             /* [members][count] */
     double *values, *answered;      /* [BATCH][width] */
     solve_member *solved;           /* [BATCH] */
@@ -40,7 +41,7 @@ const char *cpinn_way_word(cpinn_way way)
 
 double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer)
 {
-    return 2 * answer->error + cpinn_family_tolerance(x) * scene_length(cpinn_family_scene(x));
+    return 2 * answer->error + CPINN_TOLERANCE * scene_length(cpinn_family_scene(x));
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -89,7 +90,7 @@ static void verifying_free(verifying *x)
 static ad_status create_truth(verifying *x, ad_error *error)
 {
     const scene *open = cpinn_family_scene(x->family);
-    const solve_members_settings settings = {.tolerance = TRUTH * x->tolerance,
+    const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
                                              .threads = cpinn_family_threads(x->family),
                                              .points = x->points,
                                              .s = cpinn_family_s(x->family)};
@@ -150,14 +151,16 @@ static ad_status solve_batch(verifying *x, size_t first, size_t now, ad_error *e
     ad_status status =
         x->truth ? solve_members_solve(x->truth, now, given, x->values, x->solved, error) : AD_OK;
     for (size_t i = 0; i < now && status == AD_OK; i++) {
-        x->known[i] = x->truth && x->solved[i].solved;
-        result->by_members += x->known[i];
+        const double estimate = x->truth ? x->solved[i].estimate : INFINITY;
+        const bool by_members = estimate <= CPINN_TOLERANCE;
+        x->known[i] = estimate <= ENOUGH * CPINN_TOLERANCE;
         if (!x->known[i]) {
             status =
                 solve_other(x, given + i * x->count, x->values + i * x->width, &x->known[i], error);
-            result->by_solver += x->known[i];
-            result->unsolved += !x->known[i];
         }
+        result->by_members += by_members;
+        result->by_solver += !by_members && x->known[i];
+        result->unsolved += !by_members && !x->known[i];
     }
     return status == AD_OK && x->truth && first == 0 ? compare_solvers(x, now, error) : status;
 }
@@ -169,7 +172,7 @@ static void count_answer(verifying *x, cpinn_way way, size_t member, const doubl
 {
     cpinn_family_row *row = &x->result->rows[way];
     const double off = known ? distance(x, values, truth) : NAN;
-    const double least = KNOWN * TRUTH * x->tolerance * x->length;
+    const double least = KNOWN * TRUTH * CPINN_TOLERANCE * x->length;
     row->not_trusted += !answer->trusted;
     row->reasons[answer->reason] += !answer->trusted;
     row->wrong += answer->trusted && known && !(off <= cpinn_family_bound(x->family, answer));
@@ -312,7 +315,6 @@ ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
                    .count = (size_t)cpinn_family_parameters(x),
                    .points = cpinn_family_points(x),
                    .width = cpinn_family_points(x) * (size_t)cpinn_family_columns(x),
-                   .tolerance = cpinn_family_tolerance(x),
                    .length = scene_length(cpinn_family_scene(x)),
                    .result = result};
     ad_status status = verify(&v, seed, error);

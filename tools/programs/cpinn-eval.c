@@ -73,6 +73,7 @@ typedef struct progress {
 typedef struct evaluation {
     options asked;
     experiment *e;
+    double member[SCENE_PARAMETERS_MAX]; /* of a family, asked for or the middle one */
     checkpoint *file;
     reference *known;
     field *field; /* NULL: of a family */
@@ -299,6 +300,12 @@ static void print_reference(const evaluation *x)
 static void print_tip(const evaluation *x)
 {
     const scene *scene = x->e->scene;
+    for (int i = 0; i < scene->parameter_count; i++) {
+        printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
+               i + 1 < scene->parameter_count ? ""
+               : x->asked.at                  ? "\n"
+                                              : ", the middle one\n");
+    }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
     for (int i = 0; i < scene_physics_of(scene)->position_columns; i++) {
         printf(" %.9g", x->tip.values[i]);
@@ -348,6 +355,16 @@ static void print_report(const evaluation *x)
     }
 }
 
+static void print_json_member(json *to, const evaluation *x)
+{
+    const scene *scene = x->e->scene;
+    json_open(to, "member", '{');
+    for (int i = 0; i < scene->parameter_count; i++) {
+        json_number(to, scene->parameters[i].name, x->member[i]);
+    }
+    json_close(to, '}');
+}
+
 static void print_json_tip(json *to, const evaluation *x)
 {
     json_open(to, "tip", '{');
@@ -386,6 +403,9 @@ static ad_status print_json(const evaluation *x, ad_error *error)
         eval_family_json(&to, &x->family);
         return json_end(&to, "-", error);
     }
+    if (scene_is_family(x->e->scene)) {
+        print_json_member(&to, x);
+    }
     print_json_tip(&to, x);
     json_number(&to, "loads_out_of_balance", x->balance.loads);
     json_number(&to, "energy_out_of_balance", x->balance.energy);
@@ -396,6 +416,15 @@ static ad_status print_json(const evaluation *x, ad_error *error)
     json_integer(&to, "points", (int64_t)x->samples.count);
     json_text(&to, "out", x->asked.out);
     return json_end(&to, "-", error);
+}
+
+static ad_status choose_member(evaluation *x, ad_error *error)
+{
+    const scene *scene = x->e->scene;
+    scene_middle_values(scene, x->member);
+    return x->asked.family.at ? scene_member_read(scene->parameter_count, scene->parameters,
+                                                  x->asked.family.at, x->member, error)
+                              : AD_OK;
 }
 
 static ad_status open_run(evaluation *x, ad_error *error)
@@ -409,7 +438,11 @@ static ad_status open_field(evaluation *x, ad_error *error)
 {
     ad_status status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
     if (status == AD_OK) {
+        status = choose_member(x, error);
+    }
+    if (status == AD_OK) {
         field_enter(x->field, x->e->window, x->e->parameters, x->e->starts);
+        field_member(x->field, x->member);
     }
     return status;
 }
@@ -461,9 +494,10 @@ static ad_status run(evaluation *x, ad_error *error)
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? open_run(x, error) : status;
     if (status == AD_OK && scene_is_family(x->e->scene)) {
-        return run_family(x, error);
-    }
-    if (status == AD_OK && (f->at || f->members || f->verify > 0 || f->extrapolate)) {
+        if (!scene_is_dynamic(x->e->scene) || f->members || f->verify > 0 || f->extrapolate) {
+            return run_family(x, error);
+        }
+    } else if (status == AD_OK && (f->at || f->members || f->verify > 0 || f->extrapolate)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--at, --members, --verify, --extrapolate: the scene is no family: no "
                          "parameter of it has a range");
@@ -478,7 +512,7 @@ static ad_status run(evaluation *x, ad_error *error)
         status = evaluate_points(x, error);
     }
     if (status == AD_OK) {
-        x->balance = experiment_balance(x->e);
+        x->balance = experiment_balance(x->e, x->member);
         status = compare(x, error);
     }
     return status == AD_OK && o->speed ? measure(x, error) : status;

@@ -55,7 +55,8 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, nodes, steps (of the load, in motion of time),\n"
+    "findings: [{reason, outcome, text}]}, method, nodes, steps (of the load, in motion of "
+    "time),\n"
     "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
     "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
     "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"
@@ -308,6 +309,7 @@ static ad_status write_json(const solving *x, ad_error *error)
     report_verdict(&to, &x->verdict);
     if (x->solved) {
         bool moves = scene_is_dynamic(x->scene);
+        json_text(&to, "method", solve_method_names()[x->asked.method]);
         json_integer(&to, "nodes", r->nodes);
         json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
         json_integer(&to, "newton_steps", r->newton_steps);

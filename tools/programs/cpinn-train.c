@@ -276,7 +276,7 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "estimate", trainer_estimate(t->s.trainer));
         bool is_done = info.state == TRAINER_DONE;
         json_number(&to, "loads_out_of_balance",
-                    is_done ? info.balance.loads : experiment_balance(t->s.e).loads);
+                    is_done ? info.balance.loads : experiment_balance(t->s.e, NULL).loads);
         json_number(&to, "energy_out_of_balance", info.balance.energy);
         json_number(&to, "momentum_out_of_balance", info.balance.momentum);
         report_reference(&to, t->s.known, &info.errors);

@@ -539,6 +539,21 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     fputc('\n', file);
 }
 
+static void print_family(FILE *file, const scene *scene)
+{
+    for (int i = 0; i < scene->parameter_count; i++) {
+        const scene_parameter *parameter = &scene->parameters[i];
+        fprintf(file, "%s%s %g to %g%s", i ? ", " : "  a family of members with ", parameter->name,
+                parameter->low, parameter->high,
+                parameter->scale == SCENE_LOG ? " by its logarithm" : "");
+    }
+    if (scene_is_family(scene)) {
+        fprintf(file,
+                "\n  loads are the largest of all members; shapes, masses and stiffness those "
+                "of the middle one\n");
+    }
+}
+
 static void print_place(FILE *file, const scene *scene)
 {
     char text[UNDEFORMED_TEXT];
@@ -562,11 +577,14 @@ static void print_implausible(FILE *file, const scene *scene)
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r)
 {
     const scene *scene = e->scene;
+    struct scene middle;
+    scene_middle(scene, &middle);
     fprintf(file, "%s: %s %s%s%s\n", e->settings->name, scene_model_names()[scene->rod.model],
             scene_is_beam(scene) ? "beam" : "rod",
             scene_is_dynamic(scene) ? " in motion" : " at rest",
             scene_is_manufactured(scene) ? ", manufactured solution" : "");
-    print_place(file, scene);
+    print_family(file, scene);
+    print_place(file, &middle);
     print_implausible(file, scene);
     if (scene_is_beam(scene)) {
         print_beam_numbers(file, scene);
@@ -577,6 +595,9 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
     print_unknowns(file, e, p);
     print_terms(file, scene);
     print_entries(file, scene);
+    if (scene_is_family(scene)) {
+        explain_groups(file, scene, &e->settings->groups);
+    }
     print_sets(file, p);
     print_network(file, e, p);
     print_plan(file, e, p, r);

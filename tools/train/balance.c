@@ -5,6 +5,7 @@
 #include <math.h>
 
 typedef struct learnt {
+    const scene *scene; /* the member, of a family */
     field *field;
     const double *x;
 } learnt;
@@ -33,35 +34,40 @@ static void balance_motion(const experiment *e, learnt *all, learnt_balance *res
     for (int i = 0; i <= e->window + 1; i++) {
         times[i] = domain_window_time(d, i) * d->coordinates[d->time].scale;
     }
-    if (motion_balance_of(e->scene, e->window + 2, times, learnt_motion, all, &found, &ignored) ==
+    if (motion_balance_of(all->scene, e->window + 2, times, learnt_motion, all, &found, &ignored) ==
         AD_OK) {
         result->energy = found.energy;
         result->momentum = found.momentum;
     }
 }
 
-static void balance_loads(const experiment *e, const learnt *all, learnt_balance *result)
+static void balance_loads(const learnt *all, learnt_balance *result)
 {
     double found;
     ad_error ignored;
-    if (solve_balance(e->scene, learnt_shape, all, &found, &ignored) == AD_OK) {
+    if (solve_balance(all->scene, learnt_shape, all, &found, &ignored) == AD_OK) {
         result->loads = found;
     }
 }
 
-learnt_balance experiment_balance(const experiment *e)
+learnt_balance experiment_balance(const experiment *e, const double *member)
 {
-    learnt all = {.x = experiment_parameters(e)};
+    scene one;
+    double middle[SCENE_PARAMETERS_MAX];
+    member = member ? member : scene_middle_values(e->scene, middle);
+    scene_member(e->scene, member, &one);
+    learnt all = {.scene = &one, .x = experiment_parameters(e)};
     learnt_balance result = {NAN, NAN, NAN};
     ad_error ignored;
     bool moves = scene_is_dynamic(e->scene);
     /* In motion terms of one's own may be forces, of which the scene does not know. */
     bool is_known = e->model->has_scene && !(moves && (e->is_lent || scene_is_beam(e->scene)));
     if (is_known && field_create(e->model, e->mlp, false, e->pool, &all.field, &ignored) == AD_OK) {
+        field_member(all.field, member);
         if (moves) {
             balance_motion(e, &all, &result);
         } else {
-            balance_loads(e, &all, &result);
+            balance_loads(&all, &result);
         }
         field_free(all.field);
     }

@@ -14,8 +14,9 @@ typedef struct learnt_balance {
     double energy, momentum; /* of a rod's motion: physics/solve/motion_balance.h */
 } learnt_balance;
 
-/* Of the parameters at hand, in motion to the end of the window at work. */
-learnt_balance experiment_balance(const experiment *e);
+/* Of the parameters at hand, in motion to the end of the window at work; of a family of the member
+ * with these values [parameter_count], NULL: of the middle one. */
+learnt_balance experiment_balance(const experiment *e, const double *member);
 
 #ifdef __cplusplus
 }

@@ -28,13 +28,12 @@ typedef struct search {
     ad_pool *pool;
     ad_dense_factor *factor;
     int count;
-    int index[MAX];
-    size_t n;          /* residuals */
-    double difference; /* of z, to both sides */
-    double *room;      /* [2 count][n] residuals of trials */
-    double *r;         /* [n] at y */
-    double *j;         /* [count][n] by z */
-    double y[MAX];     /* where r was computed; NaN: nowhere */
+    size_t n;                           /* residuals */
+    double difference;                  /* of z, to both sides */
+    double *room;                       /* [2 count][n] residuals of trials */
+    double *r;                          /* [n] at y */
+    double *j;                          /* [count][n] by z */
+    double y[MAX];                      /* where r was computed; NaN: nowhere */
     double matrix[MAX * MAX], jtr[MAX]; /* by y */
     long solutions;
     ad_error error; /* what stops the search */
@@ -53,7 +52,7 @@ static double logit(double z)
 static void values_of(const search *x, const double *z, double *values)
 {
     for (int i = 0; i < x->count; i++) {
-        values[i] = scene_parameter_at(&x->open->parameters[x->index[i]], z[i]);
+        values[i] = scene_parameter_at(&x->open->parameters[scene_known_count(x->open) + i], z[i]);
     }
 }
 
@@ -262,8 +261,9 @@ static ad_status start_elsewhere(search *x, descent *best, ad_error *error)
 {
     double points[MAX * STARTS], starts[STARTS * MAX], chi_squared[STARTS];
     double *residuals = malloc(STARTS * x->n * sizeof *residuals);
-    ad_status status = residuals ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, STARTS, points, error)
-                                 : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
+    ad_status status = residuals
+                           ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, STARTS, points, error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
     for (int k = 0; k < STARTS; k++) {
         for (int i = 0; i < x->count; i++) {
             starts[k * x->count + i] = points[i * STARTS + k];
@@ -352,7 +352,7 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
     }
     result->information = solve_information_of(x->count, x->matrix, result->bounded);
     for (int i = 0; i < x->count; i++) {
-        const scene_parameter *p = &x->open->parameters[x->index[i]];
+        const scene_parameter *p = &x->open->parameters[scene_known_count(x->open) + i];
         result->deviation[i] =
             result->information.deviation[i] *
             (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
@@ -367,13 +367,11 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
 static ad_status prepare(search *x, const identify_settings *settings, double *start,
                          identified *result, ad_error *error)
 {
-    for (int i = 0; i < x->open->parameter_count; i++) {
-        const scene_parameter *p = &x->open->parameters[i];
-        if (x->open->is_unknown[i]) {
-            start[x->count] = scene_parameter_fraction(p, x->open->guess[i]);
-            result->index[x->count] = i;
-            x->index[x->count++] = i;
-        }
+    const int first = scene_known_count(x->open);
+    x->count = x->open->unknown_count;
+    for (int i = 0; i < x->count; i++) {
+        start[i] = scene_parameter_fraction(&x->open->parameters[first + i],
+                                            x->open->guess[first + i]);
     }
     result->count = x->count;
     result->residuals = x->n = solve_trials_residuals(x->trials);
@@ -425,7 +423,8 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
     if (status == AD_OK) {
         status = descend(&x, start, &best, error);
     }
-    if (status == AD_OK && (settings->noise_is_scaled ? !best.converged : !is_explained(&x, &best))) {
+    if (status == AD_OK &&
+        (settings->noise_is_scaled ? !best.converged : !is_explained(&x, &best))) {
         status = start_elsewhere(&x, &best, error);
     }
     if (status == AD_OK && !isfinite(best.chi_squared)) {
@@ -451,9 +450,9 @@ static void judge_bounds(const identified *x, const scene *open, verdict *to)
     size_t used = 0;
     for (int i = 0; i < x->count && used < sizeof names; i++) {
         if (x->bounded[i]) {
-            used += (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g",
-                                     used ? ", " : "", open->parameters[x->index[i]].name,
-                                     x->value[i]);
+            used +=
+                (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
+                                 open->parameters[scene_known_count(open) + i].name, x->value[i]);
         }
     }
     if (used) {
@@ -470,7 +469,7 @@ static void judge_untold(const identified *x, const scene *open, verdict *to)
     char text[400] = "";
     size_t used = 0;
     for (int i = 0; i < x->count; i++) {
-        parameters[i] = &open->parameters[x->index[i]];
+        parameters[i] = &open->parameters[scene_known_count(open) + i];
     }
     for (int k = 0; k < x->information.untold && used < sizeof text; k++) {
         char one[200];

@@ -1,6 +1,7 @@
 #include "tools/train/reference.h"
 
 #include "physics/analytic.h"
+#include "physics/sampling.h"
 #include "tools/files/table_file.h"
 #include "tools/train/reference_solve.h"
 
@@ -9,6 +10,9 @@
 #include <string.h>
 
 enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41, POSE_MAX = 7 };
+
+/* Of a family, that are solved, and points of each; a motion takes seconds or minutes. */
+enum { MEMBERS = 16, MOVING_MEMBERS = 4, MEMBER_POINTS = 21 };
 
 struct reference {
     char name[256];
@@ -19,6 +23,8 @@ struct reference {
     size_t pose;                         /* columns: of position, then of rotation */
     bool rotations;                      /* known */
     double *s, *t;                       /* [points] m, s; `s` owns everything up to `part` */
+    int members, parameters;             /* of a family; 1 and 0: one scene */
+    double *more[SCENE_PARAMETERS_MAX];  /* [parameters][points] */
     double *poses;                       /* [pose][points] */
     double *values;                      /* the same, of the field compared last */
     double *part;                        /* the same, of some of the points */
@@ -32,25 +38,29 @@ struct reference {
 static ad_status allocate(reference *r, size_t points, ad_error *error)
 {
     r->points = points;
-    r->s = calloc((2 + 3 * r->pose) * points, sizeof *r->s);
+    r->s = calloc((2 + (size_t)r->parameters + 3 * r->pose) * points, sizeof *r->s);
     if (!r->s) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu reference points", points);
     }
     r->t = r->s + points;
     r->poses = r->t + points;
+    for (int i = 0; i < r->parameters; i++, r->poses += points) {
+        r->more[i] = r->poses;
+    }
     r->values = r->poses + r->pose * points;
     r->part = r->values + r->pose * points;
     return AD_OK;
 }
 
-/* Points at equal distances, ends included. */
+/* Points at equal distances, ends included; of a family those of each member in turn. */
 static ad_status make_grid(reference *r, bool dynamic, ad_error *error)
 {
-    size_t ns = dynamic ? DYNAMIC_POINTS : STATIC_POINTS, nt = dynamic ? DYNAMIC_POINTS : 1;
-    ad_status status = allocate(r, ns * nt, error);
+    size_t ns = r->parameters ? MEMBER_POINTS : dynamic ? DYNAMIC_POINTS : STATIC_POINTS;
+    size_t nt = !dynamic ? 1 : r->parameters ? MEMBER_POINTS : DYNAMIC_POINTS;
+    ad_status status = allocate(r, (size_t)r->members * ns * nt, error);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         r->s[i] = r->length * (double)(i % ns) / (double)(ns - 1);
-        r->t[i] = nt > 1 ? r->duration * (double)(i / ns) / (double)(nt - 1) : 0;
+        r->t[i] = nt > 1 ? r->duration * (double)(i / ns % nt) / (double)(nt - 1) : 0;
     }
     return status;
 }
@@ -153,14 +163,63 @@ static ad_status make_deflection(reference *r, const experiment *e, ad_error *er
     return status;
 }
 
+/* The members that are solved, by Sobol's sequence: always the same. */
+static ad_status draw_members(reference *r, const scene *family, ad_error *error)
+{
+    double *unit = malloc((size_t)r->members * (size_t)(r->parameters + 1) * sizeof *unit);
+    nn_rng rng = nn_rng_seed(1);
+    const size_t each = r->points / (size_t)r->members;
+    ad_status status =
+        unit ? sampling_fill(SAMPLING_SOBOL, &rng, r->parameters, (size_t)r->members, unit, error)
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    for (size_t i = 0; status == AD_OK && i < r->points; i++) {
+        for (int k = 0; k < r->parameters; k++) {
+            const double at = unit[(size_t)(k * r->members) + i / each];
+            r->more[k][i] = scene_parameter_at(&family->parameters[k], at);
+        }
+    }
+    free(unit);
+    return status;
+}
+
+/* One after the other; what is told is told of the worst. */
+static ad_status solve_members(reference *r, const experiment *e, ad_error *error)
+{
+    const size_t each = r->points / (size_t)r->members;
+    reference_solution about, *worst = &r->about;
+    ad_status status = draw_members(r, e->scene, error);
+    for (size_t m = 0; status == AD_OK && m < (size_t)r->members; m++) {
+        double values[SCENE_PARAMETERS_MAX];
+        for (int k = 0; k < r->parameters; k++) {
+            values[k] = r->more[k][m * each];
+        }
+        status = reference_solve(e, values, each, r->s + m * each, r->t + m * each, (int)r->pose,
+                                 r->part, &about, error);
+        for (size_t k = 0; status == AD_OK && k < r->pose; k++) {
+            memcpy(r->poses + k * r->points + m * each, r->part + k * each,
+                   each * sizeof *r->poses);
+        }
+        bool is_worse = m == 0 ||
+                        verdict_outcome_of(&about.verdict) > verdict_outcome_of(&worst->verdict) ||
+                        about.estimate * about.size > worst->estimate * worst->size;
+        *worst = status == AD_OK && is_worse ? about : *worst;
+    }
+    return status;
+}
+
 static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
 {
-    snprintf(r->name, sizeof r->name, "classical solution");
     r->rotations = true;
+    r->parameters = e->scene->parameter_count;
+    r->members = r->parameters == 0 ? 1 : scene_is_dynamic(e->scene) ? MOVING_MEMBERS : MEMBERS;
+    snprintf(r->name, sizeof r->name,
+             r->members > 1 ? "classical solutions of %d members" : "classical solution",
+             r->members);
     ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
-    return status == AD_OK
-               ? reference_solve(e, r->points, r->s, r->t, (int)r->pose, r->poses, &r->about, error)
-               : status;
+    return status != AD_OK ? status
+           : r->parameters ? solve_members(r, e, error)
+                           : reference_solve(e, NULL, r->points, r->s, r->t, (int)r->pose, r->poses,
+                                             &r->about, error);
 }
 
 static ad_status make_analytic(reference *r, const experiment *e, ad_error *error)
@@ -324,40 +383,53 @@ static ad_status make_file(reference *r, const experiment *e, ad_error *error)
 
 /* ---- windows of time ----------------------------------------------------------------------- */
 
+/* [points] in the order of `order`. */
+static void permute(const reference *r, const size_t *order, double *column)
+{
+    for (size_t i = 0; i < r->points; i++) {
+        r->part[i] = column[order[i]];
+    }
+    memcpy(column, r->part, r->points * sizeof *column);
+}
+
 /* Bring the points into the order of their windows; within one they keep theirs. */
-static void sort_points(reference *r, const domain *d)
+static ad_status sort_points(reference *r, const domain *d, ad_error *error)
 {
     double time = d->time < 0 ? 1 : d->coordinates[d->time].scale;
-    size_t taken = 0;
-    double *s = r->values, *t = r->values + r->points; /* not in use yet */
+    size_t taken = 0, *order = malloc((r->points + 1) * sizeof *order);
+    if (!order) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu reference points", r->points);
+    }
     for (int window = 0; window < d->windows; window++) {
         r->first[window] = taken;
         for (size_t i = 0; i < r->points; i++) {
-            if (d->windows > 1 && domain_window_at(d, r->t[i] / time) != window) {
-                continue;
+            if (d->windows == 1 || domain_window_at(d, r->t[i] / time) == window) {
+                order[taken++] = i;
             }
-            s[taken] = r->s[i];
-            t[taken] = r->t[i];
-            for (size_t k = 0; k < r->pose; k++) {
-                r->part[k * r->points + taken] = r->poses[k * r->points + i];
-            }
-            taken++;
         }
     }
     r->first[d->windows] = taken;
-    memcpy(r->s, s, r->points * sizeof *s);
-    memcpy(r->t, t, r->points * sizeof *t);
-    memcpy(r->poses, r->part, r->pose * r->points * sizeof *r->part);
+    permute(r, order, r->s);
+    permute(r, order, r->t);
+    for (int k = 0; k < r->parameters; k++) {
+        permute(r, order, r->more[k]);
+    }
+    for (size_t k = 0; k < r->pose; k++) {
+        permute(r, order, r->poses + k * r->points);
+    }
+    free(order);
+    return AD_OK;
 }
 
 /* Values of the points from `first` up to `end`. */
 static ad_status evaluate(reference *r, const double *x, size_t first, size_t end, ad_error *error)
 {
     size_t count = end - first;
-    ad_status status =
-        count ? field_evaluate(r->candidate, x, count,
-                               (const double *const[]){r->s + first, r->t + first}, r->part, error)
-              : AD_OK;
+    const double *at[DOMAIN_COORDINATES_MAX] = {r->s + first, r->t + first};
+    for (int k = 0; k < r->parameters; k++) {
+        at[(r->duration > 0 ? 2 : 1) + k] = r->more[k] + first;
+    }
+    ad_status status = count ? field_evaluate(r->candidate, x, count, at, r->part, error) : AD_OK;
     for (size_t k = 0; status == AD_OK && count && k < r->pose; k++) {
         memcpy(r->values + k * r->points + first, r->part + k * count, count * sizeof *r->values);
     }
@@ -419,7 +491,9 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
         status = check_size(r, error);
     }
     if (status == AD_OK) {
-        sort_points(r, &e->model->domain);
+        status = sort_points(r, &e->model->domain, error);
+    }
+    if (status == AD_OK) {
         status = field_create(e->model, e->mlp, true, e->pool, &r->candidate, error);
     }
     if (status == AD_OK) {

@@ -17,6 +17,8 @@ static const double worthless = 1e-3; /* estimate above which there is no refere
 /* What is wanted, and where it is kept. */
 typedef struct request {
     const experiment *e;
+    const scene *scene;   /* the experiment's, or a member of it, */
+    const double *member; /* the one with these values */
     size_t points;
     const double *s, *t; /* [points] */
     int columns;
@@ -38,6 +40,9 @@ static char *text_of(const request *r)
     }
     fprintf(file, "# cpinn %s, solution %d, %d columns at %zu points\n", CPINN_VERSION,
             SOLUTION_VERSION, r->columns, r->points);
+    for (int i = 0; i < r->e->scene->parameter_count; i++) {
+        fprintf(file, "# %s = %.17g\n", r->e->scene->parameters[i].name, r->member[i]);
+    }
     ad_status status = r->e->origin.write_physics(r->e->origin.context, file);
     if (fclose(file) != 0 || status != AD_OK) {
         free(text);
@@ -70,7 +75,7 @@ static void say_solved(const request *r, const char *source, reference_solution 
     }
     snprintf(about->account, sizeof about->account,
              "solved classically, estimated error %.1e of the %s%s%s%s%s, %s", about->estimate,
-             scene_is_beam(r->e->scene) ? "deflection" : "length", missed,
+             scene_is_beam(r->scene) ? "deflection" : "length", missed,
              several ? ", of several equilibria the one that continues the unstressed rod" : "",
              unstable ? ", which is unstable" : "", lost ? ", its energy out of balance" : "",
              source);
@@ -151,7 +156,7 @@ static void keep(const request *r, reference_solution *about)
 static ad_status judge(const request *r, const solve_report *report, ad_error *error)
 {
     char problem[300];
-    if (!scene_is_dynamic(r->e->scene) && report->load_fraction != 1) {
+    if (!scene_is_dynamic(r->scene) && report->load_fraction != 1) {
         snprintf(problem, sizeof problem,
                  "solving stops at %.6g of the load, beyond which the equilibria that continue the "
                  "unstressed rod end or turn back; give reference.file, or leave it out",
@@ -160,7 +165,7 @@ static ad_status judge(const request *r, const solve_report *report, ad_error *e
         snprintf(problem, sizeof problem,
                  "the solution is estimated to be off by %.2g of the %s; give reference.file, "
                  "or leave it out",
-                 report->estimate, scene_is_beam(r->e->scene) ? "deflection" : "length");
+                 report->estimate, scene_is_beam(r->scene) ? "deflection" : "length");
     } else {
         return AD_OK;
     }
@@ -170,7 +175,7 @@ static ad_status judge(const request *r, const solve_report *report, ad_error *e
 static ad_status solve(const request *r, reference_solution *about, ad_error *error)
 {
     solve_report report;
-    const scene *rod_scene = r->e->scene;
+    const scene *rod_scene = r->scene;
     bool dynamic = scene_is_dynamic(rod_scene);
     const solve_settings asked = {.tolerance = r->e->settings->reference_tolerance};
     solution *solved = NULL;
@@ -198,10 +203,13 @@ static ad_status solve(const request *r, reference_solution *about, ad_error *er
     return status == AD_OK ? AD_OK : ad_fail(error, status, "%s", why.message);
 }
 
-ad_status reference_solve(const experiment *e, size_t points, const double *s, const double *t,
-                          int columns, double *poses, reference_solution *about, ad_error *error)
+ad_status reference_solve(const experiment *e, const double *member, size_t points, const double *s,
+                          const double *t, int columns, double *poses, reference_solution *about,
+                          ad_error *error)
 {
-    request r = {e, points, s, t, columns, poses, .folder = ""};
+    scene one;
+    scene_member(e->scene, member, &one);
+    request r = {e, &one, member, points, s, t, columns, poses, .folder = ""};
     ad_status status = AD_OK;
     about->remark[0] = '\0';
     if (e->origin.write_physics) {

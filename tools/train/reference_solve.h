@@ -27,11 +27,13 @@ typedef struct reference_solution {
     char remark[640];  /* what was wrong with the file in the cache; "": nothing */
 } reference_solution;
 
-/* Poses, the first columns [columns][points] of the scene's model, at s [points] (m) and t [points]
+/* Of the scene, or of a family's member with these values [parameter_count] (NULL: it is none).
+ * Poses, the first columns [columns][points] of the scene's model, at s [points] (m) and t [points]
  * (s). Where reference.solve cannot be met they are the best there are. AD_BAD_INPUT, a line that
  * names the key: a scene that no solver takes, a load that cannot be reached, or hardly any digit.
  * AD_NO_MEMORY. A cache that cannot be used is no error. */
-ad_status reference_solve(const experiment *e, size_t points, const double *s, const double *t,
-                          int columns, double *poses, reference_solution *about, ad_error *error);
+ad_status reference_solve(const experiment *e, const double *member, size_t points, const double *s,
+                          const double *t, int columns, double *poses, reference_solution *about,
+                          ad_error *error);
 
 #endif

@@ -13,6 +13,8 @@
 NAMES(train_optimizer_names, OPTIM_METHOD_LIST)
 NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
+NAMES(train_targets_names, TARGETS_LIST)
+NAMES(train_inputs_names, TRAIN_INPUTS_LIST)
 
 train_stage train_stage_default(void)
 {
@@ -24,6 +26,8 @@ train_stage train_stage_default(void)
     stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
     stage.adam.schedule.learning_rate = 5e-3;
     stage.adam.schedule.decay_steps = 0;
+    stage.adam.beta1 = stage.adam.beta2 = NAN;
+    stage.basis_every = optim_soap_defaults().basis_every;
     stage.gauss_newton.scaling = (optim_scaling)TRAIN_OPEN;
     stage.gauss_newton.initial_damping = NAN;
     stage.stop_held_out_ratio = 100;
@@ -45,6 +49,7 @@ train_settings train_settings_default(void)
     train_settings settings = {.network = nn_mlp_settings_default(),
                                .fourier_wavenumber = NAN,
                                .fourier_frequency = NAN,
+                               .fourier_parameters = NAN,
                                .rotation = TRAIN_OPEN,
                                .weights = rod_weights_default(),
                                .losses = losses_default(),

@@ -10,8 +10,10 @@
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
+#include "physics/groups.h"
 #include "physics/problem.h"
 #include "physics/scene.h"
+#include "tools/train/targets.h"
 
 #include <stdint.h>
 
@@ -40,23 +42,35 @@ enum { TRAIN_OPEN = -1 };
     X(TRAIN_REFERENCE_HELIX, "helix")                                                              \
     X(TRAIN_REFERENCE_MANUFACTURED, "manufactured")
 
+/* What the network of a family in the strain form is given; physics/groups.h. */
+#define TRAIN_INPUTS_LIST(X)                                                                       \
+    X(TRAIN_GROUPS, "groups")                                                                      \
+    X(TRAIN_GROUPS_WITHOUT_SYMMETRY, "groups_without_symmetry")                                    \
+    X(TRAIN_PARAMETERS, "parameters")
+
 #define TRAIN_ENUM(name, text) name,
 typedef enum train_linear_algebra {
     TRAIN_LINEAR_ALGEBRA_LIST(TRAIN_ENUM) TRAIN_LINEAR_ALGEBRA_COUNT
 } train_linear_algebra;
 typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_reference;
+typedef enum train_inputs { TRAIN_INPUTS_LIST(TRAIN_ENUM) } train_inputs;
 #undef TRAIN_ENUM
 
 /* Texts of each enumeration in the order of its values, NULL at the end. */
 const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
+const char *const *train_targets_names(void);
+const char *const *train_inputs_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
     optim_method optimizer;
     int steps;
-    optim_adam_settings adam;   /* its schedule included; decay_steps 0: the steps after warm-up */
+    optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
+                                 * after warm-up, beta1, beta2 NaN: open */
+    int basis_every;            /* of soap */
+    targets_kind targets;       /* of a family in the strain form */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
     optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
                                                * TRAIN_OPEN and initial_damping NaN: open */
@@ -74,12 +88,17 @@ typedef struct train_settings {
                                 * fourier_features TRAIN_OPEN: open */
     double fourier_wavenumber; /* largest along s; rad/m; NaN: open */
     double fourier_frequency;  /* largest in time; rad/s; NaN: open, and in a static scene */
+    double fourier_parameters; /* largest along parameters with ranges, radians in half of one (of
+                                * its logarithm); NaN: open */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    groups_settings groups;    /* inputs of the network of a family */
     rod_weights weights;       /* of the loss terms */
     problem_settings losses;   /* points of the interior, the boundary and held out and
                                 * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
+    int members;               /* solved ones of a family in the strain form; 0: open */
+    train_inputs inputs;       /* of its network */
     uint64_t seed;             /* fixes everything random */
     int stage_count;
     train_stage stages[TRAIN_STAGES_MAX];

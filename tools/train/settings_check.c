@@ -9,7 +9,7 @@
 static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
 {
     const train_stage *stage = &settings->stages[index];
-    bool adam = stage->optimizer == OPTIM_ADAM;
+    bool adam = stage->optimizer == OPTIM_ADAM || stage->optimizer == OPTIM_SOAP;
     const char *problem = adam ? optim_adam_check(&stage->adam)
                           : stage->optimizer == OPTIM_GAUSS_NEWTON
                               ? optim_gauss_newton_check(&stage->gauss_newton)
@@ -22,7 +22,7 @@ static ad_status check_stage(const train_settings *settings, int index, char *ke
                                   "%lld steps are more than the %d steps of the stage",
                                   (long long)stage->adam.schedule.warmup_steps, stage->steps);
     }
-    if (stage->stop_error > 0 && !train_names_reference(settings)) {
+    if (stage->stop_error > 0 && !train_names_reference(settings) && settings->members == 0) {
         return train_refuse_stage(key, index, "stop.error", error,
                                   "there is no reference to measure an error against; give "
                                   "reference.analytic, solve or file, or leave it out");
@@ -75,7 +75,8 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                                      : "losses.interior.resample_every");
     }
     for (int i = 0; i < settings->stage_count; i++) {
-        moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
+        optim_method method = settings->stages[i].optimizer;
+        moved = moved || method == OPTIM_ADAM || method == OPTIM_SOAP;
     }
     if (!moved && (adaptive || losses->balance)) {
         return train_refuse(key, moving, error,
@@ -294,6 +295,12 @@ static ad_status check_deflection(const train_settings *settings, const scene *r
 static ad_status check_reference(const train_settings *settings, const scene *rod_scene, char *key,
                                  ad_error *error)
 {
+    if (scene_is_family(rod_scene) && train_names_reference(settings) &&
+        isnan(settings->reference_tolerance)) {
+        return train_refuse(key, "reference", error,
+                            "is that of one scene, but parameters have ranges; allowed: "
+                            "reference.solve, which solves some members");
+    }
     struct stat status;
     const char *problem = solve_obstacle(settings, rod_scene);
     if (problem) {
@@ -352,6 +359,15 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    const groups_settings *groups = &settings->groups;
+    if (!scene_is_family(rod_scene) && (groups->inputs || groups->symmetry)) {
+        return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
+                            "is of a family, and no parameter has a range");
+    }
+    if (rod_scene->formulation == SCENE_STRAIN_FORM) {
+        ad_status status = train_check_family(settings, rod_scene, key, error);
+        return status == AD_OK ? check_stages(settings, key, error) : status;
     }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,

@@ -41,6 +41,9 @@ static const double OF_RISE = 1.8, QUICK = 10;
 /* Radians per half length or half window beyond which no number of points resolves a wave. */
 static const double LARGEST_BANDWIDTH = 1e5;
 
+/* Along parameters of a family, radians in half of a range, and features for each. */
+static const double OF_PARAMETER = 2, OF_FEATURES = 3;
+
 enum { FEATURES_LEAST = 80, FEATURES_MAX = 256, POINTS_PER_FUNCTION = 4 };
 
 /* ---- blame --------------------------------------------------------------------------------- */
@@ -209,6 +212,17 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
         }
         bandwidth[1] = settings->fourier_frequency * half_time;
     }
+    if (!scene_is_family(rod_scene) && !isnan(settings->fourier_parameters)) {
+        return train_refuse(
+            key, "network.fourier.parameters", error,
+            "is along parameters with ranges, but the scene has none; leave it out");
+    }
+    if (scene_is_family(rod_scene) && isnan(settings->fourier_parameters)) {
+        settings->fourier_parameters = OF_PARAMETER;
+    }
+    for (int i = 1 + dynamic; i < d->count; i++) {
+        bandwidth[i] = settings->fourier_parameters;
+    }
     return check_bandwidth(settings, dynamic, key, error);
 }
 
@@ -234,6 +248,9 @@ static int default_features(const train_settings *settings, const scene *rod_sce
     double count = scene_is_dynamic(rod_scene)
                        ? fmax(FEATURES_LEAST, (sudden ? 2 : 1.4) * bandwidth[0] * bandwidth[1])
                        : 2 * bandwidth[0];
+    for (int i = 0; i < rod_scene->parameter_count; i++) {
+        count = fmin(FEATURES_MAX, fmax(FEATURES_LEAST, count * OF_FEATURES));
+    }
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
 }
 
@@ -335,11 +352,15 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
  * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
  * and for beams, damping that follows this was measured to be better by many orders. For rods at
  * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
-static void resolve_stage(train_stage *stage, bool diagonal, bool linear)
+void train_resolve_stage(train_stage *stage, bool diagonal, bool linear)
 {
     const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
     optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
     optim_schedule *schedule = &stage->adam.schedule;
+    const optim_adam_settings adam =
+        stage->optimizer == OPTIM_SOAP ? optim_soap_defaults().adam : optim_adam_defaults();
+    stage->adam.beta1 = isnan(stage->adam.beta1) ? adam.beta1 : stage->adam.beta1;
+    stage->adam.beta2 = isnan(stage->adam.beta2) ? adam.beta2 : stage->adam.beta2;
     diagonal = diagonal && linear && stage->linear_algebra != TRAIN_MATRIX_FREE;
     if (isnan(gauss_newton->initial_damping)) {
         gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
@@ -368,7 +389,7 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
 {
     resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
-        resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+        train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
     }
     if (settings->output_every == 0) {
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
@@ -377,12 +398,24 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
     return resolve_grids(&settings->losses, dimension, pieces, key, error);
 }
 
+/* Grids are for few coordinates. */
+static void choose_sampler(train_settings *settings, int coordinates)
+{
+    if (coordinates > SAMPLING_MAX_GRID_DIMENSION &&
+        is_open((int)settings->losses.interior.sampler)) {
+        settings->losses.interior.sampler = SAMPLING_SOBOL;
+    }
+}
+
 ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                  char key[TRAIN_KEY_MAX], ad_error *error)
 {
     domain d;
     bool dynamic = scene_is_dynamic(rod_scene);
     ad_status status = check_stage_count(settings, key, error);
+    if (status == AD_OK && rod_scene->formulation == SCENE_STRAIN_FORM) {
+        return train_resolve_family(settings, rod_scene, key, error);
+    }
     if (status == AD_OK) {
         status = resolve_network(settings, rod_scene, &d, key, error);
     }
@@ -394,7 +427,8 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                         : scene_locks_strains(rod_scene) ? 1e-4
                                                                          : 1e-8;
     }
-    return resolve_training(settings, dynamic ? 2 : 1, domain_pieces(&d),
+    choose_sampler(settings, d.count);
+    return resolve_training(settings, d.count, domain_pieces(&d),
                             dynamic || scene_is_beam(rod_scene), key, error);
 }
 
@@ -435,9 +469,6 @@ ad_status train_settings_resolve_model(train_settings *settings, const physics_m
     settings->rotation = SCENE_QUATERNION; /* there is none */
     settings->windows = 1;
     resolve_waves(settings, &m->domain);
-    if (m->domain.count > SAMPLING_MAX_GRID_DIMENSION &&
-        is_open((int)settings->losses.interior.sampler)) {
-        settings->losses.interior.sampler = SAMPLING_SOBOL;
-    }
+    choose_sampler(settings, m->domain.count);
     return resolve_training(settings, m->domain.count, domain_pieces(&m->domain), true, key, error);
 }

@@ -66,19 +66,23 @@ int trainer_unstable_modes(const trainer *t)
     ad_error ignored;
     int modes = -1;
     field *shape = NULL;
+    scene one;
     if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
         return modes;
     }
-    ad_status status = stability_points(rod_scene, s, &ignored);
+    scene_middle(rod_scene, &one);
+    ad_status status = stability_points(&one, s, &ignored);
     status =
         status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
+        double middle[SCENE_PARAMETERS_MAX];
         field_load(shape, t->info.part);
+        field_member(shape, scene_middle_values(rod_scene, middle));
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
     }
     if (status == AD_OK) {
-        stability_count(rod_scene, values, &modes, &ignored);
+        stability_count(&one, values, &modes, &ignored);
     }
     field_free(shape);
     return modes;
@@ -139,6 +143,21 @@ static void judge_load_balance(const trainer *t, verdict *result)
     }
 }
 
+/* Of the length; such a network is no start for steps of Newton's method either. */
+static const double MEMBERS_FAR = 0.01;
+
+static void judge_members(const trainer *t, verdict *result)
+{
+    const targets_errors *off = &t->info.members;
+    if (!(off->median <= MEMBERS_FAR)) {
+        verdict_add(result, VERDICT_NOT_CONVERGED,
+                    "half of all fresh members are off by more than %.2g of the length; train "
+                    "longer, or take a larger network.hidden, more members.solved, or smaller "
+                    "ranges",
+                    off->median);
+    }
+}
+
 static void judge_held_out(const trainer *t, verdict *result)
 {
     int window = 0, windows = t->e->scene->windows;
@@ -184,7 +203,11 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "smaller network.hidden",
                     info->held_out_ratio);
     }
-    judge_held_out(t, result);
+    if (t->e->targets) {
+        judge_members(t, result);
+    } else {
+        judge_held_out(t, result);
+    }
     judge_estimate(t, result);
     judge_load_balance(t, result);
     if (problem_unresolved(t->problem)) {

@@ -56,9 +56,8 @@ class _MembersSettings(ctypes.Structure):
 
 
 class _FamilySettings(ctypes.Structure):
-    _fields_ = [("extrapolate", ctypes.c_bool), ("tolerance", ctypes.c_double),
-                ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p),
-                ("t", ctypes.c_void_p)]
+    _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
+                ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p)]
 
 
 class _Polish(ctypes.Structure):
@@ -259,9 +258,9 @@ class Family:
     answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
                           ("reason", "i4"), ("trusted", "?"), ("outside", "?")], align=True)
 
-    def __init__(self, path, threads=1, tolerance=0.0, extrapolate=False):
+    def __init__(self, path, threads=1, extrapolate=False):
         self._made = {}
-        self._open = (os.fsencode(path), threads, tolerance, extrapolate)
+        self._open = (os.fsencode(path), threads, extrapolate)
         made = self._at(numpy.zeros(0), numpy.zeros(0))
         found = [_family_parameter(made, i).contents for i in range(_family_parameters(made))]
         self.ranges = {p.name.decode(): (p.low, p.high) for p in found}
@@ -271,8 +270,8 @@ class Family:
         """The family at these points, as which it was opened before or is now."""
         key = s.tobytes() + t.tobytes()
         if key not in self._made:
-            path, threads, tolerance, extrapolate = self._open
-            settings = _FamilySettings(extrapolate, tolerance, threads, s.size, s.ctypes.data,
+            path, threads, extrapolate = self._open
+            settings = _FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
                                        t.ctypes.data)
             self._made[key] = _made(_family_open, path, ctypes.byref(settings))
         return self._made[key]
