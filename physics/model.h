@@ -42,6 +42,7 @@ typedef enum model_points {
 /* Points to be filled with data. */
 typedef struct model_draw {
     size_t count;
+    int window;           /* of time, at work */
     bool held_out;        /* never trained on */
     nn_rng *rng;          /* of these points, for whatever is random */
     double *x;            /* [coordinates][count], dimensionless; may be replaced */
@@ -60,7 +61,8 @@ typedef struct model_source {
     bool (*follows)(const void *context);
     void *context; /* borrowed */
 
-    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. */
+    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. Without held-out
+     * points their terms are no part of the held-out loss. */
     size_t points, held_out_points;
     int draw_every;
 } model_source;
@@ -233,6 +235,10 @@ domain_uniforms model_uniforms(const physics_model *m, int window);
  * that it stands for. A model of a manufactured scene has its exact fields without a network. */
 domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
                           ad_value *fields);
+
+/* The unknowns of its scene by the network's scalars, at a place; nothing where there are none. */
+void model_record_unknowns(const physics_model *m, const nn_mlp *mlp, bool combined,
+                           domain_place *at);
 
 /* How many columns there are to be had: those of motion come last and only motion has them. */
 int model_columns(const physics_model *m);

@@ -212,6 +212,11 @@ double problem_term_weight(const problem *p, int term)
     return p->terms[term]->weight;
 }
 
+bool problem_term_is_held_out(const problem *p, int term)
+{
+    return problem_set_of_term((problem *)p, term)->held_out.count > 0;
+}
+
 const char *problem_unresolved(const problem *p)
 {
     return p->panels[0].unresolved ? p->panels[0].unresolved : p->panels[1].unresolved;
@@ -402,9 +407,15 @@ ad_status problem_held_out(problem *p, const double *x, double *loss, double *te
     *loss = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
-        double total;
-        ad_status status = problem_set_run(set, set->value, &set->held_out, x,
-                                           terms ? terms : values, &total, NULL, error);
+        double total, *to = terms ? terms : values;
+        for (int k = 0; k < set->term_count; k++) {
+            to[set->terms[k]] = 0;
+        }
+        if (set->held_out.count == 0) {
+            continue;
+        }
+        ad_status status =
+            problem_set_run(set, set->value, &set->held_out, x, to, &total, NULL, error);
         if (status != AD_OK) {
             return status;
         }

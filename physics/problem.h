@@ -156,6 +156,7 @@ int problem_views(const problem *p, const nn_view **views); /* the network's, nn
 int problem_terms(const problem *p);
 const char *problem_term_name(const problem *p, int term);
 double problem_term_weight(const problem *p, int term);
+bool problem_term_is_held_out(const problem *p, int term); /* part of the held-out loss */
 
 /* Loss and gradient [parameters] (NULL: not wanted) at x. Allocates nothing after the first call.
  * AD_NOT_FINITE when the loss or its gradient is not. */

@@ -105,6 +105,7 @@ static ad_status cloud_supply(const problem_set *set, problem_cloud *cloud, bool
 {
     const model_source *source = &set->about->source;
     const model_draw draw = {.count = cloud->count,
+                             .window = set->problem->window,
                              .held_out = held_out,
                              .rng = rng,
                              .x = cloud->x,
@@ -254,10 +255,11 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
     if (status == AD_OK) {
         status = cloud_supply(set, &set->trained, false, NULL, &set->rng, error);
     }
-    if (status == AD_OK) {
+    bool watched = unseen.points > 0;
+    if (status == AD_OK && watched) {
         status = problem_cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && watched) {
         status = cloud_supply(set, &set->held_out, true, NULL, &held_out, error);
     }
     if (status == AD_OK && set->about->points == MODEL_INTERIOR) {

@@ -20,6 +20,13 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value)
                : (value - parameter->low) / (parameter->high - parameter->low);
 }
 
+double scene_unknown_scalar(const scene_parameter *parameter, double guess)
+{
+    static const double EDGE = 1e-2;
+    const double z = fmin(1 - EDGE, fmax(EDGE, scene_parameter_fraction(parameter, guess)));
+    return log(z / (1 - z));
+}
+
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];

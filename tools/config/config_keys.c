@@ -321,6 +321,21 @@ const config_key config_keys[] = {
      .help = "Steps between updates of the causal weights; lbfgs and ssbroyden start anew at "
              "each."},
 
+    {"data[].quantity", CONFIG_CHOICE, AT(settings.data[0].quantity), .names = train_quantity_names,
+     .fallback = "required",
+     .help = "Measurements as a term of the loss beside the equations; rotations by the angle between "
+             "them. History has it as data0_position and so on, in units of the noise."},
+    {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
+     .help = "CSV or HDF5, a row for each place: columns s, in motion t, and those of the quantity, "
+             "named and in units as cpinn-eval writes them; relative to this file. Others are left."},
+    {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
+     .unit = "of the SI, rad",
+     .help = "Standard deviation of each number: differences count in its units; 0: in those of the "
+             "scene, L for positions."},
+    {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT,
+     .fallback = "1; 1e-6 with noise, so that the equations count for more than it",
+     .help = "Weight of the mean of their squares."},
+
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
      .fallback = "required",
@@ -455,6 +470,8 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
+    LIST("data", "data set", "data sets", "quantity", 0, TRAIN_DATA_MAX, settings.data,
+         settings.data_count),
     LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),

@@ -301,6 +301,11 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
     }
+    for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "data[%d].file", i);
+        status = config_absolute(experiment, path, &experiment->settings.data[i].file, error);
+    }
     return status == AD_OK ? config_absolute(experiment, "reference.file",
                                              &experiment->settings.reference_file, error)
                            : status;

@@ -1,5 +1,7 @@
 #include "tools/train/experiment.h"
 
+#include "tools/train/measured.h"
+
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -55,6 +57,7 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     }
     settings->network.inputs = e->model->inputs ? e->model->inputs : e->model->domain.count;
     settings->network.outputs = e->model->outputs;
+    settings->network.scalars = e->model->scene.unknown_count;
     settings->network.pieces = domain_pieces(&e->model->domain);
     status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {
@@ -128,6 +131,7 @@ void experiment_free(experiment *e)
         if (!e->is_lent) {
             model_free(e->model);
         }
+        measured_free(e->measured);
         free_origin(&e->origin);
         free(e->parameters);
         free(e->starts);
@@ -179,12 +183,26 @@ const double *experiment_start(const experiment *e)
     return e->starts + (size_t)e->window * relay_numbers(e->model);
 }
 
-ad_status experiment_problem(const experiment *e, problem **result, ad_error *error)
+static ad_status add_data(experiment *e, ad_error *error)
 {
-    ad_status status = e->targets ? targets_draw(e->targets, e->settings->seed, error) : AD_OK;
-    return status != AD_OK ? status
-                           : problem_create(e->model, e->mlp, &e->settings->losses,
-                                            e->settings->seed, e->pool, result, error);
+    char key[TRAIN_KEY_MAX];
+    ad_error reason;
+    ad_status status = measured_add(e->model, e->settings, &e->measured, key, &reason);
+    return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", reason.message)
+           : status != AD_OK      ? experiment_refuse(e, key, reason.message, error)
+                                  : AD_OK;
+}
+
+ad_status experiment_problem(experiment *e, problem **result, ad_error *error)
+{
+    bool reads = e->settings->data_count > 0 && !e->measured;
+    ad_status status = reads ? add_data(e, error) : AD_OK;
+    if (status == AD_OK && e->targets) {
+        status = targets_draw(e->targets, e->settings->seed, error);
+    }
+    return status == AD_OK ? problem_create(e->model, e->mlp, &e->settings->losses,
+                                            e->settings->seed, e->pool, result, error)
+                           : status;
 }
 
 ad_status experiment_next_window(experiment *e, ad_error *error)

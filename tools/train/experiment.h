@@ -56,10 +56,11 @@ typedef struct experiment {
     physics_model *model; /* owned, unless it was lent to experiment_of_model */
     bool is_lent;
     nn_mlp *mlp;
-    targets *targets;    /* of a family in the strain form; else NULL */
-    struct relay *relay; /* from window to window */
-    double *parameters;  /* [windows][count]; the first window's are initialised from the seed */
-    double *starts;      /* [windows][relay_numbers], of the windows begun but the first */
+    targets *targets; /* of a family in the strain form; else NULL */
+    struct measured *measured; /* the data of the model's terms; once there is a problem */
+    struct relay *relay;       /* from window to window */
+    double *parameters; /* [windows][count]; the first window's are initialised from the seed */
+    double *starts;     /* [windows][relay_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
     char *text;        /* that experiment_put lent to a checkpoint */
@@ -79,9 +80,9 @@ ad_status experiment_of_model(physics_model *m, train_settings *settings,
                               ad_error *error);
 void experiment_free(experiment *e);
 
-/* The problem that its model and losses are, in the first window; draws the members of a family in
- * the strain form. */
-ad_status experiment_problem(const experiment *e, problem **result, ad_error *error);
+/* The problem that its model and losses are, in the first window. The first call reads the files of
+ * data and adds their terms to the model; of a family in the strain form members are drawn. */
+ad_status experiment_problem(experiment *e, problem **result, ad_error *error);
 
 /* Of the window at work: its network's parameters [count], and the state from which it starts
  * [relay_numbers], which the first window has not. */

@@ -15,6 +15,7 @@ NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
 NAMES(train_targets_names, TARGETS_LIST)
 NAMES(train_inputs_names, TRAIN_INPUTS_LIST)
+NAMES(train_quantity_names, TRAIN_QUANTITY_LIST)
 
 train_stage train_stage_default(void)
 {
@@ -62,6 +63,9 @@ train_settings train_settings_default(void)
     settings.network.hidden_count = settings.network.fourier_features = TRAIN_OPEN;
     for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
         settings.stages[i] = train_stage_default();
+    }
+    for (int i = 0; i < TRAIN_DATA_MAX; i++) {
+        settings.data[i].weight = NAN;
     }
     settings.stages[0].optimizer = OPTIM_GAUSS_NEWTON;
     settings.stages[0].steps = 200;

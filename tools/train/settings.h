@@ -81,6 +81,32 @@ typedef struct train_stage {
     double stop_held_out_ratio; /* held-out over training loss of a network that interpolates */
 } train_stage;
 
+/* What is measured, as the columns x to z, qw to qz, v1 to v3, u1, n1, m1, vx, w1 of a rod, w,
+ * slope, V, M, w_t, slope_t of a beam. */
+#define TRAIN_QUANTITY_LIST(X)                                                                     \
+    X(TRAIN_POSITION, "position")                                                                  \
+    X(TRAIN_ROTATION, "rotation")                                                                  \
+    X(TRAIN_STRAIN, "strain")                                                                      \
+    X(TRAIN_CURVATURE, "curvature")                                                                \
+    X(TRAIN_FORCE, "force")                                                                        \
+    X(TRAIN_MOMENT, "moment")                                                                      \
+    X(TRAIN_VELOCITY, "velocity")                                                                  \
+    X(TRAIN_ANGULAR_VELOCITY, "angular_velocity")
+#define TRAIN_ENUM(name, text) name,
+typedef enum train_quantity { TRAIN_QUANTITY_LIST(TRAIN_ENUM) TRAIN_QUANTITY_COUNT } train_quantity;
+#undef TRAIN_ENUM
+const char *const *train_quantity_names(void);
+
+enum { TRAIN_DATA_MAX = 8 };
+
+/* A file of measurements (tools/train/measured.h). */
+typedef struct train_data {
+    const char *file;
+    train_quantity quantity; /* TRAIN_OPEN: not given */
+    double noise;            /* standard deviation of a number, SI; 0: not known */
+    double weight;           /* of the term; NaN: open */
+} train_data;
+
 /* Texts belong to whoever fills them in and must outlive the training. */
 typedef struct train_settings {
     const char *name;          /* of the experiment; may be NULL */
@@ -99,7 +125,9 @@ typedef struct train_settings {
                                 * of the interior TRAIN_OPEN: open */
     int members;               /* solved ones of a family in the strain form; 0: open */
     train_inputs inputs;       /* of its network */
-    uint64_t seed;             /* fixes everything random */
+    int data_count;
+    train_data data[TRAIN_DATA_MAX];
+    uint64_t seed; /* fixes everything random */
     int stage_count;
     train_stage stages[TRAIN_STAGES_MAX];
     int checkpoint_every;      /* steps */

@@ -89,7 +89,7 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
 bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene)
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
-           settings->network.hidden_count == 0 &&
+           settings->data_count == 0 && settings->network.hidden_count == 0 &&
            settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
@@ -323,6 +323,18 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
     return AD_OK;
 }
 
+static ad_status check_data(const train_settings *settings, char *key, ad_error *error)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        char field[TRAIN_KEY_MAX];
+        snprintf(field, sizeof field, "data[%d]", i);
+        if (!settings->data[i].file) {
+            return train_refuse(key, field, error, "has no file; give one");
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status check_stages(const train_settings *settings, char *key, ad_error *error)
 {
     ad_status status = check_weights(settings, key, error);
@@ -393,6 +405,7 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (status == AD_OK) {
         status = check_stages(settings, key, error);
     }
+    status = status == AD_OK ? check_data(settings, key, error) : status;
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }
 
@@ -402,6 +415,10 @@ ad_status train_settings_check_model(const train_settings *settings, const physi
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (settings->data_count > 0) {
+        return train_refuse(key, "data", error,
+                            "are of a scene; give physics of one's own a term and a source");
     }
     if (train_names_reference(settings)) {
         return train_refuse(key, "reference", error,

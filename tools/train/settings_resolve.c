@@ -248,7 +248,7 @@ static int default_features(const train_settings *settings, const scene *rod_sce
     double count = scene_is_dynamic(rod_scene)
                        ? fmax(FEATURES_LEAST, (sudden ? 2 : 1.4) * bandwidth[0] * bandwidth[1])
                        : 2 * bandwidth[0];
-    for (int i = 0; i < rod_scene->parameter_count; i++) {
+    for (int i = 0; i < scene_known_count(rod_scene); i++) {
         count = fmin(FEATURES_MAX, fmax(FEATURES_LEAST, count * OF_FEATURES));
     }
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
@@ -390,6 +390,10 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
     resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
         train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+    }
+    for (int i = 0; i < settings->data_count; i++) {
+        train_data *data = &settings->data[i];
+        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
     }
     if (settings->output_every == 0) {
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;

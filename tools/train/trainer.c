@@ -293,7 +293,7 @@ void trainer_watch(trainer *t, size_t row)
     bool known = stage >= 1 && stage <= TRAIN_STAGES_MAX; /* of a file, it may be anything */
     double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
-        trained += problem_term_weight(t->problem, i) *
+        trained += problem_term_is_held_out(t->problem, i) * problem_term_weight(t->problem, i) *
                    history_value(h, row, problem_term_name(t->problem, i));
     }
     bool other_loads = row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
@@ -449,6 +449,19 @@ static ad_status next_window(trainer *t, ad_error *error)
     return status == AD_OK ? trainer_start_stage(t, error) : status;
 }
 
+/* Without terms of data, which noise keeps from vanishing. */
+static double physics_loss(const trainer *t)
+{
+    double loss = t->info.loss;
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        loss -= problem_term_is_held_out(t->problem, i)
+                    ? 0
+                    : problem_balance_weight(t->problem, i) * problem_term_weight(t->problem, i) *
+                          problem_losses(t->problem)[i];
+    }
+    return loss;
+}
+
 static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_error *error)
 {
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
@@ -456,7 +469,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.account = t->account;
-    t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
+    t->info.solved = trainer_is_small(t, physics_loss(t)) || t->info.loss < stage_of(t)->stop_loss;
     if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_unstable_modes(t) > 0) {
         t->info.solved = false; /* another path of loads may lead to a stable shape */
         t->info.ended = "unstable";

@@ -26,7 +26,7 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
     load = fmax(fmax(load, fmax(n.actuation, n.tubes)), fmax(n.point_force, n.point_moment));
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
-    t->size = size > 0 && size < 1 ? size : 1;
+    t->size = size > 0 && size < 1 && t->e->settings->data_count == 0 ? size : 1;
     if (scene_is_beam(rod_scene)) { /* on a stiff foundation slopes are smaller than loads tell */
         double foundation = fmax(1, beam_numbers_of(rod_scene).foundation);
         t->size *= pow(fmin(1, 8 * pow(foundation / 4, 0.25) / foundation), 2);
@@ -138,7 +138,9 @@ static void judge_estimate(const trainer *t, verdict *result)
 static void judge_load_balance(const trainer *t, verdict *result)
 {
     double estimate = trainer_estimate(t), balance = t->info.balance.loads;
-    if (!isnan(estimate) && !isnan(balance)) {
+    const rod_weights *weights = &t->e->settings->weights; /* 0: data stand for that equation */
+    bool balances = weights->force > 0 && weights->moment > 0;
+    if (balances && !isnan(estimate) && !isnan(balance)) {
         solve_judge_balance(balance, estimate, result);
     }
 }
