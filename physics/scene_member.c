@@ -39,6 +39,9 @@ void scene_member(const scene *family, const double *values, scene *member)
     }
     scene_with(family, family->parameter_count, names, values, member);
     member->parameter_count = member->unknown_count = 0;
+    if (member->formulation == SCENE_STRAIN_FORM) { /* which is one of families */
+        member->formulation = SCENE_MIXED;
+    }
 }
 
 const double *scene_middle_values(const scene *family, double *values)

@@ -187,10 +187,6 @@ const config_key config_keys[] = {
      .fallback = "131072 in the strain form",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
              "before training."},
-    {"members.inputs", CONFIG_CHOICE, AT(settings.inputs), .names = train_inputs_names,
-     .help = "Of its network. groups: the dimensionless numbers that the scene depends on, of one "
-             "member of each set that turns and mirrors make equal; --explain lists them; "
-             "parameters: these, from -1 to 1 over their ranges."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "

@@ -42,10 +42,12 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
 {
     nn_mlp_settings *network = &settings->network;
     problem_settings *losses = &settings->losses;
-    if (!scene_is_family(family) || scene_is_dynamic(family)) {
+    if (!scene_is_family(family) || scene_is_dynamic(family) || scene_is_beam(family) ||
+        family->unknown_count > 0) {
         return train_refuse(key, "formulation", error,
-                            "strain learns a family at rest from its members; give parameters with "
-                            "ranges, and no time.duration, or take mixed");
+                            "strain learns a family of rods at rest from its members; give "
+                            "parameters with ranges, no time.duration and nothing to identify, or "
+                            "take mixed");
     }
     if (network->hidden_count == TRAIN_OPEN && is_usual_stage(settings)) {
         take_usual_stage(&settings->stages[0]);
