@@ -52,6 +52,38 @@ void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double
     ad_pool_run(pool, (int)(g.count * (g.count + 1) / 2), gram_tile, &g);
 }
 
+/* ---- a b ---------------------------------------------------------------------------------------
+ */
+
+enum { HIGH = 64 }; /* rows of c at a time */
+
+typedef struct general {
+    const blas *library;
+    bool transpose_a, transpose_b;
+    size_t m, n, k;
+    const double *a, *b;
+    double beta, *c;
+} general;
+
+static void general_rows(void *context, int item, int thread)
+{
+    const general *g = context;
+    const size_t first = HIGH * (size_t)item, left = g->m - first;
+    const int rows = (int)(left < HIGH ? left : HIGH), n = (int)g->n, k = (int)g->k;
+    (void)thread;
+    g->library->gemm(BLAS_ROW_MAJOR, g->transpose_a ? BLAS_TRANSPOSED : BLAS_NORMAL,
+                     g->transpose_b ? BLAS_TRANSPOSED : BLAS_NORMAL, rows, n, k, 1,
+                     g->a + first * (g->transpose_a ? 1 : g->k), g->transpose_a ? (int)g->m : k,
+                     g->b, g->transpose_b ? k : n, g->beta, g->c + first * g->n, n);
+}
+
+void ad_dense_multiply(ad_pool *pool, bool transpose_a, bool transpose_b, size_t m, size_t n,
+                       size_t k, const double *a, const double *b, double beta, double *c)
+{
+    general g = {ad_blas_load(NULL), transpose_a, transpose_b, m, n, k, a, b, beta, c};
+    ad_pool_run(pool, (int)((m + HIGH - 1) / HIGH), general_rows, &g);
+}
+
 /* ---- Cholesky: matrix = u^T u ------------------------------------------------------------------
  * u is kept by columns in panels of PANEL columns, each of which ends with its square tile on the
  * diagonal. Rows are found BAND tiles at a time. */
@@ -131,7 +163,7 @@ static void update_panel(void *context, int item, int thread)
         size_t rows = depth - k < CHUNK ? depth - k : CHUNK;
         for (size_t i = b->first; i < b->end && i <= j; i++) {
             f->kernels->products->multiply_panels(rows, tile(f, 0, i) + k * PANEL,
-                                                  tile(f, 0, j) + k * PANEL, -1, tile(f, i, j));
+                                                  tile(f, 0, j) + k * PANEL, true, tile(f, i, j));
         }
     }
 }
@@ -164,7 +196,7 @@ static bool finish(const band *b, size_t j)
     bool ok = true;
     for (size_t i = b->first; i < b->end && i <= j && ok; i++) {
         f->kernels->products->multiply_panels((i - b->first) * PANEL, tile(f, b->first, i),
-                                              tile(f, b->first, j), -1, tile(f, i, j));
+                                              tile(f, b->first, j), true, tile(f, i, j));
         if (i < j) {
             f->kernels->products->solve_tile(tile(f, i, i), tile(f, i, j));
         } else {

@@ -17,6 +17,10 @@ ad_status ad_dense_load(ad_error *error);
 /* c[n][n] = a^T a for a[rows][n]. */
 void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double *c);
 
+/* c[m][n] = a b + beta c; `a` is stored [k][m] where it is to be transposed, `b` [n][k]. */
+void ad_dense_multiply(ad_pool *pool, bool transpose_a, bool transpose_b, size_t m, size_t n,
+                       size_t k, const double *a, const double *b, double beta, double *c);
+
 /* Room for the Cholesky factor of a matrix of order n >= 1; NULL: out of memory. */
 typedef struct ad_dense_factor ad_dense_factor;
 ad_dense_factor *ad_dense_factor_create(size_t n);

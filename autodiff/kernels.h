@@ -20,7 +20,7 @@ typedef void (*kernel)(int rows, int points, double *out, ptrdiff_t stride, cons
 
 enum { KERNEL_MASKS = 1 << AD_ARITY_MAX };
 
-/* Single-threaded; see products.c and, of panels, panels.h. */
+/* Single-threaded; see products.c. */
 typedef struct product_set {
     /* c[m][n] = a b, or += where `add`: a[i][l] at a + i row + l column, i < m, l < k; rows of b
      * are aligned to 64 bytes and may be read up to the next multiple of 8 numbers */
@@ -35,8 +35,8 @@ typedef struct product_set {
     void (*transpose)(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x);
     /* Panels [depth][PANEL] hold PANEL columns of a matrix; they are aligned to 64 bytes, as are
      * square tiles [PANEL][PANEL]. */
-    /* c[i][j] += scale * (sum over k of a[k][i] b[k][j]), summed from k = 0 on */
-    void (*multiply_panels)(size_t depth, const double *a, const double *b, double scale,
+    /* c[i][j] += sum over k of a[k][i] b[k][j], or -= it, summed from k = 0 on */
+    void (*multiply_panels)(size_t depth, const double *a, const double *b, bool subtract,
                             double *c);
     /* out[k][j] = sum over i < count of by[i][k] x[i][k][j] */
     void (*combine_panels)(int count, size_t depth, const double *const *by, const double *const *x,

@@ -125,7 +125,7 @@ static void combine_plain(const block *k, const normal_head *head, int source, n
 
 static void multiply_tile(const block *k, const double *a, const double *b, int p, int q)
 {
-    k->kernels->products->multiply_panels(k->depth, a, b, 1, tile(k, p, q));
+    k->kernels->products->multiply_panels(k->depth, a, b, false, tile(k, p, q));
 }
 
 /* One basis of the head on the left, combinations on the right; or the other way round. */

@@ -19,7 +19,6 @@
  */
 #include "autodiff/kernels.h"
 #include "autodiff/lanes.h"
-#include "autodiff/panels.h"
 
 #if defined(__AVX512F__)
 enum { ROWS = 8, VECTORS = 3 };
@@ -44,13 +43,15 @@ enum { PART = 120, LINE = 8 };
 
 typedef double unaligned __attribute__((vector_size(LANES * 8), aligned(8), may_alias));
 
-/* A column of blocks: c[m][width] = a b, or += where `add`. */
+typedef enum result { SET, ADD, SUBTRACT } result;
+
+/* A column of blocks: c[m][width] = a b, or +=, or -=. */
 typedef struct strip {
     int k, width;
     ptrdiff_t row, column; /* between rows and columns of a */
     const double *b;
     ptrdiff_t b_stride, c_stride;
-    bool add;
+    result result;
 } strip;
 
 /* c[rows][vectors * LANES] from rows of a; `ahead`: fetch what the next strip needs of b. */
@@ -91,14 +92,16 @@ INLINE void block(int rows, int vectors, const strip *s, const double *a, double
         }
     }
     const ptrdiff_t c_stride = s->c_stride;
-    const bool add = s->add;
+    const result result = s->result;
     UNROLL for (int i = 0; i < rows; i++, c += c_stride)
     {
         UNROLL for (int v = 0; v < vectors; v++)
         {
             unaligned *out = (unaligned *)(c + v * LANES);
-            if (add) {
+            if (result == ADD) {
                 sum[i][v] += *out;
+            } else if (result == SUBTRACT) {
+                sum[i][v] = *out - sum[i][v];
             }
             *out = sum[i][v];
         }
@@ -148,12 +151,12 @@ static void part_of_block(int rows, int vectors, const strip *s, const double *a
     const int width = vectors * LANES;
     strip apart = *s;
     apart.c_stride = width;
-    apart.add = false;
+    apart.result = SET;
     blocks[rows - 1][vectors - 1](&apart, a, whole, false);
     for (int i = 0; i < rows; i++) {
         for (int j = 0; j < s->width; j++) {
             double *out = c + i * s->c_stride + j;
-            *out = s->add ? *out + whole[i * width + j] : whole[i * width + j];
+            *out = s->result == ADD ? *out + whole[i * width + j] : whole[i * width + j];
         }
     }
 }
@@ -190,7 +193,8 @@ static void multiply(int m, int n, int k, const double *a, ptrdiff_t row, ptrdif
                      const double *b, ptrdiff_t b_stride, double *c, ptrdiff_t c_stride, bool add)
 {
     for (int l = 0; l < k; l += PART) {
-        strip s = {minimum(PART, k - l), 0, row, column, NULL, b_stride, c_stride, add || l > 0};
+        strip s = {minimum(PART, k - l),    0, row, column, NULL, b_stride, c_stride,
+                   add || l > 0 ? ADD : SET};
         for (int j = 0, vectors; j < n; j += vectors * LANES) {
             vectors = next_vectors(n - j);
             s.b = b + l * b_stride + j;
@@ -251,9 +255,10 @@ INLINE void turn_block(const double *const *from, ptrdiff_t at, double *to, ptrd
 #endif
 }
 
-/* to[points][vectors * LANES] from `rows` rows of x; the last of them stands for those that are
- * missing. */
-static void turn(int rows, int vectors, int points, const double *x, ptrdiff_t stride, double *to)
+/* to[j * to_stride + row] = x[row][j] of `vectors` LANES rows, of which x has `rows`; the last of
+ * them stands for those that are missing. */
+static void turn(int rows, int vectors, int points, const double *x, ptrdiff_t stride, double *to,
+                 ptrdiff_t to_stride)
 {
     for (int row = 0; row < vectors * LANES; row += LANES) {
         const double *from[LANES];
@@ -261,7 +266,7 @@ static void turn(int rows, int vectors, int points, const double *x, ptrdiff_t s
             from[i] = x + minimum(row + i, rows - 1) * stride;
         }
         for (int j = 0; j < points; j += LANES) {
-            turn_block(from, j, to + j * vectors * LANES + row, vectors * LANES);
+            turn_block(from, j, to + j * to_stride + row, to_stride);
         }
     }
 }
@@ -274,9 +279,9 @@ static void add_outer_sum(int m, int k, int points, const double *y, ptrdiff_t y
         count = minimum(pieces(pieces(points - at, left), LINE) * LINE, points - at);
         for (int j = 0, vectors; j < k; j += vectors * LANES) {
             vectors = next_vectors(k - j);
-            const strip s = {count, k - j, y_stride, 1, turned, vectors * LANES, k, true};
+            const strip s = {count, k - j, y_stride, 1, turned, vectors * LANES, k, ADD};
             turn(minimum(k - j, vectors * LANES), vectors, count, x + j * x_stride + at, x_stride,
-                 turned);
+                 turned, vectors * LANES);
             run_strip(m, vectors, &s, y + at, sum + j, false);
         }
     }
@@ -286,18 +291,59 @@ static void add_outer_sum(int m, int k, int points, const double *y, ptrdiff_t y
 static void transpose(int rows, int points, double *out, ptrdiff_t stride, kernel_operand x)
 {
     const int whole = rows / LANES * LANES;
-    for (int row = 0; row < whole; row += LANES) {
-        const double *from[LANES];
-        for (int i = 0; i < LANES; i++) {
-            from[i] = x.at + (row + i) * x.stride;
-        }
-        for (int j = 0; j < points; j += LANES) {
-            turn_block(from, j, out + j * stride + row, stride);
-        }
-    }
+    turn(whole, whole / LANES, points, x.at, x.stride, out, stride);
     for (int row = whole; row < rows; row++) {
         for (int j = 0; j < points; j++) {
             out[j * stride + row] = x.at[row * x.stride + j];
+        }
+    }
+}
+
+/* ---- panels --------------------------------------------------------------------------------- */
+
+static void multiply_panels(size_t depth, const double *a, const double *b, bool subtract,
+                            double *c)
+{
+    strip s = {(int)depth, 0, 1, PANEL, NULL, PANEL, PANEL, subtract ? SUBTRACT : ADD};
+    for (int j = 0; j < PANEL; j += VECTORS * LANES) {
+        s.b = b + j;
+        s.width = PANEL - j;
+        run_strip(PANEL, VECTORS, &s, a, c + j, false);
+    }
+}
+
+enum { PANEL_VECTORS = PANEL / LANES };
+
+static void combine_panels(int count, size_t depth, const double *const *by, const double *const *x,
+                           double *out)
+{
+    for (size_t k = 0; k < depth; k++) {
+        vec sum[PANEL_VECTORS] = {{0}};
+        for (int i = 0; i < count; i++) {
+            vec y = splat(by[i][k]);
+            for (int j = 0; j < PANEL_VECTORS; j++) {
+                sum[j] = v_mul_add(y, *(const vec *)(x[i] + k * PANEL + j * LANES), sum[j]);
+            }
+        }
+        for (int j = 0; j < PANEL_VECTORS; j++) {
+            *(vec *)(out + k * PANEL + j * LANES) = sum[j];
+        }
+    }
+}
+
+static void solve_tile(const double *u, double *x)
+{
+    for (int i = 0; i < PANEL; i++) {
+        vec sum[PANEL_VECTORS] = {{0}};
+        for (int k = 0; k < i; k++) {
+            vec y = splat(u[k * PANEL + i]);
+            for (int j = 0; j < PANEL_VECTORS; j++) {
+                sum[j] = v_mul_add(y, *(vec *)(x + k * PANEL + j * LANES), sum[j]);
+            }
+        }
+        for (int j = 0; j < PANEL_VECTORS; j++) {
+            vec *to = (vec *)(x + i * PANEL + j * LANES);
+            *to = (*to - sum[j]) / splat(u[i * PANEL + i]);
         }
     }
 }

@@ -13,7 +13,7 @@ static const double NN_PI = 3.14159265358979323846;
  * the residuals differentiate twice, which amplifies a needless frequency by its square. */
 static const double NN_SINE_FREQUENCY = 3.0;
 
-enum { NN_WIDTH_MAX = 4096, NN_OUTPUTS_MAX = 256, NN_FOURIER_MAX = 1024 };
+enum { NN_WIDTH_MAX = 4096, NN_OUTPUTS_MAX = 256, NN_FOURIER_MAX = 1024, NN_SCALARS_MAX = 64 };
 
 /* Functions [rows][nn_basis_functions] that a layer without hidden ones sees; NULL: there are none.
  */
@@ -24,8 +24,8 @@ typedef struct nn_basis {
 
 struct nn_mlp {
     nn_mlp_settings settings;
-    int view_count; /* weight and bias of each layer, then of the edges of pieces */
-    nn_view views[2 * (NN_HIDDEN_MAX + 2)];
+    int view_count; /* weight and bias of each layer, then of the edges of pieces, then scalars */
+    nn_view views[2 * (NN_HIDDEN_MAX + 2) + 1];
     size_t parameters;
     double *fourier; /* [fourier_features][inputs], NULL when there are none */
     nn_basis basis;  /* of a linear network with features */
@@ -67,6 +67,9 @@ const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
         if (settings->hidden[i] < 1 || settings->hidden[i] > NN_WIDTH_MAX) {
             return "hidden: widths 1 to 4096";
         }
+    }
+    if (settings->scalars < 0 || settings->scalars > NN_SCALARS_MAX) {
+        return "scalars: 0 to 64";
     }
     if (settings->activation < NN_TANH || settings->activation > NN_GELU) {
         return "activation: tanh, sin, silu or gelu";
@@ -157,6 +160,9 @@ static void nn_mlp_add_views(nn_mlp *mlp)
         }
         nn_mlp_add_view(mlp, "edges", "bias", rows, 1);
     }
+    if (settings->scalars > 0) {
+        nn_mlp_add_view(mlp, "scalars", "value", settings->scalars, 1);
+    }
 }
 
 ad_status nn_mlp_create(const nn_mlp_settings *settings, nn_rng *rng, nn_mlp **mlp, ad_error *error)
@@ -225,17 +231,24 @@ double *nn_mlp_edge_basis(nn_mlp *mlp, int *rows, int *columns)
     return mlp->edges.coefficients;
 }
 
-/* Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of a sine
- * network is the exception, see NN_SINE_FREQUENCY: there biases are random phases, else every
- * unit would be odd. A linear network has no symmetry to break and begins at 0: its Gauss-Newton
- * steps then start from a field without waves. */
+/* Views without the scalars. */
+static int layer_views(const nn_mlp *mlp)
+{
+    return mlp->view_count - (mlp->settings.scalars > 0);
+}
+
+/* Scalars 0. Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of
+ * a sine network is the exception, see NN_SINE_FREQUENCY: there biases are random phases, else
+ * every unit would be odd. A linear network has no symmetry to break and begins at 0: its
+ * Gauss-Newton steps then start from a field without waves. */
 void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters)
 {
+    const int layers = layer_views(mlp);
     memset(parameters, 0, mlp->parameters * sizeof *parameters);
     if (mlp->settings.hidden_count == 0) {
         return;
     }
-    for (int i = 0; i + 1 < mlp->view_count; i += 2) {
+    for (int i = 0; i + 1 < layers; i += 2) {
         const nn_view *weight = &mlp->views[i], *bias = &mlp->views[i + 1];
         size_t count = (size_t)weight->rows * (size_t)weight->columns;
         double *w = parameters + weight->offset, *b = parameters + bias->offset;
@@ -319,11 +332,11 @@ static ad_value nn_mlp_edge_input(const nn_mlp *mlp, ad_value x)
 /* What is said at the edges of pieces, [outputs * (pieces + 1)]. */
 static ad_value nn_mlp_record_edges(const nn_mlp *mlp, ad_value x, size_t offset)
 {
-    ad_value b = nn_view_record(&mlp->views[mlp->view_count - 1], x.tape, offset);
+    ad_value b = nn_view_record(&mlp->views[layer_views(mlp) - 1], x.tape, offset);
     if (mlp->settings.inputs == 1) {
         return b;
     }
-    ad_value w = nn_view_record(&mlp->views[mlp->view_count - 2], x.tape, offset);
+    ad_value w = nn_view_record(&mlp->views[layer_views(mlp) - 2], x.tape, offset);
     x = nn_mlp_record_hidden(mlp, &mlp->edges, nn_mlp_edge_input(mlp, x), offset);
     return ad_add(ad_matvec(w, x), b);
 }
@@ -379,7 +392,7 @@ size_t nn_mlp_combined_parameters(const nn_mlp *mlp)
         return mlp->parameters;
     }
     int edges = pieces > 1 ? outputs * (pieces + 1) : 0;
-    return nn_combined_numbers(mlp, outputs * pieces) +
+    return nn_combined_numbers(mlp, outputs * pieces) + (size_t)mlp->settings.scalars +
            (mlp->edges.coefficients ? nn_combined_numbers(mlp, edges) : (size_t)edges);
 }
 
@@ -412,6 +425,9 @@ void nn_mlp_combine(const nn_mlp *mlp, const double *parameters, double *combine
         memcpy(combined, parameters, mlp->parameters * sizeof *combined);
         return;
     }
+    const size_t scalars = (size_t)mlp->settings.scalars;
+    memcpy(combined + nn_mlp_combined_parameters(mlp) - scalars,
+           parameters + mlp->parameters - scalars, scalars * sizeof *combined);
     combined = nn_combine_layer(mlp, &mlp->basis, 0, parameters, combined);
     if (mlp->edges.coefficients) {
         nn_combine_layer(mlp, &mlp->edges, 2, parameters, combined);
@@ -448,4 +464,11 @@ ad_value nn_mlp_record_combined(const nn_mlp *mlp, ad_value input, size_t offset
                          ? nn_record_combined(mlp, nn_mlp_edge_input(mlp, x), rows, offset)
                          : ad_parameter(x.tape, "combined/edges", rows, offset);
     return nn_mlp_join(mlp, input, y, edges);
+}
+
+ad_value nn_mlp_record_scalars(const nn_mlp *mlp, ad_tape *tape, bool combined, size_t offset)
+{
+    const size_t end = combined ? nn_mlp_combined_parameters(mlp) : mlp->parameters;
+    return ad_parameter(tape, "scalars", mlp->settings.scalars,
+                        offset + end - (size_t)mlp->settings.scalars);
 }

@@ -48,7 +48,8 @@ typedef struct nn_mlp_settings {
     int hidden[NN_HIDDEN_MAX]; /* widths */
     nn_activation activation;
     nn_initialization initialization;
-    bool orthonormal;     /* the trained layer of a linear network with features sees a basis */
+    bool orthonormal; /* the trained layer of a linear network with features sees a basis */
+    int scalars;      /* numbers trained beside the weights, which the network does not use; 0 */
     int fourier_features; /* pairs sin, cos of random projections of the inputs; 0: none */
     double fourier_bandwidth[NN_INPUTS_MAX]; /* largest frequency by input, radians per unit of the
                                               * input; they are drawn uniformly within */
@@ -102,6 +103,10 @@ int nn_mlp_input_rows(const nn_mlp_settings *settings);
 /* Record the network on the tape of `input` (nn_mlp_input_rows; the inputs scaled to about [-1,
  * 1]): [outputs] rows. `offset`: of its first parameter in the flat vector. */
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
+
+/* Its scalars [settings.scalars], which come after all other parameters; of parameters as
+ * nn_mlp_combine leaves them, or as they are. At least one. */
+ad_value nn_mlp_record_scalars(const nn_mlp *mlp, ad_tape *tape, bool combined, size_t offset);
 
 /* The same network for evaluation alone: where it has a basis, the weights times the coefficients
  * of the basis are one matrix [outputs][functions], then the biases, so that one product does what

@@ -17,6 +17,7 @@
 #ifndef OPTIM_H
 #define OPTIM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -178,6 +179,54 @@ int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity);
 
 /* After a restore: NULL, or a static text saying which array holds an impossible number. */
 const char *optim_adam_state_check(const optim_adam *adam);
+
+/* ---- SOAP: Vyas et al., ICLR 2025, algorithm 3 ---- */
+
+/* Adam for matrices among the parameters, weights of layers, in the eigenvectors of what their
+ * gradients G have in common: mean G G^T and mean G^T G, as Shampoo has them (Gupta, Koren, Singer
+ * 2018). Between gradients the basis is turned by a step of orthogonal iteration. Other parameters
+ * get Adam. */
+
+enum { OPTIM_SOAP_SIDE_MAX = 1024 }; /* a longer side of a matrix keeps its basis */
+
+/* x[offset ..], row-major. */
+typedef struct optim_matrix {
+    size_t offset, rows, columns;
+} optim_matrix;
+
+/* c[m][n] = a b + beta c, row-major; `a` is stored [k][m] where it is to be transposed, `b` [n][k].
+ */
+typedef void (*optim_multiply)(void *context, bool transpose_a, bool transpose_b, size_t m,
+                               size_t n, size_t k, const double *a, const double *b, double beta,
+                               double *c);
+
+typedef struct optim_soap_settings {
+    optim_adam_settings adam; /* beta2 also of the products of gradients */
+    int basis_every;          /* >= 1, steps between turns of the bases */
+    int matrix_count;
+    const optim_matrix *matrices; /* in the order of their offsets, apart; copied */
+    optim_multiply multiply;      /* NULL: plain loops */
+    void *context;                /* of it */
+} optim_soap_settings;
+
+typedef struct optim_soap optim_soap;
+
+optim_soap_settings optim_soap_defaults(void);
+const char *optim_soap_check(const optim_soap_settings *settings);
+
+/* As optim_adam_create and the functions below it; where a step is not finite, the run can only be
+ * resumed from a state before it. Memory: 6 count doubles, and for a matrix of n rows and m columns
+ * 2 (n^2 + m^2) and work. */
+optim_soap *optim_soap_create(size_t count, const double *x, const optim_soap_settings *settings,
+                              const char **why);
+void optim_soap_free(optim_soap *soap); /* NULL is fine */
+optim_status optim_soap_step(optim_soap *soap, optim_objective objective, void *context);
+void optim_soap_objective_changed(optim_soap *soap);
+const double *optim_soap_x(const optim_soap *soap);
+const double *optim_soap_best_x(const optim_soap *soap);
+optim_adam_info optim_soap_get_info(const optim_soap *soap);
+int optim_soap_state(optim_soap *soap, optim_array *arrays, int capacity);
+const char *optim_soap_state_check(const optim_soap *soap);
 
 /* ---- descent along lines: Nocedal & Wright 2006, algorithms 3.5, 3.6 ---- */
 

@@ -60,6 +60,7 @@ ADAPT(adam, adam)
 ADAPT(lbfgs, lbfgs)
 ADAPT(gauss_newton, gauss_newton)
 ADAPT(ssbroyden, ssbroyden)
+ADAPT(soap, soap)
 
 #define ADAPTED(name)                                                                              \
     .create = name##_create, .free = name##_free, .step = name##_step, .x = name##_x,              \
@@ -85,14 +86,40 @@ static const double *adam_best_x(const void *own)
                                                          : optim_adam_x(own);
 }
 
-static optim_info adam_inspect(const void *own)
+static optim_info adam_info(optim_adam_info info)
 {
-    const optim_adam_info info = optim_adam_get_info(own);
     return (optim_info){.value = info.value,
                         .gradient_norm = info.gradient_norm,
                         .rate = info.learning_rate,
                         .steps = info.steps,
                         .evaluations = info.evaluations};
+}
+
+static optim_info adam_inspect(const void *own)
+{
+    return adam_info(optim_adam_get_info(own));
+}
+
+/* ---- SOAP ---- */
+
+static const char *soap_check(const optim_settings *s)
+{
+    return optim_soap_check(&s->soap);
+}
+
+static optim_status soap_step(void *own, const optim_target *target)
+{
+    return optim_soap_step(own, target->objective, target->context);
+}
+
+static const double *soap_best_x(const void *own)
+{
+    return optim_soap_best_x(own);
+}
+
+static optim_info soap_inspect(const void *own)
+{
+    return adam_info(optim_soap_get_info(own));
 }
 
 /* ---- along lines ---- */
@@ -173,6 +200,8 @@ static const method methods[OPTIM_METHOD_COUNT] = {
     [OPTIM_SSBROYDEN] = {ADAPTED(ssbroyden), .best_x = ssbroyden_x,
                          .count_max = OPTIM_SSBROYDEN_COUNT_MAX,
                          .advice = "more steps of adam before, or a smaller maximum_step"},
+    [OPTIM_SOAP] = {ADAPTED(soap), .best_x = soap_best_x,
+                    .advice = "a smaller learning_rate, or clip_norm or warmup_steps"},
 };
 
 static const char *const names[OPTIM_METHOD_COUNT] = {
@@ -201,14 +230,15 @@ optim_settings optim_settings_defaults(optim_method method)
                             .adam = optim_adam_defaults(),
                             .lbfgs = optim_lbfgs_defaults(),
                             .gauss_newton = optim_gauss_newton_defaults(),
-                            .ssbroyden = optim_descent_defaults()};
+                            .ssbroyden = optim_descent_defaults(),
+                            .soap = optim_soap_defaults()};
 }
 
 const char *optim_settings_check(const optim_settings *settings)
 {
     return (unsigned)settings->method < OPTIM_METHOD_COUNT
                ? methods[settings->method].check(settings)
-               : "method must be adam, lbfgs, gauss_newton or ssbroyden";
+               : "method must be adam, lbfgs, gauss_newton, ssbroyden or soap";
 }
 
 optim_optimizer *optim_create(size_t count, const double *x, const optim_settings *settings,

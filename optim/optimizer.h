@@ -23,7 +23,8 @@ extern "C" {
     X(OPTIM_ADAM, "adam")                                                                          \
     X(OPTIM_LBFGS, "lbfgs")                                                                        \
     X(OPTIM_GAUSS_NEWTON, "gauss_newton")                                                          \
-    X(OPTIM_SSBROYDEN, "ssbroyden")
+    X(OPTIM_SSBROYDEN, "ssbroyden")                                                                \
+    X(OPTIM_SOAP, "soap")
 
 typedef enum optim_method {
 #define OPTIM_METHOD_ENUM(code, name) code,
@@ -43,6 +44,7 @@ typedef struct optim_settings {
     optim_lbfgs_settings lbfgs;
     optim_gauss_newton_settings gauss_newton;
     optim_descent_settings ssbroyden;
+    optim_soap_settings soap;
 } optim_settings;
 
 optim_settings optim_settings_defaults(optim_method method);
@@ -58,12 +60,12 @@ typedef struct optim_target {
 typedef struct optim_info {
     double value;         /* at the current point; Adam's: before its last update */
     double gradient_norm; /* the same; Gauss-Newton's: before its last step. NaN: not yet known */
-    double rate;          /* Adam: the learning rate; L-BFGS, SSBroyden: the length of the last line
-                           * search; Gauss-Newton: the damping */
-    int64_t steps;        /* completed */
-    int64_t evaluations;  /* of the value, with or without derivatives */
-    int64_t refused;      /* trial steps of Gauss-Newton that were not taken, ... */
-    int64_t unsolved;     /* ... of these where the model found no step */
+    double rate;   /* Adam, SOAP: the learning rate; L-BFGS, SSBroyden: the length of the last line
+                    * search; Gauss-Newton: the damping */
+    int64_t steps; /* completed */
+    int64_t evaluations; /* of the value, with or without derivatives */
+    int64_t refused;     /* trial steps of Gauss-Newton that were not taken, ... */
+    int64_t unsolved;    /* ... of these where the model found no step */
 } optim_info;
 
 typedef struct optim_optimizer optim_optimizer;

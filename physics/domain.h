@@ -77,6 +77,8 @@ typedef struct domain_place {
     bool goes_on;         /* the window starts from the state in which the one before ended */
     ad_value state;       /* that state, uniform, as the model wrote it (physics/model.h) */
     ad_value load_factor; /* of all loads, 0 to 1, one row */
+    ad_value unknowns;    /* numbers that are trained with the network, in SI; not valid: none */
+    ad_value data;        /* of points that have a source (physics/model.h) */
 } domain_place;
 
 /* Which numbers of a place are uniforms and not constants. */

@@ -221,6 +221,7 @@ static ad_status build(evaluator *e, const evaluator_model *model, int later, ad
     ad_value fields[MODEL_FIELDS_MAX], observed[MODEL_COLUMNS_MAX], values[EVALUATOR_COLUMNS_MAX];
     e->kinds[later] = model_uniforms(physics, later);
     domain_place at = domain_record(&e->domain, &e->kinds[later], tape);
+    model_record_unknowns(physics, model->mlp, true, &at);
     ad_value outputs = nn_mlp_record_combined(model->mlp, domain_network_input(&e->domain, &at), 0);
     physics->call.ansatz(physics, &at, outputs, fields);
     physics->call.observe(physics, &at, fields, observed);

@@ -173,7 +173,7 @@ static int going_beam(const physics_model *m, const double *state)
         .fields = {"r", "q", "N", "m"}, .columns = (list), .column_count = (count),                \
         .position_columns = 3, .rotation_columns = 4, .network_outputs = rod_network_outputs,      \
         .state_rows = rod_state_rows, .residual_rows = rod_residual_rows,                          \
-        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod},         \
+        .residual = residual_rod, .call = {ansatz_rod, observe_rod, state_rod, going_rod, NULL},   \
         .check = rod_check, .terms = rod_terms                                                     \
     }
 static const scene_physics rod_physics =
@@ -195,7 +195,7 @@ static const scene_physics beam_physics = {
     .state_rows = beam_state_rows,
     .residual_rows = beam_residual_rows,
     .residual = residual_beam,
-    .call = {ansatz_beam, observe_beam, state_beam, going_beam},
+    .call = {ansatz_beam, observe_beam, state_beam, going_beam, NULL},
     .check = beam_check,
     .terms = beam_terms};
 
@@ -319,7 +319,7 @@ physics_model *model_create(void)
     if (m) {
         m->domain.time = -1;
         m->domain.windows = 1;
-        m->call = (model_functions){outputs_as_fields, fields_as_columns, NULL, NULL};
+        m->call = (model_functions){.ansatz = outputs_as_fields, .observe = fields_as_columns};
         m->columns = m->own_columns;
         m->error = (ad_error){AD_OK, ""};
         scene_defaults(&m->scene);
@@ -427,6 +427,17 @@ int model_add_face(physics_model *m, const char *name, int coordinate, int end)
     return set;
 }
 
+int model_add_given(physics_model *m, const char *name, const model_source *source)
+{
+    if (source->rows < 0 || !source->fill || source->points < 1 || source->draw_every < 0) {
+        return refuse(m, "source of points", name,
+                      "a function that fills them, 1 point at least, rows and steps of 0 or more");
+    }
+    int set = add_set(m, name, MODEL_GIVEN);
+    m->sets[set].source = *source;
+    return set;
+}
+
 int model_add_term(physics_model *m, const char *name, int set, double weight,
                    model_residual *residual, const void *context)
 {
@@ -469,14 +480,39 @@ domain_uniforms model_uniforms(const physics_model *m, int window)
                              .load_factor = m->takes_load_factor};
 }
 
+/* Within their ranges whatever the scalars are, and where they are 0 at the guess. */
+void model_record_unknowns(const physics_model *m, const nn_mlp *mlp, bool combined,
+                           domain_place *at)
+{
+    const scene *open = &m->scene;
+    const int count = open->unknown_count, first = scene_known_count(open);
+    ad_value rows[SCENE_PARAMETERS_MAX];
+    if (count == 0) {
+        return;
+    }
+    ad_value scalars = nn_mlp_record_scalars(mlp, at->tape, combined, 0);
+    for (int i = 0; i < count; i++) {
+        const scene_parameter *p = &open->parameters[first + i];
+        const double from = scene_unknown_scalar(p, open->guess[first + i]);
+        ad_value half = ad_scale(ad_add(ad_row(scalars, i), ad_scalar(at->tape, from)), 0.5);
+        ad_value part = ad_scale(ad_add(ad_tanh(half), ad_scalar(at->tape, 1)), 0.5);
+        rows[i] = p->scale == SCENE_LOG
+                      ? ad_scale(ad_exp(ad_scale(part, log(p->high / p->low))), p->low)
+                      : ad_add(ad_scale(part, p->high - p->low), ad_scalar(at->tape, p->low));
+    }
+    at->unknowns = ad_stack(count, rows);
+}
+
 domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
                           ad_value *fields)
 {
     domain_uniforms uniforms = model_uniforms(m, window);
     domain_place at = domain_record(&m->domain, &uniforms, tape);
     if (mlp) {
-        m->call.ansatz(m, &at, nn_mlp_record(mlp, domain_network_input(&m->domain, &at), 0),
-                       fields);
+        model_record_unknowns(m, mlp, false, &at);
+        ad_value input =
+            m->call.input ? m->call.input(m, &at) : domain_network_input(&m->domain, &at);
+        m->call.ansatz(m, &at, nn_mlp_record(mlp, input, 0), fields);
     } else {
         bool moves = scene_is_dynamic(&m->scene);
         rod_fields(m, rod_manufactured(&m->scene, at.x[0], moves ? at.x[1] : ad_scalar(tape, 0)),

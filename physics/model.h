@@ -30,8 +30,42 @@ typedef struct physics_model physics_model;
 
 /* ---- points -------------------------------------------------------------------------------- */
 
-/* Which settings of a problem count for a set of points. */
-typedef enum model_points { MODEL_INTERIOR, MODEL_BOUNDARY, MODEL_INITIAL } model_points;
+/* Which settings of a problem count for a set of points; none: its places are given by its source.
+ */
+typedef enum model_points {
+    MODEL_INTERIOR,
+    MODEL_BOUNDARY,
+    MODEL_INITIAL,
+    MODEL_GIVEN
+} model_points;
+
+/* Points to be filled with data. */
+typedef struct model_draw {
+    size_t count;
+    int window;           /* of time, at work */
+    bool held_out;        /* never trained on */
+    nn_rng *rng;          /* of these points, for whatever is random */
+    double *x;            /* [coordinates][count], dimensionless; may be replaced */
+    const double *fields; /* [rows of all fields][count], the network's; NULL: see follows */
+    double *data;         /* [rows][count], dimensionless */
+} model_draw;
+
+/* What is known of points beside their coordinates: measured, solved, or computed from what the
+ * network says of them. Residuals have it as at->data, and it is not differentiated. Points are
+ * filled where they are drawn; where `follows` (NULL: never) says so the trained ones before every
+ * step, too, and then with the network's fields. What `fill` returns has to be the same for the
+ * same draw, since a checkpoint holds the trained points and their data, but not the others. */
+typedef struct model_source {
+    int rows; /* 0: no data */
+    ad_status (*fill)(void *context, const model_draw *draw, ad_error *error);
+    bool (*follows)(const void *context);
+    void *context; /* borrowed */
+
+    /* Of MODEL_GIVEN points: how many, and steps between new ones, 0: never. Without held-out
+     * points their terms are no part of the held-out loss. */
+    size_t points, held_out_points;
+    int draw_every;
+} model_source;
 
 /* Where terms are evaluated: inside, or on the face where some coordinates are held. */
 typedef struct model_set {
@@ -39,6 +73,7 @@ typedef struct model_set {
     model_points points;
     bool holds[DOMAIN_COORDINATES_MAX];   /* this coordinate does not vary */
     double value[DOMAIN_COORDINATES_MAX]; /* but is this, dimensionless */
+    model_source source;
 } model_set;
 
 /* ---- terms --------------------------------------------------------------------------------- */
@@ -85,6 +120,9 @@ typedef struct model_functions {
     /* Highest degree of the polynomials of s in which a state [RELAY_POINTS][state_rows] goes on
      * through a window; a divisor of RELAY_DEGREE. What is left of it fades away. */
     int (*going_degree)(const physics_model *m, const double *state);
+
+    /* What the network is given at a place, [inputs]; NULL: the coordinates. */
+    ad_value (*input)(const physics_model *m, const domain_place *at);
 } model_functions;
 
 struct physics_model {
@@ -95,8 +133,9 @@ struct physics_model {
     int field_count;
     char symbols[MODEL_FIELDS_MAX][8]; /* of the fields: "r", "q", "N", "m" */
     int field_rows[MODEL_FIELDS_MAX];
-    int unknowns; /* the first so many fields come from the network, the others from these */
-    int outputs;  /* of the network */
+    int unknowns;        /* the first so many fields come from the network, the others from these */
+    int inputs, outputs; /* of the network; inputs 0: the coordinates */
+    const void *own;     /* of the functions, borrowed */
 
     int set_count;
     model_set sets[MODEL_SETS_MAX];
@@ -178,6 +217,9 @@ int model_add_field(physics_model *m, const char *symbol, int rows);
 int model_add_interior(physics_model *m, const char *name);
 int model_add_face(physics_model *m, const char *name, int coordinate, int end);
 
+/* Points of all of the domain whose places and data `source` gives. */
+int model_add_given(physics_model *m, const char *name, const model_source *source);
+
 int model_add_term(physics_model *m, const char *name, int set, double weight,
                    model_residual *residual, const void *context);
 
@@ -193,6 +235,10 @@ domain_uniforms model_uniforms(const physics_model *m, int window);
  * that it stands for. A model of a manufactured scene has its exact fields without a network. */
 domain_place model_record(const physics_model *m, int window, const nn_mlp *mlp, ad_tape *tape,
                           ad_value *fields);
+
+/* The unknowns of its scene by the network's scalars, at a place; nothing where there are none. */
+void model_record_unknowns(const physics_model *m, const nn_mlp *mlp, bool combined,
+                           domain_place *at);
 
 /* How many columns there are to be had: those of motion come last and only motion has them. */
 int model_columns(const physics_model *m);

@@ -38,6 +38,7 @@ problem_settings problem_settings_default(void)
     static const double epsilons[] = {0.01, 0.1, 1, 10, 100};
     const problem_points points = {256, SAMPLING_SOBOL, 0};
     problem_settings settings = {.interior = points, .boundary = points, .initial = points};
+    settings.adaptive = (problem_adaptive){.every = 100, .power = 1, .floor = 1, .width = 0.02};
     settings.held_out_points = 256;
     settings.causal_epsilon_count = sizeof epsilons / sizeof *epsilons;
     memcpy(settings.causal_epsilon, epsilons, sizeof epsilons);
@@ -59,7 +60,8 @@ const char *problem_settings_check(const problem_settings *settings, const physi
     if (settings->held_out_points < 1) {
         return "held_out_points: at least 1";
     }
-    return problem_weights_check(settings, m);
+    const char *wrong = problem_adaptive_check(settings);
+    return wrong ? wrong : problem_weights_check(settings, m);
 }
 
 static void clear_sets(problem *p)
@@ -190,6 +192,11 @@ size_t problem_parameters(const problem *p)
     return p->parameters;
 }
 
+int problem_views(const problem *p, const nn_view **views)
+{
+    return nn_mlp_views(p->mlp, views);
+}
+
 int problem_terms(const problem *p)
 {
     return p->term_count;
@@ -203,6 +210,11 @@ const char *problem_term_name(const problem *p, int term)
 double problem_term_weight(const problem *p, int term)
 {
     return p->terms[term]->weight;
+}
+
+bool problem_term_is_held_out(const problem *p, int term)
+{
+    return problem_set_of_term((problem *)p, term)->held_out.count > 0;
 }
 
 const char *problem_unresolved(const problem *p)
@@ -309,9 +321,12 @@ size_t problem_bytes(const problem *p)
     for (int i = 0; i < p->set_count; i++) {
         const problem_set *s = &p->sets[i];
         const ad_program *programs[3] = {s->gradient, s->value, s->gradient_fixed.program};
-        bytes += (size_t)p->model->domain.count * (s->trained.count + s->held_out.count) *
-                 sizeof(double);
+        bytes += ((size_t)p->model->domain.count + (size_t)s->about->source.rows) *
+                 (s->trained.count + s->held_out.count) * sizeof(double);
         bytes += problem_weights_per_point(s) * s->trained.count * sizeof(double);
+        bytes +=
+            s->candidates.count *
+            ((size_t)(p->model->domain.count + s->term_count) * sizeof(double) + sizeof *s->ranked);
         bytes += (size_t)s->gradient_fixed.rows * s->trained.count * sizeof(double);
         for (int k = 0; k < 3 && programs[k]; k++) {
             ad_program_info info = ad_program_inspect(programs[k]);
@@ -392,9 +407,15 @@ ad_status problem_held_out(problem *p, const double *x, double *loss, double *te
     *loss = 0;
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
-        double total;
-        ad_status status = problem_set_run(set, set->value, &set->held_out, x,
-                                           terms ? terms : values, &total, NULL, error);
+        double total, *to = terms ? terms : values;
+        for (int k = 0; k < set->term_count; k++) {
+            to[set->terms[k]] = 0;
+        }
+        if (set->held_out.count == 0) {
+            continue;
+        }
+        ad_status status =
+            problem_set_run(set, set->value, &set->held_out, x, to, &total, NULL, error);
         if (status != AD_OK) {
             return status;
         }
@@ -417,7 +438,28 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 
 /* ---- points over time ------------------------------------------------------------------------ */
 
-ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error)
+/* New points of a set where they are due, and data for them. */
+static ad_status advance_set(problem *p, problem_set *set, int64_t step, const double *x,
+                             bool *changed, ad_error *error)
+{
+    int every = problem_points_of(p, set).resample_every;
+    bool due = every > 0 && step > 1 && (step - 1) % every == 0;
+    bool moves = problem_set_adapts(p, set, step);
+    ad_status status = due     ? problem_set_resample(p, set, error)
+                       : moves ? problem_set_adapt(p, set, step, x, error)
+                               : AD_OK;
+    due = due || moves;
+    if (due) {
+        problem_weights_spread(p);
+    }
+    if (status == AD_OK && (due || problem_set_follows(set))) {
+        status = problem_set_supply(p, set, x, error);
+        *changed = true;
+    }
+    return status;
+}
+
+ad_status problem_advance(problem *p, int64_t step, const double *x, bool *changed, ad_error *error)
 {
     *changed = false;
     if (p->settings.causal_slices && step > 1 &&
@@ -425,18 +467,11 @@ ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *err
         problem_weights_follow_time(p);
         *changed = true;
     }
-    for (int i = 0; i < p->set_count; i++) {
-        int every = problem_points_of(p, &p->sets[i])->resample_every;
-        if (every > 0 && step > 1 && (step - 1) % every == 0) {
-            ad_status status = problem_set_resample(p, &p->sets[i], error);
-            if (status != AD_OK) {
-                return status;
-            }
-            *changed = true;
-            problem_weights_spread(p);
-        }
+    ad_status status = AD_OK;
+    for (int i = 0; i < p->set_count && status == AD_OK; i++) {
+        status = advance_set(p, &p->sets[i], step, x, changed, error);
     }
-    return AD_OK;
+    return status;
 }
 
 /* ---- state ----------------------------------------------------------------------------------- */
@@ -453,6 +488,13 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
                                   .rows = (size_t)p->model->domain.count,
                                   .columns = set->trained.count};
         snprintf(points->name, sizeof points->name, "points/%s", set->about->name);
+        if (set->trained.data) {
+            problem_array *data = &arrays[count++];
+            *data = (problem_array){.data = set->trained.data,
+                                    .rows = (size_t)set->about->source.rows,
+                                    .columns = set->trained.count};
+            snprintf(data->name, sizeof data->name, "data/%s", set->about->name);
+        }
         generators[(*generator_count)++] = (problem_generator){set->about->name, &set->rng};
     }
     return count + problem_weights_state(p, arrays + count);
@@ -462,8 +504,13 @@ ad_status problem_restored(problem *p, ad_error *error)
 {
     for (int i = 0; i < p->set_count; i++) {
         problem_set_refresh(&p->sets[i]);
-        if (!problem_points_are_inside(p, &p->sets[i].trained)) {
+        const problem_cloud *trained = &p->sets[i].trained;
+        size_t numbers = (size_t)p->sets[i].about->source.rows * trained->count;
+        if (!problem_points_are_inside(p, trained)) {
             return ad_fail(error, AD_BAD_INPUT, "checkpoint: a point lies outside the scene");
+        }
+        if (!problem_all_finite(trained->data, numbers)) {
+            return ad_fail(error, AD_BAD_INPUT, "checkpoint: data of a point are not finite");
         }
     }
     return problem_weights_restored(p, error);

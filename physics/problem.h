@@ -20,7 +20,17 @@
  * Self-adaptive points (McClenny, Braga-Neto 2023): the points of every set carry weights a_k^2,
  * where a_k begins at 1 and climbs along the gradient, here that of log(loss), so that the rate has
  * no unit: a_k <- a_k + rate * 2 a_k l_k / loss, with l_k the loss of point k without a_k^2 and
- * loss = sum over sets of the mean of a_k^2 l_k. */
+ * loss = sum over sets of the mean of a_k^2 l_k.
+ *
+ * Adaptive points: from time to time the residual |r|, the root of the weighted sum of squares of
+ * all terms inside, is taken at candidates, and points move to where it is large. Their number
+ * stays, so that steps cost the same.
+ *   rad (Wu, Zhu, Tan, Kartha, Lu 2023): all points are drawn anew from the candidates, without
+ *     replacement, with density |r|^power / mean |r|^power + floor;
+ *   rar_g (the same): half of the points make room, a tenth of them each time, for the candidates
+ *     where |r| is largest, which then stay;
+ *   gaussian (after Bensch et al. 2024): half of the points stay, the others lie around the
+ *     candidates where |r| is largest, ten around each, normally distributed. */
 #ifndef PHYSICS_PROBLEM_H
 #define PHYSICS_PROBLEM_H
 
@@ -43,6 +53,26 @@ typedef struct problem_points {
     int resample_every; /* steps between new points; 0: never */
 } problem_points;
 
+#define PROBLEM_ADAPTIVE_LIST(X)                                                                   \
+    X(PROBLEM_ADAPTIVE_NONE, "none")                                                               \
+    X(PROBLEM_ADAPTIVE_RAD, "rad")                                                                 \
+    X(PROBLEM_ADAPTIVE_RAR_G, "rar_g")                                                             \
+    X(PROBLEM_ADAPTIVE_GAUSSIAN, "gaussian")
+#define PROBLEM_ENUM(name, text) name,
+typedef enum problem_adaptive_kind {
+    PROBLEM_ADAPTIVE_LIST(PROBLEM_ENUM) PROBLEM_ADAPTIVE_COUNT
+} problem_adaptive_kind;
+#undef PROBLEM_ENUM
+
+/* Of points inside, in place of interior.resample_every. */
+typedef struct problem_adaptive {
+    problem_adaptive_kind kind;
+    int every;           /* steps between moves */
+    int candidates;      /* at least as many as points; 0: ten for each */
+    double power, floor; /* of rad; above 0, at least 0 */
+    double width;        /* of gaussian: standard deviation, in parts of the coordinates' ranges */
+} problem_adaptive;
+
 typedef enum problem_balance {
     PROBLEM_BALANCE_NONE,
     PROBLEM_BALANCE_GRADIENT_NORM,
@@ -53,7 +83,8 @@ typedef struct problem_settings {
     problem_points interior; /* sets of all of the domain */
     problem_points boundary; /* sets on faces, where the ansatz leaves conditions open */
     problem_points initial;  /* the face where time begins, soft enforcement */
-    int held_out_points;     /* per set, never trained on; others lie in short panels */
+    problem_adaptive adaptive;
+    int held_out_points; /* per set, never trained on; others lie in short panels */
 
     int causal_slices; /* of time; 0: no causal weighting */
     int causal_epsilon_count;
@@ -118,12 +149,14 @@ typedef struct problem_fusing {
 ad_status problem_fuse(problem *p, const char *folder, problem_fuse_way way, problem_fusing *state,
                        ad_error *error);
 
-size_t problem_parameters(const problem *p); /* length of x */
+size_t problem_parameters(const problem *p);                /* length of x */
+int problem_views(const problem *p, const nn_view **views); /* the network's, nn_mlp_views */
 
 /* The terms of this scene, in a fixed order, by index. */
 int problem_terms(const problem *p);
 const char *problem_term_name(const problem *p, int term);
 double problem_term_weight(const problem *p, int term);
+bool problem_term_is_held_out(const problem *p, int term); /* part of the held-out loss */
 
 /* Loss and gradient [parameters] (NULL: not wanted) at x. Allocates nothing after the first call.
  * AD_NOT_FINITE when the loss or its gradient is not. */
@@ -174,9 +207,12 @@ const char *problem_unresolved(const problem *p);
 ad_status problem_held_out(problem *p, const double *x, double *loss, double *terms,
                            ad_error *error);
 
-/* What is due before step `step` = 1, 2, ...: new points, new causal weights. *changed says that
- * the loss is another function now. */
-ad_status problem_advance(problem *p, int64_t step, bool *changed, ad_error *error);
+/* What is due before step `step` = 1, 2, ...: new points, which may move to where residuals are
+ * large at x, new data, which may follow the network at x, new causal weights. *changed says that
+ * the loss is another function now. AD_NOT_FINITE when such a residual is not; errors of sources of
+ * data. */
+ad_status problem_advance(problem *p, int64_t step, const double *x, bool *changed,
+                          ad_error *error);
 
 /* New balanced and self-adaptive weights where they are due before step `step` at x, which is where
  * problem_evaluate was called last or a step further; for optimisers that follow the gradient of a
@@ -209,7 +245,7 @@ ad_status problem_locate(problem *p, const double *x, problem_place *place, ad_e
 /* ---- state as a value ---------------------------------------------------------------------- */
 
 /* Live memory that a checkpoint writes, and fills in place to restore: point sets
- * [coordinates][points], weights, and the states of the generators. */
+ * [coordinates][points], their data, weights, and the states of the generators. */
 typedef struct problem_array {
     char name[MODEL_NAME + 24];
     double *data;
@@ -221,7 +257,7 @@ typedef struct problem_generator {
     nn_rng *rng;
 } problem_generator;
 
-enum { PROBLEM_STATE_MAX = 3 * MODEL_SETS_MAX + 8 };
+enum { PROBLEM_STATE_MAX = 4 * MODEL_SETS_MAX + 8 };
 
 int problem_state(problem *p, problem_array *arrays, problem_generator *generators,
                   int *generator_count);

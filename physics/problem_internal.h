@@ -9,8 +9,8 @@ enum {
     PROBLEM_TERMS = MODEL_TERMS_MAX,
     PROBLEM_SET_TERMS = MODEL_TERMS_MAX,
     PROBLEM_UNIFORMS = DOMAIN_UNIFORMS_MAX + 1,
-    PROBLEM_INPUTS = DOMAIN_COORDINATES_MAX + 1,
-    PROBLEM_VIEWS = 2 * NN_HIDDEN_MAX + 2,
+    PROBLEM_INPUTS = DOMAIN_COORDINATES_MAX + 2,
+    PROBLEM_VIEWS = 2 * (NN_HIDDEN_MAX + 2) + 1,
     PROBLEM_FIXED_ROWS = 1024,
     PROBLEM_FIXED_BYTES = 16 << 20 /* of numbers kept per point set */
 };
@@ -18,8 +18,15 @@ enum {
 /* Dimensionless, [coordinates][count]; behind them room to draw the points of a piece. */
 typedef struct problem_cloud {
     double *x;
+    double *data; /* [source.rows][count]; NULL: none */
     size_t count;
 } problem_cloud;
+
+/* A candidate for adaptive points; key: what those with the largest are chosen by. */
+typedef struct problem_candidate {
+    double key;
+    size_t index;
+} problem_candidate;
 
 /* What depends on the trained points and on what is set before a run: computed once for both, more
  * inputs of a program. */
@@ -40,12 +47,17 @@ typedef struct problem_set {
     int terms[PROBLEM_SET_TERMS]; /* numbers of terms of the problem */
     int term_count;
     problem_cloud trained, held_out;
+    problem_cloud candidates;  /* of adaptive points; made when they first move */
+    double *candidate_squares; /* [term_count][candidates] */
+    problem_candidate *ranked; /* [candidates] */
     nn_rng rng;
     ad_program *gradient, *value;
     ad_program *term_gradient[PROBLEM_SET_TERMS];  /* made when asked for */
     ad_normal *normal;                             /* the same */
     ad_program *product;                           /* the same; J^T J v per view */
     int product_rows;                              /* of J, per point */
+    ad_program *fields;                            /* the same; of a source that follows them */
+    double *field_values;                          /* [rows of all fields][trained] of that */
     ad_program *share_gradient[PROBLEM_SET_TERMS]; /* balanced: points by their weights */
     int view_count;
     size_t view_offsets[PROBLEM_VIEWS];
@@ -86,9 +98,20 @@ struct problem {
 bool problem_all_finite(const double *x, size_t count);
 
 /* problem_points.c */
-const problem_points *problem_points_of(const problem *p, const problem_set *set);
+problem_points problem_points_of(const problem *p, const problem_set *set);
 ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error);
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error);
+/* Data for the trained points, by the network at x where they follow it. */
+bool problem_set_follows(const problem_set *set);
+ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_error *error);
+/* A cloud with the points of a set, and other points in the same memory. */
+ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             const problem_points *points, nn_rng *rng, ad_error *error);
+ad_status problem_cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             sampling_kind kind, nn_rng *rng, ad_error *error);
+/* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
+ * the window at work. */
+double problem_placed(const problem *p, int coordinate, int piece, double x);
 void problem_set_forget_points(problem_set *set);
 double problem_time_of(const problem *p, const problem_cloud *cloud, size_t point);
 bool problem_points_are_inside(const problem *p, const problem_cloud *cloud);
@@ -98,11 +121,17 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error);
 void problem_set_clear(problem_set *set);
 void problem_set_refresh(problem_set *set); /* the points or the setting are new */
 
+/* The network's fields at the trained points, into set->field_values. */
+ad_status problem_set_fields(problem *p, problem_set *set, const double *x, ad_error *error);
+
 /* Run one of the set's programs over a cloud: terms by number, the weighted total, and, when
  * gradient is not NULL, the gradient. */
 ad_status problem_set_run(problem_set *set, ad_program *program, const problem_cloud *cloud,
                           const double *x, double *terms, double *total, double *gradient,
                           ad_error *error);
+/* Per term and point of a cloud the squared residual, squares [term_count][points]. */
+ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, const double *x,
+                              double *squares, ad_error *error);
 /* weighted: by the weights of points. */
 ad_status problem_set_run_term(problem *p, problem_set *set, int term, bool weighted,
                                const double *x, double *loss, double *gradient, ad_error *error);
@@ -122,6 +151,15 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
 
 /* problem.c */
 problem_set *problem_set_of_term(problem *p, int term);
+
+/* problem_adaptive.c */
+const char *problem_adaptive_check(const problem_settings *settings);
+void problem_set_forget_candidates(problem_set *set);
+/* Whether the points of the set move before this step; to where residuals are large at x. Allocates
+ * nothing after the first call. AD_NOT_FINITE when a residual is not. */
+bool problem_set_adapts(const problem *p, const problem_set *set, int64_t step);
+ad_status problem_set_adapt(problem *p, problem_set *set, int64_t step, const double *x,
+                            ad_error *error);
 
 /* problem_weights.c */
 const char *problem_weights_check(const problem_settings *settings, const physics_model *m);

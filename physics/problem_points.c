@@ -18,10 +18,9 @@ static int varying(const problem *p, const problem_set *set, int *which)
     return count;
 }
 
-/* From the unit interval to the range of a coordinate: of the first to a piece of it, of time to
- * the window at work. Where these end at jumps points keep off, by more than rounding and less than
+/* Where pieces and windows end at jumps points keep off, by more than rounding and less than
  * counts, so that what jumps has the value that it has within. */
-static double placed(const problem *p, int coordinate, int piece, double x)
+double problem_placed(const problem *p, int coordinate, int piece, double x)
 {
     static const double OFF = 1e-9;
     const domain *d = &p->model->domain;
@@ -72,14 +71,14 @@ static ad_status piece_fill(const problem *p, const problem_set *set, problem_cl
         const double *from = unit + (size_t)(varies ? next++ : 0) * count;
         double *to = cloud->x + (size_t)i * cloud->count + first;
         for (size_t k = 0; k < count; k++) {
-            to[k] = varies ? placed(p, i, piece, from[k]) : held(p, set, i);
+            to[k] = varies ? problem_placed(p, i, piece, from[k]) : held(p, set, i);
         }
     }
     return AD_OK;
 }
 
-static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            sampling_kind kind, nn_rng *rng, ad_error *error)
+ad_status problem_cloud_fill(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             sampling_kind kind, nn_rng *rng, ad_error *error)
 {
     int pieces = pieces_of(p, set);
     size_t count = cloud->count / (size_t)pieces;
@@ -92,13 +91,56 @@ static ad_status cloud_fill(const problem *p, const problem_set *set, problem_cl
     return status;
 }
 
-static ad_status cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
-                            const problem_points *points, nn_rng *rng, ad_error *error)
+/* ---- data ---- */
+
+static bool cloud_has_data(const problem_set *set, problem_cloud *cloud)
 {
+    size_t rows = (size_t)set->about->source.rows;
+    cloud->data = rows > 0 ? calloc(rows * cloud->count, sizeof *cloud->data) : NULL;
+    return rows == 0 || cloud->data;
+}
+
+static ad_status cloud_supply(const problem_set *set, problem_cloud *cloud, bool held_out,
+                              const double *fields, nn_rng *rng, ad_error *error)
+{
+    const model_source *source = &set->about->source;
+    const model_draw draw = {.count = cloud->count,
+                             .window = set->problem->window,
+                             .held_out = held_out,
+                             .rng = rng,
+                             .x = cloud->x,
+                             .fields = fields,
+                             .data = cloud->data};
+    return source->fill ? source->fill(source->context, &draw, error) : AD_OK;
+}
+
+bool problem_set_follows(const problem_set *set)
+{
+    const model_source *source = &set->about->source;
+    return source->fill && source->follows && source->follows(source->context);
+}
+
+ad_status problem_set_supply(problem *p, problem_set *set, const double *x, ad_error *error)
+{
+    bool follows = problem_set_follows(set);
+    ad_status status = follows ? problem_set_fields(p, set, x, error) : AD_OK;
+    problem_set_refresh(set);
+    return status == AD_OK ? cloud_supply(set, &set->trained, false,
+                                          follows ? set->field_values : NULL, &set->rng, error)
+                           : status;
+}
+
+ad_status problem_cloud_make(const problem *p, const problem_set *set, problem_cloud *cloud,
+                             const problem_points *points, nn_rng *rng, ad_error *error)
+{
+    bool given = set->about->points == MODEL_GIVEN;
     int which[DOMAIN_COORDINATES_MAX], dimension = varying(p, set, which);
     int pieces = pieces_of(p, set);
     size_t each = 1;
-    if (dimension > 0) {
+    if (given) {
+        each = (size_t)points->points;
+        pieces = 1;
+    } else if (dimension > 0) {
         size_t wanted = (size_t)((points->points + pieces - 1) / pieces);
         ad_status status = sampling_count(points->sampler, dimension, wanted, NULL, &each, error);
         if (status != AD_OK) {
@@ -107,17 +149,26 @@ static ad_status cloud_make(const problem *p, const problem_set *set, problem_cl
     }
     cloud->count = each * (size_t)pieces;
     cloud->x = calloc((size_t)p->model->domain.count * (cloud->count + each), sizeof *cloud->x);
-    if (!cloud->x) {
+    if (!cloud->x || !cloud_has_data(set, cloud)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", cloud->count);
     }
-    return cloud_fill(p, set, cloud, points->sampler, rng, error);
+    return given ? AD_OK : problem_cloud_fill(p, set, cloud, points->sampler, rng, error);
 }
 
-const problem_points *problem_points_of(const problem *p, const problem_set *set)
+problem_points problem_points_of(const problem *p, const problem_set *set)
 {
-    return set->about->points == MODEL_INTERIOR  ? &p->settings.interior
-           : set->about->points == MODEL_INITIAL ? &p->settings.initial
-                                                 : &p->settings.boundary;
+    const model_source *source = &set->about->source;
+    switch (set->about->points) {
+    case MODEL_INTERIOR:
+        return p->settings.interior;
+    case MODEL_INITIAL:
+        return p->settings.initial;
+    case MODEL_GIVEN:
+        return (problem_points){(int)source->points, SAMPLING_UNIFORM, source->draw_every};
+    case MODEL_BOUNDARY:
+        break;
+    }
+    return p->settings.boundary;
 }
 
 /* ---- points in short panels ---- */
@@ -181,7 +232,8 @@ static ad_status cloud_extend(const problem *p, problem_cloud *cloud, ad_error *
     }
     panel_points(p, cloud, room, x + cloud->count);
     free(cloud->x);
-    *cloud = (problem_cloud){x, room};
+    cloud->x = x;
+    cloud->count = room;
     return AD_OK;
 }
 
@@ -194,11 +246,21 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
     set->rng = nn_rng_split(p->seed, stream);
     snprintf(stream, sizeof stream, "held_out/%s", set->about->name);
     nn_rng held_out = nn_rng_split(p->seed, stream);
+    problem_points trained = problem_points_of(p, set);
     problem_points unseen = {p->settings.held_out_points, SAMPLING_SOBOL, 0};
-    ad_status status =
-        cloud_make(p, set, &set->trained, problem_points_of(p, set), &set->rng, error);
+    if (set->about->points == MODEL_GIVEN) {
+        unseen.points = (int)set->about->source.held_out_points;
+    }
+    ad_status status = problem_cloud_make(p, set, &set->trained, &trained, &set->rng, error);
     if (status == AD_OK) {
-        status = cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+        status = cloud_supply(set, &set->trained, false, NULL, &set->rng, error);
+    }
+    bool watched = unseen.points > 0;
+    if (status == AD_OK && watched) {
+        status = problem_cloud_make(p, set, &set->held_out, &unseen, &held_out, error);
+    }
+    if (status == AD_OK && watched) {
+        status = cloud_supply(set, &set->held_out, true, NULL, &held_out, error);
     }
     if (status == AD_OK && set->about->points == MODEL_INTERIOR) {
         status = cloud_extend(p, &set->held_out, error);
@@ -210,17 +272,25 @@ ad_status problem_set_sample(problem *p, problem_set *set, ad_error *error)
 ad_status problem_set_resample(problem *p, problem_set *set, ad_error *error)
 {
     problem_set_refresh(set);
-    return cloud_fill(p, set, &set->trained, problem_points_of(p, set)->sampler, &set->rng, error);
+    return set->about->points == MODEL_GIVEN
+               ? AD_OK
+               : problem_cloud_fill(p, set, &set->trained, problem_points_of(p, set).sampler,
+                                    &set->rng, error);
 }
 
 void problem_set_forget_points(problem_set *set)
 {
     free(set->trained.x);
     free(set->held_out.x);
+    free(set->trained.data);
+    free(set->held_out.data);
+    free(set->field_values);
     free(set->point_weights);
     free(set->point_losses);
     free(set->adaptive);
-    set->trained.x = set->held_out.x = NULL;
+    problem_set_forget_candidates(set);
+    set->trained.x = set->held_out.x = set->trained.data = set->held_out.data = NULL;
+    set->field_values = NULL;
     set->point_weights = set->point_losses = set->adaptive = NULL;
 }
 
@@ -234,7 +304,8 @@ bool problem_points_are_inside(const problem *p, const problem_cloud *cloud)
 {
     const domain *d = &p->model->domain;
     for (int i = 0; i < d->count; i++) {
-        double low = placed(p, i, 0, 0), high = placed(p, i, domain_pieces(d) - 1, 1);
+        double low = problem_placed(p, i, 0, 0),
+               high = problem_placed(p, i, domain_pieces(d) - 1, 1);
         for (size_t k = 0; k < cloud->count; k++) {
             double x = cloud->x[(size_t)i * cloud->count + k];
             if (!(x >= low && x <= high)) {

@@ -23,6 +23,7 @@ void problem_set_clear(problem_set *set)
     ad_program_free(set->gradient);
     ad_program_free(set->value);
     ad_program_free(set->product);
+    ad_program_free(set->fields);
     ad_normal_free(set->normal);
     for (int i = 0; i < PROBLEM_SET_TERMS; i++) {
         ad_program_free(set->term_gradient[i]);
@@ -37,7 +38,7 @@ void problem_set_refresh(problem_set *set)
 
 /* ---- recording ------------------------------------------------------------------------------- */
 
-/* A recording of the set: the coordinates and, where points have them, their weights as inputs;
+/* A recording of the set: the coordinates and, where points have them, data and weights as inputs;
  * what is set before a run and, where terms are balanced, the weights of the set's terms as
  * uniforms. */
 typedef struct recording {
@@ -82,6 +83,9 @@ static bool record_begin(const problem *p, problem_set *set, recording *r)
         return false;
     }
     r->at = model_record(p->model, p->window, p->mlp, r->tape, r->fields);
+    if (set->about->source.rows > 0) {
+        r->at.data = ad_input(r->tape, "data", set->about->source.rows);
+    }
     r->point_weight =
         set->point_weights ? ad_input(r->tape, "point weight", 1) : ad_scalar(r->tape, 1);
     r->weights = set->balance ? ad_uniform(r->tape, "balance", set->term_count) : r->point_weight;
@@ -183,8 +187,11 @@ static ad_status compile_fixed(problem *p, problem_set *set, recording *r, int c
     ad_value fixed[PROBLEM_FIXED_ROWS];
     size_t room = PROBLEM_FIXED_BYTES / sizeof(double) / set->trained.count;
     int rows = room < PROBLEM_FIXED_ROWS ? (int)room : PROBLEM_FIXED_ROWS;
-    ad_value varying[2];
+    ad_value varying[3];
     int varying_count = 0;
+    if (set->about->source.rows > 0) {
+        varying[varying_count++] = r->at.data;
+    }
     if (set->point_weights) {
         varying[varying_count++] = r->point_weight;
     }
@@ -287,13 +294,17 @@ ad_status problem_set_build(problem *p, problem_set *set, ad_error *error)
 
 /* ---- running --------------------------------------------------------------------------------- */
 
-/* The coordinates, weights of points if there are any, then what was computed from the points. */
+/* The coordinates, data and weights of points if there are any, then what was computed from the
+ * points. */
 static void list_inputs(const problem_set *set, const problem_cloud *cloud,
                         const problem_fixed *fixed, const double **inputs)
 {
     int count = 0;
     for (int i = 0; i < set->problem->model->domain.count; i++) {
         inputs[count++] = cloud->x + (size_t)i * cloud->count;
+    }
+    if (cloud->data) {
+        inputs[count++] = cloud->data;
     }
     if (set->point_weights) {
         inputs[count++] = set->point_weights;
@@ -348,6 +359,33 @@ static ad_status run(problem_set *set, ad_program *program, const problem_cloud 
                 .parameters = x,
                 .outputs = outputs};
     return ad_execute(program, &r, error);
+}
+
+static ad_status compile_fields(problem *p, problem_set *set, ad_error *error)
+{
+    ad_value fields[MODEL_FIELDS_MAX], all;
+    ad_tape *tape = ad_tape_create();
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    model_record(p->model, p->window, p->mlp, tape, fields);
+    all = ad_stack(p->model->field_count, fields);
+    ad_status status = ad_compile(1, &all, NULL, p->pool, &set->fields, error);
+    if (status == AD_OK) {
+        set->field_values =
+            malloc((size_t)ad_rows(all) * set->trained.count * sizeof *set->field_values);
+    }
+    ad_tape_free(tape);
+    return status == AD_OK && !set->field_values
+               ? ad_fail(error, AD_NO_MEMORY, "out of memory for the fields of points")
+               : status;
+}
+
+ad_status problem_set_fields(problem *p, problem_set *set, const double *x, ad_error *error)
+{
+    ad_status status = set->field_values ? AD_OK : compile_fields(p, set, error);
+    return status == AD_OK ? run(set, set->fields, &set->trained, x, &set->field_values, error)
+                           : status;
 }
 
 ad_status problem_set_run(problem_set *set, ad_program *program, const problem_cloud *cloud,
@@ -519,6 +557,16 @@ static problem_place found_at(const problem *p, const problem_cloud *cloud, size
     return place;
 }
 
+ad_status problem_set_squares(problem_set *set, const problem_cloud *cloud, const double *x,
+                              double *squares, ad_error *error)
+{
+    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
+    for (int i = 0; i < set->term_count; i++) {
+        outputs[1 + set->term_count + i] = squares + (size_t)i * cloud->count;
+    }
+    return run(set, set->value, cloud, x, outputs, error);
+}
+
 ad_status problem_set_locate(problem *p, problem_set *set, const double *x, problem_place *place,
                              ad_error *error)
 {
@@ -527,11 +575,7 @@ ad_status problem_set_locate(problem *p, problem_set *set, const double *x, prob
     if (!squares) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory while looking for a bad number");
     }
-    double *outputs[1 + 2 * PROBLEM_SET_TERMS] = {NULL};
-    for (int i = 0; i < set->term_count; i++) {
-        outputs[1 + set->term_count + i] = squares + (size_t)i * points;
-    }
-    ad_status status = run(set, set->value, &set->trained, x, outputs, error);
+    ad_status status = problem_set_squares(set, &set->trained, x, squares, error);
     for (int i = 0; status == AD_OK && i < set->term_count && place->term < 0; i++) {
         for (size_t k = 0; k < points && place->term < 0; k++) {
             if (!isfinite(squares[(size_t)i * points + k])) {

@@ -184,7 +184,8 @@ domain rod_domain_of(const scene *scene);
 /* A place at s and t (in a static scene not read) in the first window, under all of the loads. */
 domain_place rod_place(const scene *scene, ad_value s, ad_value t);
 
-/* Binds the parameters of a family to their coordinates, in SI; returns how many they are. */
+/* Binds the parameters of a family to their coordinates, in SI, and unknowns to those of the place;
+ * returns how many they are. */
 int rod_bind(const scene *rod_scene, const domain *d, const domain_place *at,
              quantity_binding *bindings);
 

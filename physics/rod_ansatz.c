@@ -5,10 +5,12 @@
 
 /* Of a quaternion's four numbers only the direction counts: their free length leaves J^T J without
  * full rank and Gauss-Newton with linear convergence. A rotation vector and an angle have none; but
- * at a full turn a vector turns the rod about one axis only. */
+ * at a full turn a vector turns the rod about one axis only. Six numbers have no such place (Zhou
+ * et al., CVPR 2019), and three that are free. */
 static const rod_head angle_head = {"theta[1] angle", 1, true};
 static const rod_head heads[] = {[SCENE_QUATERNION] = {"q[4] quaternion", 4, false},
-                                 [SCENE_VECTOR] = {"theta[3] rotation vector", 3, true}};
+                                 [SCENE_VECTOR] = {"theta[3] rotation vector", 3, true},
+                                 [SCENE_SIX] = {"a[6] columns of a rotation matrix", 6, true}};
 
 const rod_head *rod_head_of(const scene *rod_scene)
 {
@@ -254,7 +256,9 @@ static ad_value rod_turned_on(const rod_context *rod, ad_value from, ad_value tu
     if (!rod_head_of(rod->scene)->counts_on) {
         return rod_turned(rod, from, ad_add(turn, network));
     }
-    return ad_quaternion_multiply(rod_turned(rod, from, turn), rod_rotation_by(rod, network));
+    bool six = !rod->plane.is_planar && rod->scene->rotation == SCENE_SIX;
+    ad_value by = six ? rod_rotation_by_six(network) : rod_rotation_by(rod, network);
+    return ad_quaternion_multiply(rod_turned(rod, from, turn), by);
 }
 
 /* What is prescribed at an end, as if there were no joints. */

@@ -16,7 +16,7 @@ domain rod_domain_of(const scene *rod_scene)
         d.time = 1;
         d.windows = rod_scene->windows;
     }
-    for (int i = 0; i < rod_scene->parameter_count; i++) {
+    for (int i = 0; i < scene_known_count(rod_scene); i++) {
         const scene_parameter *parameter = &rod_scene->parameters[i];
         const double unit = fmax(fabs(parameter->low), fabs(parameter->high));
         domain_coordinate *c = &d.coordinates[d.count++];
@@ -43,11 +43,13 @@ domain_place rod_place(const scene *rod_scene, ad_value s, ad_value t)
 int rod_bind(const scene *rod_scene, const domain *d, const domain_place *at,
              quantity_binding *bindings)
 {
-    const int count = rod_scene->parameter_count, first = d->count - count;
+    const int count = rod_scene->parameter_count, known = scene_known_count(rod_scene);
+    const int first = d->count - known;
     for (int i = 0; i < count; i++) {
-        bindings[i] =
-            (quantity_binding){rod_scene->parameters[i].name,
-                               ad_scale(at->x[first + i], d->coordinates[first + i].scale)};
+        ad_value value = i < known ? ad_scale(at->x[first + i], d->coordinates[first + i].scale)
+                         : ad_is_valid(at->unknowns) ? ad_row(at->unknowns, i - known)
+                                                     : ad_scalar(at->tape, rod_scene->guess[i]);
+        bindings[i] = (quantity_binding){rod_scene->parameters[i].name, value};
     }
     return count;
 }

@@ -124,6 +124,50 @@ ad_value rod_rotation_by(const rod_context *rod, ad_value turn)
     return ad_stack(4, rows);
 }
 
+/* 4 q q^T has only sums of entries of the matrix as its own; its column of the largest diagonal
+ * entry is q times a number far from 0 (Shepperd's method without roots). */
+static ad_value quaternion_of_matrix(const ad_value columns[3])
+{
+    ad_tape *tape = columns[0].tape;
+    ad_value m[3][3], one = ad_scalar(tape, 1), best = one, column = one;
+    for (int i = 0; i < 9; i++) {
+        m[i / 3][i % 3] = ad_row(columns[i % 3], i / 3);
+    }
+    for (int k = 0; k < 4; k++) {
+        ad_value row[4];
+        for (int i = 0; i < 4; i++) {
+            int a = (i > k ? i : k) - 1, b = (i > k ? k : i) - 1; /* b < a; -1: the scalar */
+            row[i] = one;
+            if (i == k) {
+                for (int j = 0; j < 3; j++) {
+                    row[i] =
+                        k == 0 || k == j + 1 ? ad_add(row[i], m[j][j]) : ad_sub(row[i], m[j][j]);
+                }
+            } else if (b < 0) {
+                row[i] = ad_sub(m[(a + 2) % 3][(a + 1) % 3], m[(a + 1) % 3][(a + 2) % 3]);
+            } else {
+                row[i] = ad_add(m[a][b], m[b][a]);
+            }
+        }
+        ad_value now = ad_stack(4, row), larger = ad_sub(row[k], best);
+        column = k == 0 ? now : ad_select(larger, now, column);
+        best = k == 0 ? row[0] : ad_select(larger, row[k], best);
+    }
+    ad_value sign = ad_select(ad_neg(ad_row(column, 0)), ad_neg(one), one);
+    return ad_mul(sign, ad_normalize(column));
+}
+
+ad_value rod_rotation_by_six(ad_value columns)
+{
+    ad_tape *tape = columns.tape;
+    ad_value first = ad_add(ad_vector_constant(tape, 1, 0, 0), ad_slice(columns, 0, 3));
+    ad_value second = ad_add(ad_vector_constant(tape, 0, 1, 0), ad_slice(columns, 3, 3));
+    ad_value frame[3] = {ad_normalize(first)};
+    frame[1] = ad_normalize(ad_sub(second, ad_mul(ad_dot(frame[0], second), frame[0])));
+    frame[2] = ad_cross(frame[0], frame[1]);
+    return quaternion_of_matrix(frame);
+}
+
 ad_value rod_to_world(const rod_context *rod, ad_value v)
 {
     const rod_plane *plane = &rod->plane;

@@ -77,8 +77,10 @@ rod_body_data rod_body_of(const rod_context *rod, int i, ad_value t)
         body.inertia[k] = inertia * rate * rate / scale->moment;
     }
     ad_value s = ad_scalar(rod->tape, body.s);
-    ad_value weight =
-        rod_quantities(rod, 3, rod->scene->loads.gravity, POINT_ZEROS, mass / scale->force, s, t);
+    const bool same = quantity_is_number(given->mass, &mass); /* of all members of a family */
+    ad_value weight = rod_quantities(rod, 3, rod->scene->loads.gravity, POINT_ZEROS,
+                                     (same ? mass : 1) / scale->force, s, t);
+    weight = same ? weight : ad_mul(rod_quantity(rod, given->mass, s, t), weight);
     body.weight = ad_mul(rod->at.load_factor, rod_from_world(rod, weight));
     return body;
 }

@@ -43,10 +43,12 @@ extern "C" {
     X(SCENE_FOLLOWER, "follower") /* fixed in the body frame */
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
-    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */
+    X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */  \
+    X(SCENE_STRAIN_FORM, "strain")        /* unknown u, of a family: physics/family.h */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
-    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */
+    X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \
+    X(SCENE_SIX, "six")               /* 6, two columns of the matrix before they are orthonormal */
 #define SCENE_ENFORCEMENT_LIST(X)                                                                  \
     X(SCENE_HARD, "hard") /* exact by construction */                                              \
     X(SCENE_SOFT, "soft") /* a weighted loss term */
@@ -335,8 +337,11 @@ typedef struct scene {
     int windows;       /* of time: equal parts of the duration, each with a network of its own */
     scene_initial initial;
     scene_manufactured manufactured;
-    int parameter_count; /* of a family; 0: one scene */
+    int parameter_count; /* of a family, and unknowns; 0: one scene of numbers */
     scene_parameter parameters[SCENE_PARAMETERS_MAX];
+    int unknown_count; /* of the parameters the last: each one number for all members, to be found
+                        * from measurements, */
+    double guess[SCENE_PARAMETERS_MAX]; /* from this value of the parameter on, within its range */
     scene_formulation formulation;
     scene_motion motion;
     scene_rotation rotation; /* what networks say of it in space; in a plane an angle */
@@ -373,6 +378,10 @@ bool scene_uses(const scene *rod_scene, const char *name);
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
+
+/* Training finds a number y for an unknown: its fraction is 1/(1 + exp(-y - y0)), never an end of
+ * the range, with this y0 where it begins, of a guess at an end close to it. */
+double scene_unknown_scalar(const scene_parameter *parameter, double guess);
 
 /* One member of a family, values [parameter_count] in SI units: a scene without parameters. The
  * middle one has every parameter at the fraction 1/2; of a scene that is no family it is this
@@ -452,7 +461,19 @@ static inline double scene_duration(const scene *rod_scene)
     return rod_scene->duration.number;
 }
 
+/* Parameters that are known of each member, the first. */
+static inline int scene_known_count(const scene *rod_scene)
+{
+    return rod_scene->parameter_count - rod_scene->unknown_count;
+}
+
 static inline bool scene_is_family(const scene *rod_scene)
+{
+    return scene_known_count(rod_scene) > 0;
+}
+
+/* Whether formulas have open names, of a family or of unknowns: it has no solution of its own. */
+static inline bool scene_is_open(const scene *rod_scene)
 {
     return rod_scene->parameter_count > 0;
 }

@@ -242,8 +242,9 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
         const quantity *q = scene_field_of(family, field);
-        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE;
-        for (int k = 0; k < family->parameter_count && common; k++) {
+        bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(family));
+        for (int k = 0; k < scene_known_count(family) && common; k++) {
             if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
                 *key = field->key;
                 return ad_fail(error, AD_BAD_INPUT,
@@ -322,7 +323,7 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
 {
     const char *ignored = NULL;
     key = key ? key : &ignored;
-    if (!scene_is_family(rod_scene)) {
+    if (!scene_is_open(rod_scene)) {
         return check_member(rod_scene, key, error);
     }
     if (scene_is_manufactured(rod_scene)) {

@@ -16,6 +16,7 @@ static rule_row rule_of(const scene *given, const scene_field *field)
     const scene_end *end = field->part == SCENE_OF_START ? &given->start : &given->end;
     switch (field->rule) {
     case SCENE_ONE_NUMBER:
+    case SCENE_EACH_NUMBER:
     case SCENE_PLACE:
         return (rule_row){false, false, one, one};
     case SCENE_ALONG:

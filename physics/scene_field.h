@@ -25,14 +25,15 @@ typedef enum scene_part {
 /* What it may depend on; scene_check says the same in sentences. */
 typedef enum scene_rule {
     SCENE_ONE_NUMBER,
-    SCENE_PLACE,     /* the same, a place along the rod where something begins, acts or ends */
-    SCENE_ALONG,     /* s */
-    SCENE_IN_TIME,   /* t, the same all along */
-    SCENE_AT_END,    /* t, at one end */
-    SCENE_AT_PLACE,  /* t, at one place */
-    SCENE_HELD,      /* t, if the end is driven */
-    SCENE_AT_START,  /* s, at t = 0 */
-    SCENE_EVERYWHERE /* s and t */
+    SCENE_EACH_NUMBER, /* the same, of each member of a family at rest */
+    SCENE_PLACE,       /* the same, a place along the rod where something begins, acts or ends */
+    SCENE_ALONG,       /* s */
+    SCENE_IN_TIME,     /* t, the same all along */
+    SCENE_AT_END,      /* t, at one end */
+    SCENE_AT_PLACE,    /* t, at one place */
+    SCENE_HELD,        /* t, if the end is driven */
+    SCENE_AT_START,    /* s, at t = 0 */
+    SCENE_EVERYWHERE   /* s and t */
 } scene_rule;
 
 typedef enum scene_bounds {

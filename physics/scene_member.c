@@ -20,6 +20,13 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value)
                : (value - parameter->low) / (parameter->high - parameter->low);
 }
 
+double scene_unknown_scalar(const scene_parameter *parameter, double guess)
+{
+    static const double EDGE = 1e-2;
+    const double z = fmin(1 - EDGE, fmax(EDGE, scene_parameter_fraction(parameter, guess)));
+    return log(z / (1 - z));
+}
+
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];
@@ -31,13 +38,17 @@ void scene_member(const scene *family, const double *values, scene *member)
         names[i] = family->parameters[i].name;
     }
     scene_with(family, family->parameter_count, names, values, member);
-    member->parameter_count = 0;
+    member->parameter_count = member->unknown_count = 0;
+    if (member->formulation == SCENE_STRAIN_FORM) { /* which is one of families */
+        member->formulation = SCENE_MIXED;
+    }
 }
 
 const double *scene_middle_values(const scene *family, double *values)
 {
     for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = scene_parameter_at(&family->parameters[i], 0.5);
+        values[i] = i < scene_known_count(family) ? scene_parameter_at(&family->parameters[i], 0.5)
+                                                  : family->guess[i];
     }
     return values;
 }

@@ -261,7 +261,7 @@ extern "C" {
     X(of "at", 1, in at, ROD, PLACE, FINITE, SCALAR, WORLD, "m", NOTHING,            \
       "required",                                                                                  \
       "Place of the section to which a rigid body is fixed, its centre on the axis; 0 to length.") \
-    X(of "mass", 1, in mass, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
+    X(of "mass", 1, in mass, ROD, EACH_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg", NOTHING,       \
       "required",                                                                                  \
       "Its mass.")                                                                                 \
     X(of "inertia", 3, in inertia, ROD, ONE_NUMBER, NOT_NEGATIVE, SCALAR, WORLD, "kg m^2",      \

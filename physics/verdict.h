@@ -36,6 +36,14 @@ extern "C" {
       "a held end is turned so far that another way round may be meant")                           \
     X(VERDICT_REFERENCE_TOO_COARSE, "reference_too_coarse", VERDICT_SOLVED,                        \
       "the error measured is below the error of the reference itself")                             \
+    X(VERDICT_NOISE_OVERSTATED, "noise_overstated", VERDICT_SOLVED,                                \
+      "measurements are closer to the solution than the noise that is stated for them")            \
+    X(VERDICT_AT_BOUND, "at_bound", VERDICT_WARNING,                                               \
+      "the value of an unknown that suits the measurements best is an end of its range")           \
+    X(VERDICT_NOT_TOLD, "not_told", VERDICT_WARNING,                                               \
+      "the measurements do not tell an unknown, or a combination of several")                      \
+    X(VERDICT_MISFIT, "misfit", VERDICT_WARNING,                                                   \
+      "measurements are further from the solution than their noise explains")                      \
     X(VERDICT_SNAPPED, "snapped", VERDICT_WARNING,                                                 \
       "a slowly growing load does not lead to this equilibrium: on the way stability is lost")     \
     X(VERDICT_UNSTABLE, "unstable", VERDICT_WARNING,                                               \

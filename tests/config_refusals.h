@@ -39,13 +39,13 @@ static const refusal refusals[] = {
      "tables, rod, segments, loads, bodies, springs, tendons, chambers, "
      "tubes, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
      "network, "
-     "losses, training, "
+     "losses, data, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, formulation, motion, enforcement, "
-     "network, losses, training, checkpoint, output, reference"},
+     "network, losses, data, training, checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
      NULL, "scene.yaml:2:3: not valid YAML: control characters are not allowed"},
@@ -78,7 +78,7 @@ static const refusal refusals[] = {
      "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, "
      "formulation, motion, enforcement, network, "
-     "losses, training, checkpoint, output, reference"},
+     "losses, data, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
     {BASE "name: a/b\n", NULL,
@@ -161,7 +161,7 @@ static const refusal refusals[] = {
     {BASE "network: {activation: relu}\n", NULL,
      "scene.yaml:4:23: network.activation: is relu; allowed: one of tanh, sin, silu, gelu"},
     {BASE "network: {rotation: angles}\n", NULL,
-     "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector"},
+     "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector, six"},
     {BASE "network: {fourier: 16}\n", NULL,
      "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
      "features, wavenumber, frequency"},

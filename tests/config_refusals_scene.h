@@ -291,6 +291,12 @@ static const refusal scene_refusals[] = {
     {BASE "losses: {self_adaptive: {rate: 0.1}, initial: {resample_every: 50}}\n", NULL,
      "scene.yaml:4:64: losses.initial.resample_every: losses.self_adaptive.rate gives every point "
      "a weight of its own, so points have to stay; allowed beside it: 0"},
+    {DYNAMIC "network: {rotation: six}\n", "time.windows=2",
+     "scene.yaml:6:21: network.rotation: six numbers leave the sign of the quaternion open, which "
+     "windows of time hand on; allowed with time.windows above 1: quaternion, vector"},
+    {BASE "losses: {interior: {resample_every: 50, adaptive: {kind: rad}}}\n", NULL,
+     "scene.yaml:4:58: losses.interior.adaptive.kind: given beside losses.interior.resample_every, "
+     "for which points have to stay; allowed: one of the two"},
     {BASE "losses: {self_adaptive: {rate: 0.1}, balance: gradient_norm}\n", NULL,
      "scene.yaml:4:32: losses.self_adaptive.rate: given beside losses.balance, which moves the "
      "same "

@@ -74,8 +74,11 @@ static void test_every_key(void **state)
         const config_list *list = config_list_of(key->path);
         char entry[CONFIG_PATH_MAX];
         const char *both[] = {entry, override};
+        bool stage = list && strcmp(list->path, "training.stages") == 0;
         snprintf(entry, sizeof entry, "%s=[{%s}]", list ? list->path : "",
-                 list && list->required ? "optimizer: adam" : "");
+                 stage                    ? "optimizer: adam"
+                 : list && list->required ? "quantity: position"
+                                          : "");
         const char **given = list ? both : both + 1;
         int count = list ? 2 : 1;
         config_key_path(key, 0, path);

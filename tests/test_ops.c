@@ -603,9 +603,11 @@ static void check_panels(const kernel_set *set)
         c[i] = random_in(&seed, -1, 1);
         u[i] = i % PANEL < i / PANEL ? (double)NAN : random_in(&seed, 1, 2) / (1 + i % PANEL);
     }
-    double before[TILE], x[TILE];
+    double before[TILE], added[TILE] __attribute__((aligned(64))), x[TILE];
     memcpy(before, c, sizeof c);
-    set->products->multiply_panels(DEPTH, a, b, -2, c);
+    memcpy(added, c, sizeof c);
+    set->products->multiply_panels(DEPTH, a, b, false, added);
+    set->products->multiply_panels(DEPTH, a, b, true, c);
     memcpy(x, c, sizeof c);
     set->products->solve_tile(u, c);
     const double *by[2] = {a, b}, *of[2] = {b, a};
@@ -621,7 +623,8 @@ static void check_panels(const kernel_set *set)
                 size += fabs(u[k * PANEL + i] * c[k * PANEL + j]);
             }
             /* orders of summing and rounding of some 13 and 24 products */
-            assert_true(fabs(x[i * PANEL + j] - (before[i * PANEL + j] - 2 * sum)) <= 1e-14);
+            assert_true(fabs(x[i * PANEL + j] - (before[i * PANEL + j] - sum)) <= 1e-14);
+            assert_true(fabs(added[i * PANEL + j] - (before[i * PANEL + j] + sum)) <= 1e-14);
             assert_true(fabs(product - x[i * PANEL + j]) <= 1e-14 * size);
         }
         for (int k = 0; k < DEPTH; k++) {

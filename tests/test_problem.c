@@ -165,7 +165,7 @@ static void test_allocates_nothing(void **state)
             assert_true(allocations > 100); /* the hook is linked in */
             allocations = 0;
             for (int64_t step = 1; step < 120; step += 10) {
-                problem_advance(m.p, step, &changed, NULL);
+                problem_advance(m.p, step, m.e->parameters, &changed, NULL);
                 loss_at(&m, m.e->parameters, gradient);
                 problem_held_out(m.p, m.e->parameters, &held_out, NULL, NULL);
             }
@@ -215,7 +215,7 @@ static void test_resampling(void **state)
         uint64_t start = points_of_set(m.p, "points/start");
         for (int64_t step = 1; step <= 31; step++) {
             bool changed;
-            assert_int_equal(problem_advance(m.p, step, &changed, NULL), AD_OK);
+            assert_int_equal(problem_advance(m.p, step, m.e->parameters, &changed, NULL), AD_OK);
             uint64_t now_inside = points_of_set(m.p, "points/interior");
             uint64_t now_initial = points_of_set(m.p, "points/initial");
             bool third = step > 1 && (step - 1) % 3 == 0, fifth = step > 1 && (step - 1) % 5 == 0;
@@ -289,7 +289,7 @@ static void test_causal(void **state)
             losses[slice] += set->point_losses[i];
             counts[slice]++;
         }
-        assert_int_equal(problem_advance(m.p, step, &changed, NULL), AD_OK);
+        assert_int_equal(problem_advance(m.p, step, m.e->parameters, &changed, NULL), AD_OK);
         assert_int_equal(changed, step > 1 && step % 2 == 1);
         if (changed) {
             for (int k = 0; k < SLICES; k++) {
@@ -331,7 +331,7 @@ static void test_causal_corners(void **state)
     made m = make_problem(DYNAMIC, early, 1);
     bool changed;
     for (int64_t step = 1; step <= 4; step++) {
-        assert_int_equal(problem_advance(m.p, step, &changed, NULL), AD_OK);
+        assert_int_equal(problem_advance(m.p, step, m.e->parameters, &changed, NULL), AD_OK);
         for (size_t i = 0; i < m.p->sets[0].trained.count; i++) {
             assert_true(
                 m.p->sets[0].point_weights[i] ==
@@ -354,7 +354,7 @@ static void test_causal_corners(void **state)
     problem_generator generators[PROBLEM_STATE_MAX];
     int generator_count;
     for (int64_t step = 1; step <= 3; step++) {
-        assert_int_equal(problem_advance(m.p, step, &changed, NULL), AD_OK);
+        assert_int_equal(problem_advance(m.p, step, m.e->parameters, &changed, NULL), AD_OK);
         assert_int_equal(problem_evaluate(m.p, m.e->parameters, &loss, NULL, NULL), AD_OK);
         assert_false(changed);
     }

@@ -71,7 +71,7 @@ static ad_value random_outputs(const scene *given, const recorded *r)
     enum { WIDTH = 12 };
     const domain over = rod_domain_of(given);
     int inputs = over.count, outputs = rod_network_outputs(given);
-    double first[2 * WIDTH], second[13 * WIDTH];
+    double first[2 * WIDTH], second[15 * WIDTH];
     nn_rng rng = nn_rng_seed(17);
     for (int i = 0; i < inputs * WIDTH; i++)
         first[i] = nn_rng_between(&rng, -2, 2);
@@ -117,10 +117,10 @@ static void test_hard_conditions(void **state)
     (void)state;
     for (int start = SCENE_CLAMPED; start <= SCENE_ROLLER; start++) {
         for (int end = SCENE_CLAMPED; end <= SCENE_ROLLER; end++) {
-            for (int variant = 0; variant < 8; variant++) {
+            for (int variant = 0; variant < 12; variant++) {
                 scene hard = ends_scene((scene_end_type)start, (scene_end_type)end, variant & 1,
                                         variant & 2 ? SCENE_FOLLOWER : SCENE_DEAD);
-                hard.rotation = variant & 4 ? SCENE_VECTOR : SCENE_QUATERNION;
+                hard.rotation = (scene_rotation)(variant / 4);
                 check_conditions(&hard);
             }
         }
@@ -135,8 +135,10 @@ static void test_rotation_sign(void **state)
     for (int i = 0; i < 4; i++)
         hard.initial.rotation[i] = Q(flipped_rotation[i]);
     check_conditions(&hard);
-    hard.rotation = SCENE_VECTOR;
-    check_conditions(&hard);
+    for (int k = SCENE_VECTOR; k <= SCENE_SIX; k++) {
+        hard.rotation = (scene_rotation)k;
+        check_conditions(&hard);
+    }
 }
 
 static void test_manufactured_conditions(void **state)
@@ -282,6 +284,38 @@ static void test_rotation_vector(void **state)
     given.rotation = SCENE_QUATERNION;
     assert_int_equal(rod_network_outputs(&given), 7);
     ad_tape_free(r.tape);
+}
+
+/* Six numbers turn the rod by the matrix of which they are the first columns: of the rotation about
+ * an axis by 0.1 to 6.2, through all four entries of a quaternion as the largest; and the same
+ * when the columns are neither unit vectors nor at right angles (Zhou et al., CVPR 2019, eq. 15).
+ */
+static void test_six_numbers(void **state)
+{
+    (void)state;
+    scene given = ends_scene(SCENE_CLAMPED, SCENE_FREE, false, SCENE_DEAD);
+    static const double axes[4][3] = {{0.6, 0.8, 0}, {0, 0.6, -0.8}, {0.8, 0, 0.6}, {0, 0, 1}};
+    for (int k = 0; k < 4 * 62; k++) {
+        const double *n = axes[k % 4], angle = 0.1 * (1 + k / 4), c = cos(angle), s = sin(angle);
+        double m[3][3], columns[6];
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) { /* Rodrigues */
+                double cross = i == j ? 0 : ((j - i + 3) % 3 == 2 ? 1 : -1) * n[3 - i - j];
+                m[i][j] = (i == j) * c + s * cross + (1 - c) * n[i] * n[j];
+            }
+        }
+        for (int i = 0; i < 3; i++) {
+            columns[i] = 2.5 * m[i][0] - (i == 0);
+            columns[3 + i] = 0.3 * m[i][1] - 1.7 * m[i][0] - (i == 1);
+        }
+        double real = cos(angle / 2), part = sin(angle / 2) * (real < 0 ? -1 : 1);
+        const double wanted[4] = {fabs(real), part * n[0], part * n[1], part * n[2]};
+        recorded r = begin(&given);
+        ad_value q = rod_rotation_by_six(ad_constant(r.tape, 6, columns));
+        ad_value missing = ad_sub(q, ad_constant(r.tape, 4, wanted));
+        assert_near(largest(missing, unit_s, NULL), 0, 2e-15); /* rounding */
+        ad_tape_free(r.tape);
+    }
 }
 
 /* A twist of several turns is met by the rod as it lies without a network, in proportion to s and
@@ -473,10 +507,10 @@ static void check_loss_gradient(const scene *given)
 static void test_loss_gradient(void **state)
 {
     (void)state;
-    for (int variant = 0; variant < 4; variant++) {
+    for (int variant = 0; variant < 6; variant++) {
         scene given = ends_scene(SCENE_DRIVEN, SCENE_LOADED, true, SCENE_FOLLOWER);
         given.formulation = variant & 1 ? SCENE_DISPLACEMENT : SCENE_MIXED;
-        given.rotation = variant & 2 ? SCENE_VECTOR : SCENE_QUATERNION;
+        given.rotation = (scene_rotation)(variant / 2);
         given.loads.drag = Q(0.3);
         for (int i = 0; i < 3; i++) {
             given.rod.strain_damping[i] = given.rod.curvature_damping[i] = Q(0.1 + 0.1 * i);
@@ -575,6 +609,7 @@ int main(void)
         cmocka_unit_test(test_load_signs),
         cmocka_unit_test(test_displacement),
         cmocka_unit_test(test_rotation_vector),
+        cmocka_unit_test(test_six_numbers),
         cmocka_unit_test(test_twist),
         cmocka_unit_test(test_soft_conditions),
         cmocka_unit_test(test_between_pins),

@@ -37,6 +37,9 @@ refused 'the strain form does not know tubes; allowed' \
 refused '^cpinn-solve: --method stress; allowed: collocation, strain' \
     cpinn-solve "$elastica" --method stress
 refused 'one of the two' cpinn-solve "$elastica" --method strain --work-precision y.csv
+refused 'followed by collocation alone' cpinn-solve "$elastica" --method strain --path y.csv
+run 0 cpinn-solve "$elastica" --method strain --json -
+said stdout.txt '"method": *"strain"'
 
 # ---- as a reference of a network --------------------------------------------------------------
 

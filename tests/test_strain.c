@@ -232,18 +232,6 @@ static void set_direction(const strain_form *x, int k, lanes *step)
     }
 }
 
-/* The matrix times a direction, into `to`. */
-static void multiply(const strain_form *x, const lanes *step, lanes *to)
-{
-    const size_t count = (size_t)x->unknowns;
-    memset(to, 0, count * sizeof *to);
-    for (size_t c = 0; c < count; c++) {
-        for (size_t i = 0; i < count; i++) {
-            to[i] += x->matrix[c * count + i] * step[c];
-        }
-    }
-}
-
 /* Against differences of residuals, in every lane: both have errors below 1e-9. */
 static void compare_directions(strain_form *x)
 {
@@ -257,7 +245,7 @@ static void compare_directions(strain_form *x)
     strain_form_linearise(x);
     for (int k = 0; k < SMOOTH + x->unknowns - x->elastic; k++) {
         set_direction(x, k, step);
-        multiply(x, step, by);
+        strain_form_apply(x, step, by);
         for (int side = 0; side < 3; side++) { /* there, on the other side, and back */
             lanes share;
             spread(1, &way[side], &share);
@@ -278,6 +266,25 @@ static void compare_directions(strain_form *x)
         }
     }
     free(step);
+}
+
+/* What elimination finds, once and for another right side, gives that back. */
+static void check_elimination(strain_form *x)
+{
+    const size_t count = (size_t)x->unknowns;
+    lanes *right = calloc(2 * count, sizeof *right), *back = right + count;
+    assert_non_null(right);
+    strain_form_linearise(x);
+    for (int again = 0; again < 2; again++) {
+        fill(count, 1 + again, x->right);
+        memcpy(right, x->right, count * sizeof *right);
+        (again ? strain_form_solve_again : strain_form_solve)(x);
+        strain_form_apply(x, x->right, back);
+        for (size_t i = 0; i < count * LANES; i++) {
+            assert_near(back[i / LANES][i % LANES], right[i / LANES][i % LANES], 1e-11);
+        }
+    }
+    free(right);
 }
 
 static void check_derivatives(strain_kind kind, bool follow, const solve_end *start)
@@ -308,6 +315,9 @@ static void check_derivatives(strain_kind kind, bool follow, const solve_end *st
         x->unknowns += 3;
     }
     compare_directions(x);
+    if (x->unknowns == x->elastic) {
+        check_elimination(x);
+    }
     strain_form_free(x);
 }
 

@@ -101,6 +101,8 @@ typedef struct batch {
     solve_member results[MEMBERS];
 } batch;
 
+enum { NODES_MOST = 64 };
+
 /* All of them, `first` to start with. */
 static batch *solve(const scene *open, int threads, int first, double tolerance)
 {
@@ -216,8 +218,121 @@ static void test_unstable(void **state)
     assert_near(shape[1][2], 1, 1e-14);
     assert_true(isnan(shape[2][2]) && isinf(results[2].estimate));
     assert_true(results[2].load > 0.4 && results[2].load < 0.5); /* pi^2/4 = 2.467 of 5 */
+    assert_true(results[2].end == SOLVE_MEMBER_UNSTABLE && !results[1].end);
+    assert_null(solve_member_text(results[1].end));
+    assert_non_null(strstr(solve_member_text(results[2].end), "stable equilibria end"));
+    double curvature[3][NODES_MOST] = {{0}}; /* straight is an equilibrium, also where it is none */
+    solve_answer answers[3];                 /* to be found; and what is none has no equilibrium */
+    const size_t unknowns = 3 * solve_members_nodes(x);
+    curvature[0][unknowns] = NAN;
+    assert_good(solve_members_refine(x, 3, values, curvature[0], 1, NULL, NULL, answers, &error),
+                &error);
+    assert_true(answers[0].trusted && answers[0].predicted < 1e-14);
+    assert_true(!answers[1].trusted && answers[1].reason == SOLVE_NOT_FINITE);
+    assert_true(!answers[2].trusted && answers[2].reason == SOLVE_UNSTABLE);
     solve_members_free(x);
     config_free(given);
+}
+
+/* ---- curvature ----------------------------------------------------------------------------- */
+
+typedef struct answers {
+    double values[MEMBERS][POINTS][SOLVE_MEMBERS_COLUMNS], curvature[MEMBERS][NODES_MOST][3];
+    solve_answer answers[MEMBERS];
+} answers;
+
+/* From the curvature of each member, bent by a smooth wave of `size` over the length. */
+static answers *ask(int threads, int first, int steps, double size)
+{
+    config *given = read_robot();
+    const solve_members_settings settings = settings_of(threads, 1e-8);
+    double members[MEMBERS][PARAMETERS], turned[MEMBERS][PARAMETERS], s[NODES_MOST];
+    double found[MEMBERS * NODES_MOST * 3];
+    solve_member results[MEMBERS];
+    solve_members *x = NULL;
+    ad_error error = {.message = ""};
+    answers *result = calloc(1, sizeof *result), *there = calloc(1, sizeof *there);
+    assert_non_null(result);
+    assert_non_null(there);
+    assert_good(solve_members_create(&given->scene, &settings, &x, &error), &error);
+    const size_t nodes = solve_members_nodes(x);
+    assert_true(nodes <= NODES_MOST);
+    solve_members_places(x, s);
+    assert_true(s[0] > 0 && s[nodes - 1] < 0.25);
+    draw(members);
+    for (int i = 0; i < MEMBERS; i++) {
+        memcpy(turned[i], members[(i + first) % MEMBERS], sizeof turned[i]);
+    }
+    assert_good(solve_members_curvature(x, MEMBERS, turned[0], NULL, found, results, &error),
+                &error);
+    for (size_t i = 0; i < MEMBERS * nodes * 3; i++) {
+        const size_t member = (i / 3 / nodes + (size_t)first) % MEMBERS, c = i % 3;
+        const double wave = cos(12 * s[i / 3 % nodes] + (double)(member + c));
+        found[i] += size / 0.25 * wave * (c == 2 ? 0.1 : 1);
+    }
+    assert_good(solve_members_refine(x, MEMBERS, turned[0], found, steps, there->values[0][0],
+                                     there->curvature[0][0], there->answers, &error),
+                &error);
+    for (size_t i = 0; i < MEMBERS; i++) {
+        const size_t to = (i + (size_t)first) % MEMBERS;
+        memcpy(result->values[to], there->values[i], sizeof there->values[i]);
+        memcpy(result->curvature[to][0], there->curvature[0][0] + 3 * nodes * i,
+               3 * nodes * sizeof(double));
+        result->answers[to] = there->answers[i];
+    }
+    solve_members_free(x);
+    config_free(given);
+    free(there);
+    return result;
+}
+
+static double distance(const double (*a)[SOLVE_MEMBERS_COLUMNS],
+                       const double (*b)[SOLVE_MEMBERS_COLUMNS])
+{
+    double result = 0;
+    for (int i = 0; i < POINTS; i++) {
+        result = fmax(result, sqrt(pow(a[i][0] - b[i][0], 2) + pow(a[i][1] - b[i][1], 2) +
+                                   pow(a[i][2] - b[i][2], 2)));
+    }
+    return result;
+}
+
+/* What is predicted is what is off, for each size of what was added and after each step; a step
+ * makes of an error of 1e-3 one of its square. */
+static void test_predicted(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    batch *truth = solve(&given->scene, 1, 0, 1e-8);
+    static const double sizes[] = {0, 1e-4, 1e-2};
+    for (int k = 0; k < 3; k++) {
+        for (int steps = -1; steps <= 2; steps++) {
+            answers *found = ask(1, 0, steps, sizes[k]);
+            for (int i = 0; i < MEMBERS; i++) {
+                const solve_answer *answer = &found->answers[i];
+                const double off =
+                    distance((const double(*)[SOLVE_MEMBERS_COLUMNS])found->values[i],
+                             (const double(*)[SOLVE_MEMBERS_COLUMNS])truth->values[i]);
+                assert_true(answer->trusted && answer->stable && answer->reason == 0);
+                assert_near(answer->left, off, 0.05 * off + 2e-8); /* the mesh has 1e-8 itself */
+                assert_near(answer->predicted, answer->left, steps > 0 ? answer->predicted : 0);
+                assert_true(isnan(answer->ratio) == (steps <= 0));
+                assert_true(off <= 2 * 0.25 * pow(sizes[k], steps > 0 ? 2 : 1) + 2e-8);
+            }
+            free(found);
+        }
+    }
+    free(truth);
+    config_free(given);
+}
+
+static void test_answers_same_bits(void **state)
+{
+    (void)state;
+    answers *one = ask(1, 0, 1, 1e-2), *more = ask(2, 5, 1, 1e-2);
+    assert_memory_equal(one, more, sizeof *one);
+    free(one);
+    free(more);
 }
 
 /* ---- faces and refusals -------------------------------------------------------------------- */
@@ -303,6 +418,8 @@ int main(void)
         cmocka_unit_test(test_against_collocation),
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_unstable),
+        cmocka_unit_test(test_predicted),
+        cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),

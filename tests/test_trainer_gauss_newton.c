@@ -40,6 +40,18 @@ static const char *const moving[] = {
     "losses.causal.update_every=3",
     NULL};
 
+#define ADAPTIVE(of_kind)                                                                          \
+    {                                                                                              \
+        "training.stages=[{optimizer: adam, steps: 4}, {optimizer: gauss_newton, steps: 6}, "      \
+        "{optimizer: lbfgs, steps: 4}]",                                                           \
+            "output.every=3",                                                                      \
+            "losses.interior.adaptive={kind: " of_kind ", every: 3, candidates: 60}",              \
+            "losses.causal.slices=3", "losses.causal.update_every=4", NULL                         \
+    }
+
+static const char *const adaptive[3][6] = {ADAPTIVE("rad"), ADAPTIVE("rar_g"),
+                                           ADAPTIVE("gaussian")};
+
 /* What a step leaves: loss, norm of the gradient, damping, held-out loss, error. */
 typedef struct shown {
     double numbers[5];
@@ -107,6 +119,14 @@ static void test_moving(void **state)
 {
     (void)state;
     check("configs/cantilever_deep.yaml", moving);
+}
+
+static void test_adaptive(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 3; i++) {
+        check("configs/cantilever_deep.yaml", adaptive[i]);
+    }
 }
 
 static void test_products(void **state)
@@ -207,10 +227,11 @@ static void test_linear(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_static),  cmocka_unit_test(test_kernel),
-        cmocka_unit_test(test_moving),  cmocka_unit_test(test_products),
-        cmocka_unit_test(test_falls),   cmocka_unit_test(test_too_many),
-        cmocka_unit_test(test_account), cmocka_unit_test(test_linear),
+        cmocka_unit_test(test_static),   cmocka_unit_test(test_kernel),
+        cmocka_unit_test(test_moving),   cmocka_unit_test(test_adaptive),
+        cmocka_unit_test(test_products), cmocka_unit_test(test_falls),
+        cmocka_unit_test(test_too_many), cmocka_unit_test(test_account),
+        cmocka_unit_test(test_linear),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

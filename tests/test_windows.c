@@ -381,7 +381,7 @@ static void test_gradients(void **state)
                 assert_true(t >= domain_window_time(d, 2) && t <= 1);
             }
             bool changed;
-            assert_int_equal(problem_advance(m.p, 4, &changed, NULL), AD_OK);
+            assert_int_equal(problem_advance(m.p, 4, x, &changed, NULL), AD_OK);
             assert_true(changed);
         }
         free(jtj);

@@ -3,7 +3,9 @@
 #include "physics/model.h"
 #include "physics/solve/strain_group.h"
 #include "physics/solve/strain_newton.h"
+#include "physics/strain.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -74,19 +76,6 @@ static int find_edges(const scene *one, double *edges, const char **unresolved, 
     return *status == AD_OK ? 1 + breaks.count : 1;
 }
 
-/* Moments have no energy in space, nor have followers. */
-static bool has_energy(const scene *given)
-{
-    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
-                  !quantity_any_something(3, given->loads.moment) &&
-                  !quantity_any_something(3, given->loads.tip.moment);
-    for (int i = 0; i < given->point_count; i++) {
-        result = result && given->points[i].load.frame == SCENE_DEAD &&
-                 !quantity_any_something(3, given->points[i].load.moment);
-    }
-    return result;
-}
-
 /* ---- making -------------------------------------------------------------------------------- */
 
 static bool keep(solve_members *x)
@@ -143,14 +132,175 @@ static ad_status create_groups(solve_members *x, const scene *one,
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
-        status = status == AD_OK
-                     ? strain_group_create(rod, has_energy(&x->open), x->count, settings->tolerance,
-                                           elements, edges, (int)x->points, s, &x->groups[i], error)
-                     : status;
+        status = status == AD_OK ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
+                                                       settings->tolerance, elements, edges,
+                                                       (int)x->points, s, &x->groups[i], error)
+                                 : status;
     }
     free(s);
     return status;
 }
+
+/* ---- solving ------------------------------------------------------------------------------- */
+
+size_t solve_members_nodes(const solve_members *x)
+{
+    const strain_group *one = x->groups[0];
+    return (size_t)one->level[one->modes].form->nodes;
+}
+
+void solve_members_places(const solve_members *x, double *s)
+{
+    const strain_group *one = x->groups[0];
+    for (size_t i = 0; i < solve_members_nodes(x); i++) {
+        s[i] = one->level[one->modes].s[i] * one->rod->scales.length;
+    }
+}
+
+const char *solve_member_text(solve_member_end end)
+{
+    static const char *const texts[SOLVE_MEMBER_ENDS] = {
+        NULL, "its stable equilibria end on the way to the whole load",
+        "Newton's method does not settle on the way to the whole load",
+        "its estimated error is above the tolerance on the finest mesh"};
+    return texts[end];
+}
+
+/* Members in groups of LANES; what is NULL is not asked for. */
+typedef struct batch {
+    solve_members *x;
+    size_t members;
+    const double *parameters, *given; /* curvature, to be refined; NULL: members are solved */
+    int steps;
+    double *values, *curvature;
+    solve_member *results;
+    solve_answer *answers;
+} batch;
+
+static double *after(double *of, size_t count)
+{
+    return of ? of + count : NULL;
+}
+
+static void run_group(void *context, int item, int thread)
+{
+    const batch *of = context;
+    solve_members *x = of->x;
+    strain_group *group = x->groups[thread];
+    const size_t first = LANES * (size_t)item, left = of->members - first;
+    const size_t members = left < LANES ? left : LANES, unknowns = 3 * solve_members_nodes(x);
+    const double *parameters = of->parameters + first * (size_t)x->count;
+    double *values = after(of->values, first * x->points * SOLVE_MEMBERS_COLUMNS);
+    double *curvature = after(of->curvature, first * unknowns);
+    ad_error *error = &x->errors[thread];
+    if (x->statuses[thread] == AD_OK) {
+        x->statuses[thread] =
+            of->given
+                ? strain_group_refine(group, members, parameters, of->given + first * unknowns,
+                                      of->steps, values, curvature,
+                                      of->answers ? of->answers + first : NULL, error)
+                : strain_group_solve(group, members, parameters, values, curvature,
+                                     of->results + first, error);
+    }
+}
+
+static ad_status run(batch *of, ad_error *error)
+{
+    solve_members *x = of->x;
+    for (int i = 0; i < x->threads; i++) {
+        x->statuses[i] = AD_OK;
+    }
+    ad_pool_run(x->pool, (int)((of->members + LANES - 1) / LANES), run_group, of);
+    for (int i = 0; i < x->threads; i++) {
+        if (x->statuses[i] != AD_OK) {
+            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
+        }
+    }
+    return AD_OK;
+}
+
+ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error)
+{
+    batch of = {.x = x,
+                .members = members,
+                .parameters = parameters,
+                .values = values,
+                .curvature = curvature,
+                .results = results};
+    return run(&of, error);
+}
+
+ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
+                              double *values, solve_member *results, ad_error *error)
+{
+    return solve_members_curvature(x, members, parameters, values, NULL, results, error);
+}
+
+ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error)
+{
+    batch of = {.x = x,
+                .members = members,
+                .parameters = parameters,
+                .given = curvature,
+                .steps = steps,
+                .values = values,
+                .curvature = refined,
+                .answers = answers};
+    return run(&of, error);
+}
+
+/* ---- where curvature is given -------------------------------------------------------------- */
+
+/* Members of Kronecker's sequence by the root of x^(count + 1) = x + 1. */
+static void draw(const solve_members *x, size_t members, double *parameters)
+{
+    const size_t count = (size_t)x->count;
+    double root = 2;
+    for (int i = 0; i < 60; i++) {
+        root = pow(1 + root, 1 / (double)(count + 1));
+    }
+    for (size_t i = 0; i < members * count; i++) {
+        const double at = 0.5 + (double)(i / count + 1) * pow(root, -(double)(i % count + 1));
+        parameters[i] = scene_parameter_at(&x->open.parameters[i % count], at - floor(at));
+    }
+}
+
+/* On the mesh on which nearly all of some members are within the tolerance; their last step is on
+ * the next one. */
+static ad_status choose_modes(solve_members *x, ad_error *error)
+{
+    enum { DRAWN = 64 };
+    const strain_group *one = x->groups[0];
+    solve_member results[DRAWN] = {{0}};
+    double *parameters = malloc(DRAWN * ((size_t)x->count + 1) * sizeof *parameters);
+    if (!parameters) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    }
+    draw(x, DRAWN, parameters);
+    ad_status status = solve_members_curvature(x, DRAWN, parameters, NULL, NULL, results, error);
+    int solved = 0, enough = 0, modes = 0;
+    for (int i = 0; i < DRAWN; i++) {
+        solved += results[i].solved;
+    }
+    while (20 * enough < 19 * solved && modes + 2 < one->solved) {
+        modes++;
+        enough = 0;
+        for (int i = 0; i < DRAWN; i++) {
+            enough += results[i].solved && results[i].nodes <= one->level[modes + 1].form->nodes;
+        }
+    }
+    for (int i = 0; i < x->threads && status == AD_OK && modes > 1; i++) {
+        status = strain_group_choose(x->groups[i], modes, error);
+    }
+    free(parameters);
+    return status;
+}
+
+/* ---- making, all together ------------------------------------------------------------------ */
 
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error)
@@ -178,6 +328,7 @@ ad_status solve_members_create(const scene *open, const solve_members_settings *
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
     status = create_groups(x, &one, settings, error);
+    status = status == AD_OK && x->count > 0 ? choose_modes(x, error) : status;
     if (status != AD_OK) {
         solve_members_free(x);
         return status;
@@ -200,44 +351,4 @@ void solve_members_free(solve_members *x)
         free(x->values);
         free(x);
     }
-}
-
-/* ---- solving ------------------------------------------------------------------------------- */
-
-typedef struct batch {
-    solve_members *x;
-    size_t members;
-    const double *parameters;
-    double *values;
-    solve_member *results;
-} batch;
-
-static void solve_group(void *context, int item, int thread)
-{
-    const batch *of = context;
-    solve_members *x = of->x;
-    const size_t first = LANES * (size_t)item, left = of->members - first;
-    if (x->statuses[thread] == AD_OK) {
-        x->statuses[thread] =
-            strain_group_solve(x->groups[thread], left < LANES ? left : LANES,
-                               of->parameters + first * (size_t)x->count,
-                               of->values + first * x->points * SOLVE_MEMBERS_COLUMNS,
-                               of->results + first, &x->errors[thread]);
-    }
-}
-
-ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
-                              double *values, solve_member *results, ad_error *error)
-{
-    batch of = {x, members, parameters, values, results};
-    for (int i = 0; i < x->threads; i++) {
-        x->statuses[i] = AD_OK;
-    }
-    ad_pool_run(x->pool, (int)((members + LANES - 1) / LANES), solve_group, &of);
-    for (int i = 0; i < x->threads; i++) {
-        if (x->statuses[i] != AD_OK) {
-            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
-        }
-    }
-    return AD_OK;
 }

@@ -11,10 +11,8 @@
  *
  * Each member is the equilibrium that continues the unstressed rod while all loads and all that
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
- * equilibrium, which solution_create with its numbers (scene_member) looks for. Followers and
- * moments, whose derivatives are not local, and places where something jumps make members slower:
- * forces alone on a rod that is one piece take ten microseconds, a rod of three with followers a
- * thousand.
+ * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
+ * something jumps cut the rod into pieces, and the time is that of a piece times their number.
  */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
@@ -34,6 +32,18 @@ typedef struct solve_members_settings {
     const double *s; /* [points] where the shape is wanted, m; ascending */
 } solve_members_settings;
 
+/* Why a member has no solution. */
+typedef enum solve_member_end {
+    SOLVE_MEMBER_SOLVED,
+    SOLVE_MEMBER_UNSTABLE, /* its stable equilibria from the unstressed rod on end at `load` */
+    SOLVE_MEMBER_LOST,     /* Newton's method does not settle beyond `load` */
+    SOLVE_MEMBER_COARSE,   /* the estimate is above the tolerance on the finest mesh, too */
+    SOLVE_MEMBER_ENDS
+} solve_member_end;
+
+/* In words; NULL of one that is solved. */
+const char *solve_member_text(solve_member_end end);
+
 /* What is known of one member. */
 typedef struct solve_member {
     double estimate; /* of the largest error of the position before the last step, over the length:
@@ -43,6 +53,7 @@ typedef struct solve_member {
     int nodes;       /* of the last step */
     int steps;       /* of Newton's method */
     bool solved;     /* under the whole load, and the estimate is within the tolerance */
+    solve_member_end end;
 } solve_member;
 
 typedef struct solve_members solve_members;
@@ -63,6 +74,56 @@ void solve_members_free(solve_members *x); /* NULL is allowed */
  * formula. */
 ad_status solve_members_solve(solve_members *x, size_t members, const double *parameters,
                               double *values, solve_member *results, ad_error *error);
+
+/* ---- curvature, out and in ----------------------------------------------------------------- */
+
+/* Curvature u, 1/m, in the frame of the section, is given and taken at the points of one mesh:
+ * those of Gauss between places where something jumps. Where the scene is a family with ranges of
+ * all parameters, as many as nearly all of some random members need; else 4 to 8 in each piece. */
+size_t solve_members_nodes(const solve_members *x);
+
+/* s [nodes], m, ascending. */
+void solve_members_places(const solve_members *x, double *s);
+
+/* As solve_members_solve, and curvature [members][nodes][3], not numbers where a member is not
+ * solved. values, curvature may be NULL. */
+ad_status solve_members_curvature(solve_members *x, size_t members, const double *parameters,
+                                  double *values, double *curvature, solve_member *results,
+                                  ad_error *error);
+
+/* Why a curvature that was given is not trusted. */
+typedef enum solve_doubt {
+    SOLVE_NO_DOUBT,
+    SOLVE_NOT_FINITE,  /* it, or what follows from it, is none */
+    SOLVE_UNSTABLE,    /* the matrix there has a negative pivot: another branch, or none */
+    SOLVE_TOO_FAR,     /* `predicted` is above SOLVE_TRUSTED */
+    SOLVE_NOT_SETTLING /* the last step is more than a quarter of that before */
+} solve_doubt;
+
+/* Largest distance, over the length, of which a step still says how far an equilibrium is. */
+#define SOLVE_TRUSTED 0.05
+
+/* What is known of a curvature that was given. Distances are the largest over the rod, in m, from
+ * the shape to that of one more step, linearised where the last was; the mesh's own error is in
+ * them. */
+typedef struct solve_answer {
+    double predicted; /* of what was given */
+    double left;      /* of what is returned */
+    double ratio;     /* of the last two steps; NaN: none was taken */
+    bool stable;      /* no pivot is negative where all loads have an energy, else an even number */
+    bool trusted;     /* predicted and left are what they say, and the equilibrium is that of
+                       * solve_members_solve */
+    solve_doubt reason; /* else */
+} solve_answer;
+
+/* From curvature [members][nodes][3] that somebody else has found: 0, 1 or 2 steps of Newton's
+ * method. values [members][points][SOLVE_MEMBERS_COLUMNS] and refined [members][nodes][3] of what
+ * is then, answers [members]; each may be NULL, and without answers and steps no matrix is made.
+ * steps = -1: refined is what a step makes of the curvature, the rest as with 0. Bits as in
+ * solve_members_solve. */
+ad_status solve_members_refine(solve_members *x, size_t members, const double *parameters,
+                               const double *curvature, int steps, double *values, double *refined,
+                               solve_answer *answers, ad_error *error);
 
 #ifdef __cplusplus
 }

@@ -4,7 +4,7 @@
 #define PHYSICS_SOLVE_QUADRATURE_H
 
 #include "physics/breaks.h"
-#include "physics/solve/gauss.h"
+#include "physics/gauss.h"
 
 #include <stddef.h>
 

@@ -1,6 +1,6 @@
 #include "physics/solve/radau.h"
 
-#include "physics/solve/gauss.h"
+#include "physics/gauss.h"
 
 #include <math.h>
 

@@ -81,6 +81,8 @@ static const char *refusal(const scene *rod_scene, const solve_settings *setting
            : scene_is_dynamic(rod_scene) ? "the scene is a motion"
            : scene_has_displaced_tendons(rod_scene)
                ? "a tendon has a displacement; give its tension"
+           : settings->method != SOLVE_COLLOCATION
+               ? "its arc length is followed by collocation alone; allowed: the method collocation"
            : scene_has_rubbing_tendons(rod_scene) ? "a tendon has friction; allowed: 0"
            : settings->perturbation != 0
                ? "a perturbation is given; allowed: a branch, which leaves at a bifurcation"

@@ -177,7 +177,7 @@ ad_status solution_create(const scene *rod_scene, const solve_settings *settings
                           ad_error *error)
 {
     *result = NULL;
-    if (scene_is_family(rod_scene)) {
+    if (scene_is_open(rod_scene)) {
         return ad_fail(error, AD_BAD_ARGUMENT,
                        "a family has no solution; allowed: a member of it (scene_member)");
     }

@@ -3,7 +3,7 @@
 #ifndef PHYSICS_SOLVE_STATIC_SYSTEM_H
 #define PHYSICS_SOLVE_STATIC_SYSTEM_H
 
-#include "physics/solve/gauss.h"
+#include "physics/gauss.h"
 #include "physics/solve/static_rod.h"
 
 /* Where the path from the unstressed rod to the loaded one has arrived. */

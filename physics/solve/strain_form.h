@@ -47,8 +47,9 @@ typedef struct strain_edge {
     double turn[4];              /* of a joint */
     lanes load[4][3];
     lanes q[4], R[3][3], r[3], N[3], M[3];
-    lanes force[3], moment[3]; /* that act, springs among them */
-    lanes by_turn[2][3][3];    /* their change by a turn of the section */
+    lanes force[3], moment[3];         /* that act, springs among them */
+    lanes by_turn[2][3][3];            /* their change by a turn of the section */
+    lanes back[2][3][3], beyond[2][3]; /* of elimination (strain_sweep.c): P, p of N, M */
 } strain_edge;
 
 /* A spring at an edge; its force is sought where it is stiff, its moment follows. */
@@ -67,6 +68,7 @@ typedef struct strain_node {
      * equation by Y, Z, L, and by dM by -T. */
     lanes P[3][3], Q[3][3], S[3][3], G[3][3], H[3][3], K[3][3];
     lanes Y[3][3], Z[3][3], L[3][3], T[3][3];
+    lanes body[3]; /* the force per length that follows, in the world */
 } strain_node;
 
 /* What rods of one form have in common. */
@@ -105,39 +107,43 @@ typedef struct strain_form {
     int force_at, moment_at, shift_at, turn_at, push_at;
     lanes by_end[2][3][3];         /* changes of N and M at s = 1 by a turn */
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
-    lanes *matrix;                 /* [unknowns][unknowns] column-major */
+    lanes *matrix;                 /* [elements][3 stages][3 stages] blocks, column-major */
+    lanes *coupled;                /* [elements][3][3 stages] what a turn of its beginning does */
     lanes *right;                  /* [unknowns], the residual, then the step */
     lanes *direction;              /* [unknowns], 0 */
     void *columns;                 /* room for what it changes */
-    int negative[LANES]; /* pivots of the last elimination, rows that were swapped counted in */
+    long long still[LANES];        /* -1: v stays as it is, of rods that have arrived; 0 */
+    int negative[LANES];   /* pivots of the last elimination, rows that were swapped counted in */
+    int (*swapped)[LANES]; /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
 /* AD_NO_MEMORY. The extents must outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
 
-/* At x in [0, 1] of an element, by values at its points: a polynomial through them, its integral
- * from 0, and what Magnus' step from one x to another takes of u. */
-void strain_form_lagrange(const gauss_rule *rule, double x, double *values);
-void strain_form_integral(const gauss_rule *rule, double x, double *values);
-void strain_form_magnus(const gauss_rule *rule, double from, double to,
-                        double terms[3][GAUSS_STAGES_MAX]);
-
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
 void strain_form_shape(strain_form *x);
 
+/* The same without the balance: no moments, and `right` stays. */
+void strain_form_strain(strain_form *x);
+
 /* Rotations and positions alone, for given u and v. */
 void strain_form_place(strain_form *x);
 
-/* The matrix there; of rods that are the same in all lanes column-major [unknowns][unknowns], of
- * one, and `right` is overwritten. */
+/* The derivatives there, and the matrix times a direction [unknowns] by them; of rods that are the
+ * same in all lanes the matrix itself, column-major [unknowns][unknowns], and `right` is
+ * overwritten. */
 void strain_form_linearise(strain_form *x);
+void strain_form_apply(strain_form *x, const lanes *direction, lanes *result);
 void strain_form_linearise_first(strain_form *x, double *matrix);
 
-/* right becomes the step to subtract, by elimination in all lanes; a singular matrix gives numbers
- * that are none. */
+/* right becomes the step to subtract, by elimination in all lanes, where curvatures alone are
+ * sought; a singular matrix gives numbers that are none. */
 void strain_form_solve(strain_form *x);
+
+/* The same of another right side, by the elimination that was last. */
+void strain_form_solve_again(strain_form *x);
 
 /* Subtracts `share` of a step. */
 void strain_form_move(strain_form *x, const lanes *step, const lanes *share);

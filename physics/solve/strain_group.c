@@ -8,34 +8,49 @@
 typedef struct mesh_kind {
     int stages, parts;
 } mesh_kind;
-static const mesh_kind MESHES[] = {{6, 1}, {8, 1}, {10, 1}, {12, 1}, {12, 2}, {12, 4}, {12, 8}};
+static const mesh_kind MESHES[] = {{3, 1},  {4, 1},  {6, 1},  {8, 1},  {10, 1},
+                                   {12, 1}, {12, 2}, {12, 4}, {12, 8}, {12, 16}};
 
-/* Positions are taken from a mesh two beyond that of the last step, which has no equations: r
- * between points of a mesh that has u to 1e-6 may be known to 1e-5. */
-enum { BEYOND = 2, SOLVED_MAX = sizeof MESHES / sizeof *MESHES - BEYOND };
+enum { MESH_COUNT = sizeof MESHES / sizeof *MESHES };
+_Static_assert((int)MESH_COUNT <= (int)STRAIN_LEVELS_MAX, "a level for each");
 
-/* Where a path that is lost on the coarsest mesh is followed anew; most nodes of a mesh, whose full
- * matrices take some 20 MB. */
-enum { SAFE_LEVEL = 2, NODES_MAX = 200 };
+/* Where the coarsest mesh has so many points in an element, the longest is at most that long: a
+ * rod of one piece begins with 6. */
+static const double LONGEST[] = {0.35, 0.65};
+
+/* Where a path that is lost on the coarsest mesh is followed anew, and once more, if it is lost
+ * without a pivot that is negative: a step of Magnus turns the rod by at most 3 rad. Most nodes of
+ * a mesh with equations. */
+static const int SAFE_LEVELS[] = {2, 4};
+enum { NODES_MAX = 400 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-/* On how many meshes equations are solved; 0: not even on two. */
-static int count_solved(int elements)
+static int coarsest(int elements, const double *edges)
 {
-    int count = 0;
-    while (count < SOLVED_MAX &&
-           elements * MESHES[count].parts * MESHES[count].stages <= NODES_MAX) {
-        count++;
+    double longest = 0;
+    for (int e = 0; e < elements; e++) {
+        longest = fmax(longest, edges[e + 1] - edges[e]);
     }
-    return count < 2 ? 0 : count;
+    return longest <= LONGEST[0] ? 0 : longest <= LONGEST[1] ? 1 : 2;
+}
+
+/* On how many meshes equations are solved; 0: not even on two. */
+static int count_solved(int first, int elements)
+{
+    int end = first;
+    while (end < MESH_COUNT - STRAIN_BEYOND &&
+           elements * MESHES[end].parts * MESHES[end].stages <= NODES_MAX) {
+        end++;
+    }
+    return end - first < 2 ? 0 : end - first;
 }
 
 static ad_status add_level(strain_group *x, int elements, const double *edges, int outputs,
                            const double *s, ad_error *error)
 {
-    const int parts = MESHES[x->levels].parts, stages = MESHES[x->levels].stages;
-    const strain_level *from = x->levels > 0 ? &x->level[x->levels - 1] : NULL;
+    const mesh_kind *kind = &MESHES[coarsest(elements, edges) + x->levels];
+    const int parts = kind->parts, stages = kind->stages;
     double *divided = malloc(((size_t)(elements * parts) + 1) * sizeof *divided);
     if (!divided) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
@@ -46,8 +61,12 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
     }
     divided[elements * parts] = edges[elements];
     ad_status status =
-        strain_level_create(x->rod, stages, elements * parts, divided, from, x->levels >= x->solved,
+        strain_level_create(x->rod, stages, elements * parts, divided, x->levels >= x->solved,
                             outputs, s, &x->level[x->levels], error);
+    if (status == AD_OK && x->levels > 0) {
+        status = strain_link_create(&x->level[x->levels - 1], &x->level[x->levels],
+                                    &x->link[x->levels], error);
+    }
     x->levels++;
     free(divided);
     return status;
@@ -67,13 +86,14 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0;
-    x->solved = count_solved(elements);
+    const int first = coarsest(elements, edges);
+    x->solved = count_solved(first, elements);
     if (x->solved == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "members: something jumps in %d places; allowed: up to %d", elements - 1,
-                         NODES_MAX / MESHES[1].stages - 1);
+                         NODES_MAX / MESHES[first + 1].stages - 1);
     }
-    for (int k = 0; k < x->solved + BEYOND && status == AD_OK; k++) {
+    for (int k = 0; k < x->solved + STRAIN_BEYOND && status == AD_OK; k++) {
         status = add_level(x, elements, edges, outputs, s, error);
     }
     for (int k = 0; k < x->levels && status == AD_OK; k++) {
@@ -87,14 +107,17 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         x->start = calloc(3 * nodes, sizeof *x->start);
         x->before = calloc(3 * nodes, sizeof *x->before);
         x->placed = calloc(3 * nodes + 3, sizeof *x->placed);
+        x->other = calloc(3 * nodes + 3, sizeof *x->other);
         x->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *x->values);
-        if (!x->parameters || !x->room || !x->start || !x->before || !x->placed || !x->values) {
+        if (!x->parameters || !x->room || !x->start || !x->before || !x->placed || !x->other ||
+            !x->values) {
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for members");
         }
     }
     for (int k = 0; k < x->levels && status == AD_OK; k++) { /* formulas have their memory then */
         status = strain_level_give(&x->level[k], rod, count, x->parameters, x->room, error);
     }
+    status = status == AD_OK ? strain_group_choose(x, 1, error) : status;
     if (status != AD_OK) {
         strain_group_free(x);
         return status;
@@ -103,10 +126,34 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
     return AD_OK;
 }
 
+static void free_links(strain_group *x)
+{
+    for (int k = 0; k < x->solved; k++) {
+        strain_link_free(&x->sample[k]);
+    }
+    strain_link_free(&x->beyond);
+    strain_link_free(&x->back);
+}
+
+ad_status strain_group_choose(strain_group *x, int modes, ad_error *error)
+{
+    ad_status status = AD_OK;
+    free_links(x);
+    x->modes = modes;
+    for (int k = 0; k < x->solved && status == AD_OK; k++) {
+        status = strain_link_create(&x->level[k], &x->level[modes], &x->sample[k], error);
+    }
+    const strain_level *of = &x->level[modes], *fine = of + STRAIN_BEYOND;
+    status = status == AD_OK ? strain_link_create(of, fine, &x->beyond, error) : status;
+    return status == AD_OK ? strain_link_create(fine, of, &x->back, error) : status;
+}
+
 void strain_group_free(strain_group *x)
 {
     if (x) {
+        free_links(x);
         for (int k = 0; k < x->levels; k++) {
+            strain_link_free(&x->link[k]);
             strain_level_free(&x->level[k]);
         }
         solve_rod_free(x->rod);
@@ -115,6 +162,7 @@ void strain_group_free(strain_group *x)
         free(x->start);
         free(x->before);
         free(x->placed);
+        free(x->other);
         free(x->values);
         free(x);
     }
@@ -142,9 +190,16 @@ FOR_EACH_PROCESSOR static void measure(const strain_form *form, lanes *result)
     *result = (lanes)most;
 }
 
-/* Newton's step in `right`; of lanes that are left out it is 0. */
-static void find_step(strain_form *form, const bool *taken, lanes *length)
+void strain_group_measure(const strain_form *form, lanes *length)
 {
+    measure(form, length);
+}
+
+void strain_group_step(strain_form *form, const bool *taken, lanes *length)
+{
+    for (int lane = 0; lane < LANES; lane++) {
+        form->still[lane] = taken[lane] ? 0 : -1;
+    }
     strain_form_shape(form);
     strain_form_linearise(form);
     strain_form_solve(form);
@@ -192,6 +247,7 @@ typedef struct follower {
     enum { FOLLOWING, ARRIVED, LOST } state;
     double load, done, before; /* tried, reached, reached before that; < 0: not yet */
     double length, ratio;      /* of the last steps */
+    bool fell;                 /* a pivot was negative at a load beyond what is reached */
     int tries;                 /* steps at this load */
     int steps;                 /* all */
 } follower;
@@ -248,6 +304,7 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
     }
     f->before = f->done;
     f->done = f->load;
+    f->fell = false;
     try_load(x, form, f, longer * step, lane);
 }
 
@@ -273,10 +330,11 @@ static void follow(strain_group *x, strain_level *level, follower *f)
             load[lane] = f[lane].load;
         }
         strain_level_load(level, &load);
-        find_step(form, following, &length);
+        strain_group_step(form, following, &length);
         for (int lane = 0; lane < LANES; lane++) {
             const int negative = form->negative[lane];
             bool is_stable = x->has_energy ? negative == 0 : negative % 2 == 0;
+            f[lane].fell = f[lane].fell || (following[lane] && !is_stable);
             following[lane] = following[lane] && is_good(&f[lane], length[lane], is_stable);
             if (!following[lane]) {
                 drop_step(form, lane);
@@ -301,7 +359,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
 
 /* ---- finer meshes -------------------------------------------------------------------------- */
 
-static void keep_places(const strain_form *form, lanes *to)
+void strain_group_keep(const strain_form *form, lanes *to)
 {
     for (int i = 0; i < form->nodes; i++) {
         memcpy(to + 3 * i, form->at[i].r, 3 * sizeof *to);
@@ -309,8 +367,7 @@ static void keep_places(const strain_form *form, lanes *to)
     memcpy(to + 3 * form->nodes, form->edges[form->kind.elements].r, 3 * sizeof *to);
 }
 
-/* How far each rod is from there, at its points and, of what has `more`, at its end. */
-static void compare_places(const strain_form *form, const lanes *before, bool more, double *moved)
+void strain_group_compare(const strain_form *form, const lanes *before, bool more, double *moved)
 {
     for (int i = 0; i < form->nodes + more; i++) {
         const lanes *now = i < form->nodes ? form->at[i].r : form->edges[form->kind.elements].r;
@@ -334,84 +391,22 @@ static void step_finer(strain_group *x, int k, const bool *wanted, double *moved
     lanes whole, length;
     set_lanes(&whole, 1);
     strain_level_load(&x->level[k], &whole);
-    strain_level_refine(&x->level[k], &x->level[k - 1]);
-    find_step(form, wanted, &length);
-    keep_places(form, x->placed);
+    strain_level_refine(&x->link[k], &x->level[k - 1], &x->level[k]);
+    strain_group_step(form, wanted, &length);
+    strain_group_keep(form, x->placed);
     move(form);
     strain_form_shape(form);
     memset(moved, 0, LANES * sizeof *moved);
-    compare_places(form, x->placed, true, moved);
-    for (int j = k; j < k + BEYOND; j++) {
-        strain_level_refine(&x->level[j + 1], &x->level[j]);
-        strain_form_place(x->level[j + 1].form);
+    strain_group_compare(form, x->placed, true, moved);
+    for (int j = k + 1; j <= k + STRAIN_BEYOND; j++) {
+        strain_level_refine(&x->link[j], &x->level[j - 1], &x->level[j]);
+        strain_form_place(x->level[j].form);
     }
-    strain_level_foresee(&x->level[k + 2], &x->level[k + 1], x->placed);
-    compare_places(x->level[k + 2].form, x->placed, false, moved);
+    const int last = k + STRAIN_BEYOND;
+    strain_level_foresee(&x->link[last], &x->level[last - 1], &x->level[last], x->placed);
+    strain_group_compare(x->level[last].form, x->placed, false, moved);
     for (int lane = 0; lane < LANES; lane++) {
         moved[lane] = isfinite(length[lane]) && isfinite(moved[lane]) ? moved[lane] : INFINITY;
-    }
-}
-
-/* More steps on the same mesh, until the next one would be small. */
-static void settle(strain_group *x, int k, const bool *wanted, follower *f)
-{
-    enum { FEW = 4 };
-    strain_form *form = x->level[k].form;
-    double before = INFINITY;
-    for (int i = 0; i < FEW && before > 0.1 * x->tolerance; i++) {
-        lanes length;
-        find_step(form, wanted, &length);
-        move(form);
-        before = 0;
-        for (int lane = 0; lane < LANES; lane++) {
-            f[lane].steps += wanted[lane];
-            before = wanted[lane] && length[lane] > before ? length[lane] : before;
-        }
-    }
-}
-
-/* ---- results ------------------------------------------------------------------------------- */
-
-static void put(const strain_group *x, int k, int lane, double *values)
-{
-    const strain_level *level = &x->level[k];
-    const double length = x->rod->scales.length;
-    const double units[SOLVE_MEMBERS_COLUMNS] = {
-        length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
-    for (int i = 0; i < level->outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        values[i] = x->values[i][lane] * units[i % SOLVE_MEMBERS_COLUMNS];
-    }
-}
-
-static void put_nothing(const strain_group *x, double *values)
-{
-    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
-        values[i] = NAN;
-    }
-}
-
-/* Results of lanes that are within the tolerance on mesh k, or are on the last one. */
-static void finish(strain_group *x, int k, const double *moved, bool *wanted, const follower *f,
-                   double *values, solve_member *results)
-{
-    const size_t width = (size_t)x->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
-    bool evaluated = false;
-    for (int lane = 0; lane < LANES; lane++) {
-        const bool met = moved[lane] <= x->tolerance;
-        if (!wanted[lane] || !(met || k == x->solved - 1)) {
-            continue;
-        }
-        if (!evaluated) {
-            strain_level_evaluate(&x->level[k + BEYOND], x->values);
-            evaluated = true;
-        }
-        wanted[lane] = false;
-        put(x, k + BEYOND, lane, values + (size_t)lane * width);
-        results[lane].nodes = x->level[k].form->nodes;
-        results[lane].estimate = moved[lane];
-        results[lane].load = 1;
-        results[lane].steps = f[lane].steps + 1;
-        results[lane].solved = met;
     }
 }
 
@@ -424,9 +419,105 @@ static bool any(const bool *x)
     return result;
 }
 
+/* More steps on the same mesh, of each until its next one would be small. */
+static void settle(strain_group *x, int k, const bool *wanted, follower *f)
+{
+    enum { FEW = 4 };
+    strain_form *form = x->level[k].form;
+    bool taken[LANES];
+    memcpy(taken, wanted, sizeof taken);
+    for (int i = 0; i < FEW && any(taken); i++) {
+        lanes length;
+        strain_group_step(form, taken, &length);
+        move(form);
+        for (int lane = 0; lane < LANES; lane++) {
+            f[lane].steps += taken[lane];
+            taken[lane] = taken[lane] && length[lane] > 0.1 * x->tolerance;
+        }
+    }
+}
+
+/* ---- results ------------------------------------------------------------------------------- */
+
+void strain_group_evaluate(strain_group *x, int k)
+{
+    const double length = x->rod->scales.length;
+    const double units[SOLVE_MEMBERS_COLUMNS] = {
+        length, length, length, 1, 1, 1, 1, 1, 1, 1, 1 / length, 1 / length, 1 / length};
+    strain_level_evaluate(&x->level[k], x->values);
+    for (int i = 0; i < x->level[k].outputs; i++) {
+        for (int c = 0; c < SOLVE_MEMBERS_COLUMNS; c++) {
+            x->values[i * SOLVE_MEMBERS_COLUMNS + c] *= units[c];
+        }
+    }
+}
+
+void strain_group_put(const strain_group *x, int lane, double *values)
+{
+    for (int i = 0; i < x->level[0].outputs * SOLVE_MEMBERS_COLUMNS; i++) {
+        values[i] = x->values[i][lane];
+    }
+}
+
+/* Curvature of level k at the points of that on which it is given and taken. */
+static void put_curvature(const strain_group *x, int k, int lane, double *curvature)
+{
+    const strain_link *link = &x->sample[k];
+    const int stages = x->level[k].stages;
+    for (int i = 0; i < x->level[x->modes].form->nodes; i++) {
+        const strain_node *at = x->level[k].form->at + link->element[i] * stages;
+        for (int c = 0; c < 3; c++) {
+            double sum = 0;
+            for (int j = 0; j < stages; j++) {
+                sum += link->value[i][j] * at[j].u[c][lane];
+            }
+            curvature[3 * i + c] = sum / x->rod->scales.length;
+        }
+    }
+}
+
+static void put_nothing(int count, double *values)
+{
+    for (int i = 0; i < count; i++) {
+        values[i] = NAN;
+    }
+}
+
+/* Results of lanes that are within the tolerance on mesh k, or are on the last one. */
+static void finish(strain_group *x, int k, const double *moved, bool *wanted, const follower *f,
+                   double *values, double *curvature, solve_member *results)
+{
+    const size_t width = (size_t)x->level[k].outputs * SOLVE_MEMBERS_COLUMNS;
+    const size_t unknowns = (size_t)x->level[x->modes].form->elastic;
+    bool evaluated = !values;
+    for (int lane = 0; lane < LANES; lane++) {
+        const bool met = moved[lane] <= x->tolerance;
+        if (!wanted[lane] || !(met || k == x->solved - 1)) {
+            continue;
+        }
+        if (!evaluated) {
+            strain_group_evaluate(x, k + STRAIN_BEYOND);
+            evaluated = true;
+        }
+        wanted[lane] = false;
+        if (values) {
+            strain_group_put(x, lane, values + (size_t)lane * width);
+        }
+        if (curvature) {
+            put_curvature(x, k, lane, curvature + (size_t)lane * unknowns);
+        }
+        results[lane].nodes = x->level[k].form->nodes;
+        results[lane].estimate = moved[lane];
+        results[lane].load = 1;
+        results[lane].steps = f[lane].steps + 1;
+        results[lane].solved = met;
+        results[lane].end = met ? SOLVE_MEMBER_SOLVED : SOLVE_MEMBER_COARSE;
+    }
+}
+
 /* Lanes that are wanted, followed on mesh `first`; those that are lost there stay wanted. */
 static ad_status solve_from(strain_group *x, int first, bool *wanted, double *values,
-                            solve_member *results, ad_error *error)
+                            double *curvature, solve_member *results, ad_error *error)
 {
     follower f[LANES];
     bool finer[LANES];
@@ -444,7 +535,10 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
         finer[lane] = f[lane].state == ARRIVED;
         if (wanted[lane]) {
             results[lane] =
-                (solve_member){.estimate = INFINITY, .load = f[lane].done, .steps = f[lane].steps};
+                (solve_member){.estimate = INFINITY,
+                               .load = f[lane].done,
+                               .steps = f[lane].steps,
+                               .end = f[lane].fell ? SOLVE_MEMBER_UNSTABLE : SOLVE_MEMBER_LOST};
         }
         wanted[lane] = wanted[lane] && !finer[lane];
     }
@@ -454,7 +548,7 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
             return status;
         }
         step_finer(x, k, finer, moved);
-        finish(x, k, moved, finer, f, values, results);
+        finish(x, k, moved, finer, f, values, curvature, results);
         if (any(finer)) {
             settle(x, k, finer, f);
         }
@@ -462,24 +556,44 @@ static ad_status solve_from(strain_group *x, int first, bool *wanted, double *va
     return AD_OK;
 }
 
-ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
-                             double *values, solve_member *results, ad_error *error)
+void strain_group_parameters(strain_group *x, size_t members, const double *parameters)
 {
-    const size_t width = (size_t)x->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
-    bool wanted[LANES];
-    for (size_t lane = 0; lane < LANES; lane++) { /* where members are few, the first again */
+    const size_t count = (size_t)x->count;
+    for (size_t lane = 0; lane < LANES; lane++) {
         const size_t from = lane < members ? lane : 0;
-        wanted[lane] = lane < members;
-        memcpy(x->parameters + lane * (size_t)x->count, parameters + from * (size_t)x->count,
-               (size_t)x->count * sizeof *parameters);
+        memcpy(x->parameters + lane * count, parameters + from * count, count * sizeof *parameters);
     }
-    ad_status status = solve_from(x, 0, wanted, values, results, error);
-    if (status == AD_OK && any(wanted) && SAFE_LEVEL + 1 < x->solved) {
-        status = solve_from(x, SAFE_LEVEL, wanted, values, results, error);
+}
+
+ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
+                             double *values, double *curvature, solve_member *results,
+                             ad_error *error)
+{
+    const int width = x->level[0].outputs * SOLVE_MEMBERS_COLUMNS;
+    const int unknowns = x->level[x->modes].form->elastic;
+    bool wanted[LANES];
+    strain_group_parameters(x, members, parameters);
+    for (size_t lane = 0; lane < LANES; lane++) {
+        wanted[lane] = lane < members;
+    }
+    ad_status status = solve_from(x, 0, wanted, values, curvature, results, error);
+    for (int k = 0; k < 2 && status == AD_OK && any(wanted); k++) {
+        bool again[LANES];
+        for (size_t lane = 0; lane < LANES; lane++) {
+            again[lane] = wanted[lane] && (k == 0 || results[lane].end != SOLVE_MEMBER_UNSTABLE);
+        }
+        if (any(again) && SAFE_LEVELS[k] + 1 < x->solved) {
+            status = solve_from(x, SAFE_LEVELS[k], again, values, curvature, results, error);
+        }
+        for (size_t lane = 0; lane < members; lane++) {
+            wanted[lane] = wanted[lane] && isinf(results[lane].estimate);
+        }
     }
     for (size_t lane = 0; lane < members && status == AD_OK; lane++) {
         if (wanted[lane]) {
-            put_nothing(x, values + lane * width);
+            put_nothing(values ? width : 0, values + (values ? lane * (size_t)width : 0));
+            put_nothing(curvature ? unknowns : 0,
+                        curvature + (curvature ? lane * (size_t)unknowns : 0));
         }
     }
     return status;

@@ -5,7 +5,11 @@
 
 #include "physics/solve/strain_level.h"
 
-enum { STRAIN_LEVELS_MAX = 7 };
+enum { STRAIN_LEVELS_MAX = 10 };
+
+/* Positions are taken from a mesh so many beyond that of the equations: r between points of a mesh
+ * that has u to 1e-6 may be known to 1e-5. */
+enum { STRAIN_BEYOND = 2 };
 
 typedef struct strain_group {
     solve_rod *rod;
@@ -14,10 +18,14 @@ typedef struct strain_group {
     bool has_energy;                       /* all loads do: the matrix is that of an energy */
     int levels, solved;                    /* solved: of them, those with equations */
     strain_level level[STRAIN_LEVELS_MAX]; /* from coarse to fine */
+    strain_link link[STRAIN_LEVELS_MAX];   /* to each from the one before */
+    int modes;                             /* the level on which curvature is given and taken, */
+    strain_link sample[STRAIN_LEVELS_MAX]; /* to it from each, */
+    strain_link beyond, back;              /* and from it to the one that has its positions */
     double *parameters;                    /* [LANES][count] */
     double *room;
     lanes *start, *before; /* [3 nodes] of a path: where it goes on from, and how it came there */
-    lanes *placed;         /* [3 nodes + 3] positions before a step */
+    lanes *placed, *other; /* [3 nodes + 3] positions before a step, */
     lanes *values;         /* [outputs][SOLVE_MEMBERS_COLUMNS] */
 } strain_group;
 
@@ -28,8 +36,34 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
                               strain_group **result, ad_error *error);
 void strain_group_free(strain_group *x);
 
-/* `members` of them, at most LANES: as solve_members_solve. */
+/* Curvature is given and taken on this level, 0 < level < solved. AD_NO_MEMORY. */
+ad_status strain_group_choose(strain_group *x, int modes, ad_error *error);
+
+/* `members` of them, at most LANES: as solve_members_curvature and solve_members_refine. */
 ad_status strain_group_solve(strain_group *x, size_t members, const double *parameters,
-                             double *values, solve_member *results, ad_error *error);
+                             double *values, double *curvature, solve_member *results,
+                             ad_error *error);
+ad_status strain_group_refine(strain_group *x, size_t members, const double *parameters,
+                              const double *curvature, int steps, double *values, double *refined,
+                              solve_answer *answers, ad_error *error);
+
+/* ---- for strain_answer.c ------------------------------------------------------------------- */
+
+/* Where members are few, the first again. */
+void strain_group_parameters(strain_group *x, size_t members, const double *parameters);
+
+/* Newton's step in `right`, and its largest change of curvature, of no number where there is none;
+ * of lanes that are left out it is 0. */
+void strain_group_step(strain_form *form, const bool *taken, lanes *length);
+void strain_group_measure(const strain_form *form, lanes *length);
+
+/* Positions [3 nodes + 3] of the points and the end; how far [LANES] each rod is from such, at its
+ * points and, of what has `more`, at its end: `moved` becomes that if it is less. */
+void strain_group_keep(const strain_form *form, lanes *to);
+void strain_group_compare(const strain_form *form, const lanes *before, bool more, double *moved);
+
+/* x->values, of a level, in SI; and those of one lane. */
+void strain_group_evaluate(strain_group *x, int k);
+void strain_group_put(const strain_group *x, int lane, double *values);
 
 #endif

@@ -135,4 +135,43 @@ STRAIN_INLINE void turn_over(strain_edge *edge, lanes q[4])
     }
 }
 
+/* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
+ * where `from` is known, */
+STRAIN_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
+                                lanes (*to)[3], lanes end[3])
+{
+    const int n = x->kind.stages;
+    for (int k = 0; k < 3; k++) {
+        lanes all = NO_LANES;
+        for (int i = 0; i < n; i++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->rule.matrix[i][j] * rate[j][k];
+            }
+            to[i][k] = from[k] + x->width[e] * sum;
+            all += x->rule.weights[i] * rate[i][k];
+        }
+        end[k] = from[k] + x->width[e] * all;
+    }
+}
+
+/* and from its points and its beginning to its end, where `end` is known. */
+STRAIN_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
+                                  lanes (*to)[3], lanes start[3])
+{
+    const int n = x->kind.stages;
+    for (int k = 0; k < 3; k++) {
+        lanes all = NO_LANES;
+        for (int i = 0; i < n; i++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < n; j++) {
+                sum += x->tail[i][j] * rate[j][k];
+            }
+            to[i][k] = end[k] + x->width[e] * sum;
+            all += x->rule.weights[i] * rate[i][k];
+        }
+        start[k] = end[k] + x->width[e] * all;
+    }
+}
+
 #endif

@@ -19,11 +19,7 @@ static bool allocate(strain_level *x, const solve_rod *rod)
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->jumps = calloc(edges, sizeof *x->jumps);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    x->prolong = calloc(nodes, sizeof *x->prolong);
-    x->integral = calloc(nodes, sizeof *x->integral);
-    x->parent = calloc(nodes, sizeof *x->parent);
-    return x->s && x->loads && x->pulls && x->jumps && x->output && x->prolong && x->integral &&
-           x->parent;
+    return x->s && x->loads && x->pulls && x->jumps && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -40,24 +36,41 @@ static void place_outputs(strain_level *x, const double *s)
         while (to->from + 1 < x->stages && rule->nodes[to->from + 1] <= at) {
             to->from++;
         }
-        strain_form_lagrange(rule, at, to->interpolate);
-        strain_form_integral(rule, at, to->integrate);
-        strain_form_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
+        gauss_lagrange(rule, at, to->interpolate);
+        gauss_integral(rule, at, to->integrate);
+        gauss_magnus(rule, to->from < 0 ? 0 : rule->nodes[to->from], at, to->magnus);
     }
 }
 
-static void set_parents(strain_level *x, const strain_level *from)
+ad_status strain_link_create(const strain_level *from, const strain_level *to, strain_link *result,
+                             ad_error *error)
 {
-    for (size_t i = 0; i < nodes_of(x); i++) {
+    const size_t nodes = nodes_of(to);
+    *result = (strain_link){.element = malloc(nodes * sizeof *result->element),
+                            .value = malloc(nodes * sizeof *result->value),
+                            .integral = malloc(nodes * sizeof *result->integral)};
+    if (!result->element || !result->value || !result->integral) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", nodes);
+    }
+    for (size_t i = 0; i < nodes; i++) {
         int e = 0;
-        while (e + 1 < from->elements && x->s[i] > from->edges[e + 1]) {
+        while (e + 1 < from->elements && to->s[i] > from->edges[e + 1]) {
             e++;
         }
-        x->parent[i] = e;
-        const double at = (x->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
-        strain_form_lagrange(&from->form->rule, at, x->prolong[i]);
-        strain_form_integral(&from->form->rule, at, x->integral[i]);
+        const double at = (to->s[i] - from->edges[e]) / (from->edges[e + 1] - from->edges[e]);
+        result->element[i] = e;
+        gauss_lagrange(&from->form->rule, at, result->value[i]);
+        gauss_integral(&from->form->rule, at, result->integral[i]);
     }
+    return AD_OK;
+}
+
+void strain_link_free(strain_link *x)
+{
+    free(x->element);
+    free(x->value);
+    free(x->integral);
+    *x = (strain_link){.element = NULL};
 }
 
 /* Of jumps in the order of edges. */
@@ -105,12 +118,10 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
 {
     const strain_kind *kind = &x->form->kind;
     for (int k = 0; k < kind->actuators; k++) {
-        const solve_extent *extent = &kind->extents[k];
         const int at = node * kind->actuators + k;
-        bool here = extent->start <= x->s[node] && x->s[node] <= extent->end;
         put(x->form->actuators[at].offset, lane, 2, from[k].offset);
         put(x->form->actuators[at].slope, lane, 2, from[k].slope);
-        x->pulls[at][lane] = here ? from[k].pull : 0;
+        x->pulls[at][lane] = from[k].pull;
     }
 }
 
@@ -151,13 +162,41 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
     }
 }
 
-/* Values [points][width] of a part at all points, or at one where it is the same along the rod. */
-static void spread(strain_level *x, solve_part part, bool by_s, size_t width, int lane,
+/* Of the first point, to another. */
+static void copy_part(strain_level *x, solve_part part, int node)
+{
+    const size_t actuators = (size_t)x->form->kind.actuators;
+    strain_point *from = x->form->points, *to = from + node;
+    switch (part) {
+    case SOLVE_SECTIONS:
+        memcpy(to->compliance, from->compliance, sizeof to->compliance);
+        break;
+    case SOLVE_REST:
+        memcpy(to->rest, from->rest, sizeof to->rest);
+        break;
+    case SOLVE_LOAD:
+        memcpy(x->loads[node], x->loads[0], sizeof *x->loads);
+        break;
+    default:
+        memcpy(x->form->actuators + (size_t)node * actuators, x->form->actuators,
+               actuators * sizeof *x->form->actuators);
+        memcpy(x->pulls + (size_t)node * actuators, x->pulls, actuators * sizeof *x->pulls);
+    }
+}
+
+/* Values of a part: [points][width] of one lane after the other, `stride` apart; where it is the
+ * same along the rod, of one point. */
+static void spread(strain_level *x, solve_part part, bool by_s, size_t width, size_t stride,
                    const double *values)
 {
     const int nodes = is_along(part) ? (int)nodes_of(x) : 1;
-    for (int i = 0; i < nodes; i++) {
-        put_part(x, part, i, lane, values + (by_s ? (size_t)i * width : 0));
+    for (int lane = 0; lane < LANES; lane++) {
+        for (int i = 0; i < (by_s ? nodes : 1); i++) {
+            put_part(x, part, i, lane, values + (size_t)lane * stride + (size_t)i * width);
+        }
+    }
+    for (int i = 1; i < nodes && !by_s; i++) {
+        copy_part(x, part, i);
     }
 }
 
@@ -197,9 +236,8 @@ ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
             }
         }
         status = solve_rod_part(rod, PARTS[p], LANES * points, s, of_points, values, error);
-        for (size_t lane = 0; lane < LANES && status == AD_OK; lane++) {
-            spread(x, PARTS[p], points > 1, kind.width, (int)lane,
-                   values + lane * points * kind.width);
+        if (status == AD_OK) {
+            spread(x, PARTS[p], points > 1, kind.width, points * kind.width, values);
         }
     }
     return status;
@@ -222,8 +260,8 @@ static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *erro
             const double end = PARTS[p] == SOLVE_END;
             status = solve_rod_part(rod, PARTS[p], points, points > 1 ? x->s : &end,
                                     points > 1 ? zeros : none, values, error);
-            for (int lane = 0; lane < LANES && status == AD_OK; lane++) {
-                spread(x, PARTS[p], points > 1, kind.width, lane, values);
+            if (status == AD_OK) {
+                spread(x, PARTS[p], points > 1, kind.width, 0, values);
             }
         }
         free(values);
@@ -253,8 +291,8 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
 }
 
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, bool is_rigid, int outputs, const double *s,
-                              strain_level *result, ad_error *error)
+                              bool is_rigid, int outputs, const double *s, strain_level *result,
+                              ad_error *error)
 {
     strain_level *x = result;
     *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
@@ -272,9 +310,6 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
         x->s[i] = edges[e] + (edges[e + 1] - edges[e]) * x->form->rule.nodes[i % (size_t)stages];
     }
     place_outputs(x, s);
-    if (from) {
-        set_parents(x, from);
-    }
     set_edges(x, rod);
     return give_same(x, rod, error);
 }
@@ -287,9 +322,6 @@ void strain_level_free(strain_level *x)
     free(x->pulls);
     free(x->jumps);
     free(x->output);
-    free(x->prolong);
-    free(x->integral);
-    free(x->parent);
     strain_form_free(x->form);
     *x = (strain_level){.stages = 0};
 }
@@ -310,7 +342,12 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     for (int i = 0; i < form->nodes; i++) {
         scale(12, x->loads[i][0], factor, form->points[i].load[0]);
         for (int k = 0; k < pulling; k++) {
-            form->actuators[i * pulling + k].pull = *factor * x->pulls[i * pulling + k];
+            const solve_extent *extent = &form->kind.extents[k];
+            lanes *pull = &form->actuators[i * pulling + k].pull;
+            *pull = NO_LANES;
+            if (extent->start <= x->s[i] && x->s[i] <= extent->end) {
+                *pull = *factor * x->pulls[i * pulling + k];
+            }
         }
     }
     for (int e = 0; e <= x->elements; e++) {
@@ -333,45 +370,68 @@ void strain_level_rest(strain_level *x)
     }
 }
 
-FOR_EACH_PROCESSOR static void refine(strain_level *x, const strain_level *from)
+FOR_EACH_PROCESSOR static void refine(const strain_link *link, const strain_level *from,
+                                      strain_level *to)
 {
-    for (int i = 0; i < x->form->nodes; i++) {
-        const strain_node *coarse = from->form->at + x->parent[i] * from->stages;
-        strain_node *to = &x->form->at[i];
+    for (int i = 0; i < to->form->nodes; i++) {
+        const strain_node *coarse = from->form->at + link->element[i] * from->stages;
+        strain_node *at = &to->form->at[i];
         for (int c = 0; c < 3; c++) {
-            to->u[c] = to->v[c] = NO_LANES;
+            at->u[c] = at->v[c] = NO_LANES;
             for (int j = 0; j < from->stages; j++) {
-                to->u[c] += x->prolong[i][j] * coarse[j].u[c];
-                to->v[c] += x->prolong[i][j] * coarse[j].v[c];
+                at->u[c] += link->value[i][j] * coarse[j].u[c];
+                at->v[c] += link->value[i][j] * coarse[j].v[c];
             }
         }
     }
 }
 
-void strain_level_refine(strain_level *x, const strain_level *from)
+void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to)
 {
-    refine(x, from);
+    refine(link, from, to);
 }
 
-FOR_EACH_PROCESSOR static void foresee(const strain_level *x, const strain_level *from,
-                                       lanes *positions)
+FOR_EACH_PROCESSOR static void foresee(const strain_link *link, const strain_level *from,
+                                       const strain_level *to, lanes *positions)
 {
-    for (int i = 0; i < x->form->nodes; i++) {
-        const int e = x->parent[i];
+    for (int i = 0; i < to->form->nodes; i++) {
+        const int e = link->element[i];
         const strain_node *coarse = from->form->at + e * from->stages;
         for (int c = 0; c < 3; c++) {
             lanes sum = NO_LANES;
             for (int j = 0; j < from->stages; j++) {
-                sum += x->integral[i][j] * coarse[j].slope[c];
+                sum += link->integral[i][j] * coarse[j].slope[c];
             }
             positions[3 * i + c] = from->form->edges[e].r[c] + from->form->width[e] * sum;
         }
     }
 }
 
-void strain_level_foresee(const strain_level *x, const strain_level *from, lanes *positions)
+void strain_level_foresee(const strain_link *link, const strain_level *from, const strain_level *to,
+                          lanes *positions)
 {
-    foresee(x, from, positions);
+    foresee(link, from, to, positions);
+}
+
+FOR_EACH_PROCESSOR static void sample(const strain_link *link, const strain_level *from,
+                                      const strain_level *to, const lanes *numbers, lanes *sampled)
+{
+    for (int i = 0; i < to->form->nodes; i++) {
+        const lanes *of = numbers + 3 * link->element[i] * from->stages;
+        for (int c = 0; c < 3; c++) {
+            lanes sum = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                sum += link->value[i][j] * of[3 * j + c];
+            }
+            sampled[3 * i + c] = sum;
+        }
+    }
+}
+
+void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
+                         const lanes *numbers, lanes *sampled)
+{
+    sample(link, from, to, numbers, sampled);
 }
 
 /* ---- shapes -------------------------------------------------------------------------------- */

@@ -12,6 +12,14 @@ typedef struct strain_output {
     double magnus[3][GAUSS_STAGES_MAX], interpolate[GAUSS_STAGES_MAX], integrate[GAUSS_STAGES_MAX];
 } strain_output;
 
+/* What one mesh has at the points of another: in which of its elements each lies, and of the values
+ * at that element's points the polynomial and its integral from the beginning. */
+typedef struct strain_link {
+    int *element;                         /* [nodes] */
+    double (*value)[GAUSS_STAGES_MAX];    /* [nodes] */
+    double (*integral)[GAUSS_STAGES_MAX]; /* [nodes], by the width of the element */
+} strain_link;
+
 typedef struct strain_level {
     int stages, elements, outputs;
     double *edges, *s; /* [elements + 1], [nodes] */
@@ -21,18 +29,13 @@ typedef struct strain_level {
     lanes (*jumps)[4][3]; /* [elements + 1] */
     lanes end_force[3], end_moment[3];
     strain_output *output; /* [outputs] */
-    double (
-        *prolong)[GAUSS_STAGES_MAX]; /* [nodes] from the points of an element of a coarser one */
-    double (*integral)[GAUSS_STAGES_MAX]; /* the same of integrals from its beginning */
-    int *parent;                          /* [nodes] that element */
 } strain_level;
 
 /* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1].
- * `from`: the coarser one; NULL: none. is_rigid: for positions alone. AD_NO_MEMORY, errors of
- * formulas. */
+ * is_rigid: for positions alone. AD_NO_MEMORY, errors of formulas. */
 ad_status strain_level_create(const solve_rod *rod, int stages, int elements, const double *edges,
-                              const strain_level *from, bool is_rigid, int outputs, const double *s,
-                              strain_level *result, ad_error *error);
+                              bool is_rigid, int outputs, const double *s, strain_level *result,
+                              ad_error *error);
 void strain_level_free(strain_level *x); /* not x itself */
 
 /* Gives LANES members what they have: parameters [LANES][count]. room: doubles for the largest part
@@ -47,11 +50,21 @@ void strain_level_load(strain_level *x, const lanes *factor);
 /* The unstressed rod. */
 void strain_level_rest(strain_level *x);
 
-/* Curvature and strain from the coarser one. */
-void strain_level_refine(strain_level *x, const strain_level *from);
+/* AD_NO_MEMORY. */
+ad_status strain_link_create(const strain_level *from, const strain_level *to, strain_link *result,
+                             ad_error *error);
+void strain_link_free(strain_link *x); /* not x itself */
 
-/* Positions [nodes][3] of its points by the coarser one. */
-void strain_level_foresee(const strain_level *x, const strain_level *from, lanes *positions);
+/* Curvature and strain from the other mesh. */
+void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to);
+
+/* Positions [nodes of `to`][3] of its points by the other mesh. */
+void strain_level_foresee(const strain_link *link, const strain_level *from, const strain_level *to,
+                          lanes *positions);
+
+/* Numbers [nodes][3] of one mesh at the points of the other. */
+void strain_level_sample(const strain_link *link, const strain_level *from, const strain_level *to,
+                         const lanes *numbers, lanes *sampled);
 
 /* values [outputs][SOLVE_MEMBERS_COLUMNS] of one lane after the other, dimensionless. */
 void strain_level_evaluate(const strain_level *x, lanes *values);

@@ -79,8 +79,10 @@ STRAIN_INLINE void differentiate_rates(strain_form *x, int node, yielding *yield
         cross_times(at->N, -1, at->S, at->K);
     }
     cross_times(at->N, -1, at->P, at->G);
+    memset(at->body, 0, sizeof at->body);
     if (x->kind.follows) {
         lanes body[3];
+        lanes_to_world(at->R, x->points[node].load[2], at->body);
         lanes_to_world(at->R, x->points[node].load[3], body);
         cross_matrix(body, -1, part);
         add(at->G, part);
@@ -192,113 +194,10 @@ STRAIN_INLINE void differentiate_start(strain_form *x)
 
 /* ---- columns ------------------------------------------------------------------------------- */
 
-/* Whether N at a point depends on the shape, or M of an end or an edge does. */
-static bool forces_move(const strain_form *x)
-{
-    bool moves = x->kind.follows || x->unknowns > x->elastic || x->kind.end.force_is_body ||
-                 x->kind.end.moment_is_body || x->kind.springs > 0 || x->last.spring[0] != 0 ||
-                 x->last.spring[1] != 0 || x->last.spring[2] != 0;
-    for (int e = 0; e <= x->kind.elements && !moves; e++) {
-        moves = x->edges[e].follows;
-    }
-    return moves;
-}
-
-/* By component c of u at a point, where all forces are dead: N stays. */
-STRAIN_INLINE void dead_column(strain_form *x, int node, int c, lanes *to)
-{
-    const int n = x->kind.stages, first = node / n, own = node % n;
-    const lanes a[3] = {x->at[node].R[0][c], x->at[node].R[1][c], x->at[node].R[2][c]};
-    lanes end[3] = {NO_LANES, NO_LANES, NO_LANES};
-    for (int e = x->kind.elements - 1; e >= 0; e--) {
-        strain_node *at = x->at + e * n;
-        const double h = x->width[e], reach = x->width[first];
-        lanes rate[GAUSS_STAGES_MAX][3], sum[3];
-        double turned[GAUSS_STAGES_MAX];
-        for (int j = 0; j < n && e >= first; j++) {
-            turned[j] = reach * (e > first ? x->rule.weights[own] : x->rule.matrix[j][own]);
-            apply(at[j].G, a, rate[j]);
-            for (int k = 0; k < 3; k++) {
-                rate[j][k] *= turned[j];
-                if (x->kind.shears && e == first && j == own) {
-                    rate[j][k] += at[j].K[k][c];
-                }
-            }
-        }
-        for (int i = 0; i < n; i++) {
-            lanes *row = to + 3 * (e * n + i), moved[3];
-            memcpy(sum, end, sizeof sum);
-            for (int j = 0; j < n && e >= first; j++) {
-                const double weight = h * x->tail[i][j];
-                for (int k = 0; k < 3; k++) {
-                    sum[k] += weight * rate[j][k];
-                }
-            }
-            apply(at[i].T, sum, moved);
-            for (int k = 0; k < 3; k++) {
-                row[k] = -moved[k];
-            }
-            if (e >= first) {
-                apply(at[i].Y, a, moved);
-                for (int k = 0; k < 3; k++) {
-                    row[k] += turned[i] * moved[k];
-                }
-            }
-        }
-        for (int j = 0; j < n && e >= first; j++) {
-            for (int k = 0; k < 3; k++) {
-                end[k] += h * x->rule.weights[j] * rate[j][k];
-            }
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        to[3 * node + k] += x->at[node].L[k][c];
-    }
-}
-
 /* What changes at a point, and at an edge before what acts there. */
 typedef struct changed {
     lanes turn[3], force[3], slope[3], position[3], moment[3];
 } changed;
-
-/* Integrals over an element of rate [stages]: to its points and to its end from its beginning,
- * where `from` is known, */
-STRAIN_INLINE void integrate_on(strain_form *x, int e, lanes (*rate)[3], const lanes from[3],
-                                lanes (*to)[3], lanes end[3])
-{
-    const int n = x->kind.stages;
-    for (int k = 0; k < 3; k++) {
-        lanes all = NO_LANES;
-        for (int i = 0; i < n; i++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < n; j++) {
-                sum += x->rule.matrix[i][j] * rate[j][k];
-            }
-            to[i][k] = from[k] + x->width[e] * sum;
-            all += x->rule.weights[i] * rate[i][k];
-        }
-        end[k] = from[k] + x->width[e] * all;
-    }
-}
-
-/* and from its points and its beginning to its end, where `end` is known. */
-STRAIN_INLINE void integrate_back(strain_form *x, int e, lanes (*rate)[3], const lanes end[3],
-                                  lanes (*to)[3], lanes start[3])
-{
-    const int n = x->kind.stages;
-    for (int k = 0; k < 3; k++) {
-        lanes all = NO_LANES;
-        for (int i = 0; i < n; i++) {
-            lanes sum = NO_LANES;
-            for (int j = 0; j < n; j++) {
-                sum += x->tail[i][j] * rate[j][k];
-            }
-            to[i][k] = end[k] + x->width[e] * sum;
-            all += x->rule.weights[i] * rate[i][k];
-        }
-        start[k] = end[k] + x->width[e] * all;
-    }
-}
 
 /* Three of a direction; 0 where these are not sought. */
 STRAIN_INLINE void take(const lanes *direction, int first, lanes to[3])
@@ -357,9 +256,8 @@ STRAIN_INLINE void change_forces(strain_form *x, const lanes *direction, changed
             const int node = (e - 1) * n + j;
             take(direction, x->push_at < 0 ? -1 : x->push_at + 3 * node, rate[j]);
             if (x->kind.follows) {
-                lanes body[3], turned[3];
-                lanes_to_world(x->at[node].R, x->points[node].load[2], body);
-                lanes_vector_cross(points[node].turn, body, turned);
+                lanes turned[3];
+                lanes_vector_cross(points[node].turn, x->at[node].body, turned);
                 for (int k = 0; k < 3; k++) {
                     rate[j][k] += turned[k];
                 }
@@ -519,24 +417,24 @@ STRAIN_INLINE void differentiate(strain_form *x)
     }
 }
 
-FOR_EACH_PROCESSOR static void fill(strain_form *x, bool moves)
+FOR_EACH_PROCESSOR static void linearise(strain_form *x)
 {
-    const size_t n = (size_t)x->unknowns;
     differentiate(x);
-    for (size_t k = 0; k < n; k++) {
-        if (moves) {
-            x->direction[k] += 1;
-            change(x, x->direction, x->matrix + k * n);
-            x->direction[k] = NO_LANES;
-        } else {
-            dead_column(x, (int)k / 3, (int)k % 3, x->matrix + k * n);
-        }
-    }
 }
 
 void strain_form_linearise(strain_form *x)
 {
-    fill(x, forces_move(x));
+    linearise(x);
+}
+
+FOR_EACH_PROCESSOR static void change_all(strain_form *x, const lanes *direction, lanes *result)
+{
+    change(x, direction, result);
+}
+
+void strain_form_apply(strain_form *x, const lanes *direction, lanes *result)
+{
+    change_all(x, direction, result);
 }
 
 /* As all lanes have the same rod, each takes a column. */

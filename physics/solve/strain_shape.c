@@ -206,6 +206,7 @@ STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes 
 STRAIN_INLINE void find_strain(strain_form *x, int node)
 {
     enum { STEPS = 3 }; /* of which the first two find it but on the first visit */
+    const integer_lanes moving = ~*(const integer_lanes *)x->still;
     strain_node *at = &x->at[node];
     const strain_point *point = &x->points[node];
     lanes n[3], missing[3], step[3], inverse[3][3];
@@ -229,7 +230,7 @@ STRAIN_INLINE void find_strain(strain_form *x, int node)
         }
         apply(inverse, missing, step);
         for (int i = 0; i < 3; i++) {
-            at->v[i] -= step[i];
+            at->v[i] -= (lanes)((integer_lanes)step[i] & moving);
         }
     }
 }
@@ -406,9 +407,8 @@ STRAIN_INLINE void miss_springs(strain_form *x)
     }
 }
 
-FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
+STRAIN_INLINE void find_positions(strain_form *x, lanes M[3])
 {
-    lanes M[3];
     turn_all(x);
     load_all(x, M);
     for (int i = 0; i < x->nodes; i++) {
@@ -416,6 +416,18 @@ FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
         lanes_to_world(x->at[i].R, x->at[i].v, x->at[i].slope);
     }
     place_all(x);
+}
+
+FOR_EACH_PROCESSOR static void find_strains(strain_form *x)
+{
+    lanes M[3];
+    find_positions(x, M);
+}
+
+FOR_EACH_PROCESSOR static void find_shape(strain_form *x)
+{
+    lanes M[3];
+    find_positions(x, M);
     bend_all(x, M);
     miss_points(x);
     miss_springs(x);
@@ -437,7 +449,7 @@ void strain_form_place(strain_form *x)
     find_places(x);
 }
 
-void strain_form_shape(strain_form *x)
+static void clear_edges(strain_form *x)
 {
     for (int e = 0; e <= x->kind.elements; e++) { /* what is not loaded stays 0 */
         strain_edge *edge = &x->edges[e];
@@ -445,7 +457,18 @@ void strain_form_shape(strain_form *x)
         memset(edge->moment, 0, sizeof edge->moment);
         memset(edge->by_turn, 0, sizeof edge->by_turn);
     }
+}
+
+void strain_form_shape(strain_form *x)
+{
+    clear_edges(x);
     find_shape(x);
+}
+
+void strain_form_strain(strain_form *x)
+{
+    clear_edges(x);
+    find_strains(x);
 }
 
 /* ---- steps --------------------------------------------------------------------------------- */

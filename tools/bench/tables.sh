@@ -52,7 +52,8 @@ for file in "$@"; do
         command=${BASH_REMATCH[1]}
         [[ $command == *"$only"* ]] || continue
         echo "$file: $command" >&2
-        if run_table "$work" "$command" >"$work/table"; then
+        rm -rf "$work/out" && mkdir "$work/out" || exit 1
+        if run_table "$work/out" "$command" >"$work/table"; then
             {
                 printf '```\n$ %s\n' "$command"
                 cat "$work/table"
@@ -60,7 +61,7 @@ for file in "$@"; do
             } >>"$new"
             skipping=yes
         else
-            echo "failed, the table stays as it was: $(tail -1 "$work/stderr")" >&2
+            echo "failed, the table stays as it was: $(tail -1 "$work/out/stderr")" >&2
             failures=$((failures + 1))
         fi
     done <"$file"

@@ -252,6 +252,7 @@ static ad_status keep_parameters(config *experiment, const scene *given, ad_erro
         to->range[0] = from->low;
         to->range[1] = from->high;
         to->scale = (int)from->scale;
+        to->identify = i < scene_known_count(given) ? NAN : given->guess[i];
     }
     return AD_OK;
 }
@@ -276,7 +277,7 @@ static ad_status fill_by_hand(config *experiment, const void *context, ad_error 
     const hand_request *r = context;
     experiment->scene = *r->scene;
     experiment->scene.names = experiment->names;
-    experiment->scene.parameter_count = 0; /* until they are defined */
+    experiment->scene.parameter_count = experiment->scene.unknown_count = 0; /* until they are defined */
     experiment->settings = *r->settings;
     ad_status status = check_lists(experiment, error);
     if (status == AD_OK) {

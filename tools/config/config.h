@@ -26,6 +26,7 @@ typedef struct config_parameter {
     quantity value;  /* not given beside a range */
     double range[2]; /* NaN: a value */
     int scale;       /* scene_scale of the range */
+    double identify; /* where the search for an unknown begins; NaN: it is none */
 } config_parameter;
 
 enum { CONFIG_TABLES_MAX = 16 };

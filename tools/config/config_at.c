@@ -25,7 +25,7 @@ ad_status config_close(config *experiment, const char *at, ad_error *error)
                             "%s; give them by --at or --set", reason.message);
     }
     for (int i = 0; i < count; i++) {
-        which[i]->range[0] = which[i]->range[1] = NAN;
+        which[i]->range[0] = which[i]->range[1] = which[i]->identify = NAN;
         which[i]->value = quantity_number(values[i]);
         snprintf(path, sizeof path, "parameters.%s.scale", which[i]->name);
         config_unplace(experiment->source, path); /* it went with the range */

@@ -54,9 +54,23 @@ static ad_status open_parameter(config *experiment, const config_parameter *para
                             "is one parameter with a range too many; allowed: %d",
                             SCENE_PARAMETERS_MAX);
     }
-    family->parameters[family->parameter_count++] =
-        (scene_parameter){parameter->name, low, high, (scene_scale)parameter->scale};
-    const double usual = scene_parameter_at(&family->parameters[family->parameter_count - 1], 0.5);
+    if (parameter->identify < low || parameter->identify > high) {
+        return config_blame(experiment->source, error, path,
+                            "is to be identified from %g on, outside its range; allowed: %g to %g",
+                            parameter->identify, low, high);
+    }
+    const bool known = isnan(parameter->identify);
+    const scene_parameter added = {parameter->name, low, high, (scene_scale)parameter->scale};
+    const double usual = known ? scene_parameter_at(&added, 0.5) : parameter->identify;
+    const int at = known ? scene_known_count(family) : family->parameter_count;
+    for (int i = family->parameter_count; i > at; i--) { /* unknowns come last */
+        family->parameters[i] = family->parameters[i - 1];
+        family->guess[i] = family->guess[i - 1];
+    }
+    family->parameters[at] = added;
+    family->guess[at] = usual;
+    family->parameter_count++;
+    family->unknown_count += !known;
     return quantities_parameter(experiment->names, parameter->name, low, high, usual, &reason) ==
                    AD_OK
                ? AD_OK
@@ -72,14 +86,16 @@ static ad_status define_parameter(config *experiment, config_parameter *paramete
     const bool open = !isnan(parameter->range[0]);
     if (!open && !parameter->value.is_given) {
         return config_blame(experiment->source, error, path, "has no range; allowed: %s",
-                            "a number, a formula or {range: [low, high], scale: linear or log}");
+                            "a number, a formula or {range: [low, high], scale: linear or log, "
+                            "identify: number}");
     }
     if (open) {
         return open_parameter(experiment, parameter, path, error);
     }
-    if (config_given(experiment->source, scale)) {
-        return config_blame(experiment->source, error, scale,
-                            "belongs to a range, but the parameter has a value; leave it out");
+    if (config_given(experiment->source, scale) || !isnan(parameter->identify)) {
+        return config_blame(experiment->source, error, isnan(parameter->identify) ? scale : path,
+                            "scale and identify belong to a range, but the parameter has a value; "
+                            "leave them out");
     }
     ad_status status =
         parse(experiment, config_key_find(CONFIG_PARAMETER_PATH), path, &parameter->value, error);

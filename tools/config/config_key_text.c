@@ -135,8 +135,9 @@ void config_key_pattern(const char *path, char pattern[CONFIG_PATH_MAX])
     pattern[at] = '\0';
 }
 
-static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {
-    CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS, CONFIG_FOR_GAUSS_NEWTON, CONFIG_FOR_SSBROYDEN};
+static const unsigned optimizer_flags[OPTIM_METHOD_COUNT] = {CONFIG_FOR_ADAM, CONFIG_FOR_LBFGS,
+                                                             CONFIG_FOR_GAUSS_NEWTON,
+                                                             CONFIG_FOR_SSBROYDEN, CONFIG_FOR_SOAP};
 
 bool config_key_applies(const config *experiment, const config_key *key, int index)
 {
@@ -249,7 +250,8 @@ static const char *type_text(config_type type, bool many)
     case CONFIG_QUANTITY:
         return many ? "numbers or formulas" : "a number or a formula";
     case CONFIG_PARAMETER:
-        return "a number, a formula or {range: [low, high], scale: linear or log}";
+        return "a number, a formula or {range: [low, high], scale: linear or log, identify: "
+               "number}";
     case CONFIG_CHOICE:
         return "one of";
     case CONFIG_TEXT:

@@ -19,8 +19,11 @@
 CONFIG_NAMES(unit_names, "SI", "EI", )
 CONFIG_NAMES(activation_names, NN_ACTIVATION_LIST(CONFIG_NAME))
 CONFIG_NAMES(initialization_names, NN_INITIALIZATION_LIST(CONFIG_NAME))
+CONFIG_NAMES(input_names, GROUPS_INPUTS_LIST(CONFIG_NAME))
+CONFIG_NAMES(symmetry_names, GROUPS_SYMMETRY_LIST(CONFIG_NAME))
 CONFIG_NAMES(sampler_names, SAMPLING_KIND_LIST(CONFIG_SAMPLER))
 CONFIG_NAMES(schedule_names, OPTIM_SCHEDULE_LIST(CONFIG_NAME))
+CONFIG_NAMES(adaptive_names, PROBLEM_ADAPTIVE_LIST(CONFIG_NAME))
 CONFIG_NAMES(balance_names, "none", "gradient_norm", )
 CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 
@@ -34,7 +37,8 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
 #define BETWEEN(least, most) .low = (least), .high = (most)
 #define ENTRIES(least, most) .entries_min = (least), .entries_max = (most)
 #define FORMULA(path, field) path, CONFIG_QUANTITY, AT(field), ANY
-#define ADAM                 .flags = CONFIG_FOR_ADAM
+#define LIKE_ADAM            CONFIG_FOR_ADAM | CONFIG_FOR_SOAP
+#define ADAM                 .flags = LIKE_ADAM
 #define LBFGS                .flags = CONFIG_FOR_LBFGS
 #define GAUSS_NEWTON         .flags = CONFIG_FOR_GAUSS_NEWTON
 #define LINE_SEARCH          CONFIG_FOR_LBFGS | CONFIG_FOR_SSBROYDEN
@@ -78,6 +82,10 @@ const config_key config_keys[] = {
     {CONFIG_PARAMETER_PATH ".range", CONFIG_NUMBER, AT(parameters[0].range), ENTRIES(2, 2), ANY,
      .help = "The least and the largest value of a parameter that stays open: one training or one "
              "batch of members is for all values between."},
+    {CONFIG_PARAMETER_PATH ".identify", CONFIG_NUMBER, AT(parameters[0].identify), ANY,
+     .help = "The parameter is one number that is to be found from the measurements under data, "
+             "from this value on and within its range. {identify: 6e10, range: [1e10, 1e11]} may "
+             "also stand in place of any number of the scene."},
     {CONFIG_PARAMETER_PATH ".scale", CONFIG_CHOICE, AT(parameters[0].scale),
      .names = scene_scale_names,
      .help = "How members are spread over the range and networks see it; log: by the logarithm of "
@@ -170,9 +178,15 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
+     .fallback = "mixed; of families at rest with more than four parameters strain",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
-             "beams w and slope, second order."},
+             "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
+             "function of the parameters, learnt from members."},
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
+     .fallback = "131072 in the strain form, else 0",
+     .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
+             "before training, 16 at least."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -208,11 +222,22 @@ const config_key config_keys[] = {
     {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
+    {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
+     .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
+             "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "
+             "parameters: as they are, over their ranges."},
+    {"network.symmetry", CONFIG_CHOICE, AT(settings.groups.symmetry), .names = symmetry_names,
+     .help = "With groups. auto: where section, actuators and loads look the same after a turn "
+             "about d3 of the base or in a mirror, one member stands for all that are so turned; "
+             "none: each by itself."},
     {"network.rotation", CONFIG_CHOICE, AT(settings.rotation), .names = scene_rotation_names,
      .fallback = "quaternion; vector in motion without hidden layers, from a hard initial state",
      .help = "How the network expresses a rotation in space. quaternion: four outputs, normalised, "
              "for any number of turns; vector: a rotation vector, of less than a turn from where "
-             "the ends and the start of the window put the rod. In a plane it is an angle."},
+             "the ends and the start of the window put the rod; six: two columns of the matrix "
+             "that turns it on from there, made orthonormal (Zhou et al. 2019), in one window; "
+             "measured to be the worst of the three beyond a quarter of a turn. In a plane it is "
+             "an angle."},
 
     {"losses.interior.points", CONFIG_INTEGER, AT(settings.losses.interior.points), BETWEEN(1, 1e8),
      .fallback = "256 static, 1024 dynamic; without hidden layers 4 for each function",
@@ -223,6 +248,24 @@ const config_key config_keys[] = {
      .help = "Where they lie."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
+    {"losses.interior.adaptive.kind", CONFIG_CHOICE, AT(settings.losses.adaptive.kind),
+     .names = adaptive_names,
+     .help = "Points that move to where residuals are large, their number the same. rad: all drawn "
+             "anew with density |r|^power/mean + floor; rar_g: a twentieth at a time, up to half, "
+             "gives way to the worst candidates; gaussian: half lie around the worst candidates."},
+    {"losses.interior.adaptive.every", CONFIG_INTEGER, AT(settings.losses.adaptive.every),
+     .unit = "steps", BETWEEN(1, 1e9),
+     .fallback = "100; 5 where training begins with gauss_newton",
+     .help = "They move so often."},
+    {"losses.interior.adaptive.candidates", CONFIG_INTEGER, AT(settings.losses.adaptive.candidates),
+     BETWEEN(0, 1e8), .help = "Places where the residual is looked at; 0: ten for each point."},
+    {"losses.interior.adaptive.power", CONFIG_NUMBER, AT(settings.losses.adaptive.power), POSITIVE,
+     .help = "rad: larger values crowd the points together."},
+    {"losses.interior.adaptive.floor", CONFIG_NUMBER, AT(settings.losses.adaptive.floor),
+     NOT_NEGATIVE, .help = "rad: larger values spread them."},
+    {"losses.interior.adaptive.width", CONFIG_NUMBER, AT(settings.losses.adaptive.width),
+     BETWEEN(0, 1), .flags = CONFIG_LOW_OPEN,
+     .help = "gaussian: standard deviation, in parts of the length and of the window of time."},
     {"losses.interior.weights.strain", CONFIG_NUMBER, AT(settings.weights.strain), LOSS_WEIGHT,
      .help = "Weight of r_s = R v, of beams w_s = slope + V/kGA (mixed form)."},
     {"losses.interior.weights.curvature", CONFIG_NUMBER, AT(settings.weights.curvature),
@@ -274,16 +317,32 @@ const config_key config_keys[] = {
      .help = "Steps between updates of the causal weights; lbfgs and ssbroyden start anew at "
              "each."},
 
+    {"data[].quantity", CONFIG_CHOICE, AT(settings.data[0].quantity), .names = train_quantity_names,
+     .fallback = "required",
+     .help = "Measurements as a term of the loss beside the equations; rotations by the angle between "
+             "them. History has it as data0_position and so on, in units of the noise."},
+    {"data[].file", CONFIG_TEXT, AT(settings.data[0].file), .fallback = "required",
+     .help = "CSV or HDF5, a row for each place: columns s, in motion t, and those of the quantity, "
+             "named and in units as cpinn-eval writes them; relative to this file. Others are left."},
+    {"data[].noise", CONFIG_NUMBER, AT(settings.data[0].noise), NOT_NEGATIVE,
+     .unit = "of the SI, rad",
+     .help = "Standard deviation of each number: differences count in its units; 0: in those of the "
+             "scene, L for positions."},
+    {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT,
+     .fallback = "1; 1e-6 with noise, so that the equations count for more than it",
+     .help = "Weight of the mean of their squares."},
+
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,
      .fallback = "required",
-     .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden. "
+     .help = "Stages run in turn; gauss_newton is Levenberg-Marquardt, ssbroyden self-scaled Broyden, "
+             "soap Adam in the eigenvectors of Shampoo. "
              "Without training.stages there is one: gauss_newton for up to 200 steps, with "
              "function_tolerance 0.2. Defaults below are those of a stage that is given."},
     {"training.stages[].steps", CONFIG_INTEGER, STAGE(steps), BETWEEN(1, 1e9),
      .help = "Length of the stage."},
     {"training.stages[].learning_rate", CONFIG_NUMBER, STAGE(adam.schedule.learning_rate),
-     .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | CONFIG_FOR_ADAM,
+     .low = 0, .high = INFINITY, .flags = CONFIG_LOW_OPEN | LIKE_ADAM,
      .help = "Highest step size of Adam."},
     {"training.stages[].schedule", CONFIG_CHOICE, STAGE(adam.schedule.kind),
      .names = schedule_names, ADAM, .help = "How the learning rate falls."},
@@ -295,16 +354,21 @@ const config_key config_keys[] = {
     {"training.stages[].final_fraction", CONFIG_NUMBER, STAGE(adam.schedule.final_fraction),
      BETWEEN(0, 1), ADAM, .help = "cosine: what is left of the learning rate at the end."},
     {"training.stages[].decay_factor", CONFIG_NUMBER, STAGE(adam.schedule.decay_factor),
-     BETWEEN(0, 1), .flags = CONFIG_FOR_ADAM | CONFIG_LOW_OPEN,
+     BETWEEN(0, 1), .flags = LIKE_ADAM | CONFIG_LOW_OPEN,
      .help = "exponential: factor per decay_steps."},
     {"training.stages[].beta1", CONFIG_NUMBER, STAGE(adam.beta1), BETWEEN(0, 1),
-     .flags = CONFIG_FOR_ADAM | CONFIG_HIGH_OPEN, .help = "Memory of the gradient's mean."},
+     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN, .fallback = "0.9, soap 0.95",
+     .help = "Memory of the gradient's mean."},
     {"training.stages[].beta2", CONFIG_NUMBER, STAGE(adam.beta2), BETWEEN(0, 1),
-     .flags = CONFIG_FOR_ADAM | CONFIG_HIGH_OPEN, .help = "Memory of the gradient's square."},
+     .flags = LIKE_ADAM | CONFIG_HIGH_OPEN, .fallback = "0.999, soap 0.95",
+     .help = "Memory of the gradient's square."},
     {"training.stages[].epsilon", CONFIG_NUMBER, STAGE(adam.epsilon), .low = 0, .high = INFINITY,
-     .flags = CONFIG_FOR_ADAM | CONFIG_LOW_OPEN, .help = "Keeps Adam's division finite."},
+     .flags = LIKE_ADAM | CONFIG_LOW_OPEN, .help = "Keeps Adam's division finite."},
     {"training.stages[].clip_norm", CONFIG_NUMBER, STAGE(adam.clip_norm), NOT_NEGATIVE, ADAM,
      .help = "Gradients longer than this are shortened to it; 0: never."},
+    {"training.stages[].basis_every", CONFIG_INTEGER, STAGE(basis_every), BETWEEN(1, 1000000),
+     .flags = CONFIG_FOR_SOAP, .unit = "steps",
+     .help = "Steps between turns of the bases in which soap is Adam."},
     {"training.stages[].memory", CONFIG_INTEGER, STAGE(lbfgs.memory), BETWEEN(1, 1000), LBFGS,
      .help = "Pairs that L-BFGS remembers."},
     {"training.stages[].sufficient_decrease", CONFIG_NUMBER,
@@ -354,6 +418,9 @@ const config_key config_keys[] = {
     {"training.stages[].damping_decrease", CONFIG_NUMBER, STAGE(gauss_newton.damping_decrease),
      BETWEEN(0, 1), .flags = CONFIG_FOR_GAUSS_NEWTON | CONFIG_LOW_OPEN | CONFIG_HIGH_OPEN,
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
+    {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
+     .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
+             "members in every step, by a step of Newton's method from what the network says."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,
@@ -399,6 +466,8 @@ const int config_key_count = (int)(sizeof config_keys / sizeof *config_keys);
 const config_list config_lists[] = {
     LIST("training.stages", "stage", "stages", "optimizer", 1, TRAIN_STAGES_MAX, settings.stages,
          settings.stage_count),
+    LIST("data", "data set", "data sets", "quantity", 0, TRAIN_DATA_MAX, settings.data,
+         settings.data_count),
     LIST("tables", "table", "tables", NULL, 0, CONFIG_TABLES_MAX, tables, table_count),
     LIST("segments", "segment", "segments", NULL, 0, SCENE_SEGMENTS_MAX, scene.segments,
          scene.segment_count),

@@ -97,6 +97,12 @@ bool config_is_null(const yaml_node_t *node);  /* null or ~ */
 ad_status config_read_document(config_reader *reader);
 ad_status config_read_override(config_reader *reader, const char *path);
 
+/* {identify: ..., range: ...} in place of a number at `path`: a parameter of a name of its own, and
+ * the quantity its formula. One that stood there before is forgotten; what is no section is left to
+ * others. */
+ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t *node,
+                            quantity *field);
+
 /* ---- config_write.c: one value as YAML ----------------------------------------------------- */
 
 /* `base` as of config_key_base. Formulas as they were written, or with the parameters put in and

@@ -344,6 +344,44 @@ static ad_status read_node(config_reader *reader, const char *path, yaml_node_t 
     return read_section(reader, path, node);
 }
 
+/* "rod.material.youngs_modulus" -> "material_youngs_modulus"; false: too long for a name. */
+static bool name_of(const char *path, char name[CONFIG_PARAMETER_BYTES])
+{
+    const char *from = strncmp(path, "rod.", 4) == 0 ? path + 4 : path;
+    size_t length = 0;
+    for (; *from && length + 1 < CONFIG_PARAMETER_BYTES; from++) {
+        if (strchr(".[]", *from)) {
+            name[length] = '_';
+            length += length > 0 && name[length - 1] != '_';
+        } else {
+            name[length++] = *from;
+        }
+    }
+    length -= length > 0 && name[length - 1] == '_';
+    name[length] = '\0';
+    return !*from && length <= 40;
+}
+
+ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t *node,
+                            quantity *field)
+{
+    char name[CONFIG_PARAMETER_BYTES], at[CONFIG_PATH_MAX];
+    const bool named = name_of(path, name);
+    snprintf(at, sizeof at, "parameters.%s", name);
+    if (node->type != YAML_MAPPING_NODE) {
+        return named && config_parameter_find(reader->experiment, at)
+                   ? config_unset(reader, config_key_find(CONFIG_PARAMETER_PATH), at)
+                   : AD_OK;
+    }
+    if (!named) {
+        return blame_at(reader, node, path,
+                        "has too long a path for a name; name it under parameters");
+    }
+    ad_status status = config_begin_parameter(reader, at, true);
+    *field = quantity_unparsed(reader->experiment->names, name);
+    return status == AD_OK ? read_section(reader, at, node) : status;
+}
+
 ad_status config_read_document(config_reader *reader)
 {
     return read_section(reader, "", yaml_document_get_root_node(reader->document));

@@ -19,6 +19,7 @@ void config_defaults(config *experiment)
     }
     for (int i = 0; i < CONFIG_PARAMETERS_MAX; i++) {
         experiment->parameters[i].range[0] = experiment->parameters[i].range[1] = NAN;
+        experiment->parameters[i].identify = NAN;
     }
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
@@ -113,9 +114,21 @@ void config_resolve_end_type(config *experiment)
     }
 }
 
+/* Random waves need ever more features with more coordinates. */
+static void resolve_formulation(config *experiment)
+{
+    enum { PARAMETERS_MANY = 5 };
+    scene *of = &experiment->scene;
+    if (!given(experiment, "formulation") && of->parameter_count >= PARAMETERS_MANY &&
+        !scene_is_dynamic(of) && !scene_is_beam(of)) {
+        of->formulation = SCENE_STRAIN_FORM;
+    }
+}
+
 ad_status config_resolve_choices(config *experiment, ad_error *error)
 {
     scene *rod_scene = &experiment->scene;
+    resolve_formulation(experiment);
     ad_status status = resolve_name(experiment, error);
     if (status == AD_OK) {
         status = resolve_end(experiment, &rod_scene->start, "start", error);
@@ -270,6 +283,9 @@ static ad_status settle(config *experiment, ad_error *error)
                             "is solved for before training, but the scene is a family, whose "
                             "members have one each; allowed: given, or no parameter with a range");
     }
+    if (scene_is_open(&experiment->scene)) {
+        return AD_OK; /* of unknowns every trial does */
+    }
     ad_status status = solve_settle(&experiment->scene, experiment->names, &reason);
     return status == AD_OK ? AD_OK
            : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT
@@ -287,6 +303,11 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
     }
     if (status == AD_OK) {
         status = resolve_training(experiment, error);
+    }
+    for (int i = 0; status == AD_OK && i < experiment->settings.data_count; i++) {
+        char path[32];
+        snprintf(path, sizeof path, "data[%d].file", i);
+        status = config_absolute(experiment, path, &experiment->settings.data[i].file, error);
     }
     return status == AD_OK ? config_absolute(experiment, "reference.file",
                                              &experiment->settings.reference_file, error)

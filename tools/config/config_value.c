@@ -220,7 +220,7 @@ ad_status config_begin_parameter(config_reader *reader, const char *path, bool a
     }
     parameter->value = (quantity){.is_given = false};
     if (anew) {
-        parameter->range[0] = parameter->range[1] = NAN;
+        parameter->range[0] = parameter->range[1] = parameter->identify = NAN;
         parameter->scale = SCENE_LINEAR;
     }
     return AD_OK;
@@ -237,8 +237,10 @@ static void unset_parameter(config *experiment, const config_key *key, const cha
         memmove(parameter, parameter + 1, (size_t)(end - parameter - 1) * sizeof *parameter);
     } else if (parameter && key->type == CONFIG_CHOICE) {
         parameter->scale = SCENE_LINEAR;
-    } else if (parameter) {
+    } else if (parameter && key->entries_max > 0) {
         parameter->range[0] = parameter->range[1] = NAN;
+    } else if (parameter) {
+        parameter->identify = NAN;
     }
 }
 
@@ -276,7 +278,7 @@ static bool tag_is_known(const yaml_node_t *node)
 
 /* One scalar into one field. */
 static ad_status read_scalar(config_reader *reader, const config_key *key, const char *path,
-                             const yaml_node_t *node, void *field, bool entry)
+                             yaml_node_t *node, void *field, bool entry)
 {
     char value[96];
     char problem_text[200];
@@ -286,6 +288,12 @@ static ad_status read_scalar(config_reader *reader, const config_key *key, const
         key->type == CONFIG_NUMBER || key->type == CONFIG_INTEGER || key->type == CONFIG_LONG;
     if (!tag_is_known(node)) {
         return refuse(reader, key, path, "has a YAML tag", entry);
+    }
+    if (key->type == CONFIG_QUANTITY) {
+        ad_status status = config_read_range(reader, path, node, field);
+        if (status != AD_OK || node->type == YAML_MAPPING_NODE) {
+            return status;
+        }
     }
     if (node->type != YAML_SCALAR_NODE || config_is_empty(node) || config_is_null(node) ||
         (numeric && !config_is_plain(node))) {

@@ -209,8 +209,13 @@ static void write_parameter(FILE *file, const config_parameter *parameter)
     } else {
         quantity_number_text(parameter->range[0], low);
         quantity_number_text(parameter->range[1], high);
-        fprintf(file, "{range: [%s, %s], scale: %s}", low, high,
+        fprintf(file, "{range: [%s, %s], scale: %s", low, high,
                 scene_scale_names()[parameter->scale]);
+        if (!isnan(parameter->identify)) {
+            quantity_number_text(parameter->identify, low);
+            fprintf(file, ", identify: %s", low);
+        }
+        fputc('}', file);
     }
     fputc('\n', file);
 }
@@ -309,9 +314,9 @@ static int write_list(yaml_writer *writer, int first)
 /* Keys that a classical solution does not depend on. */
 static bool is_physics(const char *path)
 {
-    static const char *const others[] = {"name",     "tables",      "time.windows", "formulation",
-                                         "motion",   "enforcement", "network",      "losses",
-                                         "training", "checkpoint",  "output"};
+    static const char *const others[] = {"name",        "tables",   "data",        "time.windows",
+                                         "formulation", "motion",   "enforcement", "network",
+                                         "losses",      "training", "checkpoint",  "output"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
         size_t length = strlen(others[i]);
         if (strncmp(path, others[i], length) == 0 && strchr(".[", path[length])) { /* or its end */
@@ -325,7 +330,7 @@ static void write_keys(yaml_writer *writer, bool physics_alone)
 {
     for (int i = 0; i < config_key_count;) {
         if (config_keys[i].type == CONFIG_PARAMETER &&
-            (!physics_alone || scene_is_family(&writer->experiment->scene))) {
+            (!physics_alone || scene_is_open(&writer->experiment->scene))) {
             begin_section(writer, config_keys[i].path);
             write_parameters(writer, &config_keys[i++], physics_alone);
         } else if (config_parameter_of(config_keys[i].path) ||

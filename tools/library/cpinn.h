@@ -104,6 +104,154 @@ double cpinn_history_value(const cpinn_model *model, size_t row, const char *col
 ad_status cpinn_evaluator(const cpinn_model *model, const char *names, evaluator **result,
                           ad_error *error);
 
+/* ---- families -------------------------------------------------------------------------------
+ *
+ * A network that stands for all members of a family: values of the scene's parameters within their
+ * ranges. Where the solver of members takes the scene (physics/solve/members.h), each shape comes
+ * with its error, predicted by Newton's method from the network's curvature and so independent of
+ * how the network was trained; and what is not trusted is solved. */
+
+typedef struct cpinn_family cpinn_family;
+
+/* Of members that are solved: the estimated error of the position, over the length. */
+#define CPINN_TOLERANCE 1e-6
+
+/* One row per reason: name, word, meaning. The first are those of solve_doubt. */
+#define CPINN_REASON_LIST(X)                                                                       \
+    X(CPINN_REASON_NONE, "none", "nothing speaks against the network's answer")                    \
+    X(CPINN_REASON_NOT_FINITE, "not_finite", "numbers of the network's answer are not finite")     \
+    X(CPINN_REASON_UNSTABLE, "unstable", "the network's answer is close to no stable equilibrium") \
+    X(CPINN_REASON_TOO_FAR, "too_far", "the network's error is predicted to be too large")         \
+    X(CPINN_REASON_NOT_SETTLING, "not_settling", "steps of Newton's method hardly become shorter") \
+    X(CPINN_REASON_NO_ESTIMATE, "no_estimate", "the solver of members does not take this scene")   \
+    X(CPINN_REASON_REFUSED, "refused", "with these values the scene does not pass its checks")     \
+    X(CPINN_REASON_NO_EQUILIBRIUM, "no_equilibrium", "none was found under the whole load")        \
+    X(CPINN_REASON_WARNING, "warning", "the solver's verdict on its answer is a warning")
+
+typedef enum cpinn_reason {
+#define CPINN_REASON_ENUM(name, word, help) name,
+    CPINN_REASON_LIST(CPINN_REASON_ENUM)
+#undef CPINN_REASON_ENUM
+        CPINN_REASON_COUNT
+} cpinn_reason;
+
+const char *cpinn_reason_word(cpinn_reason reason);
+const char *cpinn_reason_text(cpinn_reason reason);
+
+/* Where an answer is from, the words: "network", "members" (the solver of members), "solver"
+ * (solution_create), "nothing" (there is none: values are NaN). */
+typedef enum cpinn_source {
+    CPINN_FROM_NETWORK,
+    CPINN_FROM_MEMBERS,
+    CPINN_FROM_SOLVER,
+    CPINN_FROM_NOTHING
+} cpinn_source;
+
+const char *cpinn_source_word(cpinn_source source);
+
+typedef struct cpinn_answer {
+    double error;         /* m, predicted: largest distance of the shape from the member's, at the
+                           * points of the solver's mesh; NaN: not known. Of a network's answer that
+                           * is trusted the true one is within twice as much and CPINN_TOLERANCE. */
+    double network_error; /* m, the same of the network before any step */
+    cpinn_source source;
+    cpinn_reason reason; /* why it is not trusted; of a solver's answer that is trusted, why that
+                          * of the network is not */
+    bool trusted;
+    bool outside; /* of the range of a parameter */
+} cpinn_answer;
+
+typedef struct cpinn_family_settings {
+    bool extrapolate; /* members outside the range are answered, too, and said to be so */
+    int threads;      /* 0: one per processor; results do not depend on it */
+    size_t points;
+    const double *s; /* [points] where shapes are wanted, m; ascending */
+    const double *t; /* [points] s, of a family in motion; else it may be NULL */
+} cpinn_family_settings;
+
+/* A family from a folder of a run, its checkpoint.h5 or any such file. AD_BAD_ARGUMENT: the scene
+ * has no parameters with ranges, or points are not within the rod; errors as of cpinn_open. */
+ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
+                            cpinn_family **result, ad_error *error);
+void cpinn_family_free(cpinn_family *x);
+
+/* Parameters in the order of the scene, with their ranges in units of the SI; live as long as it.
+ */
+int cpinn_family_parameters(const cpinn_family *x);
+const scene_parameter *cpinn_family_parameter(const cpinn_family *x, int index);
+
+/* Columns of a shape: those of solve_members, of other scenes all of the model. */
+int cpinn_family_columns(const cpinn_family *x);
+const char *cpinn_family_column_name(const cpinn_family *x, int column);
+
+/* "", or why answers of this family have no predicted error. */
+const char *cpinn_family_without_error(const cpinn_family *x);
+
+/* What is to be made of the network's answer. */
+typedef struct cpinn_polish {
+    int steps;  /* of Newton's method: 0, 1, 2 */
+    bool alone; /* what is not trusted then is left as it is, not solved */
+} cpinn_polish;
+
+/* values [members][points][columns] and answers [members] for parameters [members][parameters], in
+ * units of the SI. answers NULL: the network alone, without its error, and not polished. The same
+ * bits for any number of threads. Allocates only for members that need solution_create.
+ * AD_BAD_ARGUMENT: a parameter that is not finite, or outside its range without `extrapolate`. */
+ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,
+                                const double *parameters, double *values, cpinn_answer *answers,
+                                ad_error *error);
+
+/* Which row of parameters [members][parameters] cpinn_family_evaluate would refuse, and which of
+ * them is to blame: false, none. */
+bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
+                          size_t *member, int *parameter);
+
+/* Which row of a check: the network alone, after one and two steps, and the last of these with what
+ * is not trusted solved instead. */
+typedef enum cpinn_way {
+    CPINN_WAY_NETWORK,
+    CPINN_WAY_ONE_STEP,
+    CPINN_WAY_TWO_STEPS,
+    CPINN_WAY_PRODUCT,
+    CPINN_WAY_COUNT
+} cpinn_way;
+
+const char *cpinn_way_word(cpinn_way way); /* "network", "one step", "two steps", "product" */
+
+/* Errors of answers to fresh members, m: the largest distance of a shape's points from those of the
+ * member, solved to a hundredth of CPINN_TOLERANCE. Members that nobody solves are left out. */
+typedef struct cpinn_family_row {
+    double median, p95, p999, worst;
+    size_t not_trusted, reasons[CPINN_REASON_COUNT];
+    size_t wrong;    /* trusted, and off by more than cpinn_family_bound */
+    size_t unknown;  /* trusted, of members that nobody solves */
+    double ratio[3]; /* predicted over actual error, quantiles 1, 50 and 99 %, and the share within
+                      * 5 %, of members that are off by less than a fortieth of the length and by
+                      * more than is known of them; NaN: none */
+    double within;
+    double alone, batch; /* s a shape, one member at a time and many */
+} cpinn_family_row;
+
+typedef struct cpinn_family_check {
+    size_t members;
+    size_t by_members, by_solver; /* solved by solve_members, else by solution_create */
+    size_t unsolved;              /* by neither, or with a warning */
+    cpinn_family_row rows[CPINN_WAY_COUNT];
+    double bare_alone, bare_batch;     /* s a shape, of the network without its errors */
+    double solver_alone, solver_batch; /* the same of solve_members; NaN: it does not take these */
+    size_t compared;                   /* members solved by both, */
+    double apart;                      /* and how far they are apart at most, m */
+} cpinn_family_check;
+
+/* What an answer that is trusted may be off by, m: twice the predicted error, which is what a ratio
+ * of successive steps below 1/4 allows, and CPINN_TOLERANCE of the length. */
+double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer);
+
+/* Solve fresh members, drawn at random from the ranges, and compare. AD_BAD_ARGUMENT: no members.
+ */
+ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
+                              cpinn_family_check *result, ad_error *error);
+
 /* ---- classical solutions ----------------------------------------------------------------------
  */
 

@@ -2,6 +2,7 @@
 #include "tools/config/config_experiment.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/programs/eval_family.h"
 #include "tools/programs/samples.h"
 #include "tools/train/balance.h"
 #include "tools/train/clock.h"
@@ -31,20 +32,36 @@ static const char epilogue[] =
     "  cpinn-eval runs/elastica --out rod.csv\n"
     "  cpinn-eval runs/cantilever_dynamic --grid 101x51 --out motion.npz\n"
     "\n"
+    "Of a family each shape has its predicted error: Newton's method from the network's answer "
+    "says\n"
+    "how far that is off, --polish improves it, and members that are not trusted are solved. "
+    "Columns\n"
+    "of --out are then member (from 1), s, x .. u3, error (m), trusted, outside (1: yes), source\n"
+    "(network, members, solver, nothing) and reason. --verify says how large errors are (in mm), "
+    "and\n"
+    "how well they are predicted.\n"
+    "\n"
+    "  cpinn-eval runs/robot --at tension_1=2,tension_2=0.5\n"
+    "  cpinn-eval runs/robot --members measured.csv --out shapes.csv\n"
+    "  cpinn-eval runs/robot --verify 20000\n"
+    "\n"
     "The verdict on training that the checkpoint keeps is printed, and is in --json as it is in "
     "that\n"
-    "of cpinn-train. Exit status: 0, whatever it says; 1 if what was printed could not be written; "
-    "2\n"
-    "with one line that says what is wrong with the input.";
+    "of cpinn-train. Exit status: 0, whatever it says; of a family 3 if a shape is not trusted, or "
+    "with\n"
+    "--verify one that is trusted is wrong; 1 if what was printed could not be written; 2 with one "
+    "line\n"
+    "that says what is wrong with the input.";
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */
 static const double TIMED_SECONDS = 0.2;
 enum { TIMED_POINTS = 4096 };
 
 typedef struct options {
-    const char *checkpoint, *points, *grid, *out, *at;
+    const char *checkpoint, *points, *grid, *out;
     int threads;
     bool json, speed;
+    eval_family_options family;
 } options;
 
 /* How far training has come, from "training/..."; -1 or NaN where the checkpoint does not say. */
@@ -59,7 +76,8 @@ typedef struct evaluation {
     double member[SCENE_PARAMETERS_MAX]; /* of a family, asked for or the middle one */
     checkpoint *file;
     reference *known;
-    field *field;
+    field *field; /* NULL: of a family that is answered with errors */
+    eval_family family;
     samples samples; /* none without --out or --speed */
     samples tip;     /* s = length at the last time that is trained */
     progress progress;
@@ -72,6 +90,7 @@ typedef struct evaluation {
 
 static void evaluation_free(evaluation *x)
 {
+    eval_family_free(&x->family);
     samples_free(&x->samples);
     samples_free(&x->tip);
     field_free(x->field);
@@ -107,6 +126,12 @@ static ad_status check_point(const char *path, const table_file *table, size_t r
                    value, limit, *name == 's' ? "m" : "s");
 }
 
+/* What samples hold beside their points; answers for members have values of their own. */
+static int columns_of(const evaluation *x)
+{
+    return x->field ? field_columns(x->field) : 0;
+}
+
 static ad_status points_of_table(evaluation *x, const char *path, const table_file *table,
                                  ad_error *error)
 {
@@ -121,7 +146,7 @@ static ad_status points_of_table(evaluation *x, const char *path, const table_fi
     if (rows == 0) {
         return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
     }
-    ad_status status = samples_make(&x->samples, rows, field_columns(x->field), error);
+    ad_status status = samples_make(&x->samples, rows, columns_of(x), error);
     for (size_t i = 0; i < rows && status == AD_OK; i++) {
         x->samples.s[i] = s[i];
         x->samples.t[i] = t ? t[i] : 0;
@@ -278,7 +303,7 @@ static void print_tip(const evaluation *x)
     for (int i = 0; i < scene->parameter_count; i++) {
         printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
                i + 1 < scene->parameter_count ? ""
-               : x->asked.at                  ? "\n"
+               : x->asked.family.at           ? "\n"
                                               : ", the middle one\n");
     }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
@@ -304,6 +329,10 @@ static void print_report(const evaluation *x)
     print_progress(x);
     if (x->is_judged) {
         verdict_print(stdout, "verdict on training: ", &x->verdict);
+    }
+    if (!x->field) {
+        eval_family_print(&x->family);
+        return;
     }
     print_tip(x);
     if (isfinite(x->balance.loads)) {
@@ -347,24 +376,33 @@ static void print_json_tip(json *to, const evaluation *x)
     json_close(to, '}');
 }
 
+static void json_progress(json *to, const evaluation *x)
+{
+    json_text(to, "name", x->e->settings->name);
+    json_text(to, "checkpoint", x->asked.checkpoint);
+    if (x->is_judged) {
+        report_verdict(to, &x->verdict);
+    } else {
+        json_null(to, "verdict");
+    }
+    json_number(to, "step", x->progress.step < 0 ? NAN : (double)x->progress.step);
+    json_integer(to, "window", x->e->window);
+    json_integer(to, "windows", x->e->scene->windows);
+    json_number(to, "stage", x->progress.stage < 0 ? NAN : (double)x->progress.stage);
+    json_integer(to, "stages", x->e->settings->stage_count);
+    json_number(to, "training_seconds", x->progress.seconds);
+    json_integer(to, "parameters", (int64_t)x->e->count);
+}
+
 static ad_status print_json(const evaluation *x, ad_error *error)
 {
     json to;
     json_begin(&to);
-    json_text(&to, "name", x->e->settings->name);
-    json_text(&to, "checkpoint", x->asked.checkpoint);
-    if (x->is_judged) {
-        report_verdict(&to, &x->verdict);
-    } else {
-        json_null(&to, "verdict");
+    json_progress(&to, x);
+    if (!x->field) {
+        eval_family_json(&to, &x->family);
+        return json_end(&to, "-", error);
     }
-    json_number(&to, "step", x->progress.step < 0 ? NAN : (double)x->progress.step);
-    json_integer(&to, "window", x->e->window);
-    json_integer(&to, "windows", x->e->scene->windows);
-    json_number(&to, "stage", x->progress.stage < 0 ? NAN : (double)x->progress.stage);
-    json_integer(&to, "stages", x->e->settings->stage_count);
-    json_number(&to, "training_seconds", x->progress.seconds);
-    json_integer(&to, "parameters", (int64_t)x->e->count);
     if (scene_is_family(x->e->scene)) {
         print_json_member(&to, x);
     }
@@ -384,21 +422,21 @@ static ad_status choose_member(evaluation *x, ad_error *error)
 {
     const scene *scene = x->e->scene;
     scene_middle_values(scene, x->member);
-    return x->asked.at ? scene_member_read(scene->parameter_count, scene->parameters, x->asked.at,
-                                           x->member, error)
-                       : AD_OK;
+    return x->asked.family.at ? scene_member_read(scene->parameter_count, scene->parameters,
+                                                  x->asked.family.at, x->member, error)
+                              : AD_OK;
+}
+
+static ad_status open_run(evaluation *x, ad_error *error)
+{
+    ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
+                                              &x->file, error);
+    return status == AD_OK ? read_progress(x, error) : status;
 }
 
 static ad_status open_field(evaluation *x, ad_error *error)
 {
-    ad_status status = config_experiment_open(x->asked.checkpoint, 0, NULL, x->asked.threads, &x->e,
-                                              &x->file, error);
-    if (status == AD_OK) {
-        status = read_progress(x, error);
-    }
-    if (status == AD_OK) {
-        status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
-    }
+    ad_status status = field_create(x->e->model, x->e->mlp, false, x->e->pool, &x->field, error);
     if (status == AD_OK) {
         status = choose_member(x, error);
     }
@@ -409,12 +447,48 @@ static ad_status open_field(evaluation *x, ad_error *error)
     return status;
 }
 
+static ad_status gather_points(evaluation *x, const char *grid, ad_error *error)
+{
+    return x->asked.points ? points_of_file(x, error)
+                           : samples_of_grid(&x->samples, grid, x->e->scene, trained_until(x->e),
+                                             columns_of(x), error);
+}
+
+/* Whether members are answered with their errors; motions and beams have none, and like families
+ * without a question are shown by one member. */
+static bool is_answered(const evaluation *x)
+{
+    const eval_family_options *f = &x->asked.family;
+    const scene *scene = x->e->scene;
+    return scene_is_family(scene) && (x->e->targets || f->members || f->verify > 0 ||
+                                      (f->at && !scene_is_dynamic(scene) && !scene_is_beam(scene)));
+}
+
+/* Shapes of members have 21 points as usual. */
+static ad_status run_family(evaluation *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const char *usual = scene_is_dynamic(x->e->scene) ? "21x11" : "21";
+    eval_family_options asked = o->family;
+    asked.threads = o->threads;
+    asked.out = o->out;
+    const char *conflict =
+        o->speed ? "--speed: of a family --verify measures it" : eval_family_conflict(&asked);
+    if (conflict) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%s", conflict);
+    }
+    ad_status status = gather_points(x, o->grid ? o->grid : usual, error);
+    status =
+        status == AD_OK ? eval_family_run(&asked, x->e, &x->samples, &x->family, error) : status;
+    if (status == AD_OK) {
+        eval_family_warn(program, &x->family);
+    }
+    return status;
+}
+
 static ad_status evaluate_points(evaluation *x, ad_error *error)
 {
-    ad_status status = x->asked.points
-                           ? points_of_file(x, error)
-                           : samples_of_grid(&x->samples, x->asked.grid, x->e->scene,
-                                             trained_until(x->e), field_columns(x->field), error);
+    ad_status status = gather_points(x, x->asked.grid, error);
     if (status == AD_OK) {
         status = evaluate(x, &x->samples, error);
     }
@@ -426,7 +500,18 @@ static ad_status evaluate_points(evaluation *x, ad_error *error)
 static ad_status run(evaluation *x, ad_error *error)
 {
     const options *o = &x->asked;
+    const eval_family_options *f = &o->family;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
+    status = status == AD_OK ? open_run(x, error) : status;
+    if (status == AD_OK && is_answered(x)) {
+        return run_family(x, error);
+    }
+    if (status == AD_OK && !scene_is_family(x->e->scene) &&
+        (f->at || f->members || f->verify > 0 || f->extrapolate)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "--at, --members, --verify, --extrapolate: the scene is no family: no "
+                         "parameter of it has a range");
+    }
     if (status == AD_OK) {
         status = open_field(x, error);
     }
@@ -445,14 +530,27 @@ static ad_status run(evaluation *x, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    evaluation x = {.e = NULL, .rate = NAN};
+    evaluation x = {.asked.family = {.polish = 2, .seed = 1}, .rate = NAN};
+    eval_family_options *f = &x.asked.family;
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,
          "write the rod, as .csv, .h5, .hdf5 or .npz"},
         {"--grid", "NSxNT", CLI_TEXT, &x.asked.grid, 0, 0, SAMPLES_GRID_HELP},
-        CLI_AT(&x.asked.at),
         {"--points", "FILE", CLI_TEXT, &x.asked.points, 0, 0,
          "in place of a grid: CSV or HDF5 with columns s (m) and, in\nmotion, t (s)"},
+        CLI_AT(&f->at),
+        {"--members", "FILE", CLI_TEXT, &f->members, 0, 0,
+         "members of a family: a table with a column for each parameter,\nin SI units; --out has "
+         "their shapes and errors"},
+        {"--polish", "N", CLI_INTEGER, &f->polish, 0, 2,
+         "of a family: steps of Newton's method from the network's\nanswer (default 2)"},
+        {"--extrapolate", NULL, CLI_FLAG, &f->extrapolate, 0, 0,
+         "answer members outside the range of the parameters, too, with\na warning"},
+        {"--verify", "N", CLI_INTEGER, &f->verify, 1, 10000000,
+         "solve N fresh members of a family and compare: errors, what is\nnot trusted, wrong "
+         "though trusted, predicted errors, times"},
+        {"--seed", "N", CLI_INTEGER, &f->seed, 0, 2147483647,
+         "of the members that --verify draws (default 1)"},
         {"--speed", NULL, CLI_FLAG, &x.asked.speed, 0, 0,
          "measure how many points are evaluated in a second"},
         {"--json", NULL, CLI_FLAG, &x.asked.json, 0, 0, "report as one JSON object"},
@@ -467,7 +565,8 @@ int main(int argc, char **argv)
     if (x.asked.points && x.asked.grid) {
         return cli_fail(program, "--points and --grid are given; allowed: one of the two");
     }
-    if ((x.asked.points || x.asked.grid) && !x.asked.out && !x.asked.speed) {
+    if ((x.asked.points || x.asked.grid) && !x.asked.out && !x.asked.speed && !f->at &&
+        !f->verify) {
         return cli_fail(program, "%s: nothing would be written there; give --out FILE too",
                         x.asked.grid ? "--grid" : "--points");
     }
@@ -480,6 +579,7 @@ int main(int argc, char **argv)
     } else {
         print_report(&x);
     }
+    status = status == 0 ? eval_family_status(&x.family) : status;
     evaluation_free(&x);
     return status;
 }

@@ -1,5 +1,7 @@
 #include "tools/train/experiment.h"
 
+#include "tools/train/measured.h"
+
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -13,18 +15,46 @@ static int thread_count(int threads)
     return processors > 0 ? (int)processors : 1;
 }
 
+/* The model of a family in the strain form, learnt from members. */
+static ad_status build_family(experiment *e, ad_error *error)
+{
+    const train_settings *settings = e->settings;
+    const targets_settings members = {.solved = settings->members, .inputs = settings->groups};
+    ad_status status = targets_create(e->scene, &members, e->pool, &e->targets, error);
+    if (status == AD_OK) {
+        const model_source source = targets_source(e->targets);
+        status = family_model(targets_family(e->targets), &source,
+                              settings->network.hidden_count == 0, &e->model, error);
+    }
+    return status == AD_BAD_ARGUMENT ? experiment_refuse(e, "formulation", error->message, error)
+                                     : status;
+}
+
+static ad_status build_model(experiment *e, ad_error *error)
+{
+    return e->model ? AD_OK
+           : e->scene->formulation == SCENE_STRAIN_FORM
+               ? build_family(e, error)
+               : model_of_scene(e->scene, &e->settings->weights, &e->model, error);
+}
+
 static ad_status build(experiment *e, int threads, ad_error *error)
 {
     train_settings *settings = e->settings;
     const scene *scene = e->scene;
     nn_rng rng = nn_rng_split(settings->seed, "network");
-    ad_status status =
-        e->model ? AD_OK : model_of_scene(scene, &settings->weights, &e->model, error);
+    e->pool = ad_pool_create(thread_count(threads));
+    if (!e->pool) {
+        return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
+                       thread_count(threads));
+    }
+    ad_status status = build_model(e, error);
     if (status != AD_OK) {
         return status;
     }
-    settings->network.inputs = e->model->domain.count;
+    settings->network.inputs = e->model->inputs ? e->model->inputs : e->model->domain.count;
     settings->network.outputs = e->model->outputs;
+    settings->network.scalars = e->model->scene.unknown_count;
     settings->network.pieces = domain_pieces(&e->model->domain);
     status = nn_mlp_create(&settings->network, &rng, &e->mlp, error);
     if (status != AD_OK) {
@@ -39,11 +69,6 @@ static ad_status build(experiment *e, int threads, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", numbers);
     }
     nn_mlp_initialize(e->mlp, &rng, e->parameters);
-    e->pool = ad_pool_create(thread_count(threads));
-    if (!e->pool) {
-        return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
-                       thread_count(threads));
-    }
     return relay_create(e->model, e->mlp, e->pool, &e->relay, error);
 }
 
@@ -97,11 +122,13 @@ void experiment_free(experiment *e)
 {
     if (e) {
         relay_free(e->relay);
+        targets_free(e->targets);
         ad_pool_free(e->pool);
         nn_mlp_free(e->mlp);
         if (!e->is_lent) {
             model_free(e->model);
         }
+        measured_free(e->measured);
         free_origin(&e->origin);
         free(e->parameters);
         free(e->starts);
@@ -153,10 +180,26 @@ const double *experiment_start(const experiment *e)
     return e->starts + (size_t)e->window * relay_numbers(e->model);
 }
 
-ad_status experiment_problem(const experiment *e, problem **result, ad_error *error)
+static ad_status add_data(experiment *e, ad_error *error)
 {
-    return problem_create(e->model, e->mlp, &e->settings->losses, e->settings->seed, e->pool,
-                          result, error);
+    char key[TRAIN_KEY_MAX];
+    ad_error reason;
+    ad_status status = measured_add(e->model, e->settings, &e->measured, key, &reason);
+    return status == AD_NO_MEMORY ? ad_fail(error, status, "%s", reason.message)
+           : status != AD_OK      ? experiment_refuse(e, key, reason.message, error)
+                                  : AD_OK;
+}
+
+ad_status experiment_problem(experiment *e, problem **result, ad_error *error)
+{
+    bool reads = e->settings->data_count > 0 && !e->measured;
+    ad_status status = reads ? add_data(e, error) : AD_OK;
+    if (status == AD_OK && e->targets) {
+        status = targets_draw(e->targets, e->settings->seed, error);
+    }
+    return status == AD_OK ? problem_create(e->model, e->mlp, &e->settings->losses,
+                                            e->settings->seed, e->pool, result, error)
+                           : status;
 }
 
 ad_status experiment_next_window(experiment *e, ad_error *error)
@@ -220,6 +263,40 @@ static void put_features(const experiment *e, checkpoint *file)
     }
 }
 
+/* Modes of a family. */
+static void list_family(const experiment *e, family_array arrays[FAMILY_ARRAYS],
+                        char names[FAMILY_ARRAYS][ITEM_NAME_MAX])
+{
+    family_arrays(targets_family(e->targets), arrays);
+    for (int i = 0; i < FAMILY_ARRAYS; i++) {
+        snprintf(names[i], ITEM_NAME_MAX, "family/%s", arrays[i].name);
+    }
+}
+
+static void put_family(const experiment *e, checkpoint *file)
+{
+    family_array arrays[FAMILY_ARRAYS];
+    char names[FAMILY_ARRAYS][ITEM_NAME_MAX];
+    list_family(e, arrays, names);
+    for (int i = 0; i < FAMILY_ARRAYS; i++) {
+        const size_t shape[2] = {arrays[i].rows, arrays[i].columns};
+        checkpoint_put_doubles(file, names[i], arrays[i].data, 2, shape);
+    }
+}
+
+static ad_status get_family(experiment *e, const checkpoint *file, ad_error *error)
+{
+    family_array arrays[FAMILY_ARRAYS];
+    char names[FAMILY_ARRAYS][ITEM_NAME_MAX];
+    ad_status status = AD_OK;
+    list_family(e, arrays, names);
+    for (int i = 0; i < FAMILY_ARRAYS && status == AD_OK; i++) {
+        const size_t numbers = arrays[i].rows * arrays[i].columns;
+        status = checkpoint_get_doubles(file, names[i], arrays[i].data, numbers, error);
+    }
+    return status;
+}
+
 void experiment_put(experiment *e, const double *parameters, checkpoint *file)
 {
     if (!e->text) {
@@ -234,6 +311,9 @@ void experiment_put(experiment *e, const double *parameters, checkpoint *file)
         checkpoint_put_integer(file, "training/window", e->window);
     }
     put_features(e, file);
+    if (e->targets) {
+        put_family(e, file);
+    }
 }
 
 static ad_status get_parameters(experiment *e, int window, const checkpoint *file, ad_error *error)
@@ -285,6 +365,7 @@ ad_status experiment_get(experiment *e, const checkpoint *file, ad_error *error)
         status = get_parameters(e, i, file, error);
     }
     status = status == AD_OK ? get_features(e, file, error) : status;
+    status = status == AD_OK && e->targets ? get_family(e, file, error) : status;
     e->window = 0;
     while (status == AD_OK && e->window < window) {
         status = experiment_next_window(e, error);

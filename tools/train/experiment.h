@@ -8,8 +8,9 @@
  *   network/fourier            [features, inputs] frequencies, where there are any
  *   network/basis              [rows, 1 + inputs + 2 features] nn_mlp_basis, where there is one
  *   network/edge_basis         the same, nn_mlp_edge_basis, where s is in several pieces
+ *   family/affine, modes, project, scale  of a family in the strain form: physics/family.h
  *   optimizer/...              state of the optimiser at work, optim.h
- *   points/...                 point sets [coordinates, points], problem.h
+ *   points/..., data/...       point sets [coordinates, points] and data [rows, points], problem.h
  *   causal/..., balance/..., self_adaptive/...  weights that follow training, where there are any
  *   generators/...             uint64 [4] states of the random generators
  *   training/...               stage, step, seconds: tools/train/trainer.h
@@ -23,6 +24,7 @@
 #include "physics/relay.h"
 #include "tools/files/checkpoint.h"
 #include "tools/train/settings.h"
+#include "tools/train/targets.h"
 
 #include <stdio.h>
 
@@ -54,9 +56,11 @@ typedef struct experiment {
     physics_model *model; /* owned, unless it was lent to experiment_of_model */
     bool is_lent;
     nn_mlp *mlp;
-    struct relay *relay; /* from window to window */
-    double *parameters;  /* [windows][count]; the first window's are initialised from the seed */
-    double *starts;      /* [windows][relay_numbers], of the windows begun but the first */
+    targets *targets; /* of a family in the strain form; else NULL */
+    struct measured *measured; /* the data of the model's terms; once there is a problem */
+    struct relay *relay;       /* from window to window */
+    double *parameters; /* [windows][count]; the first window's are initialised from the seed */
+    double *starts;     /* [windows][relay_numbers], of the windows begun but the first */
     size_t count;
     int window;        /* the one at work, from 0; those before have their parameters */
     char *text;        /* that experiment_put lent to a checkpoint */
@@ -76,8 +80,9 @@ ad_status experiment_of_model(physics_model *m, train_settings *settings,
                               ad_error *error);
 void experiment_free(experiment *e);
 
-/* The problem that its model and losses are, in the first window. */
-ad_status experiment_problem(const experiment *e, problem **result, ad_error *error);
+/* The problem that its model and losses are, in the first window. The first call reads the files of
+ * data and adds their terms to the model; of a family in the strain form members are drawn. */
+ad_status experiment_problem(experiment *e, problem **result, ad_error *error);
 
 /* Of the window at work: its network's parameters [count], and the state from which it starts
  * [relay_numbers], which the first window has not. */

@@ -1,8 +1,12 @@
 #include "tools/train/optimizer.h"
 
+#include "autodiff/dense.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { MATRICES = NN_HIDDEN_MAX + 2 };
 
 struct optimizer {
     int stage;    /* as training.stages[] counts them */
@@ -14,9 +18,16 @@ struct optimizer {
     double value;             /* gradient costs nothing beside its value */
     bool has_tried;
     const optimizer_objective *objective; /* of the step at hand */
+    optim_matrix matrices[MATRICES];      /* of the network; SOAP's */
 };
 
 /* ---- from the settings of a stage ---------------------------------------------------------- */
+
+static void multiply(void *context, bool transpose_a, bool transpose_b, size_t m, size_t n,
+                     size_t k, const double *a, const double *b, double beta, double *c)
+{
+    ad_dense_multiply(context, transpose_a, transpose_b, m, n, k, a, b, beta, c);
+}
 
 /* Tolerances, and all that SSBroyden is told, are those of L-BFGS. */
 static optim_settings settings_of(const train_stage *stage)
@@ -30,6 +41,7 @@ static optim_settings settings_of(const train_stage *stage)
     settings.gauss_newton.gradient_tolerance = descent->gradient_tolerance;
     settings.gauss_newton.function_tolerance = descent->function_tolerance;
     settings.gauss_newton.step_tolerance = descent->step_tolerance;
+    settings.soap = (optim_soap_settings){.adam = stage->adam, .basis_every = stage->basis_every};
     return settings;
 }
 
@@ -61,13 +73,33 @@ ad_status optimizer_check(const train_settings *settings, problem *p, ad_error *
     return status;
 }
 
+static ad_status list_matrices(optimizer *o, optim_soap_settings *soap, const problem *p,
+                               ad_pool *pool, ad_error *error)
+{
+    const nn_view *views;
+    int count = problem_views(p, &views);
+    for (int i = 0; i < count && soap->matrix_count < MATRICES; i++) {
+        if (views[i].columns > 1) {
+            o->matrices[soap->matrix_count++] =
+                (optim_matrix){views[i].offset, (size_t)views[i].rows, (size_t)views[i].columns};
+        }
+    }
+    soap->matrices = o->matrices;
+    soap->multiply = multiply;
+    soap->context = pool;
+    return ad_dense_load(error);
+}
+
 static ad_status make(optimizer *o, const train_stage *stage, problem *p, ad_pool *pool,
                       const double *x, ad_error *error)
 {
-    const optim_settings settings = settings_of(stage);
+    optim_settings settings = settings_of(stage);
     const char *why;
     linear_model_info plan;
     ad_status status = AD_OK;
+    if (o->method == OPTIM_SOAP) {
+        status = list_matrices(o, &settings.soap, p, pool, error);
+    }
     if (o->method == OPTIM_GAUSS_NEWTON) {
         status = linear_model_plan(p, stage, o->stage, &plan, error);
         if (status == AD_OK) {
@@ -206,7 +238,8 @@ void optimizer_account(const optimizer *o, char text[160])
 
 void optimizer_advise(const optimizer *o, char advice[160])
 {
-    if (o->method == OPTIM_ADAM) { /* the one key that may change on the way */
+    if (o->method == OPTIM_ADAM ||
+        o->method == OPTIM_SOAP) { /* the one key that may change on the way */
         snprintf(advice, 160,
                  "--resume with a smaller --set training.stages[%d].learning_rate, or with "
                  "clip_norm or warmup_steps",

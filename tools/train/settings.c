@@ -13,6 +13,8 @@
 NAMES(train_optimizer_names, OPTIM_METHOD_LIST)
 NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
+NAMES(train_targets_names, TARGETS_LIST)
+NAMES(train_quantity_names, TRAIN_QUANTITY_LIST)
 
 train_stage train_stage_default(void)
 {
@@ -24,6 +26,8 @@ train_stage train_stage_default(void)
     stage.adam.schedule.kind = OPTIM_SCHEDULE_COSINE;
     stage.adam.schedule.learning_rate = 5e-3;
     stage.adam.schedule.decay_steps = 0;
+    stage.adam.beta1 = stage.adam.beta2 = NAN;
+    stage.basis_every = optim_soap_defaults().basis_every;
     stage.gauss_newton.scaling = (optim_scaling)TRAIN_OPEN;
     stage.gauss_newton.initial_damping = NAN;
     stage.stop_held_out_ratio = 100;
@@ -35,6 +39,7 @@ static problem_settings losses_default(void)
     problem_settings losses = problem_settings_default();
     losses.interior.points = losses.boundary.points = losses.held_out_points = 0;
     losses.interior.sampler = (sampling_kind)TRAIN_OPEN;
+    losses.adaptive.every = 0;
     losses.initial.points = 64;
     return losses;
 }
@@ -57,6 +62,9 @@ train_settings train_settings_default(void)
     settings.network.hidden_count = settings.network.fourier_features = TRAIN_OPEN;
     for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
         settings.stages[i] = train_stage_default();
+    }
+    for (int i = 0; i < TRAIN_DATA_MAX; i++) {
+        settings.data[i].weight = NAN;
     }
     settings.stages[0].optimizer = OPTIM_GAUSS_NEWTON;
     settings.stages[0].steps = 200;

@@ -10,8 +10,10 @@
 
 #include "nn/nn.h"
 #include "optim/optimizer.h"
+#include "physics/groups.h"
 #include "physics/problem.h"
 #include "physics/scene.h"
+#include "tools/train/targets.h"
 
 #include <stdint.h>
 
@@ -51,12 +53,16 @@ typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_referenc
 const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
+const char *const *train_targets_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
     optim_method optimizer;
     int steps;
-    optim_adam_settings adam;   /* its schedule included; decay_steps 0: the steps after warm-up */
+    optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
+                                 * after warm-up, beta1, beta2 NaN: open */
+    int basis_every;            /* of soap */
+    targets_kind targets;       /* of a family in the strain form */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
     optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
                                                * TRAIN_OPEN and initial_damping NaN: open */
@@ -66,6 +72,32 @@ typedef struct train_stage {
     double stop_seconds;        /* and for its wall time; not reproducible */
     double stop_held_out_ratio; /* held-out over training loss of a network that interpolates */
 } train_stage;
+
+/* What is measured, as the columns x to z, qw to qz, v1 to v3, u1, n1, m1, vx, w1 of a rod, w,
+ * slope, V, M, w_t, slope_t of a beam. */
+#define TRAIN_QUANTITY_LIST(X)                                                                     \
+    X(TRAIN_POSITION, "position")                                                                  \
+    X(TRAIN_ROTATION, "rotation")                                                                  \
+    X(TRAIN_STRAIN, "strain")                                                                      \
+    X(TRAIN_CURVATURE, "curvature")                                                                \
+    X(TRAIN_FORCE, "force")                                                                        \
+    X(TRAIN_MOMENT, "moment")                                                                      \
+    X(TRAIN_VELOCITY, "velocity")                                                                  \
+    X(TRAIN_ANGULAR_VELOCITY, "angular_velocity")
+#define TRAIN_ENUM(name, text) name,
+typedef enum train_quantity { TRAIN_QUANTITY_LIST(TRAIN_ENUM) TRAIN_QUANTITY_COUNT } train_quantity;
+#undef TRAIN_ENUM
+const char *const *train_quantity_names(void);
+
+enum { TRAIN_DATA_MAX = 8 };
+
+/* A file of measurements (tools/train/measured.h). */
+typedef struct train_data {
+    const char *file;
+    train_quantity quantity; /* TRAIN_OPEN: not given */
+    double noise;            /* standard deviation of a number, SI; 0: not known */
+    double weight;           /* of the term; NaN: open */
+} train_data;
 
 /* Texts belong to whoever fills them in and must outlive the training. */
 typedef struct train_settings {
@@ -78,10 +110,15 @@ typedef struct train_settings {
                                 * its logarithm); NaN: open */
     int windows;               /* of time, scene.windows; 0: open */
     int rotation;              /* of the network, a scene_rotation; TRAIN_OPEN: open */
+    groups_settings groups;    /* inputs of the network of a family */
     rod_weights weights;       /* of the loss terms */
-    problem_settings losses;   /* points of the interior, the boundary and held out 0, the sampler
+    problem_settings losses;   /* points of the interior, the boundary and held out and
+                                * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
-    uint64_t seed;             /* fixes everything random */
+    int members;               /* solved ones of a family in the strain form; 0: open */
+    int data_count;
+    train_data data[TRAIN_DATA_MAX];
+    uint64_t seed; /* fixes everything random */
     int stage_count;
     train_stage stages[TRAIN_STAGES_MAX];
     int checkpoint_every;      /* steps */

@@ -10,7 +10,7 @@
 static ad_status check_stage(const train_settings *settings, int index, char *key, ad_error *error)
 {
     const train_stage *stage = &settings->stages[index];
-    bool adam = stage->optimizer == OPTIM_ADAM;
+    bool adam = stage->optimizer == OPTIM_ADAM || stage->optimizer == OPTIM_SOAP;
     const char *problem = adam ? optim_adam_check(&stage->adam)
                           : stage->optimizer == OPTIM_GAUSS_NEWTON
                               ? optim_gauss_newton_check(&stage->gauss_newton)
@@ -23,7 +23,7 @@ static ad_status check_stage(const train_settings *settings, int index, char *ke
                                   "%lld steps are more than the %d steps of the stage",
                                   (long long)stage->adam.schedule.warmup_steps, stage->steps);
     }
-    if (stage->stop_error > 0 && !train_names_reference(settings)) {
+    if (stage->stop_error > 0 && !train_names_reference(settings) && settings->members == 0) {
         return train_refuse_stage(key, index, "stop.error", error,
                                   "there is no reference to measure an error against; give "
                                   "reference.analytic, solve or file, or leave it out");
@@ -68,8 +68,16 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
                             "two",
                             losses->balance ? "losses.balance" : "losses.causal.slices");
     }
+    if (losses->adaptive.kind && (adaptive || losses->interior.resample_every > 0)) {
+        return train_refuse(key, "losses.interior.adaptive.kind", error,
+                            "given beside %s, for which points have to stay; allowed: one of the "
+                            "two",
+                            adaptive ? "losses.self_adaptive.rate"
+                                     : "losses.interior.resample_every");
+    }
     for (int i = 0; i < settings->stage_count; i++) {
-        moved = moved || settings->stages[i].optimizer == OPTIM_ADAM;
+        optim_method method = settings->stages[i].optimizer;
+        moved = moved || method == OPTIM_ADAM || method == OPTIM_SOAP;
     }
     if (!moved && (adaptive || losses->balance)) {
         return train_refuse(key, moving, error,
@@ -82,7 +90,7 @@ static ad_status check_weights(const train_settings *settings, char *key, ad_err
 bool train_takes_loads_in_parts(const train_settings *settings, const scene *rod_scene)
 {
     return !scene_is_dynamic(rod_scene) && !scene_is_manufactured(rod_scene) &&
-           settings->network.hidden_count == 0 &&
+           settings->data_count == 0 && settings->network.hidden_count == 0 &&
            settings->stages[0].optimizer == OPTIM_GAUSS_NEWTON;
 }
 
@@ -316,6 +324,18 @@ static ad_status check_reference(const train_settings *settings, const scene *ro
     return AD_OK;
 }
 
+static ad_status check_data(const train_settings *settings, char *key, ad_error *error)
+{
+    for (int i = 0; i < settings->data_count; i++) {
+        char field[TRAIN_KEY_MAX];
+        snprintf(field, sizeof field, "data[%d]", i);
+        if (!settings->data[i].file) {
+            return train_refuse(key, field, error, "has no file; give one");
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status check_stages(const train_settings *settings, char *key, ad_error *error)
 {
     ad_status status = check_weights(settings, key, error);
@@ -353,6 +373,19 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
     }
+    const groups_settings *groups = &settings->groups;
+    if (!scene_is_family(rod_scene) && (groups->inputs || groups->symmetry)) {
+        return train_refuse(key, groups->inputs ? "network.inputs" : "network.symmetry", error,
+                            "is of a family, and no parameter has a range");
+    }
+    if (rod_scene->formulation == SCENE_STRAIN_FORM) {
+        ad_status status = train_check_family(settings, rod_scene, key, error);
+        return status == AD_OK ? check_stages(settings, key, error) : status;
+    }
+    if (settings->members > 0) {
+        return train_refuse(key, "members.solved", error,
+                            "belongs to families in the strain form; leave it out");
+    }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,
                             "causal weighting follows time, but the scene is static; give "
@@ -375,10 +408,16 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "hidden layers and gauss_newton; leave out network.hidden and "
                             "training.stages, or this");
     }
+    if (settings->rotation == SCENE_SIX && settings->windows > 1) {
+        return train_refuse(key, "network.rotation", error,
+                            "six numbers leave the sign of the quaternion open, which windows of "
+                            "time hand on; allowed with time.windows above 1: quaternion, vector");
+    }
     ad_status status = check_jumps(rod_scene, key, error);
     if (status == AD_OK) {
         status = check_stages(settings, key, error);
     }
+    status = status == AD_OK ? check_data(settings, key, error) : status;
     return status == AD_OK ? check_reference(settings, rod_scene, key, error) : status;
 }
 
@@ -388,6 +427,10 @@ ad_status train_settings_check_model(const train_settings *settings, const physi
     const char *problem = nn_mlp_settings_check(&settings->network);
     if (problem) {
         return train_refuse(key, "network", error, "%s", problem);
+    }
+    if (settings->data_count > 0) {
+        return train_refuse(key, "data", error,
+                            "are of a scene; give physics of one's own a term and a source");
     }
     if (train_names_reference(settings)) {
         return train_refuse(key, "reference", error,

@@ -12,4 +12,13 @@ ad_status train_refuse(char key[TRAIN_KEY_MAX], const char *field, ad_error *err
 ad_status train_refuse_stage(char key[TRAIN_KEY_MAX], int stage, const char *field, ad_error *error,
                              const char *format, ...) __attribute__((format(printf, 5, 6)));
 
+/* What the optimiser of a stage leaves open. */
+void train_resolve_stage(train_stage *stage, bool diagonal, bool linear);
+
+/* As train_settings_resolve and train_settings_check, of a family in the strain form. */
+ad_status train_resolve_family(train_settings *settings, scene *family, char key[TRAIN_KEY_MAX],
+                               ad_error *error);
+ad_status train_check_family(const train_settings *settings, const scene *family,
+                             char key[TRAIN_KEY_MAX], ad_error *error);
+
 #endif

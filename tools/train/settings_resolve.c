@@ -256,7 +256,7 @@ static int default_features(const train_settings *settings, const scene *rod_sce
     if (scene_is_family(rod_scene)) {
         count = scene_is_dynamic(rod_scene)
                     ? FEATURES_MAX
-                    : ldexp(FAMILY_FEATURES, rod_scene->parameter_count - 1);
+                    : ldexp(FAMILY_FEATURES, scene_known_count(rod_scene) - 1);
     }
     return (int)fmin(FEATURES_MAX, ceil(count - 1e-9));
 }
@@ -344,6 +344,7 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
     resolve_count(&losses->interior.points, pieces * (linear    ? POINTS_PER_FUNCTION * functions
                                                       : dynamic ? 1024
                                                                 : 256));
+    resolve_count(&losses->adaptive.every, begins_with_gauss_newton(settings) ? 5 : 100);
     resolve_count(&losses->boundary.points, dynamic ? 64 : 1);
     resolve_count(&losses->held_out_points, pieces * (dynamic ? 1024 : 256));
     if (is_open((int)losses->interior.sampler)) { /* edges are where a linear network goes astray */
@@ -358,11 +359,15 @@ static void resolve_points(train_settings *settings, int dimension, int pieces)
  * orthonormal basis differ in their derivatives, and so in what J^T J holds of them; in motion,
  * and for beams, damping that follows this was measured to be better by many orders. For rods at
  * rest damping all alike takes fewer steps, and only so do those wound up five times arrive. */
-static void resolve_stage(train_stage *stage, bool diagonal, bool linear)
+void train_resolve_stage(train_stage *stage, bool diagonal, bool linear)
 {
     const optim_gauss_newton_settings otherwise = optim_gauss_newton_defaults();
     optim_gauss_newton_settings *gauss_newton = &stage->gauss_newton;
     optim_schedule *schedule = &stage->adam.schedule;
+    const optim_adam_settings adam =
+        stage->optimizer == OPTIM_SOAP ? optim_soap_defaults().adam : optim_adam_defaults();
+    stage->adam.beta1 = isnan(stage->adam.beta1) ? adam.beta1 : stage->adam.beta1;
+    stage->adam.beta2 = isnan(stage->adam.beta2) ? adam.beta2 : stage->adam.beta2;
     diagonal = diagonal && linear && stage->linear_algebra != TRAIN_MATRIX_FREE;
     if (isnan(gauss_newton->initial_damping)) {
         gauss_newton->initial_damping = linear ? 1e-10 : otherwise.initial_damping;
@@ -391,7 +396,11 @@ static ad_status resolve_training(train_settings *settings, int dimension, int p
 {
     resolve_points(settings, dimension, pieces);
     for (int i = 0; i < settings->stage_count; i++) {
-        resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+        train_resolve_stage(&settings->stages[i], diagonal, settings->network.hidden_count == 0);
+    }
+    for (int i = 0; i < settings->data_count; i++) {
+        train_data *data = &settings->data[i];
+        data->weight = !isnan(data->weight) ? data->weight : data->noise > 0 ? 1e-6 : 1;
     }
     if (settings->output_every == 0) {
         bool few = begins_with_gauss_newton(settings) && settings->windows == 1;
@@ -415,6 +424,9 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     domain d;
     bool dynamic = scene_is_dynamic(rod_scene);
     ad_status status = check_stage_count(settings, key, error);
+    if (status == AD_OK && rod_scene->formulation == SCENE_STRAIN_FORM) {
+        return train_resolve_family(settings, rod_scene, key, error);
+    }
     if (status == AD_OK) {
         status = resolve_network(settings, rod_scene, &d, key, error);
     }

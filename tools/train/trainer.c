@@ -2,6 +2,7 @@
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +28,9 @@ static void name_columns(trainer *t)
     for (size_t i = 0; i < sizeof after / sizeof *after; i++) {
         h->names[h->columns++] = after[i];
     }
+    for (int i = 1; t->e->targets && i < TRAINER_MEMBERS; i++) {
+        h->names[h->columns++] = trainer_members_name(i);
+    }
     if (t->e->settings->losses.causal_slices) {
         h->names[h->columns++] = "causal_epsilon";
         h->names[h->columns++] = "causal_least_weight";
@@ -42,11 +46,17 @@ static void name_columns(trainer *t)
     }
 }
 
-static bool fixed_loss(const problem_settings *losses)
+static bool fixed_loss(const train_settings *settings)
 {
+    const problem_settings *losses = &settings->losses;
+    for (int i = 0; i < settings->stage_count; i++) {
+        if (settings->stages[i].targets == TARGETS_PHYSICS) {
+            return false;
+        }
+    }
     return losses->causal_slices == 0 && losses->interior.resample_every == 0 &&
            losses->boundary.resample_every == 0 && losses->initial.resample_every == 0 &&
-           !losses->balance && !(losses->self_adaptive_rate > 0);
+           !losses->adaptive.kind && !losses->balance && !(losses->self_adaptive_rate > 0);
 }
 
 static const train_stage *stage_of(const trainer *t)
@@ -62,6 +72,9 @@ void trainer_forget_optimizer(trainer *t)
 
 ad_status trainer_start_stage(trainer *t, ad_error *error)
 {
+    if (t->e->targets) {
+        targets_use(t->e->targets, stage_of(t)->targets);
+    }
     ad_status status = optimizer_create(t->e->settings, t->info.stage, t->problem, t->e->pool,
                                         experiment_parameters(t->e), &t->optimizer, error);
     if (status == AD_OK) {
@@ -117,11 +130,12 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->began = train_seconds();
     t->started = t->began - seconds;
     t->has_cache = trainer_fuse_folder(t->compiled, false);
-    t->losses_compare = fixed_loss(&e->settings->losses);
+    t->losses_compare = fixed_loss(e->settings);
     t->info.loss = t->info.held_out = t->info.gradient_norm = NAN;
     t->info.held_out_ratio = NAN;
     t->best_held_out = INFINITY;
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
+    t->info.members = (targets_errors){NAN, NAN, NAN, NAN, NAN, NAN};
     t->info.balance = (learnt_balance){NAN, NAN, NAN};
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
@@ -193,6 +207,10 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     if (status == AD_OK && t->known) {
         status = reference_compare(t->known, x, &info->errors, error);
     }
+    if (status == AD_OK && t->e->targets) {
+        status = targets_measure(t->e->targets, t->e->mlp, x, &info->members, error);
+        info->errors.position = info->members.median;
+    }
     double row[HISTORY_COLUMNS_MAX];
     int n = 0;
     row[n++] = (double)info->step;
@@ -214,6 +232,9 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     row[n++] = info->errors.rotation;
     row[n++] = info->learning_rate;
     row[n++] = info->gradient_norm;
+    for (int i = 1; t->e->targets && i < TRAINER_MEMBERS; i++) {
+        row[n++] = *trainer_members_error(info, i);
+    }
     if (t->e->settings->losses.causal_slices) {
         row[n++] = problem_causal_epsilon(t->problem);
         row[n++] = problem_causal_least_weight(t->problem);
@@ -227,6 +248,27 @@ ad_status trainer_add_row(trainer *t, ad_error *error)
     status = status == AD_OK ? history_add(&t->history, row, error) : status;
     info->row_seconds += train_seconds() - began;
     return status;
+}
+
+/* The first is the column "error". */
+static const struct {
+    const char *name;
+    size_t offset;
+} members_columns[TRAINER_MEMBERS] = {{"error", offsetof(targets_errors, median)},
+                                      {"error_95", offsetof(targets_errors, most)},
+                                      {"error_worst", offsetof(targets_errors, worst)},
+                                      {"polished", offsetof(targets_errors, polished_median)},
+                                      {"polished_95", offsetof(targets_errors, polished_most)},
+                                      {"polished_worst", offsetof(targets_errors, polished_worst)}};
+
+const char *trainer_members_name(int column)
+{
+    return members_columns[column].name;
+}
+
+double *trainer_members_error(trainer_info *info, int column)
+{
+    return (double *)((char *)&info->members + members_columns[column].offset);
 }
 
 /* ---- interpolation --------------------------------------------------------------------------- */
@@ -251,7 +293,7 @@ void trainer_watch(trainer *t, size_t row)
     bool known = stage >= 1 && stage <= TRAIN_STAGES_MAX; /* of a file, it may be anything */
     double limit = known ? t->e->settings->stages[(int)stage - 1].stop_held_out_ratio : 0;
     for (int i = 0; i < problem_terms(t->problem); i++) {
-        trained += problem_term_weight(t->problem, i) *
+        trained += problem_term_is_held_out(t->problem, i) * problem_term_weight(t->problem, i) *
                    history_value(h, row, problem_term_name(t->problem, i));
     }
     bool other_loads = row > 0 && part != history_value(h, row - 1, "load_factor") && part > 0;
@@ -407,6 +449,19 @@ static ad_status next_window(trainer *t, ad_error *error)
     return status == AD_OK ? trainer_start_stage(t, error) : status;
 }
 
+/* Without terms of data, which noise keeps from vanishing. */
+static double physics_loss(const trainer *t)
+{
+    double loss = t->info.loss;
+    for (int i = 0; i < problem_terms(t->problem); i++) {
+        loss -= problem_term_is_held_out(t->problem, i)
+                    ? 0
+                    : problem_balance_weight(t->problem, i) * problem_term_weight(t->problem, i) *
+                          problem_losses(t->problem)[i];
+    }
+    return loss;
+}
+
 static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_error *error)
 {
     memcpy(experiment_parameters(t->e), trainer_parameters(t), t->e->count * sizeof(double));
@@ -414,7 +469,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     trainer_forget_optimizer(t);
     t->info.ended = why;
     t->info.account = t->account;
-    t->info.solved = trainer_is_small(t, t->info.loss) || t->info.loss < stage_of(t)->stop_loss;
+    t->info.solved = trainer_is_small(t, physics_loss(t)) || t->info.loss < stage_of(t)->stop_loss;
     if (t->info.solved && t->loads.solved && t->info.stage == 0 && trainer_unstable_modes(t) > 0) {
         t->info.solved = false; /* another path of loads may lead to a stable shape */
         t->info.ended = "unstable";
@@ -455,12 +510,13 @@ ad_status trainer_step(trainer *t, ad_error *error)
 {
     bool changed;
     trainer_fuse(t);
-    ad_status status = problem_advance(t->problem, t->info.window_step + 1, &changed, error);
+    ad_status status =
+        problem_advance(t->problem, t->info.window_step + 1, current_x(t), &changed, error);
     if (status != AD_OK) {
         return status;
     }
     bool weights = false;
-    if (stage_of(t)->optimizer == OPTIM_ADAM) {
+    if (stage_of(t)->optimizer == OPTIM_ADAM || stage_of(t)->optimizer == OPTIM_SOAP) {
         const double *x = current_x(t);
         status = problem_reweigh(t->problem, t->info.window_step + 1, x, &weights, error);
         if (status != AD_OK) {

@@ -47,13 +47,14 @@ typedef struct trainer_info {
     double row_seconds;  /* of it, in this process: spent on rows of the history */
     double loss;         /* weighted; at the last evaluation */
     double gradient_norm;
-    double learning_rate; /* or what the optimiser has for one, see tools/train/optimizer.h */
-    double stage_seconds; /* wall time of the stage at work so far */
-    double held_out;      /* at the last row of the history */
-    reference_errors errors;
-    int64_t evaluations; /* of the loss in this process */
-    double points;       /* per evaluation */
-    const char *ended;   /* why the last stage ended, or NULL */
+    double learning_rate;    /* or what the optimiser has for one, see tools/train/optimizer.h */
+    double stage_seconds;    /* wall time of the stage at work so far */
+    double held_out;         /* at the last row of the history */
+    reference_errors errors; /* of a family in the strain form the position is members.median */
+    targets_errors members;  /* of such a family, else NaN */
+    int64_t evaluations;     /* of the loss in this process */
+    double points;           /* per evaluation */
+    const char *ended;       /* why the last stage ended, or NULL */
     bool solved; /* it ended with a small loss, at rest in a stable shape if that can be told */
     problem_fusing fused;   /* programs whose elementwise work is compiled by now */
     const char *account;    /* what its optimiser has to say of its steps; may be empty */

@@ -32,6 +32,12 @@ struct trainer {
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
 
+/* Columns of the history of a family in the strain form: errors over fresh members, and where they
+ * stand. */
+enum { TRAINER_MEMBERS = 6 };
+const char *trainer_members_name(int column);
+double *trainer_members_error(trainer_info *info, int column);
+
 /* The problem and the reference go where the experiment is. Points of the reference in windows
  * before `from` have been compared already. */
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error);

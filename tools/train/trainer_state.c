@@ -241,6 +241,10 @@ ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
         t->info.errors.position = history_value(&t->history, last, "error");
         t->info.errors.tip = history_value(&t->history, last, "tip_error");
         t->info.errors.rotation = history_value(&t->history, last, "rotation_error");
+        for (int i = 0; t->e->targets && i < TRAINER_MEMBERS; i++) {
+            *trainer_members_error(&t->info, i) =
+                history_value(&t->history, last, trainer_members_name(i));
+        }
     }
     if (status == AD_OK && t->info.state == TRAINER_DONE) {
         t->info.balance = experiment_balance(t->e, NULL);

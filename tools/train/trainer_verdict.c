@@ -26,7 +26,7 @@ ad_status trainer_measure_size(trainer *t, ad_error *error)
     load = fmax(fmax(load, fmax(n.actuation, n.tubes)), fmax(n.point_force, n.point_moment));
     double size =
         scene_is_dynamic(rod_scene) ? fmax(loss, load * load) : loss; /* some come later */
-    t->size = size > 0 && size < 1 ? size : 1;
+    t->size = size > 0 && size < 1 && t->e->settings->data_count == 0 ? size : 1;
     if (scene_is_beam(rod_scene)) { /* on a stiff foundation slopes are smaller than loads tell */
         double foundation = fmax(1, beam_numbers_of(rod_scene).foundation);
         t->size *= pow(fmin(1, 8 * pow(foundation / 4, 0.25) / foundation), 2);
@@ -147,8 +147,25 @@ static void judge_estimate(const trainer *t, verdict *result)
 static void judge_load_balance(const trainer *t, verdict *result)
 {
     double estimate = trainer_estimate(t), balance = t->info.balance.loads;
-    if (!isnan(estimate) && !isnan(balance)) {
+    const rod_weights *weights = &t->e->settings->weights; /* 0: data stand for that equation */
+    bool balances = weights->force > 0 && weights->moment > 0;
+    if (balances && !isnan(estimate) && !isnan(balance)) {
         solve_judge_balance(balance, estimate, result);
+    }
+}
+
+/* Of the length; such a network is no start for steps of Newton's method either. */
+static const double MEMBERS_FAR = 0.01;
+
+static void judge_members(const trainer *t, verdict *result)
+{
+    const targets_errors *off = &t->info.members;
+    if (!(off->median <= MEMBERS_FAR)) {
+        verdict_add(result, VERDICT_NOT_CONVERGED,
+                    "half of all fresh members are off by more than %.2g of the length; train "
+                    "longer, or take a larger network.hidden, more members.solved, or smaller "
+                    "ranges",
+                    off->median);
     }
 }
 
@@ -197,7 +214,11 @@ void trainer_verdict(const trainer *t, verdict *result)
                     "smaller network.hidden",
                     info->held_out_ratio);
     }
-    judge_held_out(t, result);
+    if (t->e->targets) {
+        judge_members(t, result);
+    } else {
+        judge_held_out(t, result);
+    }
     judge_estimate(t, result);
     judge_load_balance(t, result);
     if (problem_unresolved(t->problem)) {

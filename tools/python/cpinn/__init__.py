@@ -7,6 +7,8 @@
     exact = cpinn.solve("cantilever.yaml", s=[0.5, 1], t=1).values["z"]
     robot = cpinn.Members("robot.yaml", s=[0.1, 0.2])     # its parameters with ranges: robot.names
     shapes, results = robot.solve(numpy.random.rand(1000, len(robot.names)))
+    family = cpinn.Family("runs/robot")                   # a network trained for all members
+    shapes, answers = family.evaluate([[0.5, 2.0]], s=[0.1, 0.2])  # answers["error"] in m
 
 Names are those of the C library, physics/evaluator.h: columns of the scene's model ("x", "qw", "m2",
 of beams "w"), r and q for all of a rod's position and rotation, and behind an underscore s and t as
@@ -18,7 +20,7 @@ import os
 
 import numpy
 
-__all__ = ["Error", "Members", "Model", "Progress", "Solution", "Verdict", "open", "solve", "train",
+__all__ = ["Error", "Family", "Members", "Model", "Progress", "Solution", "Verdict", "open", "solve", "train",
            "version"]
 
 
@@ -51,6 +53,20 @@ class _Options(ctypes.Structure):
 class _MembersSettings(ctypes.Structure):
     _fields_ = [("tolerance", ctypes.c_double),
                 ("threads", ctypes.c_int), ("points", ctypes.c_size_t), ("s", ctypes.c_void_p)]
+
+
+class _FamilySettings(ctypes.Structure):
+    _fields_ = [("extrapolate", ctypes.c_bool), ("threads", ctypes.c_int),
+                ("points", ctypes.c_size_t), ("s", ctypes.c_void_p), ("t", ctypes.c_void_p)]
+
+
+class _Polish(ctypes.Structure):
+    _fields_ = [("steps", ctypes.c_int), ("alone", ctypes.c_bool)]
+
+
+class _Parameter(ctypes.Structure):
+    _fields_ = [("name", ctypes.c_char_p), ("low", ctypes.c_double), ("high", ctypes.c_double),
+                ("scale", ctypes.c_int)]
 
 
 def _load():
@@ -103,6 +119,15 @@ _members_file = _declare("cpinn_members_file", _I, _S, _I, _TEXTS, _P, _OUT, _FA
 _members_name = _declare("cpinn_members_name", _S, _P, _I)
 _members_free = _declare("cpinn_members_free", None, _P)
 _members_solve = _declare("cpinn_members_solve", _I, _P, _Z, _P, _P, _P, _FAIL)
+_family_open = _declare("cpinn_family_open", _I, _S, _P, _OUT, _FAIL)
+_family_free = _declare("cpinn_family_free", None, _P)
+_family_parameters = _declare("cpinn_family_parameters", _I, _P)
+_family_parameter = _declare("cpinn_family_parameter", ctypes.POINTER(_Parameter), _P, _I)
+_family_columns = _declare("cpinn_family_columns", _I, _P)
+_family_name = _declare("cpinn_family_column_name", _S, _P, _I)
+_family_evaluate = _declare("cpinn_family_evaluate", _I, _P, _P, _Z, _P, _P, _P, _FAIL)
+_reason_word = _declare("cpinn_reason_word", _S, _I)
+_source_word = _declare("cpinn_source_word", _S, _I)
 _outcome_of = _declare("verdict_outcome_of", _I, _P)
 _outcome_name = _declare("verdict_outcome_name", _S, _I)
 _worst = _declare("verdict_worst", _I, _P)
@@ -222,6 +247,59 @@ class Members:
 
     def __del__(self):
         _members_free(getattr(self, "_handle", None))
+
+
+class Family:
+    """A network trained for all members of a family, from the folder of a run: each shape with its
+    predicted error; what is not trusted is solved instead. `ranges`: {parameter: (low, high)} in
+    the order of columns of parameters, `columns`: names of a shape's. Used by one thread at a time.
+    """
+
+    answer = numpy.dtype([("error", "f8"), ("network_error", "f8"), ("source", "i4"),
+                          ("reason", "i4"), ("trusted", "?"), ("outside", "?")], align=True)
+
+    def __init__(self, path, threads=1, extrapolate=False):
+        self._made = {}
+        self._open = (os.fsencode(path), threads, extrapolate)
+        made = self._at(numpy.zeros(0), numpy.zeros(0))
+        found = [_family_parameter(made, i).contents for i in range(_family_parameters(made))]
+        self.ranges = {p.name.decode(): (p.low, p.high) for p in found}
+        self.columns = [_family_name(made, i).decode() for i in range(_family_columns(made))]
+
+    def _at(self, s, t):
+        """The family at these points, as which it was opened before or is now."""
+        key = s.tobytes() + t.tobytes()
+        if key not in self._made:
+            path, threads, extrapolate = self._open
+            settings = _FamilySettings(extrapolate, threads, s.size, s.ctypes.data,
+                                       t.ctypes.data)
+            self._made[key] = _made(_family_open, path, ctypes.byref(settings))
+        return self._made[key]
+
+    def evaluate(self, parameters, s, t=0.0, polish=2, alone=False):
+        """values [members, points, columns] at s (m, ascending; of a family in motion also t, s),
+        and answers [members] with fields error and network_error (m), source, reason, trusted and
+        outside, for parameters [members, ranges] in SI units. polish: steps of Newton's method;
+        alone: what is not trusted is not solved."""
+        _, s, t = _points(s, t)
+        made = self._at(s, t)
+        parameters = numpy.ascontiguousarray(parameters, dtype=float)
+        parameters = parameters.reshape(-1, len(self.ranges))
+        values = numpy.empty((len(parameters), s.size, len(self.columns)))
+        answers = numpy.zeros(len(parameters), dtype=self.answer)
+        _call(_family_evaluate, made, ctypes.byref(_Polish(polish, alone)), len(parameters),
+              parameters.ctypes.data, values.ctypes.data, answers.ctypes.data)
+        return values, answers
+
+    @staticmethod
+    def words(answers):
+        """(source, reason) of each answer."""
+        return [(_source_word(a["source"]).decode(), _reason_word(a["reason"]).decode())
+                for a in answers]
+
+    def __del__(self):
+        for made in getattr(self, "_made", {}).values():
+            _family_free(made)
 
 
 def version():

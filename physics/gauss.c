@@ -1,6 +1,7 @@
-#include "physics/solve/gauss.h"
+#include "physics/gauss.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Legendre's polynomials P_0 .. P_n of 2x - 1. */
 static void legendre(double x, int n, double *p)
@@ -84,5 +85,45 @@ void solve_gauss_lagrange(const gauss_rule *rule, double x, double *values)
     }
     for (int i = 0; i < count; i++) {
         values[i] /= sum;
+    }
+}
+
+void gauss_lagrange(const gauss_rule *rule, double x, double *values)
+{
+    for (int j = 0; j < rule->stages; j++) {
+        values[j] = 1;
+        for (int k = 0; k < rule->stages; k++) {
+            if (k != j) {
+                values[j] *= (x - rule->nodes[k]) / (rule->nodes[j] - rule->nodes[k]);
+            }
+        }
+    }
+}
+
+void gauss_integral(const gauss_rule *rule, double x, double *values)
+{
+    const gauss_rule exact = solve_gauss_rule_of(rule->stages);
+    memset(values, 0, (size_t)rule->stages * sizeof *values);
+    for (int k = 0; k < exact.stages; k++) {
+        double at[GAUSS_STAGES_MAX];
+        gauss_lagrange(rule, x * exact.nodes[k], at);
+        for (int j = 0; j < rule->stages; j++) {
+            values[j] += x * exact.weights[k] * at[j];
+        }
+    }
+}
+
+/* Blanes' alpha_1 .. alpha_3 from u at three points of Gauss. */
+void gauss_magnus(const gauss_rule *rule, double from, double to, double terms[3][GAUSS_STAGES_MAX])
+{
+    const double h = to - from, middle = (from + to) / 2, off = h * sqrt(15) / 10;
+    double at[3][GAUSS_STAGES_MAX];
+    for (int k = 0; k < 3; k++) {
+        gauss_lagrange(rule, middle + (k - 1) * off, at[k]);
+    }
+    for (int j = 0; j < rule->stages; j++) {
+        terms[0][j] = h * at[1][j];
+        terms[1][j] = h * sqrt(15) / 3 * (at[2][j] - at[0][j]);
+        terms[2][j] = h * 10 / 3 * (at[2][j] - 2 * at[1][j] + at[0][j]);
     }
 }

@@ -1,0 +1,511 @@
+/* Vyas, Morwani, Zhao, Kwun, Shapira, Brandfonbrener, Janson & Kakade, "SOAP: improving and
+ * stabilizing Shampoo using Adam", ICLR 2025, algorithm 3. */
+#include "internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { STEPS, EVALUATIONS, VALUE, GRADIENT_NORM, LEARNING_RATE, BEST_VALUE, SCALAR_COUNT };
+
+/* Rows of a basis that are made orthogonal at a time. */
+enum { PANEL = 16 };
+
+/* Of the mean eigenvalue, added to products of gradients while they are of low rank: directions
+ * that no gradient had yet keep their place in the basis. */
+static const double RIDGE = 1e-9;
+
+/* A side of a matrix: mean products of gradients and their eigenvectors, [n][n], one in each row.
+ */
+typedef struct side {
+    size_t n; /* 0: too long, its basis stays as it is */
+    double *products, *basis;
+} side;
+
+struct optim_soap {
+    optim_soap_settings settings;
+    optim_matrix *matrices;
+    size_t count, factors;
+    double *x, *mean, *square, *best_x; /* [count]; square: in the basis */
+    double *factor;                     /* [factors], all sides: products, then basis */
+    double *gradient, *next_x;          /* [count], work */
+    double *work[3];                    /* [largest matrix or square of a side] */
+    size_t *order;                      /* [longest side], work */
+    double *sizes;                      /* [longest side], work */
+    double scalar[SCALAR_COUNT];
+};
+
+optim_soap_settings optim_soap_defaults(void)
+{
+    optim_soap_settings settings = {.adam = optim_adam_defaults(), .basis_every = 10};
+    settings.adam.beta1 = settings.adam.beta2 = 0.95;
+    return settings;
+}
+
+const char *optim_soap_check(const optim_soap_settings *settings)
+{
+    if (settings->basis_every < 1) {
+        return "basis_every must be at least 1";
+    }
+    return optim_adam_check(&settings->adam);
+}
+
+void optim_soap_free(optim_soap *soap)
+{
+    if (soap) {
+        double *all[] = {soap->x,       soap->mean,     soap->square, soap->best_x,
+                         soap->factor,  soap->gradient, soap->next_x, soap->work[0],
+                         soap->work[1], soap->work[2],  soap->sizes};
+        for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+            free(all[i]);
+        }
+        free(soap->matrices);
+        free(soap->order);
+        free(soap);
+    }
+}
+
+/* ---- sides --------------------------------------------------------------------------------- */
+
+static size_t side_length(size_t n)
+{
+    return n > 1 && n <= OPTIM_SOAP_SIDE_MAX ? n : 0;
+}
+
+/* Both sides of matrix `index`, rows first. */
+static void sides_of(const optim_soap *soap, int index, side sides[2])
+{
+    double *at = soap->factor;
+    for (int i = 0; i <= index; i++) {
+        const size_t lengths[2] = {side_length(soap->matrices[i].rows),
+                                   side_length(soap->matrices[i].columns)};
+        for (int k = 0; k < 2; k++) {
+            const size_t n = lengths[k];
+            sides[k] = (side){n, at, at + n * n};
+            at += 2 * n * n;
+        }
+    }
+}
+
+static bool make_work(optim_soap *soap)
+{
+    size_t largest = 1, longest = 1;
+    for (int i = 0; i < soap->settings.matrix_count; i++) {
+        const optim_matrix *m = &soap->matrices[i];
+        const size_t a = side_length(m->rows), b = side_length(m->columns);
+        const size_t needs[3] = {m->rows * m->columns, a * a, b * b};
+        for (int k = 0; k < 3; k++) {
+            largest = needs[k] > largest ? needs[k] : largest;
+        }
+        longest = a > longest ? a : longest;
+        longest = b > longest ? b : longest;
+        soap->factors += 2 * (a * a + b * b);
+    }
+    soap->factor = optim_vector_create(1, soap->factors + 1);
+    soap->order = malloc(longest * sizeof *soap->order);
+    soap->sizes = optim_vector_create(1, longest);
+    for (int i = 0; i < 3; i++) {
+        soap->work[i] = optim_vector_create(1, largest);
+    }
+    return soap->factor && soap->order && soap->sizes && soap->work[0] && soap->work[1] &&
+           soap->work[2];
+}
+
+static void start_bases(optim_soap *soap)
+{
+    for (int i = 0; i < soap->settings.matrix_count; i++) {
+        side sides[2];
+        sides_of(soap, i, sides);
+        for (int k = 0; k < 2; k++) {
+            for (size_t j = 0; j < sides[k].n; j++) {
+                sides[k].basis[j * sides[k].n + j] = 1;
+            }
+        }
+    }
+}
+
+static optim_soap *allocate(size_t count, const optim_soap_settings *settings)
+{
+    optim_soap *soap = calloc(1, sizeof *soap);
+    if (!soap) {
+        return NULL;
+    }
+    const size_t matrices = (size_t)settings->matrix_count;
+    soap->settings = *settings;
+    soap->count = count;
+    soap->matrices = calloc(matrices + 1, sizeof *soap->matrices);
+    soap->x = optim_vector_create(1, count);
+    soap->mean = optim_vector_create(1, count);
+    soap->square = optim_vector_create(1, count);
+    soap->best_x = optim_vector_create(1, count);
+    soap->gradient = optim_vector_create(1, count);
+    soap->next_x = optim_vector_create(1, count);
+    bool made = soap->matrices && soap->x && soap->mean && soap->square && soap->best_x &&
+                soap->gradient && soap->next_x;
+    if (made && matrices > 0) {
+        memcpy(soap->matrices, settings->matrices, matrices * sizeof *soap->matrices);
+    }
+    if (!made || !make_work(soap)) {
+        optim_soap_free(soap);
+        return NULL;
+    }
+    start_bases(soap);
+    return soap;
+}
+
+optim_soap *optim_soap_create(size_t count, const double *x, const optim_soap_settings *settings,
+                              const char **why)
+{
+    const char *problem = optim_soap_check(settings);
+    optim_soap *soap = NULL;
+    if (!problem && count == 0) {
+        problem = "count must be >= 1";
+    }
+    if (!problem && !optim_all_finite(count, x)) {
+        problem = "the starting point x must be finite";
+    }
+    if (!problem) {
+        soap = allocate(count, settings);
+        problem = soap ? NULL : "out of memory";
+    }
+    if (soap) {
+        memcpy(soap->x, x, count * sizeof *x);
+        memcpy(soap->best_x, x, count * sizeof *x);
+        soap->scalar[VALUE] = INFINITY;
+        soap->scalar[GRADIENT_NORM] = INFINITY;
+        soap->scalar[BEST_VALUE] = INFINITY;
+    }
+    if (why) {
+        *why = problem;
+    }
+    return soap;
+}
+
+/* ---- products ------------------------------------------------------------------------------ */
+
+/* c[m][n] = a b + beta c; without a function of the settings, for small ones. */
+static void multiply(const optim_soap *soap, bool transpose_a, bool transpose_b, size_t m, size_t n,
+                     size_t k, const double *a, const double *b, double beta, double *c)
+{
+    if (soap->settings.multiply) {
+        soap->settings.multiply(soap->settings.context, transpose_a, transpose_b, m, n, k, a, b,
+                                beta, c);
+        return;
+    }
+    for (size_t i = 0; i < m; i++) {
+        for (size_t j = 0; j < n; j++) {
+            double sum = 0;
+            for (size_t l = 0; l < k; l++) {
+                sum +=
+                    a[transpose_a ? l * m + i : i * k + l] * b[transpose_b ? j * k + l : l * n + j];
+            }
+            c[i * n + j] = sum + (beta != 0 ? beta * c[i * n + j] : 0);
+        }
+    }
+}
+
+/* to = P_left from P_right^T, P the bases; back: P_left^T from P_right. `to` may be `from`. */
+static void turn(const optim_soap *soap, const optim_matrix *matrix, const side sides[2], bool back,
+                 const double *from, double *to)
+{
+    const size_t rows = matrix->rows, columns = matrix->columns;
+    const double *half = from;
+    if (sides[0].n) {
+        multiply(soap, back, false, rows, columns, rows, sides[0].basis, from, 0, soap->work[2]);
+        half = soap->work[2];
+    }
+    if (sides[1].n) {
+        multiply(soap, false, !back, rows, columns, columns, half, sides[1].basis, 0,
+                 soap->work[1]);
+        half = soap->work[1];
+    }
+    if (half != to) {
+        memcpy(to, half, rows * columns * sizeof *to);
+    }
+}
+
+/* ---- bases --------------------------------------------------------------------------------- */
+
+/* Rows first to last of p[n][n] become orthonormal among themselves, by Gram and Schmidt. */
+static void orthonormalise(size_t n, size_t first, size_t last, double *p)
+{
+    for (size_t i = first; i < last; i++) {
+        double *row = p + i * n;
+        for (int again = 0; again < 2; again++) {
+            for (size_t k = first; k < i; k++) {
+                const double *other = p + k * n;
+                const double part = optim_dot(n, other, row);
+                for (size_t j = 0; j < n; j++) {
+                    row[j] -= part * other[j];
+                }
+            }
+            const double size = sqrt(optim_dot(n, row, row));
+            for (size_t j = 0; j < n; j++) {
+                row[j] /= size;
+            }
+        }
+    }
+}
+
+/* The eigenvectors with the largest eigenvalues, as they seem, come first; square follows. */
+static void sort_basis(optim_soap *soap, const side *s, const optim_matrix *matrix, bool left,
+                       const double *image)
+{
+    const size_t n = s->n, rows = matrix->rows, columns = matrix->columns;
+    double *square = soap->square + matrix->offset;
+    for (size_t i = 0; i < n; i++) {
+        size_t k = i;
+        soap->sizes[i] = optim_dot(n, s->basis + i * n, image + i * n);
+        for (; k > 0 && soap->sizes[soap->order[k - 1]] < soap->sizes[i]; k--) {
+            soap->order[k] = soap->order[k - 1];
+        }
+        soap->order[k] = i;
+    }
+    for (size_t i = 0; i < n; i++) { /* work[0] becomes the image in its new order */
+        memcpy(soap->work[0] + i * n, image + soap->order[i] * n, n * sizeof *image);
+    }
+    memcpy(soap->work[1], square, rows * columns * sizeof *square);
+    for (size_t i = 0; i < rows; i++) {
+        for (size_t j = 0; j < columns; j++) {
+            const size_t from = left ? soap->order[i] * columns + j : i * columns + soap->order[j];
+            square[i * columns + j] = soap->work[1][from];
+        }
+    }
+}
+
+/* One step of orthogonal iteration from the basis before. */
+static void turn_basis(optim_soap *soap, const side *s, const optim_matrix *matrix, bool left)
+{
+    const size_t n = s->n;
+    double trace = 0, *p = soap->work[0];
+    for (size_t i = 0; i < n; i++) {
+        trace += s->products[i * n + i];
+    }
+    if (!(trace > 0)) {
+        return;
+    }
+    memcpy(soap->work[2], s->basis, n * n * sizeof *p);
+    multiply(soap, false, false, n, n, n, s->basis, s->products, RIDGE * trace / (double)n,
+             soap->work[2]);
+    sort_basis(soap, s, matrix, left, soap->work[2]);
+    for (size_t first = 0; first < n; first += PANEL) {
+        const size_t last = first + PANEL < n ? first + PANEL : n, count = last - first;
+        double *panel = p + first * n, *parts = soap->work[1];
+        orthonormalise(n, first, last, p);
+        for (int again = 0; again < 2 && first > 0; again++) {
+            multiply(soap, false, true, count, first, n, panel, p, 0, parts);
+            for (size_t i = 0; i < count * first; i++) {
+                parts[i] = -parts[i];
+            }
+            multiply(soap, false, false, count, n, first, parts, p, 1, panel);
+            orthonormalise(n, first, last, p);
+        }
+    }
+    if (optim_all_finite(n * n, p)) {
+        memcpy(s->basis, p, n * n * sizeof *p);
+    }
+}
+
+/* The products of this gradient, and every so many steps the bases. */
+static void follow(optim_soap *soap, int index, const double *gradient)
+{
+    const optim_matrix *matrix = &soap->matrices[index];
+    const size_t rows = matrix->rows, columns = matrix->columns;
+    const bool first = soap->scalar[STEPS] == 0;
+    const double beta = soap->settings.adam.beta2, weight = first ? 1 : sqrt(1 - beta);
+    double *scaled = soap->work[0];
+    side sides[2];
+    sides_of(soap, index, sides);
+    for (size_t i = 0; i < rows * columns; i++) {
+        scaled[i] = weight * gradient[i];
+    }
+    for (int k = 0; k < 2; k++) {
+        if (sides[k].n) {
+            multiply(soap, k == 1, k == 0, sides[k].n, sides[k].n, k == 0 ? columns : rows, scaled,
+                     scaled, first ? 0 : beta, sides[k].products);
+        }
+    }
+    if (first || fmod(soap->scalar[STEPS], soap->settings.basis_every) == 0) {
+        for (int k = 0; k < 2; k++) {
+            if (sides[k].n) {
+                turn_basis(soap, &sides[k], matrix, k == 0);
+            }
+        }
+    }
+}
+
+/* ---- steps --------------------------------------------------------------------------------- */
+
+typedef struct rates {
+    double beta1, beta2, correction1, correction2, epsilon, rate;
+} rates;
+
+/* mean and square of `gradient` and the change of x, all [count], the last two of as many numbers
+ * in the basis at hand. */
+static void adam_direction(const rates *r, size_t count, const double *gradient, const double *mean,
+                           double *square, double *direction)
+{
+    for (size_t i = 0; i < count; i++) {
+        square[i] = r->beta2 * square[i] + (1 - r->beta2) * gradient[i] * gradient[i];
+        direction[i] =
+            r->rate * (mean[i] / r->correction1) / (sqrt(square[i] / r->correction2) + r->epsilon);
+    }
+}
+
+static void step_matrix(optim_soap *soap, const rates *r, int index)
+{
+    const optim_matrix *matrix = &soap->matrices[index];
+    const size_t count = matrix->rows * matrix->columns, offset = matrix->offset;
+    side sides[2];
+    sides_of(soap, index, sides);
+    double *direction = soap->next_x + offset;
+    double *turned = soap->work[0];
+    turn(soap, matrix, sides, false, soap->gradient + offset, turned);
+    turn(soap, matrix, sides, false, soap->mean + offset, direction);
+    adam_direction(r, count, turned, direction, soap->square + offset, direction);
+    turn(soap, matrix, sides, true, direction, direction);
+}
+
+/* Numbers that are in no matrix, from `first` on. */
+static void step_others(optim_soap *soap, const rates *r, size_t first, size_t end)
+{
+    if (end > first) {
+        adam_direction(r, end - first, soap->gradient + first, soap->mean + first,
+                       soap->square + first, soap->next_x + first);
+    }
+}
+
+/* As in the paper the first gradient only makes the bases. */
+static optim_status update(optim_soap *soap, double gradient_norm)
+{
+    const optim_adam_settings *s = &soap->settings.adam;
+    const double steps = soap->scalar[STEPS];
+    const rates r = {.beta1 = s->beta1,
+                     .beta2 = s->beta2,
+                     .correction1 = 1 - pow(s->beta1, steps),
+                     .correction2 = 1 - pow(s->beta2, steps),
+                     .epsilon = s->epsilon,
+                     .rate = optim_schedule_rate(&s->schedule, (int64_t)steps)};
+    if (s->clip_norm > 0 && gradient_norm > s->clip_norm) {
+        for (size_t i = 0; i < soap->count; i++) {
+            soap->gradient[i] *= s->clip_norm / gradient_norm;
+        }
+    }
+    if (steps > 0) {
+        size_t done = 0;
+        for (size_t i = 0; i < soap->count; i++) {
+            soap->mean[i] = s->beta1 * soap->mean[i] + (1 - s->beta1) * soap->gradient[i];
+        }
+        for (int i = 0; i < soap->settings.matrix_count; i++) {
+            const optim_matrix *m = &soap->matrices[i];
+            step_others(soap, &r, done, m->offset);
+            step_matrix(soap, &r, i);
+            done = m->offset + m->rows * m->columns;
+        }
+        step_others(soap, &r, done, soap->count);
+        for (size_t i = 0; i < soap->count; i++) {
+            soap->next_x[i] = soap->x[i] - soap->next_x[i];
+        }
+        if (!optim_all_finite(soap->count, soap->next_x)) {
+            return OPTIM_NOT_FINITE;
+        }
+        memcpy(soap->x, soap->next_x, soap->count * sizeof *soap->x);
+    }
+    for (int i = 0; i < soap->settings.matrix_count; i++) {
+        follow(soap, i, soap->gradient + soap->matrices[i].offset);
+    }
+    soap->scalar[STEPS] = steps + 1;
+    soap->scalar[LEARNING_RATE] = r.rate;
+    return OPTIM_RUNNING;
+}
+
+static const char *check_scalars(const optim_soap *soap)
+{
+    if (!optim_is_counter(soap->scalar[STEPS], OPTIM_COUNTER_LIMIT) ||
+        !optim_is_counter(soap->scalar[EVALUATIONS], OPTIM_COUNTER_LIMIT)) {
+        return "scalars: a counter is not an integer in [0, 2^53]";
+    }
+    return isnan(soap->scalar[BEST_VALUE]) ? "scalars: the best value is not a number" : NULL;
+}
+
+optim_status optim_soap_step(optim_soap *soap, optim_objective objective, void *context)
+{
+    if (check_scalars(soap)) {
+        return OPTIM_BAD_STATE;
+    }
+    const optim_evaluator evaluator = {
+        soap->count, objective, context, &soap->scalar[EVALUATIONS], &soap->scalar[BEST_VALUE],
+        soap->best_x};
+    double value = 0;
+    const optim_status status = optim_evaluate(&evaluator, soap->x, &value, soap->gradient);
+    if (status != OPTIM_RUNNING) {
+        return status;
+    }
+    const double norm = sqrt(optim_dot(soap->count, soap->gradient, soap->gradient));
+    soap->scalar[VALUE] = value;
+    soap->scalar[GRADIENT_NORM] = norm;
+    if (optim_max_abs(soap->count, soap->gradient) <= soap->settings.adam.gradient_tolerance) {
+        return OPTIM_GRADIENT_TOLERANCE;
+    }
+    return update(soap, norm);
+}
+
+/* ---- looking ------------------------------------------------------------------------------- */
+
+void optim_soap_objective_changed(optim_soap *soap)
+{
+    soap->scalar[BEST_VALUE] = INFINITY;
+    memcpy(soap->best_x, soap->x, soap->count * sizeof *soap->x);
+}
+
+const double *optim_soap_x(const optim_soap *soap)
+{
+    return soap->x;
+}
+
+const double *optim_soap_best_x(const optim_soap *soap)
+{
+    return isfinite(soap->scalar[BEST_VALUE]) ? soap->best_x : soap->x;
+}
+
+optim_adam_info optim_soap_get_info(const optim_soap *soap)
+{
+    return (optim_adam_info){.steps = (int64_t)soap->scalar[STEPS],
+                             .evaluations = (int64_t)soap->scalar[EVALUATIONS],
+                             .value = soap->scalar[VALUE],
+                             .gradient_norm = soap->scalar[GRADIENT_NORM],
+                             .learning_rate = soap->scalar[LEARNING_RATE],
+                             .best_value = soap->scalar[BEST_VALUE]};
+}
+
+int optim_soap_state(optim_soap *soap, optim_array *arrays, int capacity)
+{
+    const optim_array rows[] = {
+        {"x", soap->x, soap->count},
+        {"mean", soap->mean, soap->count},
+        {"square", soap->square, soap->count},
+        {"best_x", soap->best_x, soap->count},
+        {"scalars", soap->scalar, SCALAR_COUNT},
+        {"factors", soap->factor, soap->factors + 1},
+    };
+    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
+}
+
+const char *optim_soap_state_check(const optim_soap *soap)
+{
+    if (!optim_all_finite(soap->count, soap->x) || !optim_all_finite(soap->count, soap->best_x)) {
+        return "x or best_x holds a number that is not finite";
+    }
+    if (!optim_all_finite(soap->count, soap->mean)) {
+        return "mean holds a number that is not finite";
+    }
+    if (!optim_all_finite(soap->factors, soap->factor)) {
+        return "factors hold a number that is not finite";
+    }
+    for (size_t i = 0; i < soap->count; i++) {
+        if (!(soap->square[i] >= 0 && isfinite(soap->square[i]))) {
+            return "square holds a number that is negative or not finite";
+        }
+    }
+    return check_scalars(soap);
+}

@@ -1,0 +1,494 @@
+/* The dimensionless numbers that the equations of a rod are given. */
+#include "physics/breaks.h"
+#include "physics/constants.h"
+#include "physics/groups_internal.h"
+#include "physics/scene_field.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double ZEROS[3] = {0, 0, 0};
+
+/* Of the length: over which the slope of an actuator's offset is taken. */
+static const double STEP = 1e-5;
+
+/* ---- where they are looked at ---------------------------------------------------------------- */
+
+/* Some within every piece between breaks, not at equal distances, between which what winds around
+ * the rod might look straight. False: there are too many pieces. */
+static bool find_places(group_source *source, const scene_breaks *breaks)
+{
+    const double length = scene_length(&source->middle);
+    const int pieces = breaks->count + 1;
+    const int each = pieces == 1 ? 5 : pieces <= 5 ? 3 : pieces <= 8 ? 2 : 1;
+    if (breaks->unresolved || pieces * each > GROUP_PLACES_MAX) {
+        return false;
+    }
+    for (int i = 0; i < pieces * each; i++) {
+        const int piece = i / each;
+        const double from = piece > 0 ? breaks->place[piece - 1] / length : 0;
+        const double to = piece + 1 < pieces ? breaks->place[piece] / length : 1;
+        const double x = 0.5 - 0.5 * cos(PI * (i % each + 0.5) / each);
+        source->place[source->places++] = from + (to - from) * x;
+    }
+    return true;
+}
+
+static bool is_turnable(const scene *given)
+{
+    bool held = false;
+    for (int i = 0; i < 4; i++) {
+        const quantity q = given->start.rotation[i];
+        held = held || (q.is_given && !quantity_is_number(q, NULL));
+    }
+    return !held && given->start.type == SCENE_CLAMPED && !scene_end_is_placed(given->end.type) &&
+           !scene_is_dynamic(given) && given->spring_count == 0 && given->tube_count == 0 &&
+           !rod_has_foundation(given) && !scene_has_displaced_tendons(given) &&
+           !scene_has_rubbing_tendons(given);
+}
+
+static void find_upright(const scene *given, double q[4])
+{
+    double square = 0;
+    for (int i = 0; i < 4; i++) {
+        q[i] = quantity_number_or(given->start.rotation[i], i == 0);
+        square += q[i] * q[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        q[i] /= sqrt(square);
+    }
+}
+
+ad_status group_source_fill(const scene *family, bool by_parameters, group_source *source,
+                            ad_error *error)
+{
+    *source = (group_source){.open = *family, .times = 1, .upright = {1}};
+    source->by_parameters = by_parameters || scene_is_beam(family) || scene_is_manufactured(family);
+    source->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
+    for (int i = 0; i < family->parameter_count; i++) {
+        source->names[i] = family->parameters[i].name;
+    }
+    if (source->by_parameters) {
+        return AD_OK;
+    }
+    scene_middle(&source->open, &source->middle);
+    source->numbers = rod_numbers_of(&source->middle);
+    if (scene_is_dynamic(family)) {
+        source->times = GROUP_TIMES_MAX;
+        for (int i = 0; i < source->times; i++) {
+            source->time[i] = source->numbers.duration * (i + 0.5) / source->times;
+        }
+    }
+    source->turnable = is_turnable(family);
+    if (source->turnable) {
+        find_upright(family, source->upright);
+    }
+    scene_breaks breaks;
+    const ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
+    source->by_parameters = status == AD_OK && !find_places(source, &breaks);
+    return status;
+}
+
+/* ---- recording ------------------------------------------------------------------------------- */
+
+/* At one place and time. */
+typedef struct recorder {
+    const group_source *source;
+    rod_context rod;
+    ad_value softness; /* EI of the middle by that of the member, by which loads are counted */
+    ad_value upright;
+    group_list *list;
+    double s, t; /* m, s; NaN: not of a place */
+} recorder;
+
+static group_item *add(recorder *x, const char *name, const char *unit, group_kind kind,
+                       double effect, ad_value value)
+{
+    group_list *list = x->list;
+    if (list->count == list->capacity) {
+        const int capacity = 2 * list->capacity + 64;
+        group_item *more = realloc(list->items, (size_t)capacity * sizeof *more);
+        if (!more) {
+            ad_tape_fail(x->rod.tape, AD_NO_MEMORY, "out of memory for groups");
+            return NULL;
+        }
+        list->items = more;
+        list->capacity = capacity;
+    }
+    group_item *item = &list->items[list->count++];
+    *item = (group_item){.unit = unit,
+                         .s = x->s,
+                         .t = x->t,
+                         .kind = kind,
+                         .rows = ad_rows(value),
+                         .effect = {effect, effect, effect},
+                         .value = value};
+    snprintf(item->name, sizeof item->name, "%s", name);
+    return item;
+}
+
+/* Loads by the member's own stiffness. */
+static void add_load(recorder *x, const char *name, const char *unit, group_kind kind,
+                     double effect, ad_value value, bool is_body)
+{
+    ad_value turned = is_body ? value : ad_rotate_inverse(x->upright, value);
+    add(x, name, unit, kind, effect, ad_mul(x->softness, turned));
+}
+
+static ad_value quantities_of(const recorder *x, int count, const quantity *q, double factor)
+{
+    return rod_quantities(&x->rod, count, q, ZEROS, factor, x->rod.s, x->rod.t);
+}
+
+static void add_matter(recorder *x, const rod_coefficients *c)
+{
+    const scene_rest rest = scene_rest_of(&x->source->open);
+    const rod_scales *scale = &x->rod.scales;
+    ad_value stiffness = ad_reciprocal(x->softness);
+    add(x, "strain at rest", "", GROUP_POLAR, 0.5, c->rest_strain);
+    add(x, "curvature at rest", "1/L", GROUP_AXIAL, 0.5, c->rest_curvature);
+    add(x, "imperfection", "1/L", GROUP_AXIAL, 0.01,
+        quantities_of(x, 3, rest.imperfection, scale->length));
+    group_item *bent = add(x, "compliance of bending and twist", "1/EI", GROUP_TENSOR, 0.5,
+                           ad_mul(stiffness, c->curvature_compliance));
+    if (bent) {
+        bent->effect[2] = 0.1;
+    }
+    add(x, "compliance of shear and stretch", "L^2/EI", GROUP_TENSOR, 3,
+        ad_mul(stiffness, c->strain_compliance));
+}
+
+static void add_line_loads(recorder *x, const rod_coefficients *c)
+{
+    const scene_loads *given = &x->source->open.loads;
+    const rod_scales *scale = &x->rod.scales;
+    const bool follows = given->frame == SCENE_FOLLOWER;
+    add_load(x, "weight", "EI/L^3", GROUP_POLAR, 0.125, c->weight, false);
+    add_load(x, "distributed force", "EI/L^3", GROUP_POLAR, 0.125,
+             quantities_of(x, 3, given->force, scale->length / scale->force), follows);
+    add_load(x, "distributed moment", "EI/L^2", GROUP_AXIAL, 0.3,
+             quantities_of(x, 3, given->moment, scale->length / scale->moment), follows);
+    add(x, "foundation", "EI/L^4", GROUP_SCALAR, 0.05,
+        ad_mul(x->softness, quantities_of(x, 3, given->foundation,
+                                          scale->length * scale->length / scale->force)));
+}
+
+/* In motion; times by that of the middle. */
+static void add_motion(recorder *x, const rod_coefficients *c)
+{
+    const scene *open = &x->source->open;
+    const scene_properties made = scene_properties_of(open);
+    const rod_scales *scale = &x->rod.scales;
+    const double speed = scale->length / scale->time;
+    const ad_value mass = quantities_of(x, 1, &made.mass_per_length, speed * speed / scale->force);
+    const ad_value drag =
+        quantities_of(x, 1, &open->loads.drag, speed * scale->length / scale->force);
+    const ad_value fast = quantities_of(x, 1, &open->loads.quadratic_drag,
+                                        speed * speed * scale->length / scale->force);
+    const struct {
+        const char *name;
+        double effect;
+        ad_value value;
+    } rows[] = {{"mass", 0.5, mass},
+                {"rotary inertia", 0.5, c->rotary_inertia},
+                {"damping of strain", 1e-3, c->strain_damping},
+                {"damping of curvature", 0.5, c->curvature_damping},
+                {"drag", 0.5, drag},
+                {"quadratic drag", 0.5, fast}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        add(x, rows[i].name, "", GROUP_SCALAR, rows[i].effect, ad_mul(x->softness, rows[i].value));
+    }
+    add(x, "position at t = 0", "L", GROUP_SCALAR, 1,
+        quantities_of(x, 3, open->initial.position, 1 / scale->length));
+    add(x, "rotation at t = 0", "", GROUP_SCALAR, 1,
+        quantities_of(x, 4, open->initial.rotation, 1));
+    add(x, "velocity at t = 0", "", GROUP_SCALAR, 0.5,
+        quantities_of(x, 3, open->initial.velocity, 1 / speed));
+    add(x, "spin at t = 0", "", GROUP_SCALAR, 0.5,
+        quantities_of(x, 3, open->initial.angular_velocity, scale->time));
+}
+
+/* ---- tendons, chambers, tubes ---------------------------------------------------------------- */
+
+static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
+{
+    const ad_value s = ad_add(x->rod.s, ad_scalar(x->rod.tape, step));
+    return ad_pad(rod_quantities(&x->rod, 2, offset, ZEROS, 1 / x->rod.scales.length, s, x->rod.t),
+                  0, 3);
+}
+
+/* What actuators do in the unstressed section: force, moment, and the torque per twist that pulls
+ * at a distance from the axis take to be turned. */
+typedef struct pulling {
+    ad_value force, moment, twist;
+} pulling;
+
+static void add_chamber(recorder *x, const scene_chamber *given, pulling *sum)
+{
+    const quantity push = quantity_multiply(given->pressure, given->area);
+    if (x->s >= quantity_number_or(given->start, 0) &&
+        x->s <= quantity_number_or(given->end, INFINITY)) {
+        const ad_value pull = quantities_of(x, 1, &push, -1 / x->rod.scales.force);
+        const ad_value force =
+            ad_mul(ad_mul(x->softness, pull), ad_vector_constant(x->rod.tape, 0, 0, 1));
+        sum->force = ad_add(sum->force, force);
+        sum->moment = ad_add(sum->moment, ad_cross(offset_at(x, given->offset, 0), force));
+    }
+}
+
+/* What it does depends on the strains, so that each is an item by itself, too. */
+static void add_tendon(recorder *x, const rod_coefficients *c, int index, pulling *sum)
+{
+    const scene_tendon *given = &x->source->open.tendons[index];
+    if (x->s < quantity_number_or(given->start, 0) ||
+        x->s > quantity_number_or(given->end, INFINITY)) {
+        return;
+    }
+    const ad_value r = offset_at(x, given->offset, 0);
+    const ad_value apart =
+        ad_sub(offset_at(x, given->offset, STEP), offset_at(x, given->offset, -STEP));
+    const ad_value path = ad_add(c->rest_strain, ad_cross(c->rest_curvature, r));
+    const ad_value direction = ad_normalize(ad_add(path, ad_scale(apart, 0.5 / STEP)));
+    const ad_value pull =
+        ad_mul(x->softness, quantities_of(x, 1, &given->tension, 1 / x->rod.scales.force));
+    const ad_value force = ad_mul(pull, direction);
+    char name[GROUP_NAME];
+    sum->force = ad_add(sum->force, force);
+    sum->moment = ad_add(sum->moment, ad_cross(r, force));
+    sum->twist = ad_add(sum->twist, ad_mul(pull, ad_dot(r, r)));
+    snprintf(name, sizeof name, "tension of tendons[%d]", index);
+    group_item *item = add(x, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
+    if (item) {
+        item->tendon = index;
+    }
+    snprintf(name, sizeof name, "offset of tendons[%d]", index);
+    item = add(x, name, "L", GROUP_OFFSET, 1, r);
+    if (item) {
+        item->tendon = index;
+    }
+}
+
+static void add_actuation(recorder *x, const rod_coefficients *c)
+{
+    ad_value none = ad_zeros(x->rod.tape, 3);
+    pulling sum = {none, none, ad_zeros(x->rod.tape, 1)};
+    const rod_numbers *numbers = &x->source->numbers;
+    const scene *open = &x->source->open;
+    for (int i = 0; i < open->tendon_count; i++) {
+        add_tendon(x, c, i, &sum);
+    }
+    for (int i = 0; i < open->chamber_count; i++) {
+        add_chamber(x, &open->chambers[i], &sum);
+    }
+    if (rod_actuator_count(open) > 0) {
+        add(x, GROUP_MOMENT, "EI/L", GROUP_AXIAL, 0.5, sum.moment);
+        group_item *force = add(x, "force of actuators", "EI/L^2", GROUP_POLAR,
+                                1 / numbers->shear_ratio, sum.force);
+        if (force) {
+            force->effect[2] = 1 / numbers->axial_ratio;
+        }
+        add(x, GROUP_RESISTANCE, "EI", GROUP_SCALAR, 0.5 / fmax(numbers->torsion_ratio, 1e-3),
+            sum.twist);
+    }
+}
+
+/* What tendons have besides; of tubes. */
+static void add_displaced(recorder *x)
+{
+    const scene *open = &x->source->open;
+    const rod_scales *scale = &x->rod.scales;
+    for (int i = 0; i < open->tendon_count; i++) {
+        const scene_tendon *tendon = &open->tendons[i];
+        const double lever = fmax(rod_tendon_lever(&x->source->middle, i) / scale->length, 1e-3);
+        add(x, "displacement of a tendon", "L", GROUP_SCALAR, 0.5 / lever,
+            quantities_of(x, 1, &tendon->displacement, 1 / scale->length));
+        add(x, "stiffness of a tendon", "EI/L^3", GROUP_SCALAR, 0.01,
+            ad_mul(x->softness,
+                   quantities_of(x, 1, &tendon->stiffness, scale->length / scale->force)));
+        add(x, "friction of a tendon", "", GROUP_SCALAR, 1,
+            quantities_of(x, 1, &tendon->friction, 1));
+    }
+}
+
+static void add_tubes(recorder *x)
+{
+    const scene *open = &x->source->open;
+    for (int i = 0; i < open->tube_count; i++) {
+        const rod_tube tube = rod_tube_of(&x->rod, i);
+        add(x, "stiffness of a tube", "EI", GROUP_SCALAR, 0.3, ad_mul(x->softness, tube.bending));
+        add(x, "softness of a tube", "1/EI", GROUP_SCALAR, 0.1,
+            ad_mul(ad_reciprocal(x->softness), tube.softness));
+        add(x, "curvature of a tube", "1/L", GROUP_SCALAR, 0.5, tube.rest);
+        add(x, "angle of a tube", "", GROUP_SCALAR, 0.5,
+            quantities_of(x, 1, &open->tubes[i].turned, 1));
+    }
+}
+
+/* ---- at single places ------------------------------------------------------------------------ */
+
+static void add_end(recorder *x, int end)
+{
+    const scene_end *given = end ? &x->source->open.end : &x->source->open.start;
+    const scene_load *load = end ? &x->source->open.loads.tip : &x->source->open.loads.base;
+    const rod_scales *scale = &x->rod.scales;
+    const bool follows = load->frame == SCENE_FOLLOWER;
+    if (scene_end_takes_force(given->type)) {
+        add_load(x, end ? "tip force" : "force at s = 0", "EI/L^2", GROUP_POLAR, 1.0 / 3,
+                 quantities_of(x, 3, load->force, 1 / scale->force), follows);
+        add_load(x, end ? "tip moment" : "moment at s = 0", "EI/L", GROUP_AXIAL, 0.5,
+                 quantities_of(x, 3, load->moment, 1 / scale->moment), follows);
+    }
+    if (scene_end_is_placed(given->type) && !x->source->turnable) {
+        const char *const name = end ? "end" : "start";
+        add(x, name, "L", GROUP_SCALAR, 1, quantities_of(x, 3, given->position, 1 / scale->length));
+        add(x, name, "", GROUP_SCALAR, 1, quantities_of(x, 4, given->rotation, 1));
+        add(x, name, "", GROUP_SCALAR, 1, quantities_of(x, 3, given->rotation_vector, 1));
+        add(x, name, "", GROUP_SCALAR, 0.2, quantities_of(x, 1, &given->twist, 1));
+    }
+}
+
+static void add_places(recorder *x)
+{
+    const scene *open = &x->source->open;
+    const rod_scales *scale = &x->rod.scales;
+    for (int i = 0; i < open->point_count; i++) {
+        const scene_load *load = &open->points[i].load;
+        const double a = open->points[i].at.number / scale->length;
+        const bool follows = load->frame == SCENE_FOLLOWER;
+        x->s = open->points[i].at.number;
+        add_load(x, "point force", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 quantities_of(x, 3, load->force, 1 / scale->force), follows);
+        add_load(x, "point moment", "EI/L", GROUP_AXIAL, a - a * a / 2,
+                 quantities_of(x, 3, load->moment, 1 / scale->moment), follows);
+    }
+    for (int i = 0; i < open->body_count; i++) {
+        const double a = open->bodies[i].at.number / scale->length;
+        x->s = open->bodies[i].at.number;
+        add_load(x, "weight of a body", "EI/L^2", GROUP_POLAR, a * a * (3 - a) / 6,
+                 ad_mul(quantities_of(x, 1, &open->bodies[i].mass, 1 / scale->force),
+                        quantities_of(x, 3, open->loads.gravity, 1)),
+                 false);
+    }
+    for (int i = 0; i < open->spring_count; i++) {
+        const scene_spring *spring = &open->springs[i];
+        x->s = spring->at.number;
+        add(x, "spring", "EI/L^3", GROUP_SCALAR, 0.1,
+            ad_mul(x->softness,
+                   quantities_of(x, 3, spring->stiffness, scale->length / scale->force)));
+        add(x, "spring", "EI/L", GROUP_SCALAR, 0.1,
+            ad_mul(x->softness, quantities_of(x, 3, spring->turning, 1 / scale->moment)));
+        add(x, "anchor of a spring", "L", GROUP_SCALAR, 0.5,
+            quantities_of(x, 3, spring->anchor, 1 / scale->length));
+    }
+    for (int i = 1; i < open->segment_count; i++) { /* of numbers: a symmetry has to leave it */
+        x->s = scene_joint(open, i - 1);
+        add(x, "turn of a segment", "", GROUP_AXIAL, 1,
+            quantities_of(x, 3, open->segments[i].turn, 1));
+    }
+    x->s = NAN;
+}
+
+/* ---- all ------------------------------------------------------------------------------------- */
+
+/* A tape at a place, with parameters. */
+static void begin(recorder *x, double s, double t, const quantity_binding *bindings)
+{
+    const group_source *source = x->source;
+    ad_tape *tape = bindings->value.tape;
+    const domain_place at = rod_place(&source->middle, ad_scalar(tape, s), ad_scalar(tape, t));
+    x->rod = rod_context_of(&source->middle, &at);
+    x->rod.scene = &source->open;
+    x->rod.properties = scene_properties_of(&source->open);
+    x->rod.parameter_count = source->open.parameter_count;
+    memcpy(x->rod.parameters, bindings, (size_t)x->rod.parameter_count * sizeof *bindings);
+    x->s = s * x->rod.scales.length;
+    x->t = x->rod.dynamic ? t * x->rod.scales.time : NAN;
+}
+
+/* The middle's EI by the member's, the mean of both directions and all places. */
+static ad_value record_softness(recorder *x, const quantity_binding *bindings)
+{
+    ad_value sum = ad_scalar(bindings->value.tape, 0);
+    for (int i = 0; i < x->source->places; i++) {
+        begin(x, x->source->place[i], 0, bindings);
+        const ad_value k = rod_coefficients_of(&x->rod).curvature_stiffness;
+        sum = ad_add(sum, ad_add(ad_row(k, 0), ad_row(k, 1)));
+    }
+    return ad_scale(ad_reciprocal(sum), 2.0 * x->source->places);
+}
+
+/* How a formula has it together with s, so that some places do not say all of it: not; as what a
+ * turn may change, a vector or what pulls; or else. */
+static group_kind kind_along(const scene *open, const char *name, bool *is_along)
+{
+    group_kind kind = GROUP_SCALAR;
+    *is_along = false;
+    for (int i = 0; i < scene_field_count; i++) {
+        const scene_field *field = &scene_fields[i];
+        const quantity *q = scene_field_of(open, field);
+        const bool turns = field->geometry == SCENE_POLAR_VECTOR ||
+                           field->geometry == SCENE_AXIAL_VECTOR ||
+                           (field->part == SCENE_OF_LISTS && field->geometry == SCENE_SCALAR);
+        for (int k = 0; k < field->count; k++) {
+            if (quantity_depends_on(q[k], name) && quantity_depends_on(q[k], "s")) {
+                *is_along = true;
+                kind = turns ? GROUP_PARAMETER : kind;
+            }
+        }
+    }
+    return kind;
+}
+
+static void add_parameters(recorder *x, ad_value parameters)
+{
+    const scene *open = &x->source->open;
+    for (int i = 0; i < open->parameter_count; i++) {
+        const scene_parameter *p = &open->parameters[i];
+        bool is_needed;
+        const group_kind kind = kind_along(open, p->name, &is_needed);
+        const double effect = is_needed || x->source->by_parameters ? GROUP_UNKNOWN : 0;
+        group_item *item =
+            add(x, p->name, "", kind, 2 * effect / (p->high - p->low), ad_row(parameters, i));
+        if (item) {
+            item->as_it_is = true;
+            item->is_log = p->scale == SCENE_LOG;
+        }
+    }
+}
+
+void group_items(const group_source *source, ad_value parameters, group_list *list)
+{
+    quantity_binding bindings[SCENE_PARAMETERS_MAX];
+    recorder x = {.source = source, .list = list};
+    for (int i = 0; i < source->open.parameter_count; i++) {
+        bindings[i] = (quantity_binding){source->names[i], ad_row(parameters, i)};
+    }
+    *list = (group_list){.count = 0};
+    x.s = x.t = NAN;
+    x.rod.tape = parameters.tape;
+    add_parameters(&x, parameters);
+    if (source->by_parameters) {
+        return;
+    }
+    x.upright = ad_constant(parameters.tape, 4, source->upright);
+    x.softness = record_softness(&x, bindings);
+    for (int j = 0; j < source->times; j++) {
+        for (int i = 0; i < source->places; i++) {
+            begin(&x, source->place[i], source->time[j], bindings);
+            const rod_coefficients c = rod_coefficients_of(&x.rod);
+            add_matter(&x, &c);
+            add_line_loads(&x, &c);
+            add_actuation(&x, &c);
+            add_tubes(&x);
+            if (x.rod.dynamic) {
+                add_motion(&x, &c);
+            }
+        }
+        x.s = NAN;
+        add_end(&x, 0);
+        add_end(&x, 1);
+        add_displaced(&x);
+        add_places(&x);
+    }
+}

@@ -1,0 +1,505 @@
+#include "physics/solve/measured.h"
+
+#include "physics/solve/members.h"
+#include "physics/sort.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { QUATERNION = 4, MEMBERS_BYTES = 64 << 20 /* of the shapes of one batch */ };
+
+/* One row of one set; rows of an experiment follow one another, in the order of their times. */
+typedef struct measured_row {
+    const solve_measured *set;
+    size_t row;
+    const double *known; /* [parameter_count], 0 for unknowns */
+    int known_count;
+    double t;
+    size_t residual; /* where its residuals begin */
+    size_t place;    /* which of the places of members */
+} measured_row;
+
+struct solve_trials {
+    scene open;
+    int unknowns;
+    bool has_quaternion;
+    int first_rotation, columns; /* of the model: so many are needed */
+    double tolerance;
+    ad_pool *pool;
+    size_t rows, residuals, experiments;
+    measured_row *row;
+    double *known; /* [rows][parameter_count] */
+    size_t *first; /* [experiments + 1] rows */
+    int *nodes;    /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
+    bool chooses;  /* these, where one trial is run */
+    solve_members *members; /* NULL: one by one */
+    size_t places;
+    ad_error reason; /* why there was no solution, of the last run */
+};
+
+void solve_trials_free(solve_trials *x)
+{
+    if (x) {
+        solve_members_free(x->members);
+        ad_pool_free(x->pool);
+        free(x->row);
+        free(x->known);
+        free(x->first);
+        free(x->nodes);
+        free(x);
+    }
+}
+
+int solve_trials_unknowns(const solve_trials *x)
+{
+    return x->unknowns;
+}
+
+size_t solve_trials_residuals(const solve_trials *x)
+{
+    return x->residuals;
+}
+
+size_t solve_trials_experiments(const solve_trials *x)
+{
+    return x->experiments;
+}
+
+double solve_trials_tolerance(const solve_trials *x)
+{
+    return x->tolerance;
+}
+
+bool solve_trials_by_members(const solve_trials *x)
+{
+    return x->members != NULL;
+}
+
+const char *solve_trials_reason(const solve_trials *x)
+{
+    return x->reason.message;
+}
+
+/* ---- rows ---------------------------------------------------------------------------------- */
+
+static int compare_rows(const void *left, const void *right)
+{
+    const measured_row *a = left, *b = right;
+    for (int i = 0; i < a->known_count; i++) {
+        if (a->known[i] != b->known[i]) {
+            return a->known[i] < b->known[i] ? -1 : 1;
+        }
+    }
+    if (a->t != b->t) {
+        return a->t < b->t ? -1 : 1;
+    }
+    return (a->residual > b->residual) - (a->residual < b->residual);
+}
+
+static bool starts_quaternion(const solve_trials *x, int column)
+{
+    return x->has_quaternion && column == x->first_rotation;
+}
+
+static size_t residuals_of(const solve_trials *x, const solve_measured *set)
+{
+    size_t count = (size_t)set->columns;
+    for (int c = 0; c < set->columns; c++) {
+        count -= starts_quaternion(x, set->column[c]);
+    }
+    return count;
+}
+
+static void take_row(solve_trials *x, const solve_measured *set, size_t row)
+{
+    const size_t count = (size_t)x->open.parameter_count;
+    double *known = x->known + x->rows * count;
+    for (size_t i = 0; i < count; i++) {
+        known[i] = i >= (size_t)scene_known_count(&x->open) ? 0 : set->known[row * count + i];
+    }
+    x->row[x->rows++] = (measured_row){.set = set,
+                                       .row = row,
+                                       .known = known,
+                                       .known_count = (int)count,
+                                       .t = scene_is_dynamic(&x->open) ? set->t[row] : 0,
+                                       .residual = x->residuals};
+    x->residuals += residuals_of(x, set);
+}
+
+/* Rows in the order of experiments, and where each of these begins. */
+static ad_status take_rows(solve_trials *x, int sets, const solve_measured *measured,
+                           ad_error *error)
+{
+    size_t rows = 0;
+    for (int i = 0; i < sets; i++) {
+        rows += measured[i].rows;
+    }
+    x->row = malloc((rows + 1) * sizeof *x->row);
+    x->known = malloc((rows * (size_t)x->open.parameter_count + 1) * sizeof *x->known);
+    x->first = malloc((rows + 1) * sizeof *x->first);
+    if (!x->row || !x->known || !x->first) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
+    }
+    for (int i = 0; i < sets; i++) {
+        for (size_t row = 0; row < measured[i].rows; row++) {
+            take_row(x, &measured[i], row);
+        }
+    }
+    qsort(x->row, rows, sizeof *x->row, compare_rows);
+    for (size_t i = 0; i < rows; i++) {
+        const size_t bytes = (size_t)x->open.parameter_count * sizeof *x->known;
+        if (i == 0 || memcmp(x->row[i].known, x->row[i - 1].known, bytes) != 0) {
+            x->first[x->experiments++] = i;
+        }
+    }
+    x->first[x->experiments] = rows;
+    return AD_OK;
+}
+
+/* ---- members ------------------------------------------------------------------------------- */
+
+/* All parameters of an experiment at trial values. */
+static void fill(const solve_trials *x, const double *values, size_t experiment, double *parameters)
+{
+    const measured_row *row = &x->row[x->first[experiment]];
+    for (int i = 0; i < x->open.parameter_count; i++) {
+        parameters[i] = row->known[i];
+    }
+    for (int i = 0; i < x->unknowns; i++) {
+        parameters[scene_known_count(&x->open) + i] = values[i];
+    }
+}
+
+/* Members at all places where something was measured. */
+static ad_status create_members(solve_trials *x, int threads, ad_error *error)
+{
+    double *s = malloc((x->rows + 1) * sizeof *s);
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", x->rows);
+    }
+    for (size_t i = 0; i < x->rows; i++) {
+        s[i] = x->row[i].set->s[x->row[i].row];
+    }
+    sort_ascending(x->rows, s);
+    for (size_t i = 0; i < x->rows; i++) {
+        if (i == 0 || s[i] > s[x->places - 1]) {
+            s[x->places++] = s[i];
+        }
+    }
+    for (size_t i = 0; i < x->rows; i++) {
+        const double *place =
+            bsearch(&x->row[i].set->s[x->row[i].row], s, x->places, sizeof *s, sort_compare);
+        x->row[i].place = (size_t)(place - s);
+    }
+    const solve_members_settings settings = {
+        .tolerance = x->tolerance, .threads = threads, .points = x->places, .s = s};
+    ad_status status = solve_members_create(&x->open, &settings, &x->members, error);
+    free(s);
+    /* what members do not take is solved one by one, which says what is wrong with it, if anything
+     */
+    return status == AD_NO_MEMORY ? status : AD_OK;
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static double choose_tolerance(const solve_trials *x, int sets, const solve_measured *measured,
+                               double asked)
+{
+    static const double AT_REST = 1e-8, PART_OF_NOISE = 0.1, LEAST = 1e-12;
+    scene middle;
+    scene_middle(&x->open, &middle);
+    double tolerance = asked > 0                   ? asked
+                       : scene_is_dynamic(&middle) ? solve_settings_default(&middle).tolerance
+                                                   : AT_REST;
+    for (int i = 0; i < sets && !scene_is_beam(&x->open); i++) {
+        for (int c = 0; c < measured[i].columns; c++) {
+            if (measured[i].column[c] < scene_physics_of(&x->open)->position_columns) {
+                tolerance =
+                    fmin(tolerance, PART_OF_NOISE * measured[i].noise[c] / scene_length(&middle));
+            }
+        }
+    }
+    return fmax(tolerance, LEAST);
+}
+
+ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
+                              double tolerance, int threads, solve_trials **result, ad_error *error)
+{
+    const scene_physics *physics = scene_physics_of(open);
+    *result = NULL;
+    solve_trials *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for trials");
+    }
+    x->open = *open;
+    x->unknowns = open->unknown_count;
+    x->has_quaternion = physics->rotation_columns == QUATERNION;
+    x->first_rotation = physics->position_columns;
+    x->pool = ad_pool_create(threads);
+    for (int i = 0; i < sets; i++) {
+        const int last = measured[i].column[measured[i].columns - 1];
+        x->columns = last >= x->columns ? last + 1 : x->columns;
+    }
+    ad_status status = x->pool ? take_rows(x, sets, measured, error)
+                               : ad_fail(error, AD_NO_MEMORY, "out of memory for threads");
+    if (status == AD_OK) {
+        x->tolerance = choose_tolerance(x, sets, measured, tolerance);
+    }
+    if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
+        x->nodes = calloc(x->experiments, sizeof *x->nodes);
+        status = x->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    }
+    if (status == AD_OK && !scene_is_beam(open) && x->columns <= SOLVE_MEMBERS_COLUMNS) {
+        status = create_members(x, threads, error);
+    }
+    if (status != AD_OK) {
+        solve_trials_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+/* ---- residuals ----------------------------------------------------------------------------- */
+
+/* The rotation vector of p* q, of the shorter way round; q need not be unit. */
+static void rotation_between(const double p[4], const double q[4], double vector[3])
+{
+    const double scalar = p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3];
+    const double sign = scalar < 0 ? -1 : 1;
+    double part[3] = {p[0] * q[1] - p[1] * q[0] - (p[2] * q[3] - p[3] * q[2]),
+                      p[0] * q[2] - p[2] * q[0] - (p[3] * q[1] - p[1] * q[3]),
+                      p[0] * q[3] - p[3] * q[0] - (p[1] * q[2] - p[2] * q[1])};
+    const double size = sqrt(part[0] * part[0] + part[1] * part[1] + part[2] * part[2]);
+    const double factor = size > 0 ? 2 * atan2(size, fabs(scalar)) / size : 2 / fabs(scalar);
+    for (int i = 0; i < 3; i++) {
+        vector[i] = sign * factor * part[i];
+    }
+}
+
+/* Of one row, from the computed columns of the model, each `stride` numbers after the one before.
+ */
+static void compare(const solve_trials *x, const measured_row *of, const double *computed,
+                    size_t stride, double *residuals)
+{
+    const solve_measured *set = of->set;
+    for (int c = 0; c < set->columns; c++) {
+        const double *measured = set->values + (size_t)c * set->rows + of->row;
+        if (starts_quaternion(x, set->column[c])) {
+            double p[4], q[4], vector[3];
+            for (int i = 0; i < QUATERNION; i++) {
+                p[i] = measured[(size_t)i * set->rows];
+                q[i] = computed[(size_t)(set->column[c] + i) * stride];
+            }
+            rotation_between(p, q, vector);
+            for (int i = 0; i < 3; i++) {
+                *residuals++ = vector[i] / set->noise[c];
+            }
+            c += QUATERNION - 1;
+        } else {
+            *residuals++ = (computed[(size_t)set->column[c] * stride] - *measured) / set->noise[c];
+        }
+    }
+}
+
+/* ---- one by one ---------------------------------------------------------------------------- */
+
+typedef struct trial_batch {
+    solve_trials *x;
+    const double *values;
+    double *residuals;
+    size_t count;
+    size_t *job;       /* [count] number of the trial times experiments, plus the experiment */
+    ad_status *status; /* [count] */
+    ad_error *error;   /* [count] */
+} trial_batch;
+
+static ad_status evaluate(const solve_trials *x, size_t experiment, const solution *solved,
+                          double *residuals, ad_error *error)
+{
+    const size_t first = x->first[experiment], rows = x->first[experiment + 1] - first;
+    double *s = malloc((2 + (size_t)x->columns) * rows * sizeof *s);
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu measured rows", rows);
+    }
+    double *t = s + rows, *values = t + rows;
+    for (size_t i = 0; i < rows; i++) {
+        s[i] = x->row[first + i].set->s[x->row[first + i].row];
+        t[i] = x->row[first + i].t;
+    }
+    ad_status status = solution_evaluate(solved, x->columns, rows, s, t, values, error);
+    for (size_t i = 0; status == AD_OK && i < rows; i++) {
+        compare(x, &x->row[first + i], values + i, rows, residuals + x->row[first + i].residual);
+    }
+    free(s);
+    return status;
+}
+
+static ad_status check(const scene *member, ad_error *error)
+{
+    const char *key = "";
+    ad_error reason;
+    ad_status status = scene_check(member, &key, &reason);
+    status = status == AD_OK ? scene_physics_of(member)->check(member, &key, &reason) : status;
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", key, reason.message);
+}
+
+/* Of the tolerance, that of steps of time where nodes are chosen. */
+static const double STEPS_OF_TIME = 1e-2;
+
+static ad_status solve_one(const solve_trials *x, size_t experiment, const double *values,
+                           double *residuals, ad_error *error)
+{
+    const size_t first = x->first[experiment], rows = x->first[experiment + 1] - first;
+    double parameters[SCENE_PARAMETERS_MAX], *times = malloc(rows * sizeof *times);
+    scene member;
+    solution *solved = NULL;
+    solve_report report;
+    fill(x, values, experiment, parameters);
+    scene_member(&x->open, parameters, &member);
+    for (size_t i = 0; times && i < rows; i++) {
+        times[i] = x->row[first + i].t;
+    }
+    ad_status status =
+        times ? check(&member, error) : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    if (status == AD_OK) {
+        status = solve_settle(&member, member.names, error);
+    }
+    if (status == AD_OK) {
+        solve_settings settings = solve_settings_default(&member);
+        settings.tolerance = x->tolerance;
+        if (x->nodes && x->nodes[experiment] > 0) {
+            settings.nodes = x->nodes[experiment];
+            settings.tolerance *= STEPS_OF_TIME;
+        }
+        status = solution_create(&member, &settings, scene_is_dynamic(&member) ? rows : 0, times,
+                                 &solved, &report, error);
+    }
+    if (status == AD_OK && !scene_is_dynamic(&member) && report.load_fraction < 1) {
+        status =
+            ad_fail(error, AD_NOT_FINITE, "equilibria can be followed to %.3g of the load only",
+                    report.load_fraction);
+    }
+    if (status == AD_OK) {
+        status = evaluate(x, experiment, solved, residuals, error);
+    }
+    if (status == AD_OK && x->chooses && x->nodes[experiment] == 0) {
+        x->nodes[experiment] = report.nodes;
+    }
+    solution_free(solved);
+    free(times);
+    return status;
+}
+
+static void run_job(void *context, int item, int thread)
+{
+    const trial_batch *b = context;
+    solve_trials *x = b->x;
+    const size_t trial = b->job[item] / x->experiments, experiment = b->job[item] % x->experiments;
+    (void)thread;
+    b->status[item] = solve_one(x, experiment, b->values + trial * (size_t)x->unknowns,
+                                b->residuals + trial * x->residuals, &b->error[item]);
+}
+
+/* Where there is no solution, residuals stay as they are: not numbers. */
+static ad_status run_jobs(trial_batch *b, ad_error *error)
+{
+    b->status = malloc((b->count + 1) * sizeof *b->status);
+    b->error = malloc((b->count + 1) * sizeof *b->error);
+    ad_status status = b->status && b->error
+                           ? AD_OK
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", b->count);
+    if (status == AD_OK) {
+        ad_pool_run(b->x->pool, (int)b->count, run_job, b);
+    }
+    for (size_t i = 0; status == AD_OK && i < b->count; i++) {
+        if (b->status[i] == AD_NO_MEMORY || b->status[i] == AD_BAD_ARGUMENT) {
+            status = ad_fail(error, b->status[i], "%s", b->error[i].message);
+        } else if (b->status[i] != AD_OK && b->x->reason.status == AD_OK) {
+            b->x->reason = b->error[i];
+        }
+    }
+    free(b->status);
+    free(b->error);
+    return status;
+}
+
+/* ---- batches ------------------------------------------------------------------------------- */
+
+/* Some trials by members; what they do not solve is left to the jobs. */
+static ad_status run_members(trial_batch *b, size_t first, size_t trials, double *room,
+                             ad_error *error)
+{
+    solve_trials *x = b->x;
+    const size_t count = trials * x->experiments, width = (size_t)x->open.parameter_count;
+    const size_t shape = x->places * SOLVE_MEMBERS_COLUMNS;
+    double *parameters = room, *shapes = parameters + count * width;
+    solve_member *results = malloc(count * sizeof *results);
+    if (!results) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
+    }
+    for (size_t i = 0; i < count; i++) {
+        fill(x, b->values + (first + i / x->experiments) * (size_t)x->unknowns, i % x->experiments,
+             parameters + i * width);
+    }
+    ad_status status = solve_members_solve(x->members, count, parameters, shapes, results, error);
+    for (size_t i = 0; status == AD_OK && i < count; i++) {
+        const size_t trial = first + i / x->experiments, experiment = i % x->experiments;
+        if (!results[i].solved) {
+            b->job[b->count++] = trial * x->experiments + experiment;
+            continue;
+        }
+        for (size_t r = x->first[experiment]; r < x->first[experiment + 1]; r++) {
+            const measured_row *row = &x->row[r];
+            compare(x, row, shapes + i * shape + row->place * SOLVE_MEMBERS_COLUMNS, 1,
+                    b->residuals + trial * x->residuals + row->residual);
+        }
+    }
+    free(results);
+    return status;
+}
+
+static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
+{
+    solve_trials *x = b->x;
+    const size_t each =
+        x->experiments * ((size_t)x->open.parameter_count + x->places * SOLVE_MEMBERS_COLUMNS);
+    size_t most = MEMBERS_BYTES / (each * sizeof(double));
+    most = most < 1 ? 1 : most > count ? count : most;
+    double *room = malloc(most * each * sizeof *room);
+    ad_status status =
+        room ? AD_OK
+             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", most * x->experiments);
+    for (size_t first = 0; status == AD_OK && first < count; first += most) {
+        status = run_members(b, first, count - first < most ? count - first : most, room, error);
+    }
+    free(room);
+    return status;
+}
+
+ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, double *residuals,
+                           ad_error *error)
+{
+    trial_batch batch = {.x = x, .values = values, .residuals = residuals};
+    batch.job = malloc((count * x->experiments + 1) * sizeof *batch.job);
+    if (!batch.job) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu trials", count);
+    }
+    for (size_t i = 0; i < count * x->residuals; i++) {
+        residuals[i] = NAN;
+    }
+    x->reason = (ad_error){.message = ""};
+    x->chooses = x->nodes && count == 1;
+    ad_status status = AD_OK;
+    if (x->members) {
+        status = run_all_members(&batch, count, error);
+    } else {
+        for (size_t i = 0; i < count * x->experiments; i++) {
+            batch.job[batch.count++] = i;
+        }
+    }
+    status = status == AD_OK && batch.count > 0 ? run_jobs(&batch, error) : status;
+    free(batch.job);
+    return status;
+}

@@ -1,0 +1,63 @@
+/* What was measured on a scene with unknown parameters, and by how much solutions at trial values
+ * of these miss it.
+ *
+ * The scene has parameters (physics/scene.h): some are unknown, the others known for each row of
+ * the measurements. Rows with the same known values are one experiment: one member of the family,
+ * solved once. Rods at rest that physics/solve/members.h takes are solved by it, all experiments at
+ * all trial values in one batch; others, and what needs forces and moments, by solution_create,
+ * over threads. */
+#ifndef PHYSICS_SOLVE_MEASURED_H
+#define PHYSICS_SOLVE_MEASURED_H
+
+#include "physics/model.h"
+#include "physics/solve/solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Rows of measured numbers, in SI; borrowed. Of a rotation in space all four numbers are there or
+ * none: its residual is the rotation vector between the two, with the noise of its first column, in
+ * rad, about every axis. */
+typedef struct solve_measured {
+    size_t rows;
+    const double *s;     /* [rows] m */
+    const double *t;     /* [rows] s; at rest not looked at */
+    const double *known; /* [rows][parameter_count of the scene]; of unknowns not looked at */
+    int columns;
+    int column[MODEL_COLUMNS_MAX];   /* [columns] of the scene's model, ascending */
+    double noise[MODEL_COLUMNS_MAX]; /* [columns] standard deviation, > 0, in the column's unit */
+    const double *values;            /* [columns][rows] */
+} solve_measured;
+
+typedef struct solve_trials solve_trials;
+
+/* Measurements in `sets` lists, on places within the rod and the duration; the scene is copied, its
+ * formulas must outlive the trials. tolerance: of the position over the length, as in
+ * solve_settings; 0: 1e-8, in motion its default, and
+ * never more than a tenth of the noise. AD_NO_MEMORY.
+ */
+ad_status solve_trials_create(const scene *open, int sets, const solve_measured *measured,
+                              double tolerance, int threads, solve_trials **result,
+                              ad_error *error);
+void solve_trials_free(solve_trials *x); /* NULL is allowed */
+
+int solve_trials_unknowns(const solve_trials *x);
+size_t solve_trials_residuals(const solve_trials *x); /* numbers that were measured */
+size_t solve_trials_experiments(const solve_trials *x);
+double solve_trials_tolerance(const solve_trials *x); /* of the solutions */
+bool solve_trials_by_members(const solve_trials *x);
+const char *solve_trials_reason(const solve_trials *x); /* why the last run left some that are not
+                                                         * numbers; "": it did not, or by members */
+
+/* residuals [count][residuals], computed less measured over its noise, at values [count][unknowns]
+ * in SI; not numbers where there is no solution. The same bits for any number of threads.
+ * AD_BAD_ARGUMENT: a scene that no solver takes; AD_NO_MEMORY. */
+ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, double *residuals,
+                           ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

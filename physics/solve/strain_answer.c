@@ -1,0 +1,203 @@
+/* What a curvature from elsewhere is worth (members.h): Newton's steps from there, and how far the
+ * rod is from its equilibrium. */
+#include "physics/solve/strain_algebra.h"
+#include "physics/solve/strain_group.h"
+
+/* The largest ratio of two steps that settle; and what is left, over the length, when the second is
+ * of rounding and of the mesh. */
+static const double RATIO_MOST = 0.25, MESH_LEAVES = 1e-5;
+
+typedef struct question {
+    strain_group *group;
+    size_t members;
+    strain_level *level, *fine; /* of the curvature, of positions */
+    lanes length, ratio;        /* of the last step; of the last two */
+    bool stable[LANES];
+    double predicted[LANES], left[LANES];
+} question;
+
+static void set_curvature(question *q, const double *curvature)
+{
+    const size_t unknowns = (size_t)q->level->form->elastic;
+    strain_level_rest(q->level); /* v is sought from there */
+    memset(q->level->form->still, 0, sizeof q->level->form->still);
+    memset(q->fine->form->still, 0, sizeof q->fine->form->still);
+    for (size_t lane = 0; lane < LANES; lane++) {
+        const double *from = curvature + (lane < q->members ? lane : 0) * unknowns;
+        for (size_t i = 0; i < unknowns; i++) {
+            q->level->form->at[i / 3].u[i % 3][lane] = from[i] * q->group->rod->scales.length;
+        }
+    }
+}
+
+static void put_curvature(const question *q, bool stepped, double *refined)
+{
+    const strain_form *form = q->level->form;
+    for (size_t lane = 0; lane < q->members; lane++) {
+        for (int i = 0; i < form->elastic; i++) {
+            const double step = stepped ? form->right[i][lane] : 0;
+            *refined++ = (form->at[i / 3].u[i % 3][lane] - step) / q->group->rod->scales.length;
+        }
+    }
+}
+
+static void put_values(const question *q, double *values)
+{
+    strain_group *x = q->group;
+    const size_t width = (size_t)q->fine->outputs * SOLVE_MEMBERS_COLUMNS;
+    strain_group_evaluate(x, x->modes + STRAIN_BEYOND);
+    if (q->members == LANES) {
+        for (size_t i = 0; i < width; i++) {
+            for (size_t lane = 0; lane < LANES; lane++) {
+                values[lane * width + i] = x->values[i][lane];
+            }
+        }
+    }
+    for (size_t lane = 0; lane < q->members && q->members < LANES; lane++) {
+        strain_group_put(x, (int)lane, values + lane * width);
+    }
+}
+
+static void move(strain_form *form)
+{
+    const lanes whole = NO_LANES + 1;
+    strain_form_move(form, form->right, &whole);
+}
+
+/* The shape as it is, on the finer mesh, whose points are `placed` from then on. */
+static void place(question *q)
+{
+    strain_level_refine(&q->group->beyond, q->level, q->fine);
+    strain_form_place(q->fine->form);
+    strain_group_keep(q->fine->form, q->group->placed);
+}
+
+static void step(question *q, int k, bool stays)
+{
+    strain_form *form = q->level->form;
+    bool all[LANES];
+    lanes length;
+    memset(all, true, sizeof all);
+    strain_group_step(form, all, &length);
+    for (int lane = 0; lane < LANES; lane++) {
+        const int negative = form->negative[lane];
+        q->stable[lane] = q->stable[lane] &&
+                          (q->group->has_energy ? negative == 0 : negative % 2 == 0) &&
+                          isfinite(length[lane]);
+    }
+    if (k > 0) {
+        q->ratio = length / q->length;
+    }
+    q->length = length;
+    if (k == 0 && !stays) {
+        place(q);
+    }
+    if (!stays) {
+        move(form);
+    }
+}
+
+/* The change of curvature towards the equilibrium, in `right` of the finer mesh: what its residual
+ * is at the points of the other, by the elimination that was last there; and what it is beyond that
+ * by itself, as the shortest waves of curvature bend the rod the least. */
+static void look_beyond(question *q, int steps)
+{
+    strain_group *x = q->group;
+    strain_form *form = q->level->form, *fine = q->fine->form;
+    lanes *more = x->start, *there = x->before, length;
+    strain_level_refine(&x->beyond, q->level, q->fine);
+    strain_form_shape(fine);
+    strain_level_sample(&x->back, q->fine, q->level, fine->right, form->right);
+    memcpy(more, form->right, (size_t)form->elastic * sizeof *more);
+    strain_form_solve_again(form);
+    strain_group_measure(form, &length);
+    if (steps == 1) {
+        q->ratio = length / q->length;
+    }
+    for (int i = 0; i < form->elastic; i++) {
+        more[i] = form->right[i] - more[i];
+    }
+    strain_level_sample(&x->beyond, q->level, q->fine, more, there);
+    for (int i = 0; i < fine->elastic; i++) {
+        fine->right[i] += there[i];
+    }
+}
+
+/* How far what was given, and what is returned, are from where that change leads. */
+static void compare(question *q, bool stepped)
+{
+    strain_form *fine = q->fine->form;
+    strain_group_keep(fine, q->group->other);
+    move(fine);
+    strain_form_place(fine);
+    if (stepped) {
+        strain_group_compare(fine, q->group->placed, true, q->predicted);
+    }
+    strain_group_compare(fine, q->group->other, true, q->left);
+}
+
+static void put_answers(const question *q, bool stepped, solve_answer *answers)
+{
+    for (size_t lane = 0; lane < q->members; lane++) {
+        const double off = (stepped ? q->predicted : q->left)[lane],
+                     unit = q->group->rod->scales.length;
+        solve_answer *to = &answers[lane];
+        *to = (solve_answer){.predicted = off * unit,
+                             .left = q->left[lane] * unit,
+                             .ratio = stepped ? q->ratio[lane] : NAN,
+                             .stable = q->stable[lane]};
+        const bool settles = !stepped || to->ratio <= RATIO_MOST || q->left[lane] <= MESH_LEAVES;
+        to->reason = !isfinite(off) || !isfinite(to->left) ? SOLVE_NOT_FINITE
+                     : !to->stable                         ? SOLVE_UNSTABLE
+                     : off > SOLVE_TRUSTED                 ? SOLVE_TOO_FAR
+                     : !settles                            ? SOLVE_NOT_SETTLING
+                                                           : SOLVE_NO_DOUBT;
+        to->trusted = to->reason == SOLVE_NO_DOUBT;
+    }
+}
+
+ad_status strain_group_refine(strain_group *x, size_t members, const double *parameters,
+                              const double *curvature, int steps, double *values, double *refined,
+                              solve_answer *answers, ad_error *error)
+{
+    question q = {.group = x,
+                  .members = members,
+                  .level = &x->level[x->modes],
+                  .fine = &x->level[x->modes + STRAIN_BEYOND]};
+    const lanes whole = NO_LANES + 1;
+    strain_group_parameters(x, members, parameters);
+    ad_status status = strain_level_give(q.level, x->rod, x->count, x->parameters, x->room, error);
+    if (status == AD_OK && answers) {
+        status = strain_level_give(q.fine, x->rod, x->count, x->parameters, x->room, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    memset(q.stable, true, sizeof q.stable);
+    set_curvature(&q, curvature);
+    strain_level_load(q.level, &whole);
+    strain_level_load(q.fine, &whole);
+    if (answers || steps != 0) {
+        for (int k = 0; k < (steps > 1 ? steps : 1); k++) {
+            step(&q, k, steps <= 0);
+        }
+    } else {
+        strain_form_strain(q.level->form);
+    }
+    if (refined) {
+        put_curvature(&q, steps < 0, refined);
+    }
+    if (answers) {
+        look_beyond(&q, steps);
+    } else if (values) {
+        place(&q);
+    }
+    if (values) {
+        put_values(&q, values);
+    }
+    if (answers) {
+        compare(&q, steps > 0);
+        put_answers(&q, steps > 0, answers);
+    }
+    return AD_OK;
+}

@@ -1,0 +1,413 @@
+/* Elimination of the strain form, element by element from s = 1 back. What a rod is beyond an edge
+ * acts on the rod before it by N and M there, which are linear in the turn phi of that edge,
+ *
+ *   dN = p_N + P_N phi,   dM = p_M + P_M phi
+ *
+ * so that the curvatures of an element have a matrix of their own, du = d - D phi for the turn of
+ * its beginning, and give p, P there. These matrices are the diagonal blocks of elimination of the
+ * full matrix in this order: their pivots are its own, and the work grows with the number of
+ * elements, not with its cube. Then phi is known from s = 0 on. */
+#include "physics/solve/strain_algebra.h"
+#include "physics/solve/strain_form.h"
+#include "physics/solve/strain_inline.h"
+
+#include <stdlib.h>
+
+/* ---- elimination in a block ---------------------------------------------------------------- */
+
+/* A diagonal entry that is this much smaller than one below it makes way, in its lane. Where none
+ * is, as under moderate loads, lanes need not be looked at one by one. */
+static const double PIVOT_LEAST = 0.01;
+
+/* A block of the matrix [n][n], column-major, and right sides [columns][n]. */
+typedef struct block {
+    int n, columns;
+    lanes *matrix, *right, *more; /* the first right side, the others */
+    int (*swapped)[LANES];        /* [n] */
+} block;
+
+STRAIN_INLINE lanes *column_of(const block *b, int c)
+{
+    return c < b->n    ? b->matrix + (size_t)c * (size_t)b->n
+           : c == b->n ? b->right
+                       : b->more + (size_t)(c - b->n - 1) * (size_t)b->n;
+}
+
+STRAIN_INLINE void swap(lanes *column, int lane, int a, int b)
+{
+    double *numbers = (double *)column, held = numbers[a * LANES + lane];
+    numbers[a * LANES + lane] = numbers[b * LANES + lane];
+    numbers[b * LANES + lane] = held;
+}
+
+static void choose_pivots(strain_form *x, const block *b, int k)
+{
+    const double *column = (const double *)column_of(b, k);
+    for (int lane = 0; lane < LANES; lane++) {
+        int best = k;
+        for (int i = k + 1; i < b->n; i++) {
+            best = fabs(column[i * LANES + lane]) > fabs(column[best * LANES + lane]) ? i : best;
+        }
+        if (fabs(column[k * LANES + lane]) < PIVOT_LEAST * fabs(column[best * LANES + lane])) {
+            for (int c = k; c < b->n + b->columns; c++) {
+                swap(column_of(b, c), lane, k, best);
+            }
+            b->swapped[k][lane] = best;
+            x->negative[lane]++;
+        }
+    }
+}
+
+/* Whether in any lane an entry below the diagonal is much larger. */
+STRAIN_INLINE bool needs_pivot(const lanes *column, int k, int n)
+{
+    const integer_lanes size = {0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
+                                0x7fffffffffffffffLL, 0x7fffffffffffffffLL, 0x7fffffffffffffffLL,
+                                0x7fffffffffffffffLL, 0x7fffffffffffffffLL};
+    lanes limit = (lanes)((integer_lanes)column[k] & size) * (1 / PIVOT_LEAST);
+    integer_lanes any = {0};
+    for (int i = k + 1; i < n; i++) {
+        any |= (lanes)((integer_lanes)column[i] & size) > limit;
+    }
+    long long sum = 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        sum |= any[lane];
+    }
+    return sum != 0;
+}
+
+STRAIN_INLINE void substitute_back(const block *b, lanes *right)
+{
+    for (int k = b->n - 1; k >= 0; k--) {
+        const lanes *from = column_of(b, k), found = right[k] / from[k];
+        right[k] = found;
+        for (int i = 0; i < k; i++) {
+            right[i] -= found * from[i];
+        }
+    }
+}
+
+/* Subtracts multiples of column k, below row k, from others and from the right sides. */
+STRAIN_INLINE void eliminate(strain_form *x, const block *b)
+{
+    const int n = b->n;
+    integer_lanes negative = {0};
+    for (int k = 0; k < n; k++) {
+        lanes *from = column_of(b, k);
+        for (int lane = 0; lane < LANES; lane++) {
+            b->swapped[k][lane] = k;
+        }
+        if (needs_pivot(from, k, n)) {
+            choose_pivots(x, b, k);
+        }
+        const lanes by = 1 / from[k];
+        negative -= by < 0;
+        for (int i = k + 1; i < n; i++) {
+            from[i] *= by;
+        }
+        for (int c = k + 1; c < n + b->columns; c++) {
+            lanes *to = column_of(b, c);
+            const lanes factor = to[k];
+            for (int i = k + 1; i < n; i++) {
+                to[i] -= factor * from[i];
+            }
+        }
+    }
+    for (int lane = 0; lane < LANES; lane++) {
+        x->negative[lane] += (int)negative[lane];
+    }
+    for (int c = n; c < n + b->columns; c++) {
+        substitute_back(b, column_of(b, c));
+    }
+}
+
+/* Another right side. */
+STRAIN_INLINE void eliminate_again(const block *b)
+{
+    lanes *right = b->right;
+    for (int k = 0; k < b->n; k++) {
+        const lanes *from = column_of(b, k);
+        for (int lane = 0; lane < LANES; lane++) {
+            swap(right, lane, k, b->swapped[k][lane]);
+        }
+        for (int i = k + 1; i < b->n; i++) {
+            right[i] -= right[k] * from[i];
+        }
+    }
+    substitute_back(b, right);
+}
+
+/* ---- an element ---------------------------------------------------------------------------- */
+
+/* What elements of all rods of a form have in common. */
+typedef struct sweep {
+    strain_form *form;
+    bool moves; /* N changes with the turn of something */
+} sweep;
+
+/* The changes of rows [stages][3] of element e, and of N and M at its beginning, by a change of its
+ * curvatures (NULL: none), a turn of its beginning (NULL: none), and where `given` p beyond it. */
+STRAIN_INLINE void respond(const sweep *w, int e, const lanes *change, const lanes *turn,
+                           bool given, lanes *rows, lanes (*start)[3])
+{
+    strain_form *x = w->form;
+    const int n = x->kind.stages;
+    strain_edge *edge = &x->edges[e + 1];
+    strain_node *at = x->at + e * n;
+    lanes rate[GAUSS_STAGES_MAX][3], turns[GAUSS_STAGES_MAX][3], moments[GAUSS_STAGES_MAX][3];
+    lanes forces[GAUSS_STAGES_MAX][3], end[3], far[2][3], first[3] = {NO_LANES, NO_LANES, NO_LANES};
+    memset(rate, 0, sizeof rate);
+    memcpy(first, turn ? turn : first, sizeof first);
+    for (int j = 0; j < n && change; j++) {
+        apply(at[j].R, change + 3 * j, rate[j]);
+    }
+    integrate_on(x, e, rate, first, turns, end);
+    memset(far, 0, sizeof far);
+    memcpy(far, given ? edge->beyond : far, sizeof far);
+    add_applied(edge->back[1], end, far[1]);
+    if (w->moves) {
+        add_applied(edge->back[0], end, far[0]);
+        for (int j = 0; j < n; j++) {
+            lanes_vector_cross(turns[j], at[j].body, rate[j]);
+        }
+        integrate_back(x, e, rate, far[0], forces, start[0]);
+    }
+    for (int j = 0; j < n; j++) {
+        apply(at[j].G, turns[j], rate[j]);
+        if (w->moves) {
+            add_applied(at[j].H, forces[j], rate[j]);
+        }
+        if (x->kind.shears && change) {
+            add_applied(at[j].K, change + 3 * j, rate[j]);
+        }
+    }
+    integrate_back(x, e, rate, far[1], moments, start[1]);
+    for (int i = 0; i < n && rows; i++) {
+        lanes moved[3];
+        apply(at[i].Y, turns[i], rows + 3 * i);
+        apply(at[i].T, moments[i], moved);
+        if (w->moves) {
+            add_applied(at[i].Z, forces[i], rows + 3 * i);
+        }
+        for (int k = 0; k < 3; k++) {
+            rows[3 * i + k] -= moved[k];
+        }
+    }
+}
+
+/* The same by component c of u at one of its points, of rows alone. */
+STRAIN_INLINE void respond_to_one(const sweep *w, int e, int own, int c, lanes *rows)
+{
+    strain_form *x = w->form;
+    const int n = x->kind.stages;
+    strain_edge *edge = &x->edges[e + 1];
+    strain_node *at = x->at + e * n;
+    const double h = x->width[e], whole = h * x->rule.weights[own];
+    const lanes a[3] = {at[own].R[0][c], at[own].R[1][c], at[own].R[2][c]};
+    const lanes end[3] = {whole * a[0], whole * a[1], whole * a[2]};
+    lanes rate[GAUSS_STAGES_MAX][3], force[GAUSS_STAGES_MAX][3], far[2][3], moved[3];
+    double turned[GAUSS_STAGES_MAX];
+    apply(edge->back[1], end, far[1]);
+    if (w->moves) {
+        apply(edge->back[0], end, far[0]);
+        for (int j = 0; j < n; j++) {
+            lanes_vector_cross(a, at[j].body, rate[j]);
+            for (int k = 0; k < 3; k++) {
+                rate[j][k] *= h * x->rule.matrix[j][own];
+            }
+        }
+        integrate_back(x, e, rate, far[0], force, moved);
+    }
+    for (int j = 0; j < n; j++) {
+        turned[j] = h * x->rule.matrix[j][own];
+        apply(at[j].G, a, rate[j]);
+        for (int k = 0; k < 3; k++) {
+            rate[j][k] *= turned[j];
+        }
+        if (w->moves) {
+            add_applied(at[j].H, force[j], rate[j]);
+        }
+    }
+    for (int k = 0; k < 3 && x->kind.shears; k++) {
+        rate[own][k] += at[own].K[k][c];
+    }
+    for (int i = 0; i < n; i++) {
+        lanes sum[3], *row = rows + 3 * i;
+        memcpy(sum, far[1], sizeof sum);
+        for (int j = 0; j < n; j++) {
+            const double weight = h * x->tail[i][j];
+            for (int k = 0; k < 3; k++) {
+                sum[k] += weight * rate[j][k];
+            }
+        }
+        apply(at[i].T, sum, moved);
+        apply(at[i].Y, a, row);
+        for (int k = 0; k < 3; k++) {
+            row[k] = turned[i] * row[k] - moved[k];
+        }
+        if (w->moves) {
+            add_applied(at[i].Z, force[i], row);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        rows[3 * own + k] += at[own].L[k][c];
+    }
+}
+
+STRAIN_INLINE block block_of(strain_form *x, int e)
+{
+    const int n = 3 * x->kind.stages;
+    const size_t first = (size_t)(e * n);
+    return (block){.n = n,
+                   .columns = e > 0 ? 4 : 1, /* the beginning of the first does not turn */
+                   .matrix = x->matrix + first * (size_t)n,
+                   .right = x->right + first,
+                   .more = x->coupled + 3 * first,
+                   .swapped = x->swapped + first};
+}
+
+/* ---- the rod ------------------------------------------------------------------------------- */
+
+/* What p at the end of element e does to its rows is taken from their right side. */
+STRAIN_INLINE void bring(const sweep *w, int e, lanes *right)
+{
+    lanes rows[3 * GAUSS_STAGES_MAX], start[2][3];
+    if (e + 1 < w->form->kind.elements) {
+        respond(w, e, NULL, NULL, true, rows, start);
+        for (int i = 0; i < 3 * w->form->kind.stages; i++) {
+            right[i] -= rows[i];
+        }
+    }
+}
+
+/* p at the beginning of element e. */
+STRAIN_INLINE void hand_on(const sweep *w, int e, const lanes *found)
+{
+    if (e > 0) {
+        strain_edge *edge = &w->form->edges[e];
+        memset(edge->beyond, 0, sizeof edge->beyond);
+        respond(w, e, found, NULL, e + 1 < w->form->kind.elements, NULL, edge->beyond);
+    }
+}
+
+/* P at the beginning of element e, beyond what acts there, by its D. */
+STRAIN_INLINE void hand_on_turns(const sweep *w, int e, const lanes *coupled)
+{
+    strain_form *x = w->form;
+    const int n = 3 * x->kind.stages;
+    strain_edge *edge = &x->edges[e];
+    memcpy(edge->back, edge->by_turn, sizeof edge->back);
+    for (int c = 0; c < 3; c++) {
+        lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES}, back[3 * GAUSS_STAGES_MAX], start[2][3];
+        turn[c] += 1;
+        for (int i = 0; i < n; i++) {
+            back[i] = -coupled[c * n + i];
+        }
+        memset(start, 0, sizeof start);
+        respond(w, e, back, turn, false, NULL, start);
+        for (int k = 0; k < 3; k++) {
+            edge->back[0][k][c] += start[0][k];
+            edge->back[1][k][c] += start[1][k];
+        }
+    }
+}
+
+/* The turns of edges from s = 0 on, and with them the steps. */
+STRAIN_INLINE void turn_on(strain_form *x)
+{
+    const int n = x->kind.stages;
+    lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES};
+    for (int e = 0; e < x->kind.elements; e++) {
+        const block b = block_of(x, e);
+        for (int c = 0; c < 3 && e > 0; c++) {
+            for (int i = 0; i < b.n; i++) {
+                b.right[i] -= b.more[c * b.n + i] * turn[c];
+            }
+        }
+        for (int j = 0; j < n; j++) {
+            lanes rate[3];
+            apply(x->at[e * n + j].R, b.right + 3 * j, rate);
+            for (int k = 0; k < 3; k++) {
+                turn[k] += x->width[e] * x->rule.weights[j] * rate[k];
+            }
+        }
+    }
+}
+
+STRAIN_INLINE void solve_all(strain_form *x, bool moves)
+{
+    const sweep w = {x, moves};
+    const int last = x->kind.elements;
+    memset(x->negative, 0, sizeof x->negative);
+    for (int a = 0; a < 2; a++) {
+        for (int i = 0; i < 9; i++) {
+            x->edges[last].back[a][i / 3][i % 3] =
+                x->by_end[a][i / 3][i % 3] + x->edges[last].by_turn[a][i / 3][i % 3];
+        }
+    }
+    for (int e = last - 1; e >= 0; e--) {
+        const block b = block_of(x, e);
+        for (int k = 0; k < b.n; k++) {
+            respond_to_one(&w, e, k / 3, k % 3, column_of(&b, k));
+        }
+        bring(&w, e, b.right);
+        for (int c = 0; c < 3 && e > 0; c++) {
+            lanes turn[3] = {NO_LANES, NO_LANES, NO_LANES}, start[2][3];
+            turn[c] += 1;
+            respond(&w, e, NULL, turn, false, b.more + c * b.n, start);
+        }
+        eliminate(x, &b);
+        if (e > 0) {
+            hand_on(&w, e, b.right);
+            hand_on_turns(&w, e, b.more);
+        }
+    }
+    turn_on(x);
+}
+
+STRAIN_INLINE void solve_all_again(strain_form *x, bool moves)
+{
+    const sweep w = {x, moves};
+    for (int e = x->kind.elements - 1; e >= 0; e--) {
+        const block b = block_of(x, e);
+        bring(&w, e, b.right);
+        eliminate_again(&b);
+        hand_on(&w, e, b.right);
+    }
+    turn_on(x);
+}
+
+/* Whether N changes with the shape. */
+static bool forces_move(const strain_form *x)
+{
+    bool moves = x->kind.follows || x->kind.end.force_is_body;
+    for (int e = 0; e <= x->kind.elements && !moves; e++) {
+        moves = x->edges[e].follows;
+    }
+    return moves;
+}
+
+FOR_EACH_PROCESSOR static void solve(strain_form *x, bool moves, bool again)
+{
+    if (again) {
+        if (moves) {
+            solve_all_again(x, true);
+        } else {
+            solve_all_again(x, false);
+        }
+    } else if (moves) {
+        solve_all(x, true);
+    } else {
+        solve_all(x, false);
+    }
+}
+
+void strain_form_solve(strain_form *x)
+{
+    solve(x, forces_move(x), false);
+}
+
+void strain_form_solve_again(strain_form *x)
+{
+    solve(x, forces_move(x), true);
+}

@@ -1,0 +1,252 @@
+#include "physics/strain.h"
+
+#include "physics/breaks.h"
+#include "physics/strain_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* ---- meshes -------------------------------------------------------------------------------- */
+
+ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error)
+{
+    scene_breaks breaks;
+    ad_status status = scene_breaks_of(one, "s", &breaks, error);
+    if (status == AD_OK && (breaks.unresolved || breaks.count >= STRAIN_ELEMENTS_MAX)) {
+        status =
+            ad_fail(error, AD_BAD_ARGUMENT,
+                    "strain form: %s jumps in more places than are found or allowed, %d",
+                    breaks.unresolved ? breaks.unresolved : "the scene", STRAIN_ELEMENTS_MAX - 1);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    *mesh = (strain_mesh){.stages = stages, .elements = 1 + breaks.count};
+    for (int i = 0; i < breaks.count; i++) {
+        mesh->edges[1 + i] = breaks.place[i] / scene_length(one);
+    }
+    mesh->edges[mesh->elements] = 1;
+    return AD_OK;
+}
+
+static bool has_places(const strain_mesh *mesh, const double *s)
+{
+    double at[STRAIN_NODES_MAX];
+    bool same = true;
+    strain_mesh_places(mesh, at);
+    for (int i = 0; i < strain_mesh_nodes(mesh); i++) {
+        same = same && fabs(at[i] - s[i]) < 1e-12;
+    }
+    return same;
+}
+
+ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+                         ad_error *error)
+{
+    strain_mesh whole;
+    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &whole, error);
+    for (int parts = 1; status == AD_OK && parts * whole.elements <= STRAIN_ELEMENTS_MAX; parts++) {
+        *mesh = (strain_mesh){.elements = parts * whole.elements};
+        mesh->stages = nodes / mesh->elements;
+        for (int e = 0; e <= mesh->elements; e++) {
+            const double *edge = whole.edges + e / parts;
+            mesh->edges[e] =
+                e % parts ? edge[0] + (edge[1] - edge[0]) * (e % parts) / parts : *edge;
+        }
+        if (mesh->stages >= STRAIN_STAGES_MIN && mesh->stages <= STRAIN_STAGES_MAX &&
+            strain_mesh_nodes(mesh) == nodes && has_places(mesh, s)) {
+            return AD_OK;
+        }
+    }
+    return status != AD_OK
+               ? status
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "strain form: %d places are not those of Gauss between jumps", nodes);
+}
+
+int strain_mesh_nodes(const strain_mesh *mesh)
+{
+    return mesh->stages * mesh->elements;
+}
+
+void strain_mesh_places(const strain_mesh *mesh, double *s)
+{
+    const gauss_rule rule = solve_gauss_rule_of(mesh->stages);
+    for (int i = 0; i < strain_mesh_nodes(mesh); i++) {
+        const double *edge = mesh->edges + i / mesh->stages;
+        s[i] = edge[0] + (edge[1] - edge[0]) * rule.nodes[i % mesh->stages];
+    }
+}
+
+/* ---- what is known of a scene -------------------------------------------------------------- */
+
+ad_status strain_check(const scene *one, ad_error *error)
+{
+    const char *why = scene_is_beam(one)                   ? "a beam of small deflection"
+                      : scene_is_dynamic(one)              ? "a motion"
+                      : scene_is_manufactured(one)         ? "a manufactured solution"
+                      : one->start.type != SCENE_CLAMPED   ? "a start that is not clamped"
+                      : scene_end_is_placed(one->end.type) ? "an end that is held"
+                      : one->spring_count > 0              ? "springs"
+                      : one->tube_count > 0                ? "tubes"
+                      : scene_has_displaced_tendons(one)   ? "tendons of given displacement"
+                      : scene_has_rubbing_tendons(one)     ? "tendons with friction"
+                      : scene_is_imperfect(one)            ? "an imperfection"
+                      : quantity_any_something(3, one->loads.foundation) ? "a foundation"
+                                                                         : NULL;
+    return why ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "strain form on a tape: the scene has %s; allowed: a rod at rest, clamped "
+                         "at its start and free or loaded at its end",
+                         why)
+               : AD_OK;
+}
+
+bool strain_has_energy(const scene *given)
+{
+    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
+                  !quantity_any_something(3, given->loads.moment) &&
+                  !quantity_any_something(3, given->loads.tip.moment);
+    for (int i = 0; i < given->point_count; i++) {
+        result = result && given->points[i].load.frame == SCENE_DEAD &&
+                 !quantity_any_something(3, given->points[i].load.moment);
+    }
+    return result;
+}
+
+static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
+{
+    bool ok = mesh->stages >= STRAIN_STAGES_MIN && mesh->stages <= STRAIN_STAGES_MAX &&
+              mesh->elements >= 1 && mesh->elements <= STRAIN_ELEMENTS_MAX;
+    return ok ? AD_OK
+              : ad_fail(error, AD_BAD_ARGUMENT,
+                        "strain form: %d elements of %d points; allowed: 1 to %d of %d to %d",
+                        mesh->elements, mesh->stages, STRAIN_ELEMENTS_MAX, STRAIN_STAGES_MIN,
+                        STRAIN_STAGES_MAX);
+}
+
+/* ---- what is given ------------------------------------------------------------------------- */
+
+/* Rows of a value recorded at s, each of one row for each point, or one for all. */
+static void spread(const strain_rod *x, ad_value value, ad_value *rows)
+{
+    ad_value at[STRAIN_NODES_MAX], of_row[STRAIN_NODES_MAX];
+    const bool varies = ad_uses(1, &value, x->rod.s);
+    for (int i = 0; i < x->nodes && varies; i++) {
+        at[i] = ad_substitute(value, x->rod.s, ad_scalar(x->tape, x->s[i]));
+    }
+    for (int r = 0; r < ad_rows(value); r++) {
+        rows[r] = ad_row(value, r);
+        if (ad_uses(1, &rows[r], x->rod.s)) {
+            for (int i = 0; i < x->nodes; i++) {
+                of_row[i] = ad_row(at[i], r);
+            }
+            rows[r] = ad_stack(x->nodes, of_row);
+        }
+    }
+}
+
+static void give_actuators(strain_rod *x)
+{
+    x->actuators = rod_actuator_count(&x->open);
+    for (int i = 0; i < x->actuators; i++) {
+        rod_actuator one = rod_actuator_of(&x->rod, i);
+        strain_pull *to = &x->pulls[i];
+        double here[STRAIN_NODES_MAX];
+        bool everywhere = true;
+        to->is_chamber = one.is_chamber;
+        spread(x, one.offset, to->offset);
+        spread(x, one.slope, to->slope);
+        spread(x, one.pull, &to->pull);
+        for (int k = 0; k < x->nodes; k++) {
+            here[k] = one.start <= x->s[k] && x->s[k] <= one.end;
+            everywhere = everywhere && here[k] != 0;
+        }
+        to->pull = everywhere ? to->pull : ad_mul(ad_constant(x->tape, x->nodes, here), to->pull);
+    }
+}
+
+static void give(strain_rod *x)
+{
+    const rod_coefficients c = rod_coefficients_of(&x->rod);
+    const scene_loads *loads = &x->open.loads;
+    const rod_scales *scale = &x->rod.scales;
+    const double none[3] = {0};
+    spread(x, c.rest_strain, x->rest_strain.x);
+    spread(x, c.rest_curvature, x->rest_curvature.x);
+    spread(x, c.strain_compliance, x->strain_compliance.x);
+    spread(x, c.curvature_compliance, x->curvature_compliance.x);
+    for (int i = 0; i < 2; i++) {
+        double factor = scale->length / (i == 0 ? scale->force : scale->moment);
+        ad_value load = rod_quantities(&x->rod, 3, i == 0 ? loads->force : loads->moment, none,
+                                       factor, x->rod.s, x->rod.t);
+        const bool follows = loads->frame == SCENE_FOLLOWER;
+        ad_value dead = follows ? ad_zeros(x->tape, 3) : load;
+        spread(x, i == 0 ? ad_add(dead, c.weight) : dead, x->load[i].x);
+        spread(x, follows ? load : ad_zeros(x->tape, 3), x->load[2 + i].x);
+    }
+    give_actuators(x);
+    x->start = rod_end_of(&x->rod, 0, x->rod.t);
+    x->end = rod_end_of(&x->rod, 1, x->rod.t);
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+/* What is measured by scales is measured by those of the scene with numbers. */
+static void begin(strain_rod *x, const strain_settings *settings, ad_value s,
+                  const ad_value *parameters)
+{
+    x->open = *settings->open;
+    x->open.motion = SCENE_SPATIAL; /* everything in the frame of the world */
+    scene_with(&x->open, settings->count, settings->names, settings->values, &x->one);
+    x->tape = s.tape;
+    x->mesh = settings->mesh;
+    x->rule = solve_gauss_rule_of(x->mesh.stages);
+    x->nodes = strain_mesh_nodes(&x->mesh);
+    strain_mesh_places(&x->mesh, x->s);
+    x->at = rod_place(&x->one, s, ad_scalar(s.tape, 0));
+    x->rod = rod_context_of(&x->one, &x->at);
+    x->rod.scene = &x->open;
+    x->rod.properties = scene_properties_of(&x->open);
+    x->rod.parameter_count = settings->count;
+    for (int i = 0; i < settings->count; i++) {
+        x->rod.parameters[i] = (quantity_binding){settings->names[i], parameters[i]};
+    }
+    const scene_properties made = scene_properties_of(&x->one);
+    for (int i = 0; i < 3; i++) {
+        x->shears = x->shears || !scene_locks(made.strain_stiffness[i]);
+    }
+}
+
+ad_status strain_rod_create(const strain_settings *settings, ad_value s, const ad_value *parameters,
+                            strain_rod **result, ad_error *error)
+{
+    *result = NULL;
+    if (settings->count < 0 || settings->count > SCENE_PARAMETERS_MAX) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "strain form: %d parameters; allowed: up to %d",
+                       settings->count, SCENE_PARAMETERS_MAX);
+    }
+    ad_status status = check_mesh(&settings->mesh, error);
+    strain_rod *x = status == AD_OK ? calloc(1, sizeof *x) : NULL;
+    if (status == AD_OK && !x) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a rod in the strain form");
+    }
+    if (status == AD_OK) {
+        begin(x, settings, s, parameters);
+        status = strain_check(&x->one, error);
+    }
+    if (status == AD_OK) {
+        give(x);
+        status = ad_tape_status(x->tape, error);
+    }
+    if (status != AD_OK) {
+        strain_rod_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void strain_rod_free(strain_rod *rod)
+{
+    free(rod);
+}

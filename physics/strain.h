@@ -1,0 +1,108 @@
+/* A rod at rest in the strain form on a tape: from its curvature at Gauss points to its shape, the
+ * forces in it and the residual of the equation that the curvature obeys. Equations, mesh and
+ * discretisation are those of physics/solve/strain_form.h:
+ *
+ *   R' = R u^,  N' = -f,  v = v* + Kse^-1 (R^T N - actuation),  r' = R v,  M' = -r' x N - l
+ *   residual = u - u* - Kbt^-1 (R^T M - actuation)
+ *
+ * so that its residual at a curvature found by that solver is rounding. Numbers of the scene may be
+ * formulas of open names, which are any values of the tape: parameters of a family, unknowns.
+ *
+ * Everything on the tape is dimensionless, as in physics/rod.h, by the scales of the scene with
+ * numbers in place of the names: curvature times length, places and positions over it.
+ *
+ *   strain_mesh_of(&one, 8, &mesh, &error);
+ *   strain_rod_create(&settings, tape, s, parameters, &rod, &error);
+ *   ad_value residual = strain_rod_residual(rod, network);
+ *
+ * Errors while recording are sticky on the tape. */
+#ifndef PHYSICS_STRAIN_H
+#define PHYSICS_STRAIN_H
+
+#include "physics/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { STRAIN_ELEMENTS_MAX = 64, STRAIN_STAGES_MIN = 3, STRAIN_STAGES_MAX = 12 };
+
+/* Gauss points in each of the elements between edges, ascending from 0 to 1, of the length. */
+typedef struct strain_mesh {
+    int stages, elements;
+    double edges[STRAIN_ELEMENTS_MAX + 1]; /* [elements + 1] */
+} strain_mesh;
+
+/* Elements between the places where something jumps. AD_BAD_ARGUMENT: too many of them. */
+ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error);
+
+/* The one that has its points at s [nodes], of the length, as solve_members_places says over it: in
+ * equal parts of these elements. AD_BAD_ARGUMENT: there is none. */
+ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+                         ad_error *error);
+
+/* Places [strain_mesh_nodes] of the points, of the length. */
+int strain_mesh_nodes(const strain_mesh *mesh);
+void strain_mesh_places(const strain_mesh *mesh, double *s);
+
+/* AD_OK, or AD_BAD_ARGUMENT with what of the scene is not known here. */
+ad_status strain_check(const scene *one, ad_error *error);
+
+/* Whether all loads of a scene have an energy, so that at its minima all pivots of the residual's
+ * matrix are positive: moments in space have none, nor have followers. */
+bool strain_has_energy(const scene *given);
+
+typedef struct strain_settings {
+    const scene *open;        /* which passes its checks with the numbers below; copied */
+    int count;                /* of open names */
+    const char *const *names; /* [count] */
+    const double *values;     /* [count] */
+    strain_mesh mesh;
+} strain_settings;
+
+typedef struct strain_rod strain_rod;
+
+/* s: an input of the tape of one row, at which formulas are recorded and which is in none of what
+ * follows; parameters [count] of one row each. Formulas and names must outlive the rod. As
+ * strain_check; AD_NO_MEMORY. */
+ad_status strain_rod_create(const strain_settings *settings, ad_value s, const ad_value *parameters,
+                            strain_rod **result, ad_error *error);
+void strain_rod_free(strain_rod *rod); /* NULL is allowed; what was recorded stays */
+
+/* [3 nodes] from the curvature [3 nodes], three numbers of each point in turn. */
+ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature);
+
+/* u* [3 nodes] */
+ad_value strain_rod_rest(const strain_rod *rod);
+
+/* At places: components of one row for each of them; the columns of cpinn-eval. */
+typedef struct strain_shape {
+    ad_value position[3]; /* r, world */
+    ad_value rotation[4]; /* q, unit, body to world */
+    ad_value force[3];    /* n, body; of rod and actuators together, as in physics/rod.h */
+    ad_value moment[3];   /* m, body */
+    ad_value strain[3];   /* v */
+    ad_value curvature[3];
+} strain_shape;
+
+/* At places s [places], ascending, of the length: Magnus' steps of rotation and position together
+ * from one to the next, of at most a sixteenth of the length. */
+strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int places,
+                              const double *s);
+
+/* What a change of the curvature changes, by the derivatives that physics/solve/strain_matrix.c
+ * has, which leave out what Magnus' steps of finite length add. */
+typedef struct strain_change {
+    ad_value residual;  /* [3 nodes] */
+    ad_value places[3]; /* of r, at all points and at the end: [nodes + 1] */
+} strain_change;
+
+/* In a direction [3 nodes], which may be of more points than the curvature: what is the same for
+ * all directions is computed once where that is a value of members. */
+strain_change strain_rod_change(const strain_rod *rod, ad_value curvature, ad_value direction);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

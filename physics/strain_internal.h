@@ -1,0 +1,116 @@
+/* What the files of the strain form on the tape share; not for others. A field along the rod is its
+ * components, each of one row for each point of the mesh, or of one row where all points have the
+ * same. */
+#ifndef PHYSICS_STRAIN_INTERNAL_H
+#define PHYSICS_STRAIN_INTERNAL_H
+
+#include "physics/gauss.h"
+#include "physics/rod_internal.h"
+#include "physics/strain.h"
+
+enum { STRAIN_NODES_MAX = STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX, STRAIN_STEPS_MAX = 512 };
+
+typedef struct along {
+    ad_value x[3];
+} along;
+
+typedef struct along_turn {
+    ad_value x[4]; /* a unit quaternion */
+} along_turn;
+
+typedef struct along_matrix {
+    ad_value x[3][3];
+} along_matrix;
+
+typedef struct along_twist {
+    along turn, shift; /* of the rotation and of the position, body */
+} along_twist;
+
+/* A tendon or a chamber along the rod, whose pull is 0 where it is not. */
+typedef struct strain_pull {
+    ad_value offset[2], slope[2], pull;
+    bool is_chamber;
+} strain_pull;
+
+struct strain_rod {
+    scene one, open;
+    ad_tape *tape;
+    domain_place at;
+    rod_context rod;
+    strain_mesh mesh;
+    gauss_rule rule;
+    int nodes;
+    double s[STRAIN_NODES_MAX];
+    bool shears;
+    along rest_strain, rest_curvature, strain_compliance, curvature_compliance;
+    along load[4]; /* force and moment in the world, in the body */
+    int actuators;
+    strain_pull pulls[SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX];
+    rod_end_data start, end;
+};
+
+/* strain_along.c */
+along strain_add(along a, along b);
+along strain_sub(along a, along b);
+along strain_mul(along a, along b); /* component by component */
+along strain_by(ad_value a, along b);
+along strain_cross(along a, along b);
+ad_value strain_dot(along a, along b);
+along strain_to_world(const along_matrix *R, along a);
+along strain_to_body(const along_matrix *R, along a);
+along strain_zeros(ad_tape *tape);
+along strain_rows(ad_value vector);         /* of 3 rows: one for each component */
+ad_value strain_points(int nodes, along a); /* [3 nodes], three of each point in turn */
+along strain_of_points(int nodes, ad_value x);
+along_turn strain_turn_product(along_turn p, along_turn q);
+along_turn strain_turn_by(along rotation_vector);
+along_matrix strain_turn_matrix(along_turn q);
+along_turn strain_turn_rows(ad_value quaternion);
+ad_value strain_turn_vector(along_turn q);
+
+/* The twist of a step with terms a of Magnus' expansion (Blanes et al. 2009, eq. 253, whose Y' = A
+ * Y is transposed here: commutators change their sign), and the position at its end by that. */
+along_twist strain_magnus(const along_twist a[3]);
+along strain_twist_shift(along_twist a);
+
+/* [rows] sums of weights [rows][points] times what is at points, also if it is the same at all. */
+ad_value strain_weigh(int rows, int points, const double *weights, ad_value x);
+
+/* What is at an element's points; and of all elements one after the other what `parts` says, of
+ * counts[e] rows each or of one that is the same for all. */
+along strain_element(const strain_rod *rod, along a, int element);
+along strain_join(int elements, const int *counts, const along *parts);
+
+/* strain_record.c: all that follows from the curvature, at points and at edges before what acts
+ * there, or the joint turns. */
+typedef struct strain_state {
+    along curvature, strain, slope, force, moment;
+    along_turn turn;
+    along_matrix R;
+    along load_rate[2]; /* f, l, world */
+    along_turn edge_turn[STRAIN_ELEMENTS_MAX + 1];
+    along edge_force[STRAIN_ELEMENTS_MAX + 1], edge_moment[STRAIN_ELEMENTS_MAX + 1];
+} strain_state;
+
+void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *state);
+
+/* q after a joint at an edge. */
+along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
+
+/* Integrals of a rate at all points: from s = 0, 0 there, on, or from s = 1 back with what acts at
+ * edges; at points and at edges. */
+along strain_integrate_on(const strain_rod *rod, along rate, along *edges);
+along strain_integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges);
+
+/* Parts of it: f, l at points; what acts at an edge, at the last one with N and M of the end; v, by
+ * Newton's method from `v` on, or one step with the matrix of v and of another u; the rate of M,
+ * negative; and the residual. */
+void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[2]);
+void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
+along strain_yield(const strain_rod *rod, along n, along u, along v);
+along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u);
+along strain_moment_rate(along slope, along force, along load);
+along strain_missing(const strain_rod *rod, const along_matrix *R, along strain, along curvature,
+                     along moment);
+
+#endif

@@ -1,0 +1,313 @@
+/* What follows from the curvature, on the tape: rotation, forces, strain, moment, residual. */
+#include "physics/strain_internal.h"
+
+#include <math.h>
+
+/* ---- from s = 0 on ------------------------------------------------------------------------- */
+
+/* Rotations over the steps of an element: from its beginning to its first point, from one to the
+ * next, from the last to its end; one row each. */
+static along_turn turns_of_element(const strain_rod *rod, int e, along curvature)
+{
+    const int n = rod->mesh.stages;
+    const double h = rod->mesh.edges[e + 1] - rod->mesh.edges[e];
+    double weights[3 * (STRAIN_STAGES_MAX + 1) * STRAIN_STAGES_MAX];
+    along_twist a[3];
+    for (int i = 0; i <= n; i++) {
+        double terms[3][GAUSS_STAGES_MAX];
+        gauss_magnus(&rod->rule, i > 0 ? rod->rule.nodes[i - 1] : 0, i < n ? rod->rule.nodes[i] : 1,
+                     terms);
+        for (int k = 0; k < 3; k++) {
+            for (int j = 0; j < n; j++) {
+                weights[(k * (n + 1) + i) * n + j] = h * terms[k][j];
+            }
+        }
+    }
+    for (int c = 0; c < 3; c++) {
+        ad_value all = strain_weigh(3 * (n + 1), n, weights, curvature.x[c]);
+        for (int k = 0; k < 3; k++) {
+            a[k].turn.x[c] = ad_slice(all, k * (n + 1), n + 1);
+            a[k].shift.x[c] = ad_scalar(rod->tape, 0);
+        }
+    }
+    return strain_turn_by(strain_magnus(a).turn);
+}
+
+static along_turn turn_row(along_turn q, int row)
+{
+    along_turn one;
+    for (int k = 0; k < 4; k++) {
+        one.x[k] = ad_rows(q.x[k]) == 1 ? q.x[k] : ad_row(q.x[k], row);
+    }
+    return one;
+}
+
+along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q)
+{
+    for (int i = 0; i < rod_joint_count(&rod->open); i++) {
+        rod_joint joint = rod_joint_of(&rod->open, i);
+        if (joint.turns && fabs(joint.s - rod->mesh.edges[edge]) < 1e-12) {
+            q = strain_turn_product(q, strain_turn_rows(ad_constant(rod->tape, 4, joint.turn)));
+        }
+    }
+    return q;
+}
+
+static void turn_all(const strain_rod *rod, strain_state *state)
+{
+    const int n = rod->mesh.stages;
+    ad_value rows[4][STRAIN_NODES_MAX];
+    along_turn q = strain_turn_rows(rod->start.rotation);
+    for (int e = 0; e < rod->mesh.elements; e++) {
+        along_turn steps = turns_of_element(rod, e, strain_element(rod, state->curvature, e));
+        state->edge_turn[e] = q;
+        q = strain_turn_over(rod, e, q);
+        for (int i = 0; i <= n; i++) {
+            q = strain_turn_product(q, turn_row(steps, i));
+            for (int k = 0; k < 4 && i < n; k++) {
+                rows[k][e * n + i] = q.x[k];
+            }
+        }
+    }
+    state->edge_turn[rod->mesh.elements] = q;
+    for (int k = 0; k < 4; k++) {
+        state->turn.x[k] = ad_stack(rod->nodes, rows[k]);
+    }
+    state->R = strain_turn_matrix(state->turn);
+}
+
+/* ---- from s = 1 back ----------------------------------------------------------------------- */
+
+void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[2])
+{
+    for (int i = 0; i < 2; i++) {
+        load_rate[i] = strain_add(rod->load[i], strain_to_world(R, rod->load[2 + i]));
+    }
+}
+
+void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment)
+{
+    const double s = rod->mesh.edges[edge];
+    const scene *given = &rod->open;
+    ad_value q = strain_turn_vector(turn), F = ad_zeros(rod->tape, 3), T = F;
+    for (int i = 0; i < given->point_count; i++) {
+        rod_point_data point = rod_point_of(&rod->rod, i, rod->rod.t);
+        if (fabs(point.s - s) < 1e-12) {
+            F = ad_add(F, rod_point_force(&point, q));
+            T = ad_add(T, point.follows && !ad_is_constant(point.moment, 0)
+                              ? ad_rotate(q, point.moment)
+                              : point.moment);
+        }
+    }
+    for (int i = 0; i < given->body_count; i++) {
+        rod_body_data body = rod_body_of(&rod->rod, i, rod->rod.t);
+        F = fabs(body.s - s) < 1e-12 ? ad_add(F, body.weight) : F;
+    }
+    if (edge == rod->mesh.elements) {
+        const rod_end_data *end = &rod->end;
+        F = ad_add(F, rod_end_force(end, q));
+        T = ad_add(T, end->moment_is_world || ad_is_constant(end->moment, 0)
+                          ? end->moment
+                          : ad_rotate(q, end->moment));
+    }
+    *force = strain_rows(F);
+    *moment = strain_rows(T);
+}
+
+/* Over an element: from its beginning to its points, or from these to its end; and all of it. */
+static along integrate(const strain_rod *rod, int e, along rate, bool back, along *all)
+{
+    const int n = rod->mesh.stages;
+    const double h = rod->mesh.edges[e + 1] - rod->mesh.edges[e];
+    double to[STRAIN_STAGES_MAX * STRAIN_STAGES_MAX], over[STRAIN_STAGES_MAX];
+    const along here = strain_element(rod, rate, e);
+    along a;
+    for (int j = 0; j < n; j++) {
+        over[j] = h * rod->rule.weights[j];
+        for (int i = 0; i < n; i++) {
+            double on = rod->rule.matrix[i][j];
+            to[i * n + j] = h * (back ? rod->rule.weights[j] - on : on);
+        }
+    }
+    for (int c = 0; c < 3; c++) {
+        a.x[c] = strain_weigh(n, n, to, here.x[c]);
+        all->x[c] = strain_weigh(1, n, over, here.x[c]);
+    }
+    return a;
+}
+
+static along join(const strain_rod *rod, const along *parts)
+{
+    int counts[STRAIN_ELEMENTS_MAX];
+    for (int e = 0; e < rod->mesh.elements; e++) {
+        counts[e] = rod->mesh.stages;
+    }
+    return strain_join(rod->mesh.elements, counts, parts);
+}
+
+along strain_integrate_on(const strain_rod *rod, along rate, along *edges)
+{
+    along parts[STRAIN_ELEMENTS_MAX], all;
+    edges[0] = strain_zeros(rod->tape);
+    for (int e = 0; e < rod->mesh.elements; e++) {
+        parts[e] = strain_add(integrate(rod, e, rate, false, &all), edges[e]);
+        edges[e + 1] = strain_add(edges[e], all);
+    }
+    return join(rod, parts);
+}
+
+along strain_integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges)
+{
+    along parts[STRAIN_ELEMENTS_MAX], all, sum = strain_zeros(rod->tape);
+    for (int e = rod->mesh.elements; e >= 0; e--) {
+        edges[e] = sum = strain_add(sum, acting[e]);
+        if (e > 0) {
+            parts[e - 1] = strain_add(integrate(rod, e - 1, rate, true, &all), sum);
+            sum = strain_add(sum, all);
+        }
+    }
+    return join(rod, parts);
+}
+
+/* ---- strain -------------------------------------------------------------------------------- */
+
+/* Of tendons and chambers at v, u: force, moment, and of a tendon the derivative of the force by
+ * v. */
+typedef struct pulling {
+    along force, moment;
+    along_matrix by_v;
+} pulling;
+
+static void pull_one(const strain_rod *rod, const strain_pull *a, along v, along u, pulling *sum)
+{
+    const ad_value zero = ad_scalar(rod->tape, 0);
+    const along offset = {{a->offset[0], a->offset[1], zero}};
+    if (a->is_chamber) {
+        along force = {{zero, zero, a->pull}};
+        sum->force = strain_add(sum->force, force);
+        sum->moment = strain_add(sum->moment, strain_cross(offset, force));
+        return;
+    }
+    along path = strain_add(strain_add(v, strain_cross(u, offset)),
+                            (along){{a->slope[0], a->slope[1], zero}});
+    ad_value by = ad_reciprocal(ad_sqrt(strain_dot(path, path)));
+    ad_value stiff = ad_mul(a->pull, by);
+    along t = strain_by(by, path), force = strain_by(stiff, path);
+    sum->force = strain_add(sum->force, force);
+    sum->moment = strain_add(sum->moment, strain_cross(offset, force));
+    for (int i = 0; i < 3; i++) {
+        ad_value of_i = ad_mul(stiff, t.x[i]);
+        sum->by_v.x[i][i] = ad_add(sum->by_v.x[i][i], stiff);
+        for (int j = i; j < 3; j++) {
+            sum->by_v.x[i][j] = ad_sub(sum->by_v.x[i][j], ad_mul(of_i, t.x[j]));
+            sum->by_v.x[j][i] = sum->by_v.x[i][j];
+        }
+    }
+}
+
+static pulling pull_all(const strain_rod *rod, along v, along u)
+{
+    const along none = strain_zeros(rod->tape);
+    pulling sum = {.force = none, .moment = none};
+    for (int i = 0; i < 9; i++) {
+        sum.by_v.x[i / 3][i % 3] = none.x[0];
+    }
+    for (int i = 0; i < rod->actuators; i++) {
+        pull_one(rod, &rod->pulls[i], v, u, &sum);
+    }
+    return sum;
+}
+
+/* (1 + C T_vv)^-1 times a, by cofactors: the matrix is near 1. */
+static along soften(const strain_rod *rod, const along_matrix *by_v, along a)
+{
+    along rows[3], solved;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) {
+            rows[i].x[j] = ad_mul(rod->strain_compliance.x[i], by_v->x[i][j]);
+        }
+        rows[i].x[i] = ad_add(rows[i].x[i], ad_scalar(rod->tape, 1));
+    }
+    along cofactors[3] = {strain_cross(rows[1], rows[2]), strain_cross(rows[2], rows[0]),
+                          strain_cross(rows[0], rows[1])};
+    ad_value by = ad_reciprocal(strain_dot(rows[0], cofactors[0]));
+    for (int c = 0; c < 3; c++) { /* the inverse's columns are the cofactors */
+        solved.x[c] =
+            strain_dot((along){{cofactors[0].x[c], cofactors[1].x[c], cofactors[2].x[c]}}, a);
+    }
+    return strain_by(by, solved);
+}
+
+along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u)
+{
+    if (!rod->shears) {
+        return rod->rest_strain;
+    }
+    const along soft = strain_add(rod->rest_strain, strain_mul(rod->strain_compliance, n));
+    if (rod->actuators == 0) {
+        return soft;
+    }
+    const along force = pull_all(rod, v, u).force;
+    const along_matrix by_v = pull_all(rod, v, matrix_u).by_v;
+    const along given = strain_sub(soft, strain_mul(rod->strain_compliance, force));
+    return strain_sub(v, soften(rod, &by_v, strain_sub(v, given)));
+}
+
+along strain_yield(const strain_rod *rod, along n, along u, along v)
+{
+    enum { STEPS = 3 }; /* leave (C pull)^15 of it */
+    for (int k = 0; k < STEPS; k++) {
+        v = strain_yield_on(rod, n, u, v, u);
+    }
+    return v;
+}
+
+/* ---- moment and residual ------------------------------------------------------------------- */
+
+along strain_moment_rate(along slope, along force, along load)
+{
+    return strain_add(strain_cross(slope, force), load);
+}
+
+along strain_missing(const strain_rod *rod, const along_matrix *R, along v, along u, along M)
+{
+    pulling pull = pull_all(rod, v, u);
+    along m = strain_sub(strain_to_body(R, M), pull.moment);
+    return strain_sub(strain_sub(u, rod->rest_curvature), strain_mul(rod->curvature_compliance, m));
+}
+
+void strain_state_of(const strain_rod *rod, ad_value curvature, strain_state *state)
+{
+    const int elements = rod->mesh.elements;
+    along force[STRAIN_ELEMENTS_MAX + 1], moment[STRAIN_ELEMENTS_MAX + 1];
+    if (ad_rows(curvature) != 3 * rod->nodes) {
+        ad_tape_fail(rod->tape, AD_BAD_SHAPE, "the curvature at %d points has %d rows", rod->nodes,
+                     ad_rows(curvature));
+    }
+    state->curvature = strain_of_points(rod->nodes, curvature);
+    turn_all(rod, state);
+    strain_loads(rod, &state->R, state->load_rate);
+    for (int e = 0; e <= elements; e++) {
+        strain_acting(rod, e, state->edge_turn[e], &force[e], &moment[e]);
+    }
+    state->force = strain_integrate_back(rod, state->load_rate[0], force, state->edge_force);
+    state->strain = strain_yield(rod, strain_to_body(&state->R, state->force), state->curvature,
+                                 rod->rest_strain);
+    state->slope = strain_to_world(&state->R, state->strain);
+    state->moment = strain_integrate_back(
+        rod, strain_moment_rate(state->slope, state->force, state->load_rate[1]), moment,
+        state->edge_moment);
+}
+
+ad_value strain_rod_residual(const strain_rod *rod, ad_value curvature)
+{
+    strain_state state;
+    strain_state_of(rod, curvature, &state);
+    return strain_points(
+        rod->nodes, strain_missing(rod, &state.R, state.strain, state.curvature, state.moment));
+}
+
+ad_value strain_rod_rest(const strain_rod *rod)
+{
+    return strain_points(rod->nodes, rod->rest_curvature);
+}

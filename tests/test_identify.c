@@ -1,0 +1,169 @@
+/* Unknowns from measurements by solving: whether the truth lies within the stated deviations as
+ * often as it should, what the measurements do not tell, and what is refused. */
+#include "near.h"
+
+#include "nn/rng.h"
+#include "tools/train/identify.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A precurved rod, pulled at its tip by a known force that turns from experiment to experiment, and
+ * loaded by an unknown weight; two stiffnesses are unknown, too. */
+enum { TURNED, PULL, BENDING, TORSION, WEIGHT, PARAMETERS, UNKNOWNS = PARAMETERS - BENDING };
+
+static const double LENGTH = 0.2;
+static const double truth[PARAMETERS] = {0, 0, 3.1e-3, 1.9e-3, 0.03};
+
+typedef struct made {
+    quantities *names;
+    scene open;
+} made;
+
+static void assert_good(ad_status status, const ad_error *error)
+{
+    if (status != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+}
+
+static made make_scene(void)
+{
+    static const scene_parameter parameters[PARAMETERS] = {{"turned", 0, 6.3, SCENE_LINEAR},
+                                                           {"pull", 0, 0.2, SCENE_LINEAR},
+                                                           {"bending", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"torsion", 1e-3, 1e-2, SCENE_LOG},
+                                                           {"weight", -0.1, 0.1, SCENE_LINEAR}};
+    static const double starts[PARAMETERS] = {0, 0, 2e-3, 4e-3, 0};
+    made m = {.names = quantities_create()};
+    ad_error error;
+    scene *x = &m.open;
+    scene_defaults(x);
+    for (int i = 0; i < PARAMETERS; i++) {
+        assert_good(quantities_coordinate(m.names, parameters[i].name, &error), &error);
+        x->parameters[i] = parameters[i];
+        x->guess[i] = starts[i];
+    }
+    x->parameter_count = PARAMETERS;
+    x->unknown_count = UNKNOWNS;
+    x->names = m.names;
+    x->rod.model = SCENE_KIRCHHOFF;
+    x->rod.length = quantity_number(LENGTH);
+    for (int i = 0; i < 2; i++) {
+        x->rod.bending_stiffness[i] = quantity_formula(m.names, "bending");
+    }
+    x->rod.torsional_stiffness = quantity_formula(m.names, "torsion");
+    for (int i = 0; i < 3; i++) {
+        x->rod.rest_curvature[i] = quantity_number(i == 1 ? 8 : 0);
+    }
+    x->loads.tip.force[0] = quantity_formula(m.names, "pull*cos(turned)");
+    x->loads.tip.force[1] = quantity_formula(m.names, "pull*sin(turned)");
+    x->loads.tip.force[2] = quantity_formula(m.names, "-weight");
+    x->end.type = SCENE_LOADED;
+    return m;
+}
+
+static void free_scene(made *m)
+{
+    quantities_free(m->names);
+}
+
+/* ---- measurements -------------------------------------------------------------------------- */
+
+enum { EXPERIMENTS = 20, COORDINATES = 3 };
+
+typedef struct tips {
+    double s[EXPERIMENTS], t[EXPERIMENTS], known[EXPERIMENTS][PARAMETERS];
+    double exact[COORDINATES][EXPERIMENTS], values[COORDINATES][EXPERIMENTS];
+    solve_measured set;
+} tips;
+
+/* Where the tip is, by the solver of single scenes. */
+static void measure_tips(const made *m, double noise, tips *x)
+{
+    ad_error error;
+    x->set = (solve_measured){.rows = EXPERIMENTS,
+                              .s = x->s,
+                              .t = x->t,
+                              .known = x->known[0],
+                              .columns = COORDINATES,
+                              .column = {0, 1, 2},
+                              .noise = {noise, noise, noise},
+                              .values = x->values[0]};
+    for (int i = 0; i < EXPERIMENTS; i++) {
+        double values[PARAMETERS], tip[COORDINATES];
+        scene member;
+        solution *solved;
+        solve_report report;
+        memcpy(values, truth, sizeof values);
+        values[TURNED] = 6.28 * i / EXPERIMENTS;
+        values[PULL] = 0.05 + 0.1 * (i % 3) / 2;
+        memcpy(x->known[i], values, sizeof values);
+        x->s[i] = LENGTH;
+        x->t[i] = 0;
+        scene_member(&m->open, values, &member);
+        solve_settings settings = solve_settings_default(&member);
+        assert_good(solution_create(&member, &settings, 0, NULL, &solved, &report, &error), &error);
+        assert_good(solution_evaluate(solved, COORDINATES, 1, &LENGTH, NULL, tip, &error), &error);
+        solution_free(solved);
+        for (int c = 0; c < COORDINATES; c++) {
+            x->exact[c][i] = tip[c];
+        }
+    }
+}
+
+static void add_noise(tips *x, nn_rng *random)
+{
+    for (int c = 0; c < COORDINATES; c++) {
+        for (int i = 0; i < EXPERIMENTS; i++) {
+            x->values[c][i] = x->exact[c][i] + x->set.noise[c] * nn_rng_normal(random);
+        }
+    }
+}
+
+/* 68.3 % of all errors lie within one deviation, 95.4 % within two; of 600 numbers that may be off
+ * by four deviations of their own, 7.6 and 3.4 %. And the draws' mean square is what the
+ * deviations say, to the same chance. */
+static void test_calibrated(void **state)
+{
+    (void)state;
+    enum { DRAWS = 200 };
+    made m = make_scene();
+    tips x;
+    ad_error error;
+    nn_rng random = nn_rng_seed(1);
+    int within_one = 0, within_two = 0;
+    double chi_squared = 0;
+    measure_tips(&m, 5e-4, &x);
+    for (int draw = 0; draw < DRAWS; draw++) {
+        const identify_settings settings = {.threads = 1};
+        identified found;
+        verdict judged = {.count = 0};
+        add_noise(&x, &random);
+        assert_good(identify(&m.open, 1, &x.set, &settings, &found, &error), &error);
+        identified_verdict(&found, &m.open, &judged);
+        assert_true(found.by_members && found.count == UNKNOWNS && found.experiments == 20);
+        assert_int_equal(verdict_outcome_of(&judged), VERDICT_SOLVED);
+        for (int i = 0; i < UNKNOWNS; i++) {
+            const double off = fabs(found.value[i] - truth[BENDING + i]) / found.deviation[i];
+            within_one += off < 1;
+            within_two += off < 2;
+        }
+        chi_squared += found.chi_squared;
+    }
+    print_message("within one deviation %.1f %%, within two %.1f %%, chi squared %.2f of %d\n",
+                  100.0 * within_one / (UNKNOWNS * DRAWS), 100.0 * within_two / (UNKNOWNS * DRAWS),
+                  chi_squared / DRAWS, COORDINATES * EXPERIMENTS - UNKNOWNS);
+    assert_near((double)within_one / (UNKNOWNS * DRAWS), 0.683, 0.076);
+    assert_near((double)within_two / (UNKNOWNS * DRAWS), 0.954, 0.034);
+    assert_near(chi_squared / DRAWS, 57, 4 * sqrt(2.0 * 57 / DRAWS));
+    free_scene(&m);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_calibrated),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

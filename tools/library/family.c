@@ -1,0 +1,619 @@
+/* Answers for members of a family: the network's, polished, with their errors, or the solver's. */
+#include "tools/library/family.h"
+
+#include "physics/solve/solve.h"
+#include "tools/config/config_experiment.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Members at a time: enough for all threads, and no more numbers than caches hold. */
+enum { CHUNK = 512, CHUNK_NUMBERS = 1 << 20 };
+
+struct cpinn_family {
+    experiment *owned; /* NULL: the scene is lent */
+    scene open;
+    int count; /* of parameters */
+    bool extrapolate;
+    int threads;
+    double length;
+    size_t points, nodes, chunk;
+    double *s, *t; /* [points]; t NULL at rest */
+    int columns;
+    solve_members *solver; /* NULL: */
+    ad_error why_not;
+    cpinn_family_network network;
+    double *curvature, *values; /* [chunk][nodes][3], [chunk][points][columns] */
+    double *parameters;         /* [chunk][count] of members that are solved */
+    size_t *which;              /* [chunk] their places */
+    solve_answer *refined;      /* [chunk] */
+    solve_member *solved;       /* [chunk] */
+};
+
+static_assert((int)CPINN_REASON_NOT_FINITE == SOLVE_NOT_FINITE &&
+                  (int)CPINN_REASON_UNSTABLE == SOLVE_UNSTABLE &&
+                  (int)CPINN_REASON_TOO_FAR == SOLVE_TOO_FAR &&
+                  (int)CPINN_REASON_NOT_SETTLING == SOLVE_NOT_SETTLING,
+              "reasons begin with the doubts of the solver");
+
+/* ---- words --------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *word, *text;
+} reasons[] = {
+#define REASON_ROW(name, word, text) {word, text},
+    CPINN_REASON_LIST(REASON_ROW)
+#undef REASON_ROW
+};
+
+const char *cpinn_reason_word(cpinn_reason reason)
+{
+    return reason >= 0 && reason < CPINN_REASON_COUNT ? reasons[reason].word : "";
+}
+
+const char *cpinn_reason_text(cpinn_reason reason)
+{
+    return reason >= 0 && reason < CPINN_REASON_COUNT ? reasons[reason].text : "";
+}
+
+const char *cpinn_source_word(cpinn_source source)
+{
+    static const char *const words[] = {"network", "members", "solver", "nothing"};
+    return source >= 0 && source <= CPINN_FROM_NOTHING ? words[source] : "";
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static ad_status keep_points(cpinn_family *x, const cpinn_family_settings *settings,
+                             ad_error *error)
+{
+    const bool moves = scene_is_dynamic(&x->open);
+    x->points = settings->points;
+    x->s = malloc((settings->points + 1) * sizeof *x->s);
+    x->t = moves ? malloc((settings->points + 1) * sizeof *x->t) : NULL;
+    if (!x->s || (moves && !x->t)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
+    }
+    for (size_t i = 0; i < settings->points; i++) {
+        x->s[i] = settings->s[i];
+        if (!(x->s[i] >= (i > 0 && !moves ? x->s[i - 1] : 0) &&
+              x->s[i] <= x->length * (1 + 1e-12))) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "s[%zu] = %g; allowed: %swithin the rod, 0 to %g m", i, x->s[i],
+                           moves ? "" : "ascending, ", x->length);
+        }
+        if (moves) {
+            x->t[i] = settings->t ? settings->t[i] : NAN;
+            if (!(x->t[i] >= 0 && x->t[i] <= scene_duration(&x->open) * (1 + 1e-12))) {
+                return ad_fail(error, AD_BAD_ARGUMENT, "t[%zu] = %g; allowed: 0 to %g s", i,
+                               x->t[i], scene_duration(&x->open));
+            }
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status create_solver(cpinn_family *x, ad_error *error)
+{
+    const solve_members_settings settings = {
+        .tolerance = CPINN_TOLERANCE, .threads = x->threads, .points = x->points, .s = x->s};
+    ad_status status = solve_members_create(&x->open, &settings, &x->solver, &x->why_not);
+    if (status != AD_OK && status != AD_BAD_ARGUMENT) {
+        return ad_fail(error, status, "%s", x->why_not.message);
+    }
+    x->nodes = x->solver ? solve_members_nodes(x->solver) : 0;
+    return AD_OK;
+}
+
+static ad_status make_room(cpinn_family *x, ad_error *error)
+{
+    const size_t width = x->points * (size_t)x->columns, most = CHUNK_NUMBERS / (width + 1);
+    x->chunk = most >= CHUNK ? CHUNK : most > 16 ? most / 16 * 16 : 16;
+    x->curvature = malloc((3 * x->chunk * x->nodes + 1) * sizeof *x->curvature);
+    x->values = malloc((x->chunk * width + 1) * sizeof *x->values);
+    x->parameters = malloc(x->chunk * (size_t)x->count * sizeof *x->parameters);
+    x->which = malloc(x->chunk * sizeof *x->which);
+    x->refined = malloc(x->chunk * sizeof *x->refined);
+    x->solved = malloc(x->chunk * sizeof *x->solved);
+    return x->curvature && x->values && x->parameters && x->which && x->refined && x->solved
+               ? AD_OK
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for members of a family");
+}
+
+static int thread_count(int threads)
+{
+    const long processors = threads > 0 ? threads : sysconf(_SC_NPROCESSORS_ONLN);
+    return processors > 0 ? (int)processors : 1;
+}
+
+ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
+                               cpinn_family **result, ad_error *error)
+{
+    *result = NULL;
+    if (!scene_is_family(open)) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "the scene is no family: no parameter of it has a range");
+    }
+    cpinn_family *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    }
+    x->open = *open;
+    x->count = open->parameter_count;
+    x->extrapolate = settings->extrapolate;
+    x->length = scene_length(open);
+    x->threads = thread_count(settings->threads);
+    ad_status status = keep_points(x, settings, error);
+    if (status == AD_OK) {
+        status = create_solver(x, error);
+    }
+    x->columns = x->solver ? SOLVE_MEMBERS_COLUMNS : solution_columns(open);
+    status = status == AD_OK ? make_room(x, error) : status;
+    if (status != AD_OK) {
+        cpinn_family_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void cpinn_family_attach(cpinn_family *x, const cpinn_family_network *network)
+{
+    x->network = *network;
+}
+
+/* ---- the network of a family in the strain form ---- */
+
+typedef struct strain_network {
+    family_network *network;
+    const double *weights;
+    size_t nodes;
+} strain_network;
+
+/* Numbers that only underflow has left make all that follows slow: of a rod that stays in a plane,
+ * the curvature out of it. */
+static const double SMALLEST = 1e-100;
+
+static ad_status run_strain(void *context, size_t members, const double *parameters,
+                            double *curvature, ad_error *error)
+{
+    const strain_network *x = context;
+    ad_status status =
+        family_network_run(x->network, x->weights, members, parameters, curvature, error);
+    for (size_t i = 0; i < members * 3 * x->nodes; i++) {
+        curvature[i] = fabs(curvature[i]) < SMALLEST ? 0 : curvature[i];
+    }
+    return status;
+}
+
+static void free_strain(void *context)
+{
+    strain_network *x = context;
+    family_network_free(x->network);
+    free(x);
+}
+
+static ad_status create_strain(const experiment *e, const cpinn_family *x,
+                               cpinn_family_network *result, ad_error *error)
+{
+    const family *trained = targets_family(e->targets);
+    if (family_nodes(trained) != x->nodes) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "the network has curvature at %zu places, the solver at %zu; train it anew",
+                       family_nodes(trained), x->nodes);
+    }
+    strain_network *made = calloc(1, sizeof *made);
+    ad_status status = made ? family_network_create(trained, e->mlp, e->pool, &made->network, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
+    if (status != AD_OK) {
+        free(made);
+        return status;
+    }
+    made->weights = experiment_parameters(e);
+    made->nodes = x->nodes;
+    *result = (cpinn_family_network){made, run_strain, NULL, free_strain};
+    return AD_OK;
+}
+
+ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
+                          cpinn_family **result, ad_error *error)
+{
+    cpinn_family_network network;
+    const evaluator_model trained = experiment_trained(e);
+    ad_status status = cpinn_family_prepare(e->scene, settings, result, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = e->targets ? create_strain(e, *result, &network, error)
+                        : cpinn_family_fields(&trained, *result, &network, error);
+    if (status != AD_OK) {
+        cpinn_family_free(*result);
+        *result = NULL;
+        return status;
+    }
+    cpinn_family_attach(*result, &network);
+    return AD_OK;
+}
+
+ad_status cpinn_family_open(const char *path, const cpinn_family_settings *settings,
+                            cpinn_family **result, ad_error *error)
+{
+    experiment *e = NULL;
+    *result = NULL;
+    ad_status status = config_experiment_open(path, 0, NULL, settings->threads, &e, NULL, error);
+    if (status == AD_OK) {
+        status = cpinn_family_of(e, settings, result, error);
+    }
+    if (status != AD_OK) {
+        experiment_free(e);
+        return status;
+    }
+    (*result)->owned = e;
+    return AD_OK;
+}
+
+void cpinn_family_free(cpinn_family *x)
+{
+    if (x) {
+        if (x->network.free) {
+            x->network.free(x->network.context);
+        }
+        solve_members_free(x->solver);
+        experiment_free(x->owned);
+        free(x->s);
+        free(x->t);
+        free(x->curvature);
+        free(x->values);
+        free(x->parameters);
+        free(x->which);
+        free(x->refined);
+        free(x->solved);
+        free(x);
+    }
+}
+
+/* ---- looking ------------------------------------------------------------------------------- */
+
+int cpinn_family_parameters(const cpinn_family *x)
+{
+    return x->count;
+}
+
+const scene_parameter *cpinn_family_parameter(const cpinn_family *x, int index)
+{
+    return index >= 0 && index < x->count ? &x->open.parameters[index] : NULL;
+}
+
+int cpinn_family_columns(const cpinn_family *x)
+{
+    return x->columns;
+}
+
+const char *cpinn_family_column_name(const cpinn_family *x, int column)
+{
+    return column >= 0 && column < x->columns ? scene_physics_of(&x->open)->columns[column].name
+                                              : "";
+}
+
+const char *cpinn_family_without_error(const cpinn_family *x)
+{
+    return x->solver ? "" : x->why_not.message;
+}
+
+solve_members *cpinn_family_solver(const cpinn_family *x)
+{
+    return x->solver;
+}
+
+const scene *cpinn_family_scene(const cpinn_family *x)
+{
+    return &x->open;
+}
+
+int cpinn_family_threads(const cpinn_family *x)
+{
+    return x->threads;
+}
+
+size_t cpinn_family_points(const cpinn_family *x)
+{
+    return x->points;
+}
+
+const double *cpinn_family_s(const cpinn_family *x)
+{
+    return x->s;
+}
+
+const double *cpinn_family_t(const cpinn_family *x)
+{
+    return x->t;
+}
+
+/* ---- the range ----------------------------------------------------------------------------- */
+
+/* Ends of a range are allowed as they are after a conversion of units. */
+static bool is_outside(const scene_parameter *p, double value)
+{
+    const double slack = 1e-12 * fmax(fabs(p->low), fabs(p->high));
+    return !(value >= p->low - slack && value <= p->high + slack);
+}
+
+bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
+                          size_t *member, int *parameter)
+{
+    for (size_t i = 0; i < members; i++) {
+        for (int k = 0; k < x->count; k++) {
+            const double value = parameters[i * (size_t)x->count + (size_t)k];
+            const bool outside = is_outside(&x->open.parameters[k], value);
+            if (!isfinite(value) || (outside && !x->extrapolate)) {
+                *member = i;
+                *parameter = k;
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static ad_status check_range(const cpinn_family *x, size_t members, const double *parameters,
+                             ad_error *error)
+{
+    size_t member;
+    int k;
+    if (!cpinn_family_refuses(x, members, parameters, &member, &k)) {
+        return AD_OK;
+    }
+    const scene_parameter *p = &x->open.parameters[k];
+    return ad_fail(error, AD_BAD_ARGUMENT,
+                   "member %zu: %s = %g is outside its range; allowed: %g to %g", member, p->name,
+                   parameters[member * (size_t)x->count + (size_t)k], p->low, p->high);
+}
+
+static bool any_outside(const cpinn_family *x, const double *parameters)
+{
+    bool result = false;
+    for (int k = 0; k < x->count; k++) {
+        result = result || is_outside(&x->open.parameters[k], parameters[k]);
+    }
+    return result;
+}
+
+/* ---- the network's answers ----------------------------------------------------------------- */
+
+/* Largest distance of two shapes, m. */
+static double distance(const cpinn_family *x, const double *a, const double *b)
+{
+    double largest = 0;
+    for (size_t i = 0; i < x->points; i++) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            const double off =
+                a[i * (size_t)x->columns + (size_t)c] - b[i * (size_t)x->columns + (size_t)c];
+            square += off * off;
+        }
+        const double off = sqrt(square);
+        largest = off <= largest ? largest : off;
+    }
+    return largest;
+}
+
+static cpinn_answer answer_of(const solve_answer *refined)
+{
+    return (cpinn_answer){.error = refined->left,
+                          .network_error = refined->predicted,
+                          .source = CPINN_FROM_NETWORK,
+                          .reason = (cpinn_reason)refined->reason,
+                          .trusted = refined->trusted};
+}
+
+/* What the network says by itself of positions, against its curvature after one step. */
+static ad_status answer_plain(cpinn_family *x, size_t members, const double *parameters,
+                              double *values, cpinn_answer *answers, ad_error *error)
+{
+    const size_t width = x->points * (size_t)x->columns;
+    ad_status status = x->network.values(x->network.context, members, parameters, values, error);
+    if (status == AD_OK) {
+        status = solve_members_refine(x->solver, members, parameters, x->curvature, 1, x->values,
+                                      NULL, x->refined, error);
+    }
+    for (size_t i = 0; i < members && status == AD_OK; i++) {
+        const double off = distance(x, values + i * width, x->values + i * width);
+        answers[i] = answer_of(&x->refined[i]);
+        answers[i].error = off + x->refined[i].left;
+        answers[i].network_error = answers[i].error;
+        if (answers[i].trusted && !(answers[i].error <= SOLVE_TRUSTED * x->length)) {
+            answers[i].trusted = false;
+            answers[i].reason =
+                isfinite(answers[i].error) ? CPINN_REASON_TOO_FAR : CPINN_REASON_NOT_FINITE;
+        }
+    }
+    return status;
+}
+
+static ad_status answer_by_network(cpinn_family *x, int steps, size_t members,
+                                   const double *parameters, double *values, cpinn_answer *answers,
+                                   ad_error *error)
+{
+    const cpinn_family_network *network = &x->network;
+    if (!x->solver) {
+        for (size_t i = 0; i < members && answers; i++) {
+            answers[i] = (cpinn_answer){.error = NAN,
+                                        .network_error = NAN,
+                                        .source = CPINN_FROM_NETWORK,
+                                        .reason = CPINN_REASON_NO_ESTIMATE};
+        }
+        return network->values(network->context, members, parameters, values, error);
+    }
+    if (!answers && network->values) {
+        return network->values(network->context, members, parameters, values, error);
+    }
+    ad_status status =
+        network->curvature(network->context, members, parameters, x->curvature, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (steps == 0 && answers && network->values) {
+        return answer_plain(x, members, parameters, values, answers, error);
+    }
+    status = solve_members_refine(x->solver, members, parameters, x->curvature, steps, values, NULL,
+                                  answers ? x->refined : NULL, error);
+    for (size_t i = 0; i < members && answers && status == AD_OK; i++) {
+        answers[i] = answer_of(&x->refined[i]);
+    }
+    return status;
+}
+
+/* ---- nothing ------------------------------------------------------------------------------- */
+
+static void put_nothing(size_t numbers, double *values)
+{
+    for (size_t i = 0; i < numbers; i++) {
+        values[i] = NAN;
+    }
+}
+
+static void say_nothing(cpinn_answer *answer, cpinn_reason reason)
+{
+    answer->source = CPINN_FROM_NOTHING;
+    answer->reason = reason;
+    answer->trusted = false;
+    answer->error = NAN;
+}
+
+static bool passes_checks(const scene *one)
+{
+    const char *key = "";
+    ad_error why;
+    return scene_check(one, &key, &why) == AD_OK &&
+           scene_physics_of(one)->check(one, &key, &why) == AD_OK;
+}
+
+/* Marks members that are outside of the range; beyond it a scene may be none at all. */
+static void look_outside(const cpinn_family *x, size_t members, const double *parameters,
+                         double *values, cpinn_answer *answers)
+{
+    const size_t width = x->points * (size_t)x->columns;
+    for (size_t i = 0; i < members; i++) {
+        const double *given = parameters + i * (size_t)x->count;
+        answers[i].outside = any_outside(x, given);
+        if (answers[i].outside) {
+            scene one;
+            scene_member(&x->open, given, &one);
+            if (!passes_checks(&one)) {
+                put_nothing(width, values + i * width);
+                say_nothing(&answers[i], CPINN_REASON_REFUSED);
+            }
+        }
+    }
+}
+
+/* ---- the solver's answers ------------------------------------------------------------------ */
+
+/* The shape in `values` [points][columns], by the solver's columns. */
+static ad_status put_solution(cpinn_family *x, const solution *found, double *values,
+                              ad_error *error)
+{
+    double *room = x->values; /* of members that are done */
+    ad_status status = solution_evaluate(found, x->columns, x->points, x->s, x->t, room, error);
+    for (size_t i = 0; i < x->points; i++) {
+        for (int c = 0; c < x->columns; c++) {
+            values[i * (size_t)x->columns + (size_t)c] = room[(size_t)c * x->points + i];
+        }
+    }
+    return status;
+}
+
+ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *values,
+                             cpinn_answer *answer, ad_error *error)
+{
+    scene one;
+    solution *found = NULL;
+    solve_report report;
+    scene_member(&x->open, parameters, &one);
+    const solve_settings settings = solve_settings_default(&one);
+    const bool moves = scene_is_dynamic(&one);
+    ad_status status =
+        solution_create(&one, &settings, moves ? x->points : 0, x->t, &found, &report, error);
+    if (status == AD_NO_MEMORY || status == AD_NO_BLAS) {
+        return status;
+    }
+    if (status != AD_OK || (!moves && report.load_fraction != 1)) {
+        put_nothing(x->points * (size_t)x->columns, values);
+        say_nothing(answer, CPINN_REASON_NO_EQUILIBRIUM);
+        status = AD_OK;
+    } else {
+        verdict said = {.count = 0};
+        solution_verdict(found, &one, &settings, &report, &said);
+        answer->source = CPINN_FROM_SOLVER;
+        answer->trusted = verdict_outcome_of(&said) == VERDICT_SOLVED;
+        answer->reason = answer->trusted ? answer->reason : CPINN_REASON_WARNING;
+        answer->error = report.estimate * (scene_is_beam(&one) ? report.size : x->length);
+        status = put_solution(x, found, values, error);
+    }
+    solution_free(found);
+    return status;
+}
+
+/* Members of a chunk that are not trusted, by the solver of members, and those that it gives none
+ * of by the other one. */
+static ad_status solve_rest(cpinn_family *x, size_t members, const double *parameters,
+                            double *values, cpinn_answer *answers, ad_error *error)
+{
+    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    size_t rest = 0;
+    for (size_t i = 0; i < members; i++) {
+        if (!answers[i].trusted && answers[i].source == CPINN_FROM_NETWORK) {
+            memcpy(x->parameters + rest * count, parameters + i * count,
+                   count * sizeof *parameters);
+            x->which[rest++] = i;
+        }
+    }
+    ad_status status = rest == 0 ? AD_OK
+                                 : solve_members_solve(x->solver, rest, x->parameters, x->values,
+                                                       x->solved, error);
+    for (size_t k = 0; k < rest && status == AD_OK; k++) {
+        cpinn_answer *answer = &answers[x->which[k]];
+        if (x->solved[k].solved) {
+            memcpy(values + x->which[k] * width, x->values + k * width, width * sizeof *values);
+            answer->source = CPINN_FROM_MEMBERS;
+            answer->trusted = true;
+            answer->error = x->solved[k].estimate * x->length;
+        }
+    }
+    for (size_t k = 0; k < rest && status == AD_OK; k++) {
+        if (!x->solved[k].solved) {
+            status = cpinn_family_solve(x, x->parameters + k * count, values + x->which[k] * width,
+                                        &answers[x->which[k]], error);
+        }
+    }
+    return status;
+}
+
+ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, size_t members,
+                                const double *parameters, double *values, cpinn_answer *answers,
+                                ad_error *error)
+{
+    const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
+    if (polish->steps < 0 || polish->steps > 2) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%d steps; allowed: 0, 1, 2", polish->steps);
+    }
+    ad_status status = check_range(x, members, parameters, error);
+    for (size_t first = 0; first < members && status == AD_OK; first += x->chunk) {
+        const size_t left = members - first, now = left < x->chunk ? left : x->chunk;
+        const double *given = parameters + first * count;
+        double *to = values + first * width;
+        cpinn_answer *said = answers ? answers + first : NULL;
+        status = answer_by_network(x, answers ? polish->steps : 0, now, given, to, said, error);
+        if (status == AD_OK && said) {
+            look_outside(x, now, given, to, said);
+        }
+        if (status == AD_OK && said && x->solver && !polish->alone) {
+            status = solve_rest(x, now, given, to, said, error);
+        }
+    }
+    return status;
+}

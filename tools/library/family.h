@@ -1,0 +1,48 @@
+/* What a family is made of: a scene with open parameters, its solver of members, and whatever says
+ * what members look like. */
+#ifndef TOOLS_LIBRARY_FAMILY_H
+#define TOOLS_LIBRARY_FAMILY_H
+
+#include "tools/library/cpinn.h"
+#include "tools/train/experiment.h"
+
+/* A network, whatever its kind: curvature of members in any number, or their values too. */
+typedef struct cpinn_family_network {
+    void *context; /* owned by the family */
+    /* curvature [members][nodes][3], 1/m, at the solver's places. */
+    ad_status (*curvature)(void *context, size_t members, const double *parameters,
+                           double *curvature, ad_error *error);
+    /* values [members][points][columns] as the network itself has them; NULL: they follow from the
+     * curvature. */
+    ad_status (*values)(void *context, size_t members, const double *parameters, double *values,
+                        ad_error *error);
+    void (*free)(void *context); /* NULL: nothing is owned */
+} cpinn_family_network;
+
+/* A family without a network yet, of a scene that outlives it; then its network. */
+ad_status cpinn_family_prepare(const scene *open, const cpinn_family_settings *settings,
+                               cpinn_family **result, ad_error *error);
+void cpinn_family_attach(cpinn_family *x, const cpinn_family_network *network);
+
+/* Of an experiment that was restored, and outlives it. */
+ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
+                          cpinn_family **result, ad_error *error);
+
+/* NULL: the solver does not take the scene. */
+solve_members *cpinn_family_solver(const cpinn_family *x);
+const scene *cpinn_family_scene(const cpinn_family *x);
+int cpinn_family_threads(const cpinn_family *x);
+size_t cpinn_family_points(const cpinn_family *x);
+const double *cpinn_family_s(const cpinn_family *x);
+const double *cpinn_family_t(const cpinn_family *x); /* NULL at rest */
+
+/* One member by solution_create: values [points][columns]; of `answer` the reason is kept where the
+ * solver has no doubt. AD_NO_MEMORY, AD_NO_BLAS. */
+ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *values,
+                             cpinn_answer *answer, ad_error *error);
+
+/* The network of the evaluator (physics/evaluator.h) of coordinates s, t and the parameters. */
+ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *x,
+                              cpinn_family_network *result, ad_error *error);
+
+#endif

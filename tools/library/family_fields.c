@@ -1,0 +1,197 @@
+/* Families whose networks have the parameters as further coordinates, beside s and t. */
+#include "tools/library/family.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Members of one piece of work. */
+enum { GROUP = 8 };
+
+typedef struct fields {
+    int count, columns, threads;
+    size_t points, nodes;
+    double *s, *t, *places; /* [points], [points] or NULL, [nodes] m */
+    ad_pool *pool;
+    evaluator **shapes, **curvatures; /* [threads] */
+    double **room;                    /* [threads] coordinates and values of a group */
+    ad_status *statuses;              /* [threads], as the next */
+    ad_error *errors;
+} fields;
+
+static void fields_free(void *context)
+{
+    fields *x = context;
+    for (int i = 0; i < x->threads; i++) {
+        if (x->shapes) {
+            evaluator_free(x->shapes[i]);
+        }
+        if (x->curvatures) {
+            evaluator_free(x->curvatures[i]);
+        }
+        if (x->room) {
+            free(x->room[i]);
+        }
+    }
+    ad_pool_free(x->pool);
+    free(x->s);
+    free(x->t);
+    free(x->places);
+    free(x->shapes);
+    free(x->curvatures);
+    free(x->room);
+    free(x->statuses);
+    free(x->errors);
+    free(x);
+}
+
+/* ---- one group of members ------------------------------------------------------------------ */
+
+typedef struct batch {
+    fields *x;
+    evaluator **with;
+    size_t members, points;
+    int columns;
+    const double *s, *t, *parameters;
+    double *values; /* [members][points][columns] */
+} batch;
+
+static ad_status evaluate_group(const batch *of, size_t first, size_t members, int thread,
+                                ad_error *error)
+{
+    const fields *x = of->x;
+    const size_t rows = members * of->points;
+    const double *at[2 + SCENE_PARAMETERS_MAX];
+    double *to = x->room[thread];
+    int coordinates = 0;
+    for (int k = of->t ? -2 : -1; k < x->count; k++, to += rows) {
+        for (size_t i = 0; i < rows; i++) {
+            const size_t member = first + i / of->points, point = i % of->points;
+            to[i] = k >= 0             ? of->parameters[member * (size_t)x->count + (size_t)k]
+                    : coordinates == 0 ? of->s[point]
+                                       : of->t[point];
+        }
+        at[coordinates++] = to;
+    }
+    ad_status status = evaluator_evaluate_at(of->with[thread], rows, at, to, error);
+    double *values = of->values + first * of->points * (size_t)of->columns;
+    for (size_t i = 0; i < rows && status == AD_OK; i++) {
+        for (int c = 0; c < of->columns; c++) {
+            values[i * (size_t)of->columns + (size_t)c] = to[(size_t)c * rows + i];
+        }
+    }
+    return status;
+}
+
+static void work(void *context, int item, int thread)
+{
+    const batch *of = context;
+    fields *x = of->x;
+    const size_t first = GROUP * (size_t)item, left = of->members - first;
+    if (x->statuses[thread] == AD_OK) {
+        x->statuses[thread] =
+            evaluate_group(of, first, left < GROUP ? left : GROUP, thread, &x->errors[thread]);
+    }
+}
+
+static ad_status run(batch *of, ad_error *error)
+{
+    fields *x = of->x;
+    for (int i = 0; i < x->threads; i++) {
+        x->statuses[i] = AD_OK;
+    }
+    ad_pool_run(x->pool, (int)((of->members + GROUP - 1) / GROUP), work, of);
+    for (int i = 0; i < x->threads; i++) {
+        if (x->statuses[i] != AD_OK) {
+            return ad_fail(error, x->statuses[i], "%s", x->errors[i].message);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status find_curvature(void *context, size_t members, const double *parameters,
+                                double *curvature, ad_error *error)
+{
+    fields *x = context;
+    batch of = {x, x->curvatures, members, x->nodes, 3, x->places, NULL, parameters, curvature};
+    return run(&of, error);
+}
+
+static ad_status find_values(void *context, size_t members, const double *parameters,
+                             double *values, ad_error *error)
+{
+    fields *x = context;
+    batch of = {x, x->shapes, members, x->points, x->columns, x->s, x->t, parameters, values};
+    return run(&of, error);
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static double *copy(size_t count, const double *from)
+{
+    double *result = malloc((count + 1) * sizeof *result);
+    if (result && count > 0) {
+        memcpy(result, from, count * sizeof *from);
+    }
+    return result;
+}
+
+static ad_status create_evaluators(fields *x, const evaluator_model *trained,
+                                   const cpinn_family *family, ad_error *error)
+{
+    const size_t most = x->points > x->nodes ? x->points : x->nodes;
+    const size_t rows = 2 + (size_t)x->count + (size_t)x->columns;
+    char names[MODEL_COLUMNS_MAX * (EVALUATOR_NAME_MAX + 1)] = "";
+    ad_status status = AD_OK;
+    for (int i = 0; i < x->columns; i++) {
+        strcat(strcat(names, i > 0 ? " " : ""), cpinn_family_column_name(family, i));
+    }
+    for (int i = 0; i < x->threads && status == AD_OK; i++) {
+        x->room[i] = malloc(GROUP * rows * (most + 1) * sizeof **x->room);
+        status = x->room[i] ? evaluator_create(trained, names, &x->shapes[i], error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", most);
+        if (status == AD_OK && x->nodes > 0) {
+            status = evaluator_create(trained, "u1 u2 u3", &x->curvatures[i], error);
+        }
+    }
+    return status;
+}
+
+ad_status cpinn_family_fields(const evaluator_model *trained, const cpinn_family *family,
+                              cpinn_family_network *result, ad_error *error)
+{
+    solve_members *solver = cpinn_family_solver(family);
+    const int threads = cpinn_family_threads(family);
+    fields *x = calloc(1, sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
+    }
+    x->threads = threads;
+    x->count = cpinn_family_parameters(family);
+    x->columns = cpinn_family_columns(family);
+    x->points = cpinn_family_points(family);
+    x->nodes = solver ? solve_members_nodes(solver) : 0;
+    x->s = copy(x->points, cpinn_family_s(family));
+    x->t = cpinn_family_t(family) ? copy(x->points, cpinn_family_t(family)) : NULL;
+    x->places = malloc((x->nodes + 1) * sizeof *x->places);
+    x->pool = ad_pool_create(threads);
+    x->shapes = calloc((size_t)threads, sizeof *x->shapes);
+    x->curvatures = calloc((size_t)threads, sizeof *x->curvatures);
+    x->room = calloc((size_t)threads, sizeof *x->room);
+    x->statuses = calloc((size_t)threads, sizeof *x->statuses);
+    x->errors = calloc((size_t)threads, sizeof *x->errors);
+    ad_status status = AD_OK;
+    if (!x->s || (cpinn_family_t(family) && !x->t) || !x->places || !x->pool || !x->shapes ||
+        !x->curvatures || !x->room || !x->statuses || !x->errors) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
+    }
+    if (status == AD_OK && solver) {
+        solve_members_places(solver, x->places);
+    }
+    status = status == AD_OK ? create_evaluators(x, trained, family, error) : status;
+    if (status != AD_OK) {
+        fields_free(x);
+        return status;
+    }
+    *result = (cpinn_family_network){x, find_curvature, find_values, fields_free};
+    return AD_OK;
+}

@@ -1,0 +1,338 @@
+/* Answers of a family against fresh members that are solved. */
+#include "tools/library/family.h"
+
+#include "nn/rng.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Members of one batch; of those that are asked for alone; times that a batch is; of members that
+ * both solvers solve. */
+enum { BATCH = 512, ALONE = 100, ROUNDS = 5, COMPARED = 10 };
+
+/* The tolerance of the truth over CPINN_TOLERANCE, and the estimate with which it is taken where
+ * that is not met; errors as many times the former are compared with the predicted ones, if they
+ * are below that share of the length. */
+static const double TRUTH = 1e-2, ENOUGH = 0.1, KNOWN = 100, SMALL = 1.0 / 40;
+
+typedef struct verifying {
+    cpinn_family *family;
+    solve_members *truth; /* NULL: the scene is not one that it takes */
+    size_t members, count, width, points;
+    double length;
+    double *parameters;             /* [members][count] */
+    double *values, *answered;      /* [BATCH][width] */
+    solve_member *solved;           /* [BATCH] */
+    cpinn_answer *answers;          /* [BATCH] */
+    bool *known;                    /* [BATCH] whether it is solved */
+    double *off[CPINN_WAY_COUNT];   /* [members] m; NaN: not known */
+    double *ratio[CPINN_WAY_COUNT]; /* [members] predicted over actual */
+    cpinn_family_check *result;
+} verifying;
+
+static const cpinn_polish ways[CPINN_WAY_COUNT] = {{0, true}, {1, true}, {2, true}, {2, false}};
+
+const char *cpinn_way_word(cpinn_way way)
+{
+    static const char *const words[] = {"network", "one step", "two steps", "product"};
+    return way >= 0 && way < CPINN_WAY_COUNT ? words[way] : "";
+}
+
+double cpinn_family_bound(const cpinn_family *x, const cpinn_answer *answer)
+{
+    return 2 * answer->error + CPINN_TOLERANCE * scene_length(cpinn_family_scene(x));
+}
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static void draw(verifying *x, uint64_t seed)
+{
+    nn_rng random = nn_rng_split(seed, "members to verify");
+    for (size_t i = 0; i < x->members * x->count; i++) {
+        const scene_parameter *p = cpinn_family_parameter(x->family, (int)(i % x->count));
+        x->parameters[i] = scene_parameter_at(p, nn_rng_uniform(&random));
+    }
+}
+
+static bool make_room(verifying *x)
+{
+    bool made = true;
+    x->parameters = malloc(x->members * x->count * sizeof *x->parameters);
+    x->values = malloc((BATCH * x->width + 1) * sizeof *x->values);
+    x->answered = malloc((BATCH * x->width + 1) * sizeof *x->answered);
+    x->solved = malloc(BATCH * sizeof *x->solved);
+    x->answers = malloc(BATCH * sizeof *x->answers);
+    x->known = malloc(BATCH * sizeof *x->known);
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        x->off[k] = malloc(x->members * sizeof *x->off[k]);
+        x->ratio[k] = malloc(x->members * sizeof *x->ratio[k]);
+        made = made && x->off[k] && x->ratio[k];
+    }
+    return made && x->parameters && x->values && x->answered && x->solved && x->answers && x->known;
+}
+
+static void verifying_free(verifying *x)
+{
+    solve_members_free(x->truth);
+    free(x->parameters);
+    free(x->values);
+    free(x->answered);
+    free(x->solved);
+    free(x->answers);
+    free(x->known);
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        free(x->off[k]);
+        free(x->ratio[k]);
+    }
+}
+
+static ad_status create_truth(verifying *x, ad_error *error)
+{
+    const scene *open = cpinn_family_scene(x->family);
+    const solve_members_settings settings = {.tolerance = TRUTH * CPINN_TOLERANCE,
+                                             .threads = cpinn_family_threads(x->family),
+                                             .points = x->points,
+                                             .s = cpinn_family_s(x->family)};
+    return cpinn_family_solver(x->family) ? solve_members_create(open, &settings, &x->truth, error)
+                                          : AD_OK;
+}
+
+/* ---- members that are solved --------------------------------------------------------------- */
+
+static ad_status solve_other(verifying *x, const double *parameters, double *values, bool *known,
+                             ad_error *error)
+{
+    cpinn_answer answer = {.reason = CPINN_REASON_NONE};
+    ad_status status = cpinn_family_solve(x->family, parameters, values, &answer, error);
+    *known = answer.trusted;
+    return status;
+}
+
+static double distance(const verifying *x, const double *a, const double *b)
+{
+    const size_t columns = x->width / x->points;
+    const int rows = scene_physics_of(cpinn_family_scene(x->family))->position_columns;
+    double largest = 0;
+    for (size_t i = 0; i < x->points; i++) {
+        double square = 0;
+        for (int c = 0; c < rows; c++) {
+            const double off = a[i * columns + (size_t)c] - b[i * columns + (size_t)c];
+            square += off * off;
+        }
+        const double off = sqrt(square);
+        largest = off <= largest ? largest : off;
+    }
+    return largest;
+}
+
+/* The first members also by the other solver. */
+static ad_status compare_solvers(verifying *x, size_t now, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < now && x->result->compared < COMPARED && status == AD_OK; i++) {
+        bool known = false;
+        status = x->solved[i].solved
+                     ? solve_other(x, x->parameters + i * x->count, x->answered, &known, error)
+                     : AD_OK;
+        if (known) {
+            const double off = distance(x, x->values + i * x->width, x->answered);
+            x->result->apart = fmax(x->result->apart, off);
+            x->result->compared++;
+        }
+    }
+    return status;
+}
+
+static ad_status solve_batch(verifying *x, size_t first, size_t now, ad_error *error)
+{
+    cpinn_family_check *result = x->result;
+    const double *given = x->parameters + first * x->count;
+    ad_status status =
+        x->truth ? solve_members_solve(x->truth, now, given, x->values, x->solved, error) : AD_OK;
+    for (size_t i = 0; i < now && status == AD_OK; i++) {
+        const double estimate = x->truth ? x->solved[i].estimate : INFINITY;
+        const bool by_members = estimate <= CPINN_TOLERANCE;
+        x->known[i] = estimate <= ENOUGH * CPINN_TOLERANCE;
+        if (!x->known[i]) {
+            status =
+                solve_other(x, given + i * x->count, x->values + i * x->width, &x->known[i], error);
+        }
+        result->by_members += by_members;
+        result->by_solver += !by_members && x->known[i];
+        result->unsolved += !by_members && !x->known[i];
+    }
+    return status == AD_OK && x->truth && first == 0 ? compare_solvers(x, now, error) : status;
+}
+
+/* ---- answers ------------------------------------------------------------------------------- */
+
+static void count_answer(verifying *x, cpinn_way way, size_t member, const double *values,
+                         const double *truth, bool known, const cpinn_answer *answer)
+{
+    cpinn_family_row *row = &x->result->rows[way];
+    const double off = known ? distance(x, values, truth) : NAN;
+    const double least = KNOWN * TRUTH * CPINN_TOLERANCE * x->length;
+    row->not_trusted += !answer->trusted;
+    row->reasons[answer->reason] += !answer->trusted;
+    row->wrong += answer->trusted && known && !(off <= cpinn_family_bound(x->family, answer));
+    row->unknown += answer->trusted && !known;
+    /* a member that has an equilibrium but no answer is as wrong as can be */
+    x->off[way][member] = known && isnan(off) ? INFINITY : off;
+    x->ratio[way][member] = off >= least && off <= SMALL * x->length ? answer->error / off : NAN;
+}
+
+static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way way,
+                              ad_error *error)
+{
+    ad_status status =
+        cpinn_family_evaluate(x->family, &ways[way], now, x->parameters + first * x->count,
+                              x->answered, x->answers, error);
+    for (size_t i = 0; i < now && status == AD_OK; i++) {
+        count_answer(x, way, first + i, x->answered + i * x->width, x->values + i * x->width,
+                     x->known[i], &x->answers[i]);
+    }
+    return status;
+}
+
+/* ---- times --------------------------------------------------------------------------------- */
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* What is timed: the ways, the network without its errors, and the solver. */
+enum { BARE = CPINN_WAY_COUNT, SOLVER, TIMED };
+
+static ad_status work(verifying *x, int what, size_t first, size_t members, ad_error *error)
+{
+    const double *given = x->parameters + first * x->count;
+    solve_members *solver = cpinn_family_solver(x->family);
+    return what < CPINN_WAY_COUNT ? cpinn_family_evaluate(x->family, &ways[what], members, given,
+                                                          x->answered, x->answers, error)
+           : what == BARE ? cpinn_family_evaluate(x->family, &ways[0], members, given, x->answered,
+                                                  NULL, error)
+           : solver ? solve_members_solve(solver, members, given, x->answered, x->solved, error)
+                    : AD_OK;
+}
+
+/* Median time of a shape, where the first members are asked for so many at a time. */
+static ad_status measure(verifying *x, int what, size_t members, double *result, ad_error *error)
+{
+    double seconds[ALONE];
+    const size_t rounds = members > 1 ? ROUNDS : x->members < ALONE ? x->members : ALONE;
+    ad_status status = AD_OK;
+    for (size_t i = 0; i < rounds && status == AD_OK; i++) {
+        const double start = train_seconds();
+        status = work(x, what, members > 1 ? 0 : i, members, error);
+        seconds[i] = (train_seconds() - start) / (double)members;
+    }
+    qsort(seconds, rounds, sizeof *seconds, ascending);
+    *result = what == SOLVER && !cpinn_family_solver(x->family) ? NAN : seconds[rounds / 2];
+    return status;
+}
+
+static ad_status measure_all(verifying *x, ad_error *error)
+{
+    cpinn_family_check *to = x->result;
+    const size_t many = x->members < BATCH ? x->members : BATCH;
+    ad_status status = AD_OK;
+    for (int k = 0; k < TIMED && status == AD_OK; k++) {
+        double *alone = k < BARE    ? &to->rows[k].alone
+                        : k == BARE ? &to->bare_alone
+                                    : &to->solver_alone;
+        double *batch = k < BARE    ? &to->rows[k].batch
+                        : k == BARE ? &to->bare_batch
+                                    : &to->solver_batch;
+        status = measure(x, k, 1, alone, error);
+        status = status == AD_OK ? measure(x, k, many, batch, error) : status;
+    }
+    return status;
+}
+
+/* ---- the result ---------------------------------------------------------------------------- */
+
+/* Moves what is a number to the front, ascending; returns how many they are. */
+static size_t sort_numbers(size_t count, double *x)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (!isnan(x[i])) {
+            x[kept++] = x[i];
+        }
+    }
+    qsort(x, kept, sizeof *x, ascending);
+    return kept;
+}
+
+/* The smallest number that a share of them is not above. */
+static double quantile(size_t count, const double *sorted, double share)
+{
+    const size_t at = (size_t)ceil(share * (double)count);
+    return count == 0 ? NAN : sorted[at > 0 ? at - 1 : 0];
+}
+
+static void summarise(verifying *x)
+{
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        cpinn_family_row *row = &x->result->rows[k];
+        const size_t known = sort_numbers(x->members, x->off[k]);
+        const size_t compared = sort_numbers(x->members, x->ratio[k]);
+        size_t within = 0;
+        row->median = quantile(known, x->off[k], 0.5);
+        row->p95 = quantile(known, x->off[k], 0.95);
+        row->p999 = quantile(known, x->off[k], 0.999);
+        row->worst = quantile(known, x->off[k], 1);
+        row->ratio[0] = quantile(compared, x->ratio[k], 0.01);
+        row->ratio[1] = quantile(compared, x->ratio[k], 0.5);
+        row->ratio[2] = quantile(compared, x->ratio[k], 0.99);
+        for (size_t i = 0; i < compared; i++) {
+            within += fabs(x->ratio[k][i] - 1) <= 0.05;
+        }
+        row->within = compared > 0 ? (double)within / (double)compared : NAN;
+    }
+}
+
+static ad_status verify(verifying *x, uint64_t seed, ad_error *error)
+{
+    if (!make_room(x)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", x->members);
+    }
+    draw(x, seed);
+    ad_status status = create_truth(x, error);
+    for (size_t first = 0; first < x->members && status == AD_OK; first += BATCH) {
+        const size_t left = x->members - first, now = left < BATCH ? left : BATCH;
+        status = solve_batch(x, first, now, error);
+        for (int k = 0; k < CPINN_WAY_COUNT && status == AD_OK; k++) {
+            status = answer_batch(x, first, now, (cpinn_way)k, error);
+        }
+    }
+    status = status == AD_OK ? measure_all(x, error) : status;
+    if (status == AD_OK) {
+        summarise(x);
+    }
+    return status;
+}
+
+ad_status cpinn_family_verify(cpinn_family *x, size_t members, uint64_t seed,
+                              cpinn_family_check *result, ad_error *error)
+{
+    *result = (cpinn_family_check){.members = members};
+    if (members == 0 || cpinn_family_points(x) == 0) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "%zu members at %zu points; allowed: from 1 on",
+                       members, cpinn_family_points(x));
+    }
+    verifying v = {.family = x,
+                   .members = members,
+                   .count = (size_t)cpinn_family_parameters(x),
+                   .points = cpinn_family_points(x),
+                   .width = cpinn_family_points(x) * (size_t)cpinn_family_columns(x),
+                   .length = scene_length(cpinn_family_scene(x)),
+                   .result = result};
+    ad_status status = verify(&v, seed, error);
+    verifying_free(&v);
+    return status;
+}

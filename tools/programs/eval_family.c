@@ -1,0 +1,522 @@
+#include "tools/programs/eval_family.h"
+
+#include "tools/config/config.h"
+#include "tools/library/family.h"
+#include "tools/programs/cli.h"
+#include "tools/programs/members_given.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double MM = 1e3;
+
+void eval_family_free(eval_family *x)
+{
+    cpinn_family_free(x->family);
+    free(x->parameters);
+    free(x->values);
+    free(x->answers);
+}
+
+const char *eval_family_conflict(const eval_family_options *asked)
+{
+    const int ways = !!asked->at + !!asked->members + (asked->verify > 0);
+    return ways > 1 ? "--at, --members and --verify: allowed: one of them"
+           : asked->members && !asked->out
+               ? "--members: nothing would be written; give --out FILE too"
+           : asked->verify && asked->out ? "--verify writes no --out; --json has its numbers"
+           : !(asked->at || asked->members) && asked->extrapolate
+               ? "--extrapolate: of --at or --members"
+               : NULL;
+}
+
+/* ---- answers ------------------------------------------------------------------------------- */
+
+/* Says which line of the file, or that it is --at. */
+static ad_status check_range(const eval_family *x, const table_file *table, ad_error *error)
+{
+    size_t member;
+    int k;
+    if (!cpinn_family_refuses(x->family, x->count, x->parameters, &member, &k)) {
+        return AD_OK;
+    }
+    char where[512] = "--at";
+    const scene_parameter *p = cpinn_family_parameter(x->family, k);
+    const size_t count = (size_t)cpinn_family_parameters(x->family);
+    if (table) {
+        const size_t line = table_line(table, member);
+        snprintf(where, sizeof where, line ? "%s:%zu" : "%s: row %zu", x->asked.members,
+                 line ? line : member + 1);
+    }
+    return ad_fail(error, table ? AD_BAD_INPUT : AD_BAD_ARGUMENT,
+                   "%s: %s = %.10g is outside its range; allowed: %g to %g, or with --extrapolate",
+                   where, p->name, x->parameters[member * count + (size_t)k], p->low, p->high);
+}
+
+/* Ranges are asked for later, with those of files. */
+static ad_status read_at(const scene *family, const char *text, double *values, ad_error *error)
+{
+    scene_parameter any[SCENE_PARAMETERS_MAX];
+    for (int i = 0; i < family->parameter_count; i++) {
+        any[i] = family->parameters[i];
+        any[i].low = -INFINITY;
+        any[i].high = INFINITY;
+    }
+    return scene_member_read(family->parameter_count, any, text, values, error);
+}
+
+static ad_status gather(eval_family *x, ad_error *error)
+{
+    const scene *family = cpinn_family_scene(x->family);
+    table_file *table = NULL;
+    ad_status status;
+    if (x->asked.members) {
+        status = members_read(family, x->asked.members, &x->parameters, &table, error);
+        x->count = table ? table_rows(table) : 0;
+    } else {
+        x->count = 1;
+        x->parameters = malloc((size_t)family->parameter_count * sizeof *x->parameters);
+        status = x->parameters ? read_at(family, x->asked.at, x->parameters, error)
+                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
+    }
+    status = status == AD_OK ? check_range(x, table, error) : status;
+    table_free(table);
+    return status;
+}
+
+static ad_status answer(eval_family *x, ad_error *error)
+{
+    const cpinn_polish polish = {.steps = x->asked.polish};
+    const size_t width = x->points->count * (size_t)cpinn_family_columns(x->family);
+    x->values = malloc((x->count * width + 1) * sizeof *x->values);
+    x->answers = malloc((x->count + 1) * sizeof *x->answers);
+    if (!x->values || !x->answers) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", x->count);
+    }
+    const double start = train_seconds();
+    ad_status status = cpinn_family_evaluate(x->family, &polish, x->count, x->parameters, x->values,
+                                             x->answers, error);
+    x->seconds = train_seconds() - start;
+    return status;
+}
+
+/* ---- the file ------------------------------------------------------------------------------ */
+
+enum { BEFORE = 3, AFTER = 5, COLUMNS = BEFORE + MODEL_COLUMNS_MAX + AFTER };
+
+typedef struct sheet {
+    size_t rows, used;
+    double *numbers;       /* [columns][rows] */
+    const char **words[2]; /* [rows] source, reason */
+    const char *names[COLUMNS], *units[COLUMNS];
+    const double *columns[COLUMNS];
+    const char *const *texts[COLUMNS];
+} sheet;
+
+static double *add_column(sheet *to, const char *name, const char *unit)
+{
+    to->names[to->used] = name;
+    to->units[to->used] = unit;
+    to->columns[to->used] = to->numbers + to->used * to->rows;
+    return to->numbers + to->used++ * to->rows;
+}
+
+static void add_words(sheet *to, const char *name, const char **words)
+{
+    add_column(to, name, "");
+    to->texts[to->used - 1] = words;
+}
+
+static void fill(sheet *to, const eval_family *x)
+{
+    const samples *p = x->points;
+    const model_column *model = scene_physics_of(cpinn_family_scene(x->family))->columns;
+    const int columns = cpinn_family_columns(x->family);
+    double *member = add_column(to, "member", ""), *s = add_column(to, "s", "m");
+    double *t = cpinn_family_t(x->family) ? add_column(to, "t", "s") : NULL;
+    double *of[MODEL_COLUMNS_MAX];
+    for (int c = 0; c < columns; c++) {
+        of[c] = add_column(to, model[c].name, model[c].unit);
+    }
+    double *error = add_column(to, "error", "m"), *trusted = add_column(to, "trusted", "");
+    double *outside = add_column(to, "outside", "");
+    for (size_t i = 0; i < to->rows; i++) {
+        const size_t which = i / p->count, point = i % p->count;
+        const cpinn_answer *said = &x->answers[which];
+        member[i] = (double)which + 1;
+        s[i] = p->s[point];
+        if (t) {
+            t[i] = p->t[point];
+        }
+        for (int c = 0; c < columns; c++) {
+            of[c][i] = x->values[i * (size_t)columns + (size_t)c] + 0.0; /* no -0 in a table */
+        }
+        error[i] = said->error;
+        trusted[i] = said->trusted;
+        outside[i] = said->outside;
+        to->words[0][i] = cpinn_source_word(said->source);
+        to->words[1][i] = cpinn_reason_word(said->reason);
+    }
+    add_words(to, "source", to->words[0]);
+    add_words(to, "reason", to->words[1]);
+}
+
+static ad_status write_out(const eval_family *x, ad_error *error)
+{
+    sheet to = {.rows = x->count * x->points->count};
+    const size_t columns = BEFORE + (size_t)cpinn_family_columns(x->family) + AFTER;
+    to.numbers = calloc(columns * to.rows + 1, sizeof *to.numbers);
+    to.words[0] = calloc(to.rows + 1, sizeof *to.words[0]);
+    to.words[1] = calloc(to.rows + 1, sizeof *to.words[1]);
+    ad_status status = AD_OK;
+    if (!to.numbers || !to.words[0] || !to.words[1]) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a table of %zu rows", to.rows);
+    } else {
+        fill(&to, x);
+        const table_source table = {.names = to.names,
+                                    .columns = to.columns,
+                                    .words = to.texts,
+                                    .ncols = to.used,
+                                    .nrows = to.rows,
+                                    .units = to.units};
+        status = table_write(x->asked.out, &table, error);
+    }
+    free(to.numbers);
+    free(to.words[0]);
+    free(to.words[1]);
+    return status;
+}
+
+ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
+                          const samples *points, eval_family *result, ad_error *error)
+{
+    const cpinn_family_settings settings = {.extrapolate = asked->extrapolate,
+                                            .threads = asked->threads,
+                                            .points = points->count,
+                                            .s = points->s,
+                                            .t = points->t};
+    *result = (eval_family){.asked = *asked, .points = points};
+    ad_status status = cpinn_family_of(e, &settings, &result->family, error);
+    if (status == AD_OK && asked->verify > 0) {
+        return cpinn_family_verify(result->family, (size_t)asked->verify, (uint64_t)asked->seed,
+                                   &result->check, error);
+    }
+    if (status != AD_OK || !(asked->at || asked->members)) {
+        return status;
+    }
+    status = gather(result, error);
+    status = status == AD_OK ? answer(result, error) : status;
+    return status == AD_OK && asked->out ? write_out(result, error) : status;
+}
+
+/* ---- report -------------------------------------------------------------------------------- */
+
+typedef struct tally {
+    size_t trusted, outside, sources[CPINN_FROM_NOTHING + 1], reasons[CPINN_REASON_COUNT];
+    double worst; /* predicted error, of those trusted, m */
+} tally;
+
+static tally count(const eval_family *x)
+{
+    tally of = {.worst = 0};
+    for (size_t i = 0; i < x->count; i++) {
+        const cpinn_answer *said = &x->answers[i];
+        of.trusted += said->trusted;
+        of.outside += said->outside;
+        of.sources[said->source]++;
+        of.reasons[said->reason] += !said->trusted;
+        of.worst = said->trusted ? fmax(of.worst, said->error) : of.worst;
+    }
+    return of;
+}
+
+/* "2 no_equilibrium, 1 warning" */
+static const char *list_reasons(const size_t *reasons, char text[256])
+{
+    size_t at = 0;
+    text[0] = '\0';
+    for (int i = 0; i < CPINN_REASON_COUNT && at < 256; i++) {
+        if (reasons[i] > 0) {
+            at += (size_t)snprintf(text + at, 256 - at, "%s%zu %s", at > 0 ? ", " : "", reasons[i],
+                                   cpinn_reason_word((cpinn_reason)i));
+        }
+    }
+    return text;
+}
+
+void eval_family_warn(const char *program, const eval_family *x)
+{
+    const tally of = count(x);
+    char text[256];
+    if (of.outside > 0) {
+        cli_warn(program, "extrapolated: %zu of %zu members are outside the range", of.outside,
+                 x->count);
+    }
+    if (of.trusted < x->count) {
+        cli_warn(program, "not trusted: %zu of %zu members: %s", x->count - of.trusted, x->count,
+                 list_reasons(of.reasons, text));
+    }
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        if (x->check.rows[k].wrong > 0) {
+            cli_warn(program, "wrong though trusted: %zu of %zu members (%s)",
+                     x->check.rows[k].wrong, x->check.members, cpinn_way_word((cpinn_way)k));
+        }
+    }
+}
+
+static void print_range(const eval_family *x)
+{
+    const int parameters = cpinn_family_parameters(x->family);
+    printf("family of %d parameter%s:", parameters, parameters == 1 ? "" : "s");
+    for (int i = 0; i < parameters; i++) {
+        const scene_parameter *p = cpinn_family_parameter(x->family, i);
+        printf("%s %s %g to %g", i > 0 ? "," : "", p->name, p->low, p->high);
+    }
+    putchar('\n');
+    if (*cpinn_family_without_error(x->family)) {
+        printf("errors are not predicted: %s\n", cpinn_family_without_error(x->family));
+    }
+}
+
+static void print_answer(const eval_family *x)
+{
+    const cpinn_answer *said = x->answers;
+    const int columns = cpinn_family_columns(x->family);
+    const int rows = scene_physics_of(cpinn_family_scene(x->family))->position_columns;
+    printf("%strusted, from %s", said->trusted ? "" : "not ", cpinn_source_word(said->source));
+    if (said->reason) {
+        printf(" (%s: %s)", cpinn_reason_word(said->reason), cpinn_reason_text(said->reason));
+    }
+    putchar('\n');
+    cli_print_error("predicted error", MM * said->error, " mm");
+    cli_print_error("of the network alone", MM * said->network_error, " mm");
+    if (x->asked.out || said->source == CPINN_FROM_NOTHING) {
+        return;
+    }
+    printf("%12s", "s, mm");
+    if (cpinn_family_t(x->family)) {
+        printf("%12s", "t, s");
+    }
+    for (int c = 0; c < rows; c++) {
+        printf("%11s, mm", cpinn_family_column_name(x->family, c));
+    }
+    putchar('\n');
+    for (size_t i = 0; i < x->points->count; i++) {
+        printf("%12.6g", MM * x->points->s[i]);
+        if (cpinn_family_t(x->family)) {
+            printf("%12.6g", x->points->t[i]);
+        }
+        for (int c = 0; c < rows; c++) {
+            printf("%15.8g", MM * x->values[i * (size_t)columns + (size_t)c] + 0.0);
+        }
+        putchar('\n');
+    }
+}
+
+static void print_members(const eval_family *x)
+{
+    const tally of = count(x);
+    printf("%zu members: %zu trusted, with errors of up to %.2g mm; from the network %zu, solved "
+           "%zu, without an equilibrium %zu; %.3g us a shape\n",
+           x->count, of.trusted, MM * of.worst, of.sources[CPINN_FROM_NETWORK],
+           of.sources[CPINN_FROM_MEMBERS] + of.sources[CPINN_FROM_SOLVER],
+           of.sources[CPINN_FROM_NOTHING], 1e6 * x->seconds / (double)x->count);
+}
+
+static void print_row(const char *name, const cpinn_family_row *row)
+{
+    char text[256];
+    printf("%-12s %9.2e %9.2e %9.2e %9.2e %11zu %6zu", name, MM * row->median, MM * row->p95,
+           MM * row->p999, MM * row->worst, row->not_trusted, row->wrong);
+    if (isnan(row->within)) {
+        printf(" %31s", "-");
+    } else {
+        printf("  %6.3f %6.3f %6.3f  %6.1f %%", row->ratio[0], row->ratio[1], row->ratio[2],
+               100 * row->within);
+    }
+    printf(" %8.1f %8.2f  %s\n", 1e6 * row->alone, 1e6 * row->batch,
+           list_reasons(row->reasons, text));
+}
+
+/* Of the network without its errors, and of the solver. */
+static void print_times(const char *name, double alone, double batch)
+{
+    if (!isnan(alone)) {
+        printf("%-12s %98.1f %8.2f\n", name, 1e6 * alone, 1e6 * batch);
+    }
+}
+
+static void print_check(const eval_family *x)
+{
+    const cpinn_family_check *c = &x->check;
+    printf(
+        "%zu fresh members (seed %d), shapes of %zu points: %zu solved by the solver of members, "
+        "%zu by the other one alone, %zu by neither\n",
+        c->members, x->asked.seed, x->points->count, c->by_members, c->by_solver, c->unsolved);
+    if (c->compared > 0) {
+        printf("both solvers on %zu members: at most %.1e mm apart\n", c->compared, MM * c->apart);
+    }
+    printf("             error, mm                                                      predicted "
+           "over actual          us a shape\n"
+           "answers         median      95 %%    99.9 %%     worst not trusted  wrong     1 %%   "
+           "50 %%   99 %%  within 5 %%   alone    batch\n");
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        print_row(cpinn_way_word((cpinn_way)k), &c->rows[k]);
+    }
+    print_times("no error", c->bare_alone, c->bare_batch);
+    print_times("solver", c->solver_alone, c->solver_batch);
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        if (c->rows[k].unknown > 0) {
+            printf("%s: %zu trusted where no solver finds an equilibrium without a warning\n",
+                   cpinn_way_word((cpinn_way)k), c->rows[k].unknown);
+        }
+    }
+}
+
+void eval_family_print(const eval_family *x)
+{
+    print_range(x);
+    if (x->asked.verify > 0) {
+        print_check(x);
+    } else if (x->asked.members) {
+        print_members(x);
+    } else if (x->asked.at) {
+        print_answer(x);
+    } else {
+        puts("a shape: --at, shapes: --members, how far they can be trusted: --verify");
+    }
+    if (x->asked.out) {
+        printf("wrote %s: %zu rows\n", x->asked.out, x->count * x->points->count);
+    }
+}
+
+/* ---- as JSON ------------------------------------------------------------------------------- */
+
+static void json_reasons(json *to, const size_t *reasons)
+{
+    json_open(to, "reasons", '{');
+    for (int i = 0; i < CPINN_REASON_COUNT; i++) {
+        if (reasons[i] > 0) {
+            json_integer(to, cpinn_reason_word((cpinn_reason)i), (int64_t)reasons[i]);
+        }
+    }
+    json_close(to, '}');
+}
+
+static void json_row(json *to, cpinn_way way, const cpinn_family_row *row)
+{
+    json_open(to, NULL, '{');
+    json_text(to, "answers", cpinn_way_word(way));
+    json_number(to, "median", row->median);
+    json_number(to, "p95", row->p95);
+    json_number(to, "p999", row->p999);
+    json_number(to, "worst", row->worst);
+    json_integer(to, "not_trusted", (int64_t)row->not_trusted);
+    json_reasons(to, row->reasons);
+    json_integer(to, "wrong_though_trusted", (int64_t)row->wrong);
+    json_integer(to, "trusted_though_unsolved", (int64_t)row->unknown);
+    json_number(to, "predicted_over_actual_p01", row->ratio[0]);
+    json_number(to, "predicted_over_actual_median", row->ratio[1]);
+    json_number(to, "predicted_over_actual_p99", row->ratio[2]);
+    json_number(to, "predicted_within_5_percent", row->within);
+    json_number(to, "seconds_alone", row->alone);
+    json_number(to, "seconds_batch", row->batch);
+    json_close(to, '}');
+}
+
+static void json_check(json *to, const eval_family *x)
+{
+    const cpinn_family_check *c = &x->check;
+    json_open(to, "verify", '{');
+    json_integer(to, "members", (int64_t)c->members);
+    json_integer(to, "seed", x->asked.seed);
+    json_integer(to, "points", (int64_t)x->points->count);
+    json_integer(to, "solved_by_members", (int64_t)c->by_members);
+    json_integer(to, "solved_by_solver", (int64_t)c->by_solver);
+    json_integer(to, "unsolved", (int64_t)c->unsolved);
+    json_integer(to, "compared_solvers", (int64_t)c->compared);
+    json_number(to, "solvers_apart", c->compared > 0 ? c->apart : NAN);
+    json_number(to, "network_seconds_alone", c->bare_alone);
+    json_number(to, "network_seconds_batch", c->bare_batch);
+    json_number(to, "solver_seconds_alone", c->solver_alone);
+    json_number(to, "solver_seconds_batch", c->solver_batch);
+    json_open(to, "answers", '[');
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        json_row(to, (cpinn_way)k, &c->rows[k]);
+    }
+    json_close(to, ']');
+    json_close(to, '}');
+}
+
+static void json_answer(json *to, const eval_family *x)
+{
+    const cpinn_answer *said = x->answers;
+    const size_t points = x->points->count;
+    const int columns = cpinn_family_columns(x->family);
+    json_open(to, "answer", '{');
+    json_number(to, "error", said->error);
+    json_number(to, "network_error", said->network_error);
+    json_integer(to, "trusted", said->trusted);
+    json_integer(to, "outside", said->outside);
+    json_text(to, "source", cpinn_source_word(said->source));
+    json_text(to, "reason", cpinn_reason_word(said->reason));
+    json_open(to, "end", '{'); /* the last of the points */
+    for (int c = 0; c < columns && points > 0; c++) {
+        json_number(to, cpinn_family_column_name(x->family, c),
+                    x->values[(points - 1) * (size_t)columns + (size_t)c]);
+    }
+    json_close(to, '}');
+    json_close(to, '}');
+}
+
+static void json_members(json *to, const eval_family *x)
+{
+    const tally of = count(x);
+    json_open(to, "members", '{');
+    json_integer(to, "count", (int64_t)x->count);
+    json_integer(to, "trusted", (int64_t)of.trusted);
+    json_integer(to, "outside", (int64_t)of.outside);
+    for (int i = 0; i <= CPINN_FROM_NOTHING; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "from_%s", cpinn_source_word((cpinn_source)i));
+        json_integer(to, name, (int64_t)of.sources[i]);
+    }
+    json_reasons(to, of.reasons);
+    json_number(to, "largest_error", of.worst);
+    json_number(to, "seconds", x->seconds);
+    json_close(to, '}');
+}
+
+void eval_family_json(json *to, const eval_family *x)
+{
+    json_open(to, "ranges", '[');
+    for (int i = 0; i < cpinn_family_parameters(x->family); i++) {
+        const scene_parameter *p = cpinn_family_parameter(x->family, i);
+        json_open(to, NULL, '{');
+        json_text(to, "name", p->name);
+        json_number(to, "low", p->low);
+        json_number(to, "high", p->high);
+        json_text(to, "scale", scene_scale_names()[p->scale]);
+        json_close(to, '}');
+    }
+    json_close(to, ']');
+    if (x->asked.verify > 0) {
+        json_check(to, x);
+    } else if (x->asked.members) {
+        json_members(to, x);
+    } else if (x->asked.at) {
+        json_answer(to, x);
+    }
+    json_text(to, "out", x->asked.out);
+}
+
+int eval_family_status(const eval_family *x)
+{
+    bool doubtful = count(x).trusted < x->count;
+    for (int k = 0; k < CPINN_WAY_COUNT; k++) {
+        doubtful = doubtful || x->check.rows[k].wrong > 0;
+    }
+    return doubtful ? 3 : 0;
+}

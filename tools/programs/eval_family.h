@@ -1,0 +1,45 @@
+/* cpinn-eval on families: answers for members with their errors, and how they compare with solved
+ * ones. */
+#ifndef TOOLS_PROGRAMS_EVAL_FAMILY_H
+#define TOOLS_PROGRAMS_EVAL_FAMILY_H
+
+#include "tools/files/json.h"
+#include "tools/library/cpinn.h"
+#include "tools/programs/samples.h"
+#include "tools/train/experiment.h"
+
+typedef struct eval_family_options {
+    const char *at, *members, *out; /* one of the first two, or verify, or none of them */
+    int polish, verify, seed, threads;
+    bool extrapolate;
+} eval_family_options;
+
+typedef struct eval_family {
+    eval_family_options asked;
+    cpinn_family *family;
+    const samples *points;
+    size_t count;
+    double *parameters;    /* [count][parameters] */
+    double *values;        /* [count][points][columns] */
+    cpinn_answer *answers; /* [count] */
+    cpinn_family_check check;
+    double seconds; /* for all answers */
+} eval_family;
+
+/* What is wrong with the options among themselves; NULL: nothing. */
+const char *eval_family_conflict(const eval_family_options *asked);
+
+/* Answers or verifies, and writes what is asked for. The experiment and the points outlive it.
+ * AD_BAD_INPUT with file and line, AD_BAD_ARGUMENT. */
+ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
+                          const samples *points, eval_family *result, ad_error *error);
+void eval_family_free(eval_family *x); /* not x itself */
+
+void eval_family_warn(const char *program, const eval_family *x); /* on stderr */
+void eval_family_print(const eval_family *x);
+void eval_family_json(json *to, const eval_family *x);
+
+/* 3 where an answer is not trusted, or one that is trusted is wrong; else 0. */
+int eval_family_status(const eval_family *x);
+
+#endif

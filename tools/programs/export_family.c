@@ -1,0 +1,398 @@
+#include "tools/programs/export_family.h"
+
+#include "physics/rod.h"
+#include "tools/programs/cli.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is recorded ---------------------------------------------------------------------- */
+
+/* Functions of the C: parameters p, curvature u, a direction of u for each of its numbers, and of p
+ * and u for each parameter. */
+enum {
+    NETWORK,     /* p -> u */
+    NETWORK_BY,  /* p, dp -> du */
+    NEWTON,      /* p, u, directions -> residual, its changes */
+    RESIDUAL,    /* p, u -> residual */
+    RESIDUAL_BY, /* p, u, dp -> its changes */
+    MOVED,       /* p, u, direction -> changes of places */
+    SHAPE,       /* p, u -> columns at places */
+    TIP,         /* the same of the end */
+    TIP_BY,      /* p, u, dp, du -> its changes */
+    FUNCTIONS
+};
+
+static const struct {
+    const char *name;
+    bool of_u, by_u, by_p; /* inputs */
+    bool shared;           /* p and u are those of all points */
+} functions[FUNCTIONS] = {
+    {"network", false, false, false, false},  {"network_by", false, false, true, true},
+    {"newton", true, true, false, true},      {"residual", true, false, false, false},
+    {"residual_by", true, false, true, true}, {"moved", true, true, false, false},
+    {"shape", true, false, false, false},     {"tip", true, false, false, false},
+    {"tip_by", true, true, true, true}};
+
+typedef struct recording {
+    ad_tape *tape;
+    ad_value p, u, du, dp;
+    strain_rod *rod;
+} recording;
+
+static size_t points_of(const export_family *x, int function)
+{
+    return !functions[function].shared ? 1
+           : functions[function].by_p  ? (size_t)x->open->parameter_count
+                                       : 3 * (size_t)strain_mesh_nodes(&x->mesh);
+}
+
+static ad_value leaf(ad_tape *tape, const char *name, int rows, bool shared)
+{
+    return shared ? ad_input_member(tape, name, rows) : ad_input(tape, name, rows);
+}
+
+/* Inputs in the order in which the C has them. */
+static ad_status begin(const export_family *x, int function, recording *r, ad_error *error)
+{
+    const int count = x->open->parameter_count, rows = 3 * strain_mesh_nodes(&x->mesh);
+    const bool shared = functions[function].shared;
+    ad_value each[SCENE_PARAMETERS_MAX];
+    const char *names[SCENE_PARAMETERS_MAX];
+    double middle[SCENE_PARAMETERS_MAX];
+    *r = (recording){.tape = ad_tape_create()};
+    if (!r->tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    r->p = leaf(r->tape, "parameters", count, shared);
+    if (functions[function].of_u) {
+        r->u = leaf(r->tape, "curvature", rows, shared);
+    }
+    if (functions[function].by_p) {
+        r->dp = ad_input(r->tape, "direction", count);
+    }
+    if (functions[function].by_u) {
+        r->du = ad_input(r->tape, "change", rows);
+    }
+    for (int i = 0; i < count; i++) {
+        each[i] = ad_row(r->p, i);
+        names[i] = x->open->parameters[i].name;
+        middle[i] = scene_parameter_at(&x->open->parameters[i], 0.5);
+    }
+    const strain_settings settings = {x->open, count, names, middle, x->mesh};
+    return functions[function].of_u
+               ? strain_rod_create(&settings, ad_input(r->tape, "s", 1), each, &r->rod, error)
+               : AD_OK;
+}
+
+/* Coordinates of parameters, the inverse of scene_parameter_at. */
+static ad_value record_network(const export_family *x, const recording *r)
+{
+    const int nodes = strain_mesh_nodes(&x->mesh);
+    ad_value at[SCENE_PARAMETERS_MAX], rows[3 * STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
+    for (int i = 0; i < x->open->parameter_count; i++) {
+        const scene_parameter *p = &x->open->parameters[i];
+        ad_value value = ad_row(r->p, i);
+        at[i] = p->scale == SCENE_LOG
+                    ? ad_scale(ad_log(ad_scale(value, 1 / p->low)), 1 / log(p->high / p->low))
+                    : ad_scale(ad_sub(value, ad_scalar(r->tape, p->low)), 1 / (p->high - p->low));
+    }
+    ad_value u = x->network(x->context, r->tape, at);
+    for (int i = 0; i < 3 * nodes; i++) {
+        rows[i] = ad_row(u, i % 3 * nodes + i / 3);
+    }
+    return ad_stack(3 * nodes, rows);
+}
+
+/* Columns of each place in turn, in SI units. */
+static ad_value record_shape(const export_family *x, const recording *r, int places,
+                             const double *s)
+{
+    scene middle;
+    scene_middle(x->open, &middle);
+    const rod_scales scale = rod_scales_of(&middle);
+    const strain_shape shape = strain_rod_shape(r->rod, r->u, places, s);
+    const struct {
+        const ad_value *of;
+        int rows;
+        double unit;
+    } fields[] = {{shape.position, 3, scale.length},
+                  {shape.rotation, 4, 1},
+                  {shape.strain, 3, 1},
+                  {shape.curvature, 3, 1 / scale.length},
+                  {shape.force, 3, scale.force},
+                  {shape.moment, 3, scale.moment}};
+    ad_value columns[EXPORT_FAMILY_COLUMNS];
+    ad_value *all = calloc((size_t)places * EXPORT_FAMILY_COLUMNS, sizeof *all);
+    if (!all) {
+        ad_tape_fail(r->tape, AD_NO_MEMORY, "out of memory for a shape");
+        return shape.position[0];
+    }
+    for (int f = 0, c = 0; f < 6; f++) {
+        for (int k = 0; k < fields[f].rows; k++) {
+            columns[c++] = ad_scale(fields[f].of[k], fields[f].unit);
+        }
+    }
+    for (int i = 0; i < places * EXPORT_FAMILY_COLUMNS; i++) {
+        all[i] = ad_row(columns[i % EXPORT_FAMILY_COLUMNS], i / EXPORT_FAMILY_COLUMNS);
+    }
+    ad_value result = ad_stack(places * EXPORT_FAMILY_COLUMNS, all);
+    free(all);
+    return result;
+}
+
+/* Derivatives by parameters, and where u follows them with u. */
+static ad_value change_of(const recording *r, ad_value y, bool with_u)
+{
+    const ad_value wrt[2] = {r->p, r->u}, along[2] = {r->dp, r->du};
+    ad_value result = y;
+    ad_directional(1, &y, with_u ? 2 : 1, wrt, along, &result);
+    return result;
+}
+
+static int record(const export_family *x, int function, const recording *r, ad_value outputs[2])
+{
+    const double end = 1;
+    strain_change change;
+    switch (function) {
+    case NETWORK:
+        outputs[0] = record_network(x, r);
+        return 1;
+    case NETWORK_BY:
+        outputs[0] = change_of(r, record_network(x, r), false);
+        return 1;
+    case NEWTON:
+        change = strain_rod_change(r->rod, r->u, r->du);
+        outputs[0] = strain_rod_residual(r->rod, r->u);
+        outputs[1] = change.residual;
+        return 2;
+    case RESIDUAL:
+        outputs[0] = strain_rod_residual(r->rod, r->u);
+        return 1;
+    case RESIDUAL_BY:
+        outputs[0] = change_of(r, strain_rod_residual(r->rod, r->u), false);
+        return 1;
+    case MOVED:
+        change = strain_rod_change(r->rod, r->u, r->du);
+        outputs[0] = ad_stack(3, change.places);
+        return 1;
+    case SHAPE:
+        outputs[0] = record_shape(x, r, x->places, x->s);
+        return 1;
+    case TIP:
+        outputs[0] = record_shape(x, r, 1, &end);
+        return 1;
+    default:
+        outputs[0] = change_of(r, record_shape(x, r, 1, &end), true);
+        return 1;
+    }
+}
+
+static ad_status compile(const export_family *x, int function, ad_pool *pool, ad_program **program,
+                         ad_error *error)
+{
+    const ad_settings settings = ad_settings_default();
+    recording r;
+    ad_value outputs[2];
+    ad_status status = begin(x, function, &r, error);
+    if (status == AD_OK) {
+        const int count = record(x, function, &r, outputs);
+        status = ad_compile(count, outputs, &settings, pool, program, error);
+    }
+    strain_rod_free(r.rod);
+    ad_tape_free(r.tape);
+    return status;
+}
+
+/* ---- the texts ----------------------------------------------------------------------------- */
+
+/* The text with the name in place of "model". */
+static void put(const export_family *x, const char *text, FILE *file)
+{
+    static const char model[] = "model_";
+    for (const char *next = strstr(text, model); next; next = strstr(text, model)) {
+        fprintf(file, "%.*s%s_", (int)(next - text), text, x->name);
+        text = next + strlen(model);
+    }
+    fputs(text, file);
+}
+
+static void put_lines(const export_family *x, const char *const *lines, FILE *file)
+{
+    for (; *lines; lines++) {
+        put(x, *lines, file);
+    }
+}
+
+/* "TIP_X" of "tip_x". */
+static void put_upper(const char *name, FILE *file)
+{
+    for (; *name; name++) {
+        fputc(toupper((unsigned char)*name), file);
+    }
+}
+
+static const char *const columns[EXPORT_FAMILY_COLUMNS] = {"X",  "Y",  "Z",  "QW", "QX", "QY", "QZ",
+                                                           "V1", "V2", "V3", "U1", "U2", "U3", "N1",
+                                                           "N2", "N3", "M1", "M2", "M3"};
+
+static void put_numbers(const export_family *x, const char *name, size_t number, FILE *file)
+{
+    fprintf(file, "#define %s_%-12s %zu\n", x->name, name, number);
+}
+
+/* Of curvature, residual, matrix, and more for inputs. */
+static size_t memory_of(const export_family *x)
+{
+    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
+    return p + n + (n * n > p * p + n * p ? n * n : p * p + n * p) /* x */
+           + n + n * n                                             /* newton */
+           + n                                                     /* curvature */
+           + n + 3 + n * p + x->workspace;
+}
+
+void export_family_write_header(const export_family *x, FILE *file)
+{
+    const int count = x->open->parameter_count;
+    fprintf(file, "/* %s: ", x->name);
+    for (const char *c = x->about; *c; c++) { /* nothing that ends the comment */
+        fputc(*c == '*' || *c == '\n' || *c == '\\' ? ' ' : *c, file);
+    }
+    fprintf(file, ", a family of rods at rest as C99; written by cpinn %s. */\n", cli_version());
+    put(x, "#ifndef model_H\n#define model_H\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n",
+        file);
+    put_numbers(x, "PARAMETERS", (size_t)count, file);
+    put_numbers(x, "POINTS", (size_t)x->places, file);
+    put_numbers(x, "COLUMNS", EXPORT_FAMILY_COLUMNS, file);
+    put_numbers(x, "NODES", (size_t)strain_mesh_nodes(&x->mesh), file);
+    put_numbers(x, "MEMORY", memory_of(x), file);
+    put_numbers(x, "OUT_OF_RANGE", 1, file);
+    fputs("\n/* parameters: index, range */\nenum {\n", file);
+    for (int i = 0; i < count; i++) {
+        const scene_parameter *p = &x->open->parameters[i];
+        fprintf(file, "    %s_IN_", x->name);
+        put_upper(p->name, file);
+        fprintf(file, " = %d%s /* %.9g to %.9g */\n", i, i + 1 < count ? "," : "", p->low, p->high);
+    }
+    fputs("};\n\n/* columns: position r (m) and rotation q, strain v, curvature u (1/m), force n "
+          "(N) and "
+          "moment\n * m (N m) in the frame of the section */\nenum {\n",
+          file);
+    for (int i = 0; i < EXPORT_FAMILY_COLUMNS; i++) {
+        fprintf(file, "    %s_%s = %d%s\n", x->name, columns[i], i,
+                i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
+    }
+    fputs("};\n\n", file);
+    put_lines(x, export_family_types, file);
+    fputs("#ifdef __cplusplus\n}\n#endif\n\n#endif\n", file);
+}
+
+static void put_list(const export_family *x, const char *name, int count, const double *list,
+                     double unit, FILE *file)
+{
+    fprintf(file, "const double %s_%s[%d] = {", x->name, name, count);
+    for (int i = 0; i < count; i++) {
+        fprintf(file, "%s%.17g", i == 0 ? "" : i % 4 ? ", " : ",\n    ", list[i] * unit);
+    }
+    fputs("};\n", file);
+}
+
+static void write_constants(const export_family *x, FILE *file)
+{
+    const int count = x->open->parameter_count;
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
+    for (int i = 0; i < count; i++) {
+        low[i] = x->open->parameters[i].low;
+        high[i] = x->open->parameters[i].high;
+    }
+    put_list(x, "lower", count, low, 1, file);
+    put_list(x, "upper", count, high, 1, file);
+    put_list(x, "places", x->places, x->s, scene_length(x->open), file);
+    put(x, "const char *const model_parameter_names[model_PARAMETERS] = {", file);
+    for (int i = 0; i < count; i++) {
+        fprintf(file, "%s\"%s\"", i ? ", " : "", x->open->parameters[i].name);
+    }
+    put(x, "};\nconst char *const model_column_names[model_COLUMNS] = {", file);
+    for (int i = 0; i < EXPORT_FAMILY_COLUMNS; i++) {
+        fprintf(file, "%s\"", i % 10 == 0 ? "\n    " : " ");
+        for (const char *c = columns[i]; *c; c++) {
+            fputc(tolower((unsigned char)*c), file);
+        }
+        fprintf(file, "\"%s", i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
+    }
+    fputs("};\n\n", file);
+    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)count;
+    fprintf(file, "enum { N = %zu, P = %zu, INPUTS = %zu };\n", n, p,
+            p + n + (n * n > p * p + n * p ? n * n : p * p + n * p));
+    fprintf(file, "#define LENGTH %.17g\n#define IS_STABLE(negative) ((negative) %s)\n",
+            scene_length(x->open), x->has_energy ? "== 0" : "% 2 == 0");
+}
+
+ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
+{
+    ad_program *programs[FUNCTIONS] = {NULL};
+    ad_c_options options[FUNCTIONS];
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status = pool ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a thread");
+    for (int i = 0; i < FUNCTIONS && status == AD_OK; i++) {
+        options[i] = (ad_c_options){.name = functions[i].name,
+                                    .points = points_of(x, i),
+                                    .sets = 1,
+                                    .parameters = &x->weights,
+                                    .uniforms = (const double *const *const[]){NULL},
+                                    .internal = true};
+        status = compile(x, i, pool, &programs[i], error);
+    }
+    if (status == AD_OK) {
+        fprintf(file,
+                "/* %s, see %s.h; written by cpinn %s. */\n#include \"%s.h\"\n\n#include "
+                "<stddef.h>\n\n",
+                x->name, x->name, cli_version(), x->name);
+        status = ad_write_c(FUNCTIONS, programs, options, false, file, &x->workspace, error);
+    }
+    if (status == AD_OK) {
+        write_constants(x, file);
+        fputc('\n', file);
+        put_lines(x, export_family_functions, file);
+    }
+    for (int i = 0; i < FUNCTIONS; i++) {
+        ad_program_free(programs[i]);
+    }
+    ad_pool_free(pool);
+    return status;
+}
+
+static void put_rows(const char *name, int rows, int columns, const double *list, FILE *file)
+{
+    fprintf(file, "static const double %s[%d][%d] = {", name, rows, columns);
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < columns; k++) {
+            fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
+                    list[i * columns + k]);
+        }
+        fprintf(file, "}%s", i + 1 < rows ? "," : "");
+    }
+    fputs("};\n", file);
+}
+
+void export_family_write_selftest(const export_family *x, FILE *file)
+{
+    const int rows = 3 * strain_mesh_nodes(&x->mesh), count = x->open->parameter_count;
+    double scale = 0;
+    for (int i = 0; i < rows * x->members; i++) {
+        scale = fmax(scale, fabs(x->polished[i]));
+    }
+    fprintf(file,
+            "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
+            " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
+            "enum { MEMBERS = %d, N = %d, P = %d };\n#define SCALE %.17g\n\n",
+            x->name, x->name, x->name, x->name, x->members, rows, count, scale);
+    put_rows("parameters", x->members, count, x->parameters, file);
+    put_rows("polished", x->members, rows, x->polished, file);
+    put_rows("tips", x->members, 3, x->tips, file);
+    fputc('\n', file);
+    put_lines(x, export_family_selftest, file);
+}

@@ -1,0 +1,41 @@
+/* A member is a point of the parameters, in SI units. Its curvature u at model_NODES points of the
+ * rod, three numbers each, times the length, is what a network says; steps of Newton's method
+ * for the rod's equation polish it, 0, 1 or 2 of them; positions, rotations and all else follow
+ * from it. The functions work in the caller's memory alone, model_MEMORY numbers, and keep nothing:
+ * several may run at once, each with memory of its own. They return 0, or model_OUT_OF_RANGE where
+ * a parameter is beyond its range by more than rounding, or not a number: the result is then
+ * that at the nearer end of the range (of what is not a number: at its lower end). */
+
+/* What is known of an answer. Distances are the largest over the rod, in m, to where one more
+ * step, linearised, leads; the error of the mesh, which is that of a converged solution, comes
+ * to them. trusted: the equilibrium is stable or may be by its pivots, `predicted` is at most a
+ * twentieth of the length, and the last step is at most a quarter of that before. */
+typedef struct model_answer {
+    double predicted; /* of the network */
+    double left;      /* of what is returned */
+    double ratio;     /* of the last two steps; -1: none was taken */
+    int stable, trusted;
+} model_answer;
+
+extern const double model_lower[model_PARAMETERS], model_upper[model_PARAMETERS];
+extern const char *const model_parameter_names[model_PARAMETERS], *const model_column_names[model_COLUMNS];
+extern const double model_places[model_POINTS]; /* of the shape, m */
+
+/* shape [POINTS][COLUMNS], or tip [COLUMNS], of a member with 0, 1 or 2 steps. answer may be
+ * NULL: that is quicker, without steps much so. */
+int model_shape(const double *parameters, int steps, double *shape, model_answer *answer,
+            double *memory);
+int model_tip(const double *parameters, int steps, double *tip, model_answer *answer, double *memory);
+
+/* The same and derivatives by the parameters, jacobian [COLUMNS][PARAMETERS]: of the network
+ * where no steps are taken, else of the equilibrium. */
+int model_tip_jacobian(const double *parameters, int steps, double *tip, double *jacobian,
+                   model_answer *answer, double *memory);
+
+/* In parts: the network's curvature [NODES][3] times the length; steps from any curvature; the
+ * shape of a curvature. */
+int model_network(const double *parameters, double *curvature, double *memory);
+int model_polish(const double *parameters, int steps, double *curvature, model_answer *answer,
+             double *memory);
+int model_shape_of(const double *parameters, const double *curvature, double *shape,
+               double *memory);

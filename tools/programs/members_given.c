@@ -1,0 +1,82 @@
+#include "tools/programs/members_given.h"
+
+#include "tools/config/config.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAMES_BYTES = SCENE_PARAMETERS_MAX * CONFIG_PARAMETER_BYTES };
+
+/* "a, b, c" */
+static const char *list_names(const scene *family, char text[NAMES_BYTES])
+{
+    size_t at = 0;
+    text[0] = '\0';
+    for (int i = 0; i < family->parameter_count && at < NAMES_BYTES; i++) {
+        at += (size_t)snprintf(text + at, NAMES_BYTES - at, "%s%s", i ? ", " : "",
+                               family->parameters[i].name);
+    }
+    return text;
+}
+
+static bool is_parameter(const scene *family, const char *name)
+{
+    bool result = false;
+    for (int i = 0; i < family->parameter_count; i++) {
+        result = result || strcmp(family->parameters[i].name, name) == 0;
+    }
+    return result;
+}
+
+static ad_status check_columns(const scene *family, const char *path, const table_file *table,
+                               ad_error *error)
+{
+    char names[NAMES_BYTES];
+    for (int i = 0; i < family->parameter_count; i++) {
+        if (!table_column(table, family->parameters[i].name)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: column '%s' is missing; members have columns %s", path,
+                           family->parameters[i].name, list_names(family, names));
+        }
+    }
+    for (size_t i = 0; i < table_columns(table); i++) {
+        const char *name = table_name(table, i);
+        if (!is_parameter(family, name)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s: column '%s' is no parameter; members have columns %s", path, name,
+                           list_names(family, names));
+        }
+    }
+    if (table_rows(table) == 0) {
+        return ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
+    }
+    return AD_OK;
+}
+
+ad_status members_read(const scene *family, const char *path, double **parameters,
+                       table_file **table, ad_error *error)
+{
+    const size_t count = (size_t)family->parameter_count;
+    *parameters = NULL;
+    *table = NULL;
+    ad_status status = table_read(path, TABLE_FINITE, table, error);
+    status = status == AD_OK ? check_columns(family, path, *table, error) : status;
+    if (status == AD_OK) {
+        *parameters = malloc(table_rows(*table) * count * sizeof **parameters);
+        status = *parameters ? AD_OK
+                             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members",
+                                       table_rows(*table));
+    }
+    for (size_t k = 0; k < count && status == AD_OK; k++) {
+        const double *column = table_column(*table, family->parameters[k].name);
+        for (size_t i = 0; i < table_rows(*table); i++) {
+            (*parameters)[i * count + k] = column[i];
+        }
+    }
+    if (status != AD_OK) {
+        table_free(*table);
+        *table = NULL;
+    }
+    return status;
+}

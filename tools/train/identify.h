@@ -1,0 +1,56 @@
+/* Unknown numbers of a scene from measurements by solving it: least squares by Gauss-Newton with
+ * damping, the residuals over their noise, derivatives by central differences of solutions; then
+ * what the measurements tell of each. */
+#ifndef TOOLS_TRAIN_IDENTIFY_H
+#define TOOLS_TRAIN_IDENTIFY_H
+
+#include "physics/solve/information.h"
+#include "physics/solve/measured.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct identify_settings {
+    double tolerance; /* of the solutions, as of solve_trials_create */
+    int threads;
+    bool noise_is_scaled; /* the noise is known up to a factor: that which the residuals show is
+                           * taken */
+} identify_settings;
+
+typedef struct identified {
+    int count; /* of unknowns: the scene's last parameters */
+    double value[SCENE_PARAMETERS_MAX];
+    double deviation[SCENE_PARAMETERS_MAX]; /* standard, of the value; NaN at a bound */
+    bool bounded[SCENE_PARAMETERS_MAX];     /* the value is an end of its range */
+    solve_information information;
+    double chi_squared;  /* sum of squared residuals, each over its noise */
+    double noise_factor; /* by which the noise was scaled, else 1 */
+    size_t residuals;    /* numbers that were measured */
+    size_t experiments;  /* members of the family that they are of */
+    bool by_members;     /* solved in batches */
+    bool scaled;         /* noise_is_scaled */
+    int steps;           /* of Gauss-Newton, of all starts */
+    long solutions;      /* of experiments */
+    bool converged;
+} identified;
+
+/* The search starts where the scene's parameters say; where it ends with residuals that the noise
+ * does not explain, it starts again elsewhere. Errors as of solve_trials_create, and AD_BAD_INPUT:
+ * fewer measured numbers than unknowns, or no solution anywhere it starts. */
+ad_status identify(const scene *open, int sets, const solve_measured *measured,
+                   const identify_settings *settings, identified *result, ad_error *error);
+
+/* What speaks against it: values at the ends of their ranges, what the measurements do not tell,
+ * residuals that are larger or smaller than their noise, a search that has not ended. */
+void identified_verdict(const identified *x, const scene *open, verdict *result);
+
+/* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
+ * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684. */
+double identify_chi_squared_off(double chi_squared, double freedom);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

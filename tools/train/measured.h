@@ -1,0 +1,31 @@
+/* Measured data as terms of the loss: a file of rows, one for each place, with columns as
+ * cpinn-eval names them. The terms are "data0_position" and so on, by the list of the settings. */
+#ifndef TOOLS_TRAIN_MEASURED_H
+#define TOOLS_TRAIN_MEASURED_H
+
+#include "physics/model.h"
+#include "tools/train/settings.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct measured measured;
+
+/* Reads the files and adds a set of points and a term for each to the model of a scene, which
+ * borrows the result. The residual of a row is the difference of its columns, of rotations the
+ * rotation vector between them, over the noise; without one over what is natural: the length, a
+ * radian, the scene's force, moment, time, of beams the largest number of the file. A window of
+ * time has the rows within it. AD_BAD_INPUT: `key` receives the key to blame. */
+ad_status measured_add(physics_model *m, const train_settings *settings, measured **result,
+                       char key[TRAIN_KEY_MAX], ad_error *error);
+void measured_free(measured *x);
+
+/* The columns of a quantity among those of the scene's model; false: this scene has none. */
+bool measured_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,423 @@
+#include "tools/train/targets.h"
+
+#include "tools/train/clock.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Members at a time, and of how many modes are made. */
+enum { BATCH = 1024, FIT = 4096 };
+
+/* Of the position over the length: a tenth of what one step of Newton's method leaves of a good
+ * network. */
+static const double TOLERANCE = 1e-6;
+
+/* Where fewer of the members drawn have a solution, the ranges are not what was meant. */
+static const double LEAST_SOLVED = 0.1;
+
+typedef struct members {
+    size_t count;
+    double *x;         /* [parameters][count], dimensionless */
+    double *curvature; /* [count][nodes][3] */
+    double *values;    /* [count][TARGETS_POINTS][SOLVE_MEMBERS_COLUMNS]; NULL: not wanted */
+} members;
+
+struct targets {
+    const scene *open;
+    targets_settings settings;
+    targets_kind kind;
+    ad_pool *pool;
+    solve_members *solver;
+    family *family;
+    size_t parameters, nodes, rows; /* rows: 3 nodes */
+    double length;
+    members solved, fresh;
+    targets_account account;
+    family_network *network; /* made by the first measurement */
+
+    /* room for BATCH members */
+    double *x, *si, *curvature, *refined, *values;
+    solve_member *results;
+    solve_answer *answers;
+};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+static bool make_room(targets *t)
+{
+    t->x = malloc(t->parameters * BATCH * sizeof *t->x);
+    t->si = malloc(t->parameters * BATCH * sizeof *t->si);
+    t->curvature = malloc(t->rows * BATCH * sizeof *t->curvature);
+    t->refined = malloc(t->rows * BATCH * sizeof *t->refined);
+    t->values = malloc((size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS * BATCH * sizeof *t->values);
+    t->results = malloc(BATCH * sizeof *t->results);
+    t->answers = malloc(BATCH * sizeof *t->answers);
+    return t->x && t->si && t->curvature && t->refined && t->values && t->results && t->answers;
+}
+
+static ad_status make_family(targets *t, ad_error *error)
+{
+    double *places = malloc(t->nodes * sizeof *places);
+    if (!places) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    }
+    solve_members_places(t->solver, places);
+    ad_status status =
+        family_create(t->open, &t->settings.inputs, t->nodes, places, &t->family, error);
+    free(places);
+    return status;
+}
+
+ad_status targets_create(const scene *family, const targets_settings *settings, ad_pool *pool,
+                         targets **result, ad_error *error)
+{
+    double s[TARGETS_POINTS];
+    *result = NULL;
+    targets *t = calloc(1, sizeof *t);
+    if (!t) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    }
+    t->open = family;
+    t->settings = *settings;
+    t->pool = pool;
+    t->parameters = (size_t)family->parameter_count;
+    t->length = scene_length(family);
+    for (int i = 0; i < TARGETS_POINTS; i++) {
+        s[i] = t->length * i / (TARGETS_POINTS - 1);
+    }
+    const solve_members_settings solver = {
+        .tolerance = TOLERANCE, .threads = ad_pool_threads(pool), .points = TARGETS_POINTS, .s = s};
+    ad_status status = solve_members_create(family, &solver, &t->solver, error);
+    if (status == AD_OK) {
+        t->nodes = solve_members_nodes(t->solver);
+        t->rows = 3 * t->nodes;
+        status = make_room(t) ? make_family(t, error)
+                              : ad_fail(error, AD_NO_MEMORY, "out of memory for a family");
+    }
+    if (status != AD_OK) {
+        targets_free(t);
+        return status;
+    }
+    *result = t;
+    return AD_OK;
+}
+
+static void members_free(members *m)
+{
+    free(m->x);
+    free(m->curvature);
+    free(m->values);
+}
+
+void targets_free(targets *t)
+{
+    if (t) {
+        family_network_free(t->network);
+        members_free(&t->solved);
+        members_free(&t->fresh);
+        family_free(t->family);
+        solve_members_free(t->solver);
+        free(t->x);
+        free(t->si);
+        free(t->curvature);
+        free(t->refined);
+        free(t->values);
+        free(t->results);
+        free(t->answers);
+        free(t);
+    }
+}
+
+family *targets_family(targets *t)
+{
+    return t->family;
+}
+
+solve_members *targets_solver(targets *t)
+{
+    return t->solver;
+}
+
+targets_account targets_drawn(const targets *t)
+{
+    return t->account;
+}
+
+void targets_use(targets *t, targets_kind kind)
+{
+    t->kind = kind;
+}
+
+/* ---- drawing ------------------------------------------------------------------------------- */
+
+/* `count` members, at most BATCH, at places x [parameters][count]; those that have a solution are
+ * appended. */
+static ad_status solve_batch(targets *t, size_t count, const double *x, members *to, size_t *done,
+                             ad_error *error)
+{
+    const size_t width = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
+    family_parameters(t->family, count, x, t->si);
+    ad_status status = solve_members_curvature(
+        t->solver, count, t->si, to->values ? t->values : NULL, t->curvature, t->results, error);
+    for (size_t k = 0; k < count && status == AD_OK && *done < to->count; k++) {
+        t->account.drawn++;
+        t->account.unsolved += !t->results[k].solved;
+        if (!t->results[k].solved) {
+            continue;
+        }
+        for (size_t i = 0; i < t->parameters; i++) {
+            to->x[i * to->count + *done] = x[i * count + k];
+        }
+        memcpy(to->curvature + *done * t->rows, t->curvature + k * t->rows,
+               t->rows * sizeof *t->curvature);
+        if (to->values) {
+            memcpy(to->values + *done * width, t->values + k * width, width * sizeof *t->values);
+        }
+        ++*done;
+    }
+    return status;
+}
+
+static void draw_places(targets *t, size_t count, nn_rng *rng, double *x)
+{
+    for (size_t k = 0; k < count; k++) {
+        for (size_t i = 0; i < t->parameters; i++) {
+            x[i * count + k] = nn_rng_uniform(rng);
+        }
+    }
+}
+
+static ad_status draw_members(targets *t, nn_rng *rng, members *to, ad_error *error)
+{
+    size_t done = 0, drawn = 0;
+    ad_status status = AD_OK;
+    while (done < to->count && status == AD_OK) {
+        const size_t count = to->count - done < BATCH ? to->count - done : BATCH;
+        draw_places(t, count, rng, t->x);
+        status = solve_batch(t, count, t->x, to, &done, error);
+        drawn += count;
+        if (status == AD_OK && drawn >= BATCH / 4 && (double)done < LEAST_SOLVED * (double)drawn) {
+            status = ad_fail(error, AD_BAD_INPUT,
+                             "parameters: of %zu members drawn from these ranges only %zu have a "
+                             "stable equilibrium that continues the unstressed rod; allowed: a "
+                             "tenth at least",
+                             drawn, done);
+        }
+    }
+    return status;
+}
+
+static bool make_members(const targets *t, size_t count, bool with_values, members *m)
+{
+    const size_t width = (size_t)TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
+    m->count = count;
+    m->x = malloc(t->parameters * count * sizeof *m->x);
+    m->curvature = malloc(t->rows * count * sizeof *m->curvature);
+    m->values = with_values ? malloc(width * count * sizeof *m->values) : NULL;
+    return m->x && m->curvature && (m->values || !with_values);
+}
+
+/* The first of the pool. */
+static ad_status fit(targets *t, ad_error *error)
+{
+    const size_t all = t->solved.count, count = all < FIT ? all : FIT;
+    double *x = malloc(t->parameters * count * sizeof *x);
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for the modes of a family");
+    }
+    for (size_t i = 0; i < t->parameters; i++) {
+        memcpy(x + i * count, t->solved.x + i * all, count * sizeof *x);
+    }
+    ad_status status = family_fit(t->family, t->pool, count, x, t->solved.curvature, error);
+    free(x);
+    return status;
+}
+
+ad_status targets_draw(targets *t, uint64_t seed, ad_error *error)
+{
+    const double began = train_seconds();
+    nn_rng solved = nn_rng_split(seed, "members/solved"),
+           fresh = nn_rng_split(seed, "members/fresh");
+    if (!make_members(t, (size_t)t->settings.solved, false, &t->solved) ||
+        !make_members(t, TARGETS_FRESH, true, &t->fresh)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d solved members",
+                       t->settings.solved);
+    }
+    ad_status status = draw_members(t, &solved, &t->solved, error);
+    status = status == AD_OK ? draw_members(t, &fresh, &t->fresh, error) : status;
+    status = status == AD_OK ? fit(t, error) : status;
+    t->account.seconds = train_seconds() - began;
+    return status;
+}
+
+/* ---- the source of a problem's points ------------------------------------------------------ */
+
+static void put_target(const targets *t, const model_draw *draw, size_t point, const double *from)
+{
+    for (size_t i = 0; i < t->nodes; i++) {
+        for (size_t c = 0; c < 3; c++) {
+            draw->data[(c * t->nodes + i) * draw->count + point] = from[3 * i + c] * t->length;
+        }
+    }
+}
+
+static void fill_from_pool(const targets *t, const model_draw *draw)
+{
+    const size_t all = t->solved.count;
+    for (size_t k = 0; k < draw->count; k++) {
+        const size_t from = (size_t)(nn_rng_uniform(draw->rng) * (double)all) % all;
+        for (size_t i = 0; i < t->parameters; i++) {
+            draw->x[i * draw->count + k] = t->solved.x[i * all + from];
+        }
+        put_target(t, draw, k, t->solved.curvature + from * t->rows);
+    }
+}
+
+/* Members of their own, that nobody else has. */
+static ad_status fill_fresh(targets *t, const model_draw *draw, ad_error *error)
+{
+    members own;
+    ad_status status = AD_OK;
+    if (make_members(t, draw->count, false, &own)) {
+        status = draw_members(t, draw->rng, &own, error);
+    } else {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", draw->count);
+    }
+    for (size_t k = 0; k < draw->count && status == AD_OK; k++) {
+        for (size_t i = 0; i < t->parameters; i++) {
+            draw->x[i * draw->count + k] = own.x[i * draw->count + k];
+        }
+        put_target(t, draw, k, own.curvature + k * t->rows);
+    }
+    members_free(&own);
+    return status;
+}
+
+/* A member for which the step is not trusted, solved; one without a solution does not count: its
+ * target is what the network says. */
+static ad_status solve_one(targets *t, const model_draw *draw, size_t point, const double *si,
+                           const double *network, ad_error *error)
+{
+    double *own = t->refined + (BATCH - 1) * t->rows;
+    ad_status status = solve_members_curvature(t->solver, 1, si, NULL, own, &t->results[0], error);
+    put_target(t, draw, point, status == AD_OK && t->results[0].solved ? own : network);
+    return status;
+}
+
+/* `count` points from `first` on, fewer than BATCH. */
+static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t count,
+                        ad_error *error)
+{
+    const size_t modes = (size_t)family_modes(t->family);
+    for (size_t k = 0; k < count; k++) {
+        for (size_t i = 0; i < t->parameters; i++) {
+            t->x[i * count + k] = draw->x[i * draw->count + first + k];
+        }
+        for (size_t i = 0; i < t->nodes; i++) {
+            for (size_t c = 0; c < 3; c++) {
+                t->curvature[k * t->rows + 3 * i + c] =
+                    draw->fields[(modes + c * t->nodes + i) * draw->count + first + k] / t->length;
+            }
+        }
+    }
+    family_parameters(t->family, count, t->x, t->si);
+    ad_status status = solve_members_refine(t->solver, count, t->si, t->curvature, -1, NULL,
+                                            t->refined, t->answers, error);
+    for (size_t k = 0; k < count && status == AD_OK; k++) {
+        if (t->answers[k].trusted) {
+            put_target(t, draw, first + k, t->refined + k * t->rows);
+        } else {
+            status = solve_one(t, draw, first + k, t->si + k * t->parameters,
+                               t->curvature + k * t->rows, error);
+        }
+    }
+    return status;
+}
+
+static ad_status fill_by_physics(targets *t, const model_draw *draw, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (size_t first = 0; first < draw->count && status == AD_OK; first += BATCH - 1) {
+        const size_t left = draw->count - first;
+        status = refine(t, draw, first, left < BATCH - 1 ? left : BATCH - 1, error);
+    }
+    return status;
+}
+
+static ad_status fill(void *context, const model_draw *draw, ad_error *error)
+{
+    targets *t = context;
+    if (draw->held_out) {
+        return fill_fresh(t, draw, error);
+    }
+    if (draw->fields) {
+        return fill_by_physics(t, draw, error);
+    }
+    fill_from_pool(t, draw);
+    return AD_OK;
+}
+
+static bool follows(const void *context)
+{
+    return ((const targets *)context)->kind == TARGETS_PHYSICS;
+}
+
+model_source targets_source(targets *t)
+{
+    return (model_source){.rows = (int)t->rows, .fill = fill, .follows = follows, .context = t};
+}
+
+/* ---- measuring ----------------------------------------------------------------------------- */
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return isnan(x) ? !isnan(y) : isnan(y) ? -1 : (x > y) - (x < y);
+}
+
+/* Largest distances [TARGETS_FRESH] of values from those of the fresh members. */
+static void compare(const targets *t, const double *values, double *errors)
+{
+    for (size_t k = 0; k < TARGETS_FRESH; k++) {
+        const size_t first = k * TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
+        errors[k] = 0;
+        for (size_t i = 0; i < TARGETS_POINTS; i++) {
+            double square = 0;
+            for (size_t c = 0; c < 3; c++) {
+                const size_t at = first + i * SOLVE_MEMBERS_COLUMNS + c;
+                const double off = (values[at] - t->fresh.values[at]) / t->length;
+                square += off * off;
+            }
+            errors[k] = square <= errors[k] * errors[k] ? errors[k] : sqrt(square);
+        }
+    }
+    qsort(errors, TARGETS_FRESH, sizeof *errors, ascending);
+}
+
+static_assert((int)TARGETS_FRESH <= (int)BATCH, "fresh members are measured in one batch");
+
+ad_status targets_measure(targets *t, const nn_mlp *mlp, const double *weights,
+                          targets_errors *errors, ad_error *error)
+{
+    double off[TARGETS_FRESH];
+    ad_status status =
+        t->network ? AD_OK : family_network_create(t->family, mlp, t->pool, &t->network, error);
+    if (status == AD_OK) {
+        family_parameters(t->family, TARGETS_FRESH, t->fresh.x, t->si);
+        status = family_network_run(t->network, weights, TARGETS_FRESH, t->si, t->curvature, error);
+    }
+    for (int steps = 0; steps <= 1 && status == AD_OK; steps++) {
+        status = solve_members_refine(t->solver, TARGETS_FRESH, t->si, t->curvature, steps,
+                                      t->values, NULL, NULL, error);
+        if (status != AD_OK) {
+            break;
+        }
+        compare(t, t->values, off);
+        const double found[3] = {off[TARGETS_FRESH / 2], off[TARGETS_FRESH * 95 / 100],
+                                 off[TARGETS_FRESH - 1]};
+        memcpy(steps ? &errors->polished_median : &errors->median, found, sizeof found);
+    }
+    return status;
+}
