@@ -14,10 +14,10 @@ static const domain *domain_of(const export_model *x)
 }
 
 /* "X_S" of "x_s". */
-static const char *upper(const char *name, char text[32])
+static const char *upper(const char *name, char text[DOMAIN_NAME])
 {
     size_t i = 0;
-    for (; name[i] && i < 31; i++) {
+    for (; name[i] && i + 1 < DOMAIN_NAME; i++) {
         text[i] = (char)toupper((unsigned char)name[i]);
     }
     text[i] = '\0';
@@ -98,12 +98,13 @@ static void write_head(const export_model *x, FILE *file)
 static void write_inputs(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
-    char name[32];
+    char name[DOMAIN_NAME];
     fputs("/* inputs: index, unit, range */\nenum {\n", file);
     for (int i = 0; i < x->inputs; i++) {
-        fprintf(file, "    %s_IN_%s = %d%s /* %s, %.9g to %.9g */\n", x->name,
+        fprintf(file, "    %s_IN_%s = %d%s /* %s%s%.9g to %.9g */\n", x->name,
                 upper(d->coordinates[i].name, name), i, i + 1 < x->inputs ? "," : "",
-                d->coordinates[i].unit, x->lower[i], x->upper[i]);
+                d->coordinates[i].unit, *d->coordinates[i].unit ? ", " : "", x->lower[i],
+                x->upper[i]);
     }
     fputs("};\n\n", file);
 }

@@ -97,9 +97,10 @@ int trainer_unstable_modes(const trainer *t)
  * equilibria may be worse. */
 static const double AT_REST = 0.005, IN_MOTION = 0.16;
 
-/* Of a family at rest, of the worst of its members: the loss is a mean over all, and along
- * parameters nothing smooths. Measured on cantilevers with one to three parameters. */
-static const double OF_FAMILY = 2;
+/* Of a family at rest, of the worst of its members: the loss is a mean over all. Measured over 500
+ * members of cantilevers with two and three parameters: 2 to 3, and 11 where some are near the load
+ * that buckles them. */
+static const double OF_FAMILY = 10;
 
 /* Of a motion at least: what windows hand on is exact to some 1e-9 only. */
 static const double ROUNDING_IN_MOTION = 1e-8;
