@@ -326,6 +326,35 @@ static void test_predicted(void **state)
     config_free(given);
 }
 
+/* However far what is given is off, up to a turn of the whole rod: what is trusted is off by what
+ * is said. */
+static void test_trusted(void **state)
+{
+    (void)state;
+    config *given = read_robot();
+    batch *truth = solve(&given->scene, 1, 0, 1e-8);
+    int trusted = 0, doubted = 0;
+    for (double size = 0.03; size < 7; size *= 1.7) {
+        for (int steps = 0; steps <= 2; steps++) {
+            answers *found = ask(1, 0, steps, size);
+            for (int i = 0; i < MEMBERS; i++) {
+                const double off =
+                    distance((const double(*)[SOLVE_MEMBERS_COLUMNS])found->values[i],
+                             (const double(*)[SOLVE_MEMBERS_COLUMNS])truth->values[i]);
+                trusted += found->answers[i].trusted;
+                doubted += !found->answers[i].trusted;
+                if (found->answers[i].trusted) {
+                    assert_near(found->answers[i].left, off, 0.3 * off + 2e-8);
+                }
+            }
+            free(found);
+        }
+    }
+    assert_true(trusted > MEMBERS && doubted > MEMBERS);
+    free(truth);
+    config_free(given);
+}
+
 static void test_answers_same_bits(void **state)
 {
     (void)state;
@@ -419,6 +448,7 @@ int main(void)
         cmocka_unit_test(test_same_bits),
         cmocka_unit_test(test_unstable),
         cmocka_unit_test(test_predicted),
+        cmocka_unit_test(test_trusted),
         cmocka_unit_test(test_answers_same_bits),
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),

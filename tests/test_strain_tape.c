@@ -152,9 +152,18 @@ static void solve_form(const recorded *r, const double *parameters, const double
         residual[i] = form->right[i][0];
     }
     strain_form_linearise(form);
-    for (int i = 0; i < 9 * r->nodes * r->nodes; i++) {
-        matrix[i] = form->matrix[i][0];
+    const int unknowns = 3 * r->nodes;
+    lanes *direction = calloc((size_t)unknowns, sizeof *direction);
+    assert_non_null(direction);
+    for (int c = 0; c < unknowns; c++) {
+        direction[c] += 1;
+        strain_form_apply(form, direction, form->right);
+        direction[c] = (lanes){0};
+        for (int i = 0; i < unknowns; i++) {
+            matrix[c * unknowns + i] = form->right[i][0];
+        }
     }
+    free(direction);
     free(room);
     strain_level_free(&level);
     solve_rod_free(rod);

@@ -176,7 +176,9 @@ ad_status strain_group_refine(strain_group *x, size_t members, const double *par
     memset(q.stable, true, sizeof q.stable);
     set_curvature(&q, curvature);
     strain_level_load(q.level, &whole);
-    strain_level_load(q.fine, &whole);
+    if (answers) {
+        strain_level_load(q.fine, &whole);
+    }
     if (answers || steps != 0) {
         for (int k = 0; k < (steps > 1 ? steps : 1); k++) {
             step(&q, k, steps <= 0);

@@ -202,11 +202,28 @@ STRAIN_INLINE void soften(const strain_point *point, const pulling *pull, lanes 
     invert(matrix, inverse);
 }
 
+/* Of what is still moving, the lanes in which a step was not so small that the next is rounding. */
+STRAIN_INLINE bool goes_on(const lanes step[3], integer_lanes *moving)
+{
+    const integer_lanes size = (integer_lanes){0} + 0x7fffffffffffffffLL;
+    const lanes small = NO_LANES + 1e-9;
+    integer_lanes far = {0};
+    long long any = 0;
+    for (int i = 0; i < 3; i++) {
+        far |= (lanes)((integer_lanes)step[i] & size) > small;
+    }
+    *moving &= far;
+    for (int lane = 0; lane < LANES; lane++) {
+        any |= (*moving)[lane];
+    }
+    return any != 0;
+}
+
 /* v under n and the pull of actuators, by Newton's method from where it was. */
 STRAIN_INLINE void find_strain(strain_form *x, int node)
 {
-    enum { STEPS = 3 }; /* of which the first two find it but on the first visit */
-    const integer_lanes moving = ~*(const integer_lanes *)x->still;
+    enum { STEPS = 6 };
+    integer_lanes moving = ~*(const integer_lanes *)x->still;
     strain_node *at = &x->at[node];
     const strain_point *point = &x->points[node];
     lanes n[3], missing[3], step[3], inverse[3][3];
@@ -231,6 +248,9 @@ STRAIN_INLINE void find_strain(strain_form *x, int node)
         apply(inverse, missing, step);
         for (int i = 0; i < 3; i++) {
             at->v[i] -= (lanes)((integer_lanes)step[i] & moving);
+        }
+        if (!goes_on(step, &moving)) {
+            break;
         }
     }
 }
