@@ -9,7 +9,7 @@
 
 /* e of the loss over the spread of the members: about what a network reaches in its first tenth of
  * training. */
-static const double SOFTNESS = 0.02;
+static const double SOFTNESS = 0.005;
 
 ad_status family_create(const scene *open, const groups_settings *settings, size_t nodes,
                         const double *places, family **result, ad_error *error)

@@ -39,14 +39,16 @@ void scene_member(const scene *family, const double *values, scene *member)
     }
     scene_with(family, family->parameter_count, names, values, member);
     member->parameter_count = member->unknown_count = 0;
+    if (member->formulation == SCENE_STRAIN_FORM) { /* which is one of families */
+        member->formulation = SCENE_MIXED;
+    }
 }
 
 const double *scene_middle_values(const scene *family, double *values)
 {
     for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = i < scene_known_count(family)
-                        ? scene_parameter_at(&family->parameters[i], 0.5)
-                        : family->guess[i];
+        values[i] = i < scene_known_count(family) ? scene_parameter_at(&family->parameters[i], 0.5)
+                                                  : family->guess[i];
     }
     return values;
 }

@@ -62,7 +62,10 @@ static int solve(void *context, double damping, const double *scale, double *ste
 static optim_settings settings_for(int method)
 {
     optim_settings settings = optim_settings_defaults((optim_method)method);
-    settings.adam.schedule.learning_rate = 0.02;
+    static const optim_matrix row = {0, 1, COUNT};
+    settings.adam.schedule.learning_rate = settings.soap.adam.schedule.learning_rate = 0.02;
+    settings.soap.matrices = &row;
+    settings.soap.matrix_count = 1;
     return settings;
 }
 
@@ -99,8 +102,8 @@ static void test_methods(void **state)
         }
         for (int i = 0; i < 5000 && optim_step(o, &target) == OPTIM_RUNNING; i++) {
         }
-        /* Adam goes round the minimum at a distance of its rate; the others converge. */
-        const double within = m == OPTIM_ADAM ? 0.02 : 1e-8;
+        /* Adam and SOAP go round the minimum at a distance of their rate; the others converge. */
+        const double within = m == OPTIM_ADAM || m == OPTIM_SOAP ? 0.02 : 1e-8;
         assert_near(optim_best_x(o)[0], 1, within);
         assert_near(optim_best_x(o)[1], 1, 2 * within);
         const optim_info info = optim_inspect(o);
@@ -123,6 +126,7 @@ static void test_refusals(void **state)
     for (int m = 0; m < OPTIM_METHOD_COUNT; m++) {
         optim_settings settings = settings_for(m);
         settings.adam.beta1 = settings.lbfgs.descent.curvature = NAN;
+        settings.soap.adam.beta1 = NAN;
         settings.gauss_newton.damping_increase = settings.ssbroyden.curvature = NAN;
         const char *why = NULL;
         assert_null(optim_create(COUNT, start, &settings, &why));

@@ -182,16 +182,13 @@ const config_key config_keys[] = {
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
-             "function of the parameters, learnt from members. pose_strain, after Bensch et al. 2024: unknowns r, q and the strains v, "
-             "u, that of the pose being residuals, N and m by the constitutive law."},
-    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(16, 100000000),
-     .fallback = "131072 in the strain form",
+             "function of the parameters, learnt from members. pose_strain, after Bensch et al. 2024: "
+             "unknowns r, q and the strains v, u, that of the pose being residuals, N and m by the "
+             "constitutive law."},
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
+     .fallback = "131072 in the strain form, else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
-             "before training."},
-    {"members.inputs", CONFIG_CHOICE, AT(settings.inputs), .names = train_inputs_names,
-     .help = "Of its network. groups: the dimensionless numbers that the scene depends on, of one "
-             "member of each set that turns and mirrors make equal; --explain lists them; "
-             "parameters: these, from -1 to 1 over their ranges."},
+             "before training, 16 at least."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "

@@ -165,6 +165,59 @@ void cpinn_family_attach(cpinn_family *x, const cpinn_family_network *network)
     x->network = *network;
 }
 
+/* ---- the network of a family in the strain form ---- */
+
+typedef struct strain_network {
+    family_network *network;
+    const double *weights;
+    size_t nodes;
+} strain_network;
+
+/* Numbers that only underflow has left make all that follows slow: of a rod that stays in a plane,
+ * the curvature out of it. */
+static const double SMALLEST = 1e-100;
+
+static ad_status run_strain(void *context, size_t members, const double *parameters,
+                            double *curvature, ad_error *error)
+{
+    const strain_network *x = context;
+    ad_status status =
+        family_network_run(x->network, x->weights, members, parameters, curvature, error);
+    for (size_t i = 0; i < members * 3 * x->nodes; i++) {
+        curvature[i] = fabs(curvature[i]) < SMALLEST ? 0 : curvature[i];
+    }
+    return status;
+}
+
+static void free_strain(void *context)
+{
+    strain_network *x = context;
+    family_network_free(x->network);
+    free(x);
+}
+
+static ad_status create_strain(const experiment *e, const cpinn_family *x,
+                               cpinn_family_network *result, ad_error *error)
+{
+    const family *trained = targets_family(e->targets);
+    if (family_nodes(trained) != x->nodes) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "the network has curvature at %zu places, the solver at %zu; train it anew",
+                       family_nodes(trained), x->nodes);
+    }
+    strain_network *made = calloc(1, sizeof *made);
+    ad_status status = made ? family_network_create(trained, e->mlp, e->pool, &made->network, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a network");
+    if (status != AD_OK) {
+        free(made);
+        return status;
+    }
+    made->weights = experiment_parameters(e);
+    made->nodes = x->nodes;
+    *result = (cpinn_family_network){made, run_strain, NULL, free_strain};
+    return AD_OK;
+}
+
 ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *settings,
                           cpinn_family **result, ad_error *error)
 {
@@ -174,7 +227,8 @@ ad_status cpinn_family_of(const experiment *e, const cpinn_family_settings *sett
     if (status != AD_OK) {
         return status;
     }
-    status = cpinn_family_fields(&trained, *result, &network, error);
+    status = e->targets ? create_strain(e, *result, &network, error)
+                        : cpinn_family_fields(&trained, *result, &network, error);
     if (status != AD_OK) {
         cpinn_family_free(*result);
         *result = NULL;
@@ -189,7 +243,7 @@ ad_status cpinn_family_open(const char *path, const cpinn_family_settings *setti
 {
     experiment *e = NULL;
     *result = NULL;
-    ad_status status = config_experiment_open(path, 0, NULL, 1, &e, NULL, error);
+    ad_status status = config_experiment_open(path, 0, NULL, settings->threads, &e, NULL, error);
     if (status == AD_OK) {
         status = cpinn_family_of(e, settings, result, error);
     }

@@ -76,7 +76,7 @@ typedef struct evaluation {
     double member[SCENE_PARAMETERS_MAX]; /* of a family, asked for or the middle one */
     checkpoint *file;
     reference *known;
-    field *field; /* NULL: of a family */
+    field *field; /* NULL: of a family that is answered with errors */
     eval_family family;
     samples samples; /* none without --out or --speed */
     samples tip;     /* s = length at the last time that is trained */
@@ -303,7 +303,7 @@ static void print_tip(const evaluation *x)
     for (int i = 0; i < scene->parameter_count; i++) {
         printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
                i + 1 < scene->parameter_count ? ""
-               : x->asked.at                  ? "\n"
+               : x->asked.family.at           ? "\n"
                                               : ", the middle one\n");
     }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
@@ -454,6 +454,16 @@ static ad_status gather_points(evaluation *x, const char *grid, ad_error *error)
                                              columns_of(x), error);
 }
 
+/* Whether members are answered with their errors; motions and beams have none, and like families
+ * without a question are shown by one member. */
+static bool is_answered(const evaluation *x)
+{
+    const eval_family_options *f = &x->asked.family;
+    const scene *scene = x->e->scene;
+    return scene_is_family(scene) && (x->e->targets || f->members || f->verify > 0 ||
+                                      (f->at && !scene_is_dynamic(scene) && !scene_is_beam(scene)));
+}
+
 /* Shapes of members have 21 points as usual. */
 static ad_status run_family(evaluation *x, ad_error *error)
 {
@@ -493,11 +503,11 @@ static ad_status run(evaluation *x, ad_error *error)
     const eval_family_options *f = &o->family;
     ad_status status = o->out ? table_check_path(o->out, error) : AD_OK;
     status = status == AD_OK ? open_run(x, error) : status;
-    if (status == AD_OK && scene_is_family(x->e->scene)) {
-        if (!scene_is_dynamic(x->e->scene) || f->members || f->verify > 0 || f->extrapolate) {
-            return run_family(x, error);
-        }
-    } else if (status == AD_OK && (f->at || f->members || f->verify > 0 || f->extrapolate)) {
+    if (status == AD_OK && is_answered(x)) {
+        return run_family(x, error);
+    }
+    if (status == AD_OK && !scene_is_family(x->e->scene) &&
+        (f->at || f->members || f->verify > 0 || f->extrapolate)) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "--at, --members, --verify, --extrapolate: the scene is no family: no "
                          "parameter of it has a range");

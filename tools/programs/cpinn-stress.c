@@ -30,10 +30,10 @@ static const char epilogue[] =
     "Exit status: 0 every scene as expected, 1 not, 2 bad arguments, 130 or 143 stopped by a "
     "signal.\n";
 
-static const stress_group *const groups[] = {&stress_rods,  &stress_loads, &stress_motions,
-                                             &stress_beams, &stress_pairs, &stress_inputs};
+static const stress_group *const row_groups[] = {&stress_rods,  &stress_loads, &stress_motions,
+                                                 &stress_beams, &stress_pairs, &stress_inputs};
 enum {
-    GROUPS = sizeof groups / sizeof *groups,
+    GROUPS = sizeof row_groups / sizeof *row_groups,
     FOLDER = 64,
     WORDS = 7,
     NUMBERS = 3,
@@ -76,8 +76,8 @@ static const char *unknown_name(const options *o)
     for (int i = 0; i < o->only.count; i++) {
         bool found = false;
         for (int g = 0; g < GROUPS; g++) {
-            for (int k = 0; k < groups[g]->count; k++) {
-                found = found || named(&groups[g]->rows[k], o->only.texts[i]);
+            for (int k = 0; k < row_groups[g]->count; k++) {
+                found = found || named(&row_groups[g]->rows[k], o->only.texts[i]);
             }
         }
         if (!found) {
@@ -112,9 +112,9 @@ static void print_list_row(const options *o, const stress_row *row)
 static void print_list(const options *o)
 {
     for (int g = 0; g < GROUPS; g++) {
-        printf("%s%s\n", g ? "\n" : "", groups[g]->about);
-        for (int k = 0; k < groups[g]->count; k++) {
-            print_list_row(o, &groups[g]->rows[k]);
+        printf("%s%s\n", g ? "\n" : "", row_groups[g]->about);
+        for (int k = 0; k < row_groups[g]->count; k++) {
+            print_list_row(o, &row_groups[g]->rows[k]);
         }
     }
 }
@@ -199,8 +199,8 @@ static ad_status run_rows(const options *o, const char *folder, record *all, ad_
     printf("%-26s %-6s %-13s %-11s %8s %6s  %s\n", "scene", "method", "expected", "outcome",
            "error", "s", "verdict");
     for (int g = 0; g < GROUPS; g++) {
-        for (int k = 0; k < groups[g]->count; k++) {
-            const stress_row *row = &groups[g]->rows[k];
+        for (int k = 0; k < row_groups[g]->count; k++) {
+            const stress_row *row = &row_groups[g]->rows[k];
             for (int method = 0; method < JUDGE_METHODS; method++) {
                 if (!is_asked(o, row, (judge_method)method)) {
                     continue;

@@ -37,7 +37,10 @@ static const char epilogue[] =
     "reference {name, points, left_out,\n"
     "estimated_error_over_length, position_relative_l2, position_max_over_length, "
     "tip_over_length,\n"
-    "rotation_rms_rad, rotation_max_rad} or null, checkpoint, history, config. Numbers that are "
+    "rotation_rms_rad, rotation_max_rad} or null,\n"
+    "members {fresh, median_m, within_95_m, worst_m, polished_median_m, polished_95_m,\n"
+    "polished_worst_m} (of families in the strain form), checkpoint, history, config. Numbers that "
+    "are "
     "not\n"
     "known are null; what was not reached is not there.";
 
@@ -114,6 +117,17 @@ static void announce_implausible(progress *live, const scene *scene)
     }
 }
 
+static void announce_members(training *t)
+{
+    if (t->s.e->targets) {
+        const targets_account drawn = targets_drawn(t->s.e->targets);
+        progress_say(&t->progress,
+                     "%zu members solved in %.3g s, %zu of them left out: no stable equilibrium "
+                     "that continues the unstressed rod",
+                     drawn.drawn, drawn.seconds, drawn.unsolved);
+    }
+}
+
 /* At the beginning of a stage. */
 static void announce_stage(training *t)
 {
@@ -136,6 +150,9 @@ static void finish(training *t)
     trainer_info info = trainer_inspect(t->s.trainer);
     progress_say(&t->progress, "done: %lld steps in %.2f s, loss %.3e, held-out %.3e",
                  (long long)info.step, info.seconds, info.loss, info.held_out);
+    if (t->s.e->targets) {
+        progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
+    }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
         progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
@@ -236,6 +253,7 @@ static ad_status train(training *t, ad_error *error)
     t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
     announce(t);
     announce_implausible(&t->progress, t->s.e->scene);
+    announce_members(t);
     announce_stage(t);
     ad_status status = session_train(&t->s, stepped, t, error);
     const trainer_state state = trainer_inspect(t->s.trainer).state;
@@ -280,6 +298,9 @@ static ad_status write_json(const training *t, ad_error *error)
         json_number(&to, "energy_out_of_balance", info.balance.energy);
         json_number(&to, "momentum_out_of_balance", info.balance.momentum);
         report_reference(&to, t->s.known, &info.errors);
+        if (t->s.e->targets) {
+            report_members(&to, &info.members, scene_length(t->s.e->scene));
+        }
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);
         json_text(&to, "config", t->folder.config);

@@ -307,10 +307,28 @@ static void print_form(FILE *file, const scene *scene)
     fprintf(file, " of s%s\n", moving ? " and t" : "");
 }
 
-static void print_unknowns(FILE *file, const experiment *e, const problem *p)
+/* Of a family in the strain form. */
+static void print_members(FILE *file, const experiment *e)
 {
-    const scene *scene = e->scene;
-    heading(file, "Unknowns and equations");
+    const targets_account drawn = targets_drawn(e->targets);
+    const family *f = targets_family(e->targets);
+    fprintf(file,
+            "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
+            "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
+            "form", family_nodes(f), e->scene->parameter_count, "");
+    fprintf(file,
+            "  %-15s %d principal components of what is not affine in the inputs, %.2g of the\n"
+            "  %-15s length; all others are worth %.1g of it\n",
+            "modes", family_modes(f), family_spread(f), "", family_missed(f));
+    fprintf(file,
+            "  %-15s %zu drawn and solved in %.2g s, %.2g us each on %d thread%s; %zu without a\n"
+            "  %-15s stable equilibrium that continues the unstressed rod, left out\n",
+            "members", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
+            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "");
+}
+
+static void print_fields(FILE *file, const scene *scene, const problem *p)
+{
     print_form(file, scene);
     if (!scene_is_beam(scene)) {
         print_motion(file, scene);
@@ -324,6 +342,16 @@ static void print_unknowns(FILE *file, const experiment *e, const problem *p)
     }
     fputc('\n', file);
     fprintf(file, "  %-15s %s\n", "derivatives", problem_derivatives(p));
+}
+
+static void print_unknowns(FILE *file, const experiment *e, const problem *p)
+{
+    heading(file, "Unknowns and equations");
+    if (e->targets) {
+        print_members(file, e);
+    } else {
+        print_fields(file, e->scene, p);
+    }
     paragraph terms = paragraph_begin(file, "loss terms");
     for (int i = 0; i < problem_terms(p); i++) {
         char text[64];
@@ -520,13 +548,19 @@ static void print_plan(FILE *file, const experiment *e, problem *p, const refere
     paragraph line = paragraph_begin(file, windows > 1 ? "in each window" : "training");
     for (int i = 0; i < settings->stage_count; i++) {
         char text[64];
-        snprintf(text, sizeof text, "%s %d steps", optim_method_name(settings->stages[i].optimizer),
-                 settings->stages[i].steps);
+        const train_stage *stage = &settings->stages[i];
+        snprintf(text, sizeof text, "%s %d steps%s%s", optim_method_name(stage->optimizer),
+                 stage->steps, e->targets ? ", targets " : "",
+                 e->targets ? train_targets_names()[stage->targets] : "");
         paragraph_add(&line, text, i + 1 < settings->stage_count);
     }
     fputc('\n', file);
     print_linear_algebra(file, settings, p);
     print_weights(file, &settings->losses);
+    if (!r && e->targets) {
+        fprintf(file, "  %-15s %d fresh members\n", "reference", TARGETS_FRESH);
+        return;
+    }
     if (!r) {
         fprintf(file, "  %-15s none\n", "reference");
         return;

@@ -144,12 +144,29 @@ void progress_say(progress *p, const char *format, ...)
     va_end(arguments);
 }
 
+void progress_members(progress *p, const targets_errors *errors, double length)
+{
+    const double mm = 1e3 * length;
+    progress_say(
+        p,
+        "largest error of a shape, over %d fresh members: median %.2g mm, 95 %% below %.2g "
+        "mm, worst %.2g mm",
+        TARGETS_FRESH, mm * errors->median, mm * errors->most, mm * errors->worst);
+    progress_say(p,
+                 "after one step of Newton's method: median %.1e mm, 95 %% below %.1e mm, worst "
+                 "%.2g mm",
+                 mm * errors->polished_median, mm * errors->polished_most,
+                 mm * errors->polished_worst);
+}
+
 void progress_error_table(FILE *file, const history *h, int windows)
 {
     if (h->count == 0 || isnan(history_value(h, h->count - 1, "error"))) {
         return;
     }
-    fprintf(file, "\n  relative L2 error of position     after\n");
+    fprintf(file, "\n  %-33s after\n",
+            !isnan(history_value(h, 0, "error_95")) ? "median error of members / length"
+                                                    : "relative L2 error of position");
     double best = INFINITY, best_seconds = 0, limit = 0.1;
     for (size_t i = 0; i < h->count; i++) {
         double error = history_value(h, i, "error"), seconds = history_value(h, i, "seconds");

@@ -36,6 +36,9 @@ void progress_say(progress *p, const char *format, ...) __attribute__((format(pr
 
 /* When the error first fell below 1e-1, 1e-2, ...: a small table, from the history. With several
  * windows of time it begins with the last, when all of the time is covered. */
+/* Errors of a family in the strain form over its fresh members, in the unit of a length in m. */
+void progress_members(progress *p, const targets_errors *errors, double length);
+
 void progress_error_table(FILE *file, const history *h, int windows);
 
 #endif

@@ -19,10 +19,7 @@ static int thread_count(int threads)
 static ad_status build_family(experiment *e, ad_error *error)
 {
     const train_settings *settings = e->settings;
-    const targets_settings members = {
-        .solved = settings->members,
-        .inputs = {.by_parameters = settings->inputs == TRAIN_PARAMETERS,
-                   .no_symmetry = settings->inputs != TRAIN_GROUPS}};
+    const targets_settings members = {.solved = settings->members, .inputs = settings->groups};
     ad_status status = targets_create(e->scene, &members, e->pool, &e->targets, error);
     if (status == AD_OK) {
         const model_source source = targets_source(e->targets);

@@ -183,7 +183,7 @@ static ad_status draw_members(reference *r, const scene *family, ad_error *error
 }
 
 /* One after the other; what is told is told of the worst. */
-static ad_status solve_members(reference *r, const experiment *e, ad_error *error)
+static ad_status solve_each(reference *r, const experiment *e, ad_error *error)
 {
     const size_t each = r->points / (size_t)r->members;
     reference_solution about, *worst = &r->about;
@@ -217,7 +217,7 @@ static ad_status make_solved(reference *r, const experiment *e, ad_error *error)
              r->members);
     ad_status status = make_grid(r, scene_is_dynamic(e->scene), error);
     return status != AD_OK ? status
-           : r->parameters ? solve_members(r, e, error)
+           : r->parameters ? solve_each(r, e, error)
                            : reference_solve(e, NULL, r->points, r->s, r->t, (int)r->pose, r->poses,
                                              &r->about, error);
 }

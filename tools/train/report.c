@@ -77,3 +77,16 @@ void report_reference(json *to, const reference *known, const reference_errors *
     json_number(to, "rotation_max_rad", errors->rotation_max);
     json_close(to, '}');
 }
+
+void report_members(json *to, const targets_errors *errors, double length)
+{
+    json_open(to, "members", '{');
+    json_integer(to, "fresh", TARGETS_FRESH);
+    json_number(to, "median_m", length * errors->median);
+    json_number(to, "within_95_m", length * errors->most);
+    json_number(to, "worst_m", length * errors->worst);
+    json_number(to, "polished_median_m", length * errors->polished_median);
+    json_number(to, "polished_95_m", length * errors->polished_most);
+    json_number(to, "polished_worst_m", length * errors->polished_worst);
+    json_close(to, '}');
+}

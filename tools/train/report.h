@@ -31,6 +31,9 @@ void report_verdict(json *to, const verdict *v);
  * NULL. */
 void report_reference(json *to, const reference *known, const reference_errors *errors);
 
+/* "members": errors over the fresh members of a family in the strain form, in m. */
+void report_members(json *to, const targets_errors *errors, double length);
+
 #ifdef __cplusplus
 }
 #endif

@@ -14,7 +14,6 @@ NAMES(train_optimizer_names, OPTIM_METHOD_LIST)
 NAMES(train_linear_algebra_names, TRAIN_LINEAR_ALGEBRA_LIST)
 NAMES(train_reference_names, TRAIN_REFERENCE_LIST)
 NAMES(train_targets_names, TARGETS_LIST)
-NAMES(train_inputs_names, TRAIN_INPUTS_LIST)
 NAMES(train_quantity_names, TRAIN_QUANTITY_LIST)
 
 train_stage train_stage_default(void)

@@ -42,18 +42,11 @@ enum { TRAIN_OPEN = -1 };
     X(TRAIN_REFERENCE_HELIX, "helix")                                                              \
     X(TRAIN_REFERENCE_MANUFACTURED, "manufactured")
 
-/* What the network of a family in the strain form is given; physics/groups.h. */
-#define TRAIN_INPUTS_LIST(X)                                                                       \
-    X(TRAIN_GROUPS, "groups")                                                                      \
-    X(TRAIN_GROUPS_WITHOUT_SYMMETRY, "groups_without_symmetry")                                    \
-    X(TRAIN_PARAMETERS, "parameters")
-
 #define TRAIN_ENUM(name, text) name,
 typedef enum train_linear_algebra {
     TRAIN_LINEAR_ALGEBRA_LIST(TRAIN_ENUM) TRAIN_LINEAR_ALGEBRA_COUNT
 } train_linear_algebra;
 typedef enum train_reference { TRAIN_REFERENCE_LIST(TRAIN_ENUM) } train_reference;
-typedef enum train_inputs { TRAIN_INPUTS_LIST(TRAIN_ENUM) } train_inputs;
 #undef TRAIN_ENUM
 
 /* Texts of each enumeration in the order of its values, NULL at the end. */
@@ -61,7 +54,6 @@ const char *const *train_optimizer_names(void);
 const char *const *train_linear_algebra_names(void);
 const char *const *train_reference_names(void);
 const char *const *train_targets_names(void);
-const char *const *train_inputs_names(void);
 
 /* One optimiser for a number of steps; stages run in turn. */
 typedef struct train_stage {
@@ -124,7 +116,6 @@ typedef struct train_settings {
                                 * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
     int members;               /* solved ones of a family in the strain form; 0: open */
-    train_inputs inputs;       /* of its network */
     int data_count;
     train_data data[TRAIN_DATA_MAX];
     uint64_t seed; /* fixes everything random */
