@@ -61,7 +61,10 @@ static rod_state rod_state_of(const physics_model *m, const ad_value *fields)
         state.tendons = *fields++;
     }
     if (m->scene.tube_count > 0) {
-        state.tubes = *fields;
+        state.tubes = *fields++;
+    }
+    if (m->scene.formulation == SCENE_POSE_STRAIN) {
+        state.strains = *fields;
     }
     return state;
 }
@@ -77,7 +80,10 @@ static void rod_fields(const physics_model *m, rod_state state, ad_value *fields
         *fields++ = state.tendons;
     }
     if (m->scene.tube_count > 0) {
-        *fields = state.tubes;
+        *fields++ = state.tubes;
+    }
+    if (m->scene.formulation == SCENE_POSE_STRAIN) {
+        *fields = state.strains;
     }
 }
 
@@ -277,6 +283,9 @@ ad_status model_of_scene(const scene *scene, const rod_weights *weights, physics
     }
     if (physics->residual_rows(scene, ROD_TWIST) > 0) {
         snprintf(m->symbols[m->field_count++], sizeof *m->symbols, "tubes");
+    }
+    if (scene->formulation == SCENE_POSE_STRAIN) {
+        snprintf(m->symbols[m->field_count++], sizeof *m->symbols, "vu");
     }
     m->unknowns = mixed ? m->field_count : 2;
     m->outputs = physics->network_outputs(scene);

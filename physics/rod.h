@@ -163,7 +163,8 @@ ad_status rod_check(const scene *scene, const char **key, ad_error *error);
 
 /* ---- network and state --------------------------------------------------------------------- */
 
-/* r[3], rotation, N[3], m[3], tendons, tubes; displacement form: r, rotation. Planar, in the
+/* r[3], rotation, N[3], m[3], tendons, tubes; displacement form: r, rotation; pose_strain: r,
+ * rotation, v[3], u[3]. Planar, in the
  * plane's frame without the rows that vanish: r[2], rotation, N[2], m[1]. */
 int rod_network_outputs(const scene *scene);
 
@@ -207,6 +208,7 @@ typedef struct rod_state {
     ad_value tendons;  /* of each tendon in turn what tau_0 and l are made of where its length is
                         * given, and phi with friction; only where the scene has such */
     ad_value tubes;    /* [2 tube_count] theta, m_i of each; without tubes nothing */
+    ad_value strains;  /* [6] v, u as unknowns of their own, form pose_strain alone */
 } rod_state;
 
 /* From the raw outputs of the network of the place's window to a state: field = lift + blend
@@ -229,7 +231,11 @@ typedef struct rod_state {
  * Soft: undeformed shape (or initial state) + network, the conditions are residuals.
  * Static scenes use the undeformed shape, from the held end on, in place of the initial state.
  *
- * Displacement form: N and m follow from r and q by the constitutive law; ends that give force or
+ * Form pose_strain (as Bensch et al., ICRA 2024, have it): v and u are outputs, too,
+ * v = v* + Kse^-1 load_scale net, and so u; N and m follow from them by the constitutive law, and
+ * that they are the strains of r and q, R^T r_s = v and 2 vec(q* q_s) = u, are the residuals
+ * ROD_STRAIN and ROD_CURVATURE. Displacement form: N and m follow from r and q by that law. In both
+ * ends that give force or
  * moment stay residuals (ROD_START, ROD_END) whatever the enforcement. */
 rod_state rod_ansatz(const scene *scene, const domain_place *at, ad_value outputs);
 

@@ -21,7 +21,7 @@ int rod_network_outputs(const scene *rod_scene)
 {
     rod_plane plane = rod_plane_of(rod_scene);
     int vector = rod_vector_rows(&plane), pose = vector + rod_head_of(rod_scene)->outputs;
-    int wrench = rod_scene->formulation == SCENE_MIXED
+    int wrench = rod_has_strains(rod_scene)
                      ? vector + rod_axial_rows(&plane) + rod_tendon_rows(rod_scene)
                      : 0;
     return pose + wrench + 2 * rod_scene->tube_count;
@@ -35,7 +35,7 @@ static rod_state rod_raw_outputs(const rod_context *rod, ad_value outputs)
     int turn = rod_head_of(rod->scene)->outputs, pose = vector + turn;
     rod_state raw = {.position = rod_vector_of(rod, ad_slice(outputs, 0, vector)),
                      .rotation = ad_slice(outputs, vector, turn)};
-    if (rod->scene->formulation == SCENE_MIXED) {
+    if (rod_has_strains(rod->scene)) {
         raw.force = rod_vector_of(rod, ad_slice(outputs, pose, vector));
         raw.moment = rod_axial_of(rod, ad_slice(outputs, pose + vector, axial));
     }
@@ -369,19 +369,47 @@ static rod_wrench rod_ansatz_wrench(const rod_context *rod, const rod_pose *pose
     return (rod_wrench){ad_add(force, jumps->force), ad_add(moment, jumps->moment)};
 }
 
-static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
+static void rod_refuse_locked(const rod_context *rod)
 {
     if (scene_is_locked(&rod->properties)) {
         ad_tape_fail(rod->tape, AD_BAD_ARGUMENT,
-                     "formulation displacement: a locked strain has no constitutive law; use the "
-                     "mixed formulation or finite stiffness");
+                     "formulation %s: a locked strain has no constitutive law; use the mixed "
+                     "formulation or finite stiffness",
+                     scene_formulation_names()[rod->scene->formulation]);
     }
-    rod_kinematics k = rod_kinematics_of(rod, pose.position, pose.rotation);
-    rod_wrench wrench = rod_constitutive(rod, &k);
+}
+
+/* Force and moment of these strains. */
+static rod_state rod_state_by_law(const rod_context *rod, rod_pose pose, const rod_kinematics *k)
+{
+    rod_wrench wrench = rod_constitutive(rod, k);
     return (rod_state){.position = pose.position,
                        .rotation = pose.rotation,
                        .force = ad_rotate(pose.rotation, wrench.force),
                        .moment = wrench.moment};
+}
+
+static rod_state rod_displacement_state(const rod_context *rod, rod_pose pose)
+{
+    rod_refuse_locked(rod);
+    rod_kinematics k = rod_kinematics_of(rod, pose.position, pose.rotation);
+    return rod_state_by_law(rod, pose, &k);
+}
+
+/* The network says the elastic force and moment, which have the size of the loads. */
+static rod_state rod_strain_state(const rod_context *rod, rod_pose pose, ad_value force,
+                                  ad_value moment)
+{
+    rod_refuse_locked(rod);
+    rod_coefficients c = rod_coefficients_of(rod);
+    rod_kinematics k = {.strain = ad_add(c.rest_strain, ad_mul(c.strain_compliance, force)),
+                        .curvature =
+                            ad_add(c.rest_curvature, ad_mul(c.curvature_compliance, moment))};
+    k.strain_rate = rod_time_derivative(rod, k.strain, 1);
+    k.curvature_rate = rod_time_derivative(rod, k.curvature, 1);
+    rod_state state = rod_state_by_law(rod, pose, &k);
+    state.strains = ad_stack(2, (const ad_value[]){k.strain, k.curvature});
+    return state;
 }
 
 rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value outputs)
@@ -400,6 +428,9 @@ rod_state rod_ansatz(const scene *rod_scene, const domain_place *at, ad_value ou
     }
     ad_value force = ad_scale(raw.force, rod_force_scale(rod_scene));
     ad_value moment = ad_scale(raw.moment, rod_moment_scale(rod_scene));
+    if (rod_scene->formulation == SCENE_POSE_STRAIN) {
+        return rod_strain_state(&rod, pose, force, moment);
+    }
     rod_jumps jumps = rod_jumps_of(&rod, &pose);
     rod_wrench wrench = rod_ansatz_wrench(&rod, &straight, &jumps, force, moment);
     return (rod_state){.position = pose.position,

@@ -236,6 +236,10 @@ typedef struct rod_jumps {
 
 rod_jumps rod_jumps_of(const rod_context *rod, const rod_pose *field);
 
+/* rod_residual.c. Whether strains are unknowns of their own or follow from N and m: there are
+ * residuals of them, and as many outputs. */
+bool rod_has_strains(const scene *rod_scene);
+
 /* rod_balance.c */
 rod_coefficients rod_coefficients_of(const rod_context *rod);
 ad_value rod_space_derivative(const rod_context *rod, ad_value y);

@@ -3,11 +3,20 @@
 
 #include <math.h>
 
-/* ---- strains of the mixed form --------------------------------------------------------------- */
+/* ---- strains of the mixed form, and those that are unknowns ---------------------------------- */
+
+bool rod_has_strains(const scene *rod_scene)
+{
+    return rod_scene->formulation == SCENE_MIXED || rod_scene->formulation == SCENE_POSE_STRAIN;
+}
 
 /* v - v* - Kse^-1 (R^T N - Bse v_t - actuation): a locked strain is a compliance of 0. */
 static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
 {
+    if (rod->scene->formulation == SCENE_POSE_STRAIN) {
+        rod_kinematics pose = rod_kinematics_of(rod, state.position, state.rotation);
+        return ad_sub(pose.strain, ad_slice(state.strains, 0, 3));
+    }
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value force = ad_rotate_inverse(state.rotation, state.force);
@@ -19,6 +28,10 @@ static ad_value rod_strain_residual(const rod_context *rod, rod_state state)
 /* u - u* - Kbt^-1 (m - Bbt u_t - actuation - tubes); where tubes stiffen the rod, by how much. */
 static ad_value rod_curvature_residual(const rod_context *rod, rod_state state)
 {
+    if (rod->scene->formulation == SCENE_POSE_STRAIN) {
+        rod_kinematics pose = rod_kinematics_of(rod, state.position, state.rotation);
+        return ad_sub(pose.curvature, ad_slice(state.strains, 3, 3));
+    }
     rod_coefficients c = rod_coefficients_of(rod);
     rod_kinematics k = rod_kinematics_of(rod, state.position, state.rotation);
     ad_value elastic = ad_sub(state.moment, ad_mul(c.curvature_damping, k.curvature_rate));
@@ -69,7 +82,7 @@ static bool rod_is_mixed(const scene *rod_scene)
 }
 
 /* Which of the two rows-of-3 of an end are residuals: a held pose only when it is soft, force and
- * moment also in displacement form, where the ansatz cannot hold them. */
+ * moment also in the other forms, where the ansatz cannot hold them. */
 static bool rod_end_needs(const scene *rod_scene, bool natural)
 {
     return rod_scene->boundary_enforcement == SCENE_SOFT || (natural && !rod_is_mixed(rod_scene));
@@ -203,9 +216,9 @@ int rod_residual_rows(const scene *rod_scene, rod_residual_kind kind)
     bool starts_soft = scene_is_dynamic(rod_scene) && rod_scene->initial_enforcement == SCENE_SOFT;
     switch (kind) {
     case ROD_STRAIN:
-        return rod_is_mixed(rod_scene) ? vector : 0;
+        return rod_has_strains(rod_scene) ? vector : 0;
     case ROD_CURVATURE:
-        return rod_is_mixed(rod_scene) ? axial : 0;
+        return rod_has_strains(rod_scene) ? axial : 0;
     case ROD_FORCE:
         return vector;
     case ROD_MOMENT:

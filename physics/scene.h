@@ -44,7 +44,8 @@ extern "C" {
 #define SCENE_FORMULATION_LIST(X)                                                                  \
     X(SCENE_MIXED, "mixed")               /* unknowns r, q, N, m; first order in s */              \
     X(SCENE_DISPLACEMENT, "displacement") /* unknowns r, q; second order in s: the strong form */  \
-    X(SCENE_STRAIN_FORM, "strain")        /* unknown u, of a family: physics/family.h */
+    X(SCENE_STRAIN_FORM, "strain")        /* unknown u, of a family: physics/family.h */           \
+    X(SCENE_POSE_STRAIN, "pose_strain")   /* unknowns r, q, v, u; first order in s */
 #define SCENE_ROTATION_LIST(X)                                                                     \
     X(SCENE_QUATERNION, "quaternion") /* 4 numbers, normalised: any number of turns */             \
     X(SCENE_VECTOR, "vector")         /* 3, a rotation vector: no length that is free */           \

@@ -117,6 +117,11 @@ static ad_status check_theory(const scene_checker *check)
     const scene_beam *beam = &given->beam;
     scene_properties properties = scene_properties_of(given);
     bool shears = given->rod.model == SCENE_TIMOSHENKO;
+    if (given->formulation == SCENE_POSE_STRAIN) {
+        return scene_refuse(check, "formulation",
+                            "pose_strain is of rods in space; allowed for beams: mixed, "
+                            "displacement");
+    }
     if (shears && given->formulation == SCENE_DISPLACEMENT &&
         scene_locks(properties.strain_stiffness[1])) {
         return scene_refuse(check, "formulation",

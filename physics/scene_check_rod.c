@@ -129,10 +129,17 @@ static ad_status check_stiffness(const scene_checker *check)
         return scene_refuse(check, "rod.stiffness.bending",
                             "at least one of the two must be finite");
     }
-    if (locked && check->scene->formulation == SCENE_DISPLACEMENT) {
+    bool has_strains = check->scene->formulation == SCENE_POSE_STRAIN;
+    if (has_strains && check->scene->tube_count > 0) {
+        return scene_refuse(check, "formulation", "pose_strain has no tubes; allowed: mixed");
+    }
+    if (locked && (has_strains || check->scene->formulation == SCENE_DISPLACEMENT)) {
         return scene_refuse(check, "formulation",
-                            "displacement computes forces from strains and needs finite stiffness; "
-                            "allowed for this rod: mixed");
+                            has_strains
+                                ? "pose_strain computes forces from strains and needs finite "
+                                  "stiffness; allowed for this rod: mixed"
+                                : "displacement computes forces from strains and needs finite "
+                                  "stiffness; allowed for this rod: mixed");
     }
     if (locked && scene_is_manufactured(check->scene)) {
         return scene_refuse(check, "rod.model",

@@ -73,6 +73,22 @@ static const refusal scene_refusals[] = {
      "stiffness; allowed for this rod: mixed"},
     {"rod:\n"
      "  length: 1\n"
+     "  model: kirchhoff\n"
+     "  stiffness: {bending: [1, 1], torsion: 0.8}\n"
+     "formulation: pose_strain\n",
+     NULL,
+     "scene.yaml:5:14: formulation: pose_strain computes forces from strains and needs finite "
+     "stiffness; allowed for this rod: mixed"},
+    {"rod:\n"
+     "  length: 1\n"
+     "  model: euler_bernoulli\n"
+     "  stiffness: {bending: [1, 1]}\n"
+     "formulation: pose_strain\n",
+     NULL,
+     "scene.yaml:5:14: formulation: pose_strain is of rods in space; allowed for beams: mixed, "
+     "displacement"},
+    {"rod:\n"
+     "  length: 1\n"
      "  stiffness: {shear: [5, 5], axial: 9, bending: [.inf, .inf], torsion: 0.8}\n",
      NULL, "scene.yaml:3:49: rod.stiffness.bending: at least one of the two must be finite"},
     {"rod:\n"

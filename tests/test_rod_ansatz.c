@@ -507,10 +507,11 @@ static void check_loss_gradient(const scene *given)
 static void test_loss_gradient(void **state)
 {
     (void)state;
-    for (int variant = 0; variant < 6; variant++) {
+    static const scene_formulation forms[] = {SCENE_MIXED, SCENE_DISPLACEMENT, SCENE_POSE_STRAIN};
+    for (int variant = 0; variant < 9; variant++) {
         scene given = ends_scene(SCENE_DRIVEN, SCENE_LOADED, true, SCENE_FOLLOWER);
-        given.formulation = variant & 1 ? SCENE_DISPLACEMENT : SCENE_MIXED;
-        given.rotation = (scene_rotation)(variant / 2);
+        given.formulation = forms[variant % 3];
+        given.rotation = (scene_rotation)(variant / 3);
         given.loads.drag = Q(0.3);
         for (int i = 0; i < 3; i++) {
             given.rod.strain_damping[i] = given.rod.curvature_damping[i] = Q(0.1 + 0.1 * i);

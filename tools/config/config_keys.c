@@ -182,7 +182,9 @@ const config_key config_keys[] = {
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
-             "function of the parameters, learnt from members."},
+             "function of the parameters, learnt from members. pose_strain, after Bensch et al. 2024: "
+             "unknowns r, q and the strains v, u, that of the pose being residuals, N and m by the "
+             "constitutive law."},
     {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
      .fallback = "131072 in the strain form, else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "

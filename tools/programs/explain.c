@@ -259,7 +259,7 @@ static void plane_text(const rod_plane *plane, char text[64])
 static void print_motion(FILE *file, const scene *scene)
 {
     rod_plane plane = rod_plane_of(scene);
-    bool mixed = scene->formulation == SCENE_MIXED;
+    bool both = rod_residual_rows(scene, ROD_STRAIN) > 0; /* balances and strains */
     struct scene spatial = *scene;
     spatial.motion = SCENE_SPATIAL;
     char where[64];
@@ -268,8 +268,8 @@ static void print_motion(FILE *file, const scene *scene)
         plane_text(&plane, where);
         int tendons = rod_residual_rows(scene, ROD_TENDON);
         fprintf(file, "planar, %s by symmetry: %d unknowns of %d, %d equations of %d\n", where,
-                rod_network_outputs(scene), rod_network_outputs(&spatial),
-                (mixed ? 6 : 3) + tendons, (mixed ? 12 : 6) + tendons);
+                rod_network_outputs(scene), rod_network_outputs(&spatial), (both ? 6 : 3) + tendons,
+                (both ? 12 : 6) + tendons);
     } else if (strcmp(plane.leaves, "motion") == 0 || scene_is_manufactured(scene)) {
         fprintf(file, "spatial: %s\n",
                 scene_is_manufactured(scene) ? "a manufactured solution is not looked into"
@@ -290,6 +290,9 @@ static void print_form(FILE *file, const scene *scene)
     } else {
         bool planar = rod_plane_of(scene).is_planar;
         fprintf(file, "r[%d] position, %s", planar ? 2 : 3, rod_head_of(scene)->name);
+        if (scene->formulation == SCENE_POSE_STRAIN) {
+            fprintf(file, ", v[%d] strain, u[%d] curvature", planar ? 2 : 3, planar ? 1 : 3);
+        }
         if (mixed) {
             fprintf(file, ", N[%d] force, m[%d] moment", planar ? 2 : 3, planar ? 1 : 3);
         }

@@ -357,10 +357,13 @@ static ad_status check_jumps(const scene *given, char *key, ad_error *error)
                  {"springs", given->spring_count},
                  {"segments", given->segment_count}};
     for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
-        if (given->formulation == SCENE_DISPLACEMENT && lists[i].count > 0) {
+        bool by_law =
+            given->formulation == SCENE_DISPLACEMENT || given->formulation == SCENE_POSE_STRAIN;
+        if (by_law && lists[i].count > 0) {
             return train_refuse(key, lists[i].key, error,
                                 "makes forces or strains jump, which networks of formulation "
-                                "displacement cannot; allowed with mixed");
+                                "%s cannot; allowed with mixed",
+                                scene_formulation_names()[given->formulation]);
         }
     }
     return AD_OK;
