@@ -94,7 +94,7 @@ void field_load(field *f, double factor)
 
 void field_member(field *f, const double *values)
 {
-    f->held = f->model->scene.parameter_count;
+    f->held = scene_known_count(&f->model->scene);
     for (int i = 0; i < f->held; i++) {
         f->member[i] = values[i];
     }

@@ -179,6 +179,18 @@ ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info,
 ad_status problem_normal_equations(problem *p, const double *x, double *loss, double *jtj,
                                    double *jtr, ad_error *error);
 
+/* The terms of measurements (sets of points that the model draws from a source), whose residuals
+ * are independent numbers of variance 1: the sum of their squares, how many, and the upper triangle
+ * of sum_k J_k^T v_k J_k [parameters][parameters], with J_k their rows in the normal equations
+ * and v_k the variance of these rows. */
+typedef struct problem_noise {
+    double chi_squared;
+    size_t numbers;
+} problem_noise;
+
+ad_status problem_noise_of(problem *p, const double *x, double *by_noise, problem_noise *noise,
+                           ad_error *error);
+
 /* J by columns, jt [parameters][rows], r [rows], J^T r and the diagonal of J^T J
  * [parameters]. jt has to be 0 before the first call: an entry that is always 0 is not written. */
 ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt, double *r,

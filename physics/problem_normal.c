@@ -51,6 +51,41 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
     return status == AD_OK ? check(*loss, diagonal, jtr, count, error) : status;
 }
 
+ad_status problem_noise_of(problem *p, const double *x, double *by_noise, problem_noise *noise,
+                           ad_error *error)
+{
+    const size_t count = p->parameters;
+    double *one = malloc((count + 1) * count * sizeof *one);
+    ad_status status =
+        one ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", count);
+    *noise = (problem_noise){.numbers = 0};
+    memset(by_noise, 0, count * count * sizeof *by_noise);
+    for (int i = 0; i < p->set_count && status == AD_OK; i++) {
+        problem_set *set = &p->sets[i];
+        if (set->about->points != MODEL_GIVEN) {
+            continue;
+        }
+        double loss = 0;
+        memset(one, 0, (count + 1) * count * sizeof *one);
+        status = problem_set_prepare_normal(p, set, error);
+        status = status == AD_OK
+                     ? problem_set_normal(set, x, &loss, one, one + count * count, error)
+                     : status;
+        const double points = (double)set->trained.count;
+        const double variance = p->terms[set->terms[0]]->weight / points;
+        if (status == AD_OK && variance > 0) {
+            noise->chi_squared += loss / variance;
+            noise->numbers +=
+                ad_normal_inspect(set->normal, set->trained.count).rows * set->trained.count;
+            for (size_t k = 0; k < count * count; k++) {
+                by_noise[k] += variance * one[k];
+            }
+        }
+    }
+    free(one);
+    return status;
+}
+
 ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt, double *r,
                            double *jtr, double *diagonal, ad_error *error)
 {

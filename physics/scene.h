@@ -383,6 +383,7 @@ double scene_parameter_fraction(const scene_parameter *parameter, double value);
 /* Training finds a number y for an unknown: its fraction is 1/(1 + exp(-y - y0)), never an end of
  * the range, with this y0 where it begins, of a guess at an end close to it. */
 double scene_unknown_scalar(const scene_parameter *parameter, double guess);
+double scene_unknown_value(const scene_parameter *parameter, double guess, double scalar);
 
 /* One member of a family, values [parameter_count] in SI units: a scene without parameters. The
  * middle one has every parameter at the fraction 1/2; of a scene that is no family it is this

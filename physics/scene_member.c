@@ -27,6 +27,12 @@ double scene_unknown_scalar(const scene_parameter *parameter, double guess)
     return log(z / (1 - z));
 }
 
+double scene_unknown_value(const scene_parameter *parameter, double guess, double scalar)
+{
+    const double y = scalar + scene_unknown_scalar(parameter, guess);
+    return scene_parameter_at(parameter, 1 / (1 + exp(-y)));
+}
+
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];

@@ -119,7 +119,7 @@ static void resolve_formulation(config *experiment)
 {
     enum { PARAMETERS_MANY = 5 };
     scene *of = &experiment->scene;
-    if (!given(experiment, "formulation") && of->parameter_count >= PARAMETERS_MANY &&
+    if (!given(experiment, "formulation") && scene_known_count(of) >= PARAMETERS_MANY &&
         !scene_is_dynamic(of) && !scene_is_beam(of)) {
         of->formulation = SCENE_STRAIN_FORM;
     }

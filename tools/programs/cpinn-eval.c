@@ -300,11 +300,11 @@ static void print_reference(const evaluation *x)
 static void print_tip(const evaluation *x)
 {
     const scene *scene = x->e->scene;
-    for (int i = 0; i < scene->parameter_count; i++) {
+    for (int i = 0; i < scene_known_count(scene); i++) {
         printf("%s%s = %g%s", i ? ", " : "member ", scene->parameters[i].name, x->member[i],
-               i + 1 < scene->parameter_count ? ""
-               : x->asked.family.at           ? "\n"
-                                              : ", the middle one\n");
+               i + 1 < scene_known_count(scene) ? ""
+               : x->asked.family.at             ? "\n"
+                                                : ", the middle one\n");
     }
     printf("tip%s", scene_is_beam(scene) ? " deflection" : "");
     for (int i = 0; i < scene_physics_of(scene)->position_columns; i++) {
@@ -359,7 +359,7 @@ static void print_json_member(json *to, const evaluation *x)
 {
     const scene *scene = x->e->scene;
     json_open(to, "member", '{');
-    for (int i = 0; i < scene->parameter_count; i++) {
+    for (int i = 0; i < scene_known_count(scene); i++) {
         json_number(to, scene->parameters[i].name, x->member[i]);
     }
     json_close(to, '}');
@@ -421,8 +421,8 @@ static ad_status print_json(const evaluation *x, ad_error *error)
 static ad_status choose_member(evaluation *x, ad_error *error)
 {
     const scene *scene = x->e->scene;
-    scene_middle_values(scene, x->member);
-    return x->asked.family.at ? scene_member_read(scene->parameter_count, scene->parameters,
+    experiment_member_values(x->e, x->member);
+    return x->asked.family.at ? scene_member_read(scene_known_count(scene), scene->parameters,
                                                   x->asked.family.at, x->member, error)
                               : AD_OK;
 }

@@ -6,7 +6,9 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/explain.h"
 #include "tools/programs/progress.h"
+#include "tools/programs/unknowns.h"
 #include "tools/train/report.h"
+#include "tools/train/trainer_unknowns.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,6 +27,9 @@ static const char epilogue[] =
     "  cpinn-train rod.yaml --out runs/rod --resume\n"
     "\n"
     "Ctrl-C finishes the step at hand, saves, and says how to resume.\n"
+    "\n"
+    "A scene with parameters to be identified has them found from its data together with the\n"
+    "network, each with its standard deviation; cpinn-solve finds them without a network.\n"
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
@@ -66,6 +71,7 @@ typedef struct training {
     run_folder folder;
     progress progress;
     verdict verdict;
+    unknowns unknown; /* of a scene that has some, once it is trained */
 } training;
 
 static ad_status begin(training *t, ad_error *error)
@@ -138,9 +144,26 @@ static void announce_stage(training *t)
     }
 }
 
+/* What training has found of the scene. */
+static void find_unknowns(training *t)
+{
+    ad_error error;
+    const scene *open = t->s.e->scene;
+    if (open->unknown_count == 0) {
+        return;
+    }
+    t->unknown.open = open;
+    if (trainer_unknowns(t->s.trainer, &t->unknown.found, &error) == AD_OK) {
+        identified_verdict(&t->unknown.found, open, &t->verdict);
+    } else {
+        verdict_add_error(&t->verdict, &error);
+    }
+}
+
 static void finish(training *t)
 {
     trainer_verdict(t->s.trainer, &t->verdict);
+    find_unknowns(t);
     if (t->progress.quiet) {
         if (verdict_outcome_of(&t->verdict) == VERDICT_WARNING) {
             verdict_print(stderr, "cpinn-train: ", &t->verdict);
@@ -169,6 +192,9 @@ static void finish(training *t)
     progress_say(&t->progress,
                  "of which the equations took %.3f s to be recorded and compiled (%d)",
                  compiled.seconds, compiled.count);
+    if (t->unknown.found.count > 0) {
+        unknowns_print(&t->unknown);
+    }
     verdict_print(stdout, "", &t->verdict);
     progress_error_table(stdout, trainer_history(t->s.trainer), t->s.e->scene->windows);
     printf("\n  %s\n  %s\n  %s\n\n  cpinn-eval %s\n", t->folder.checkpoint, t->folder.history,
@@ -277,6 +303,7 @@ static ad_status write_json(const training *t, ad_error *error)
     json_text(&to, "version", cli_version());
     json_text(&to, "name", t->s.e ? t->s.e->settings->name : NULL);
     report_verdict(&to, &t->verdict);
+    unknowns_json(&t->unknown, &to);
     if (t->s.trainer) {
         trainer_info info = trainer_inspect(t->s.trainer);
         json_integer(&to, "step", info.step);

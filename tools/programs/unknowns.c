@@ -10,7 +10,7 @@
 
 static const scene_parameter *unknown_of(const unknowns *x, int index)
 {
-    const scene *open = &x->settings->scene;
+    const scene *open = x->open;
     return &open->parameters[scene_known_count(open) + index];
 }
 
@@ -71,7 +71,8 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
     if (status != AD_OK) {
         return status;
     }
-    for (int i = 0; i < x->settings->scene.unknown_count; i++) {
+    x->open = &x->settings->scene;
+    for (int i = 0; i < x->open->unknown_count; i++) {
         given = given || is_given(at, unknown_of(x, i)->name);
     }
     if (x->settings->scene.unknown_count == 0 || given) {
@@ -125,9 +126,13 @@ static void print_correlations(const unknowns *x)
 void unknowns_print(const unknowns *x)
 {
     const identified *found = &x->found;
-    printf("identified from %zu numbers of %zu experiment%s: %d steps, %ld solutions%s, %.1f ms\n",
-           found->residuals, found->experiments, found->experiments == 1 ? "" : "s", found->steps,
-           found->solutions, found->by_members ? " in batches" : "", 1e3 * x->seconds);
+    printf("identified from %zu numbers", found->residuals);
+    if (found->solutions > 0) { /* without a network */
+        printf(" of %zu experiment%s: %d steps, %ld solutions%s, %.1f ms", found->experiments,
+               found->experiments == 1 ? "" : "s", found->steps, found->solutions,
+               found->by_members ? " in batches" : "", 1e3 * x->seconds);
+    }
+    putchar('\n');
     for (int i = 0; i < found->count; i++) {
         printf("  %-24s %.6g", unknown_of(x, i)->name, found->value[i]);
         if (found->bounded[i]) {
@@ -169,7 +174,7 @@ static void write_unknown(const unknowns *x, int i, json *to)
 void unknowns_json(const unknowns *x, json *to)
 {
     const identified *found = &x->found;
-    if (!x->settings || found->count == 0) {
+    if (found->count == 0) {
         json_text(to, "identified", NULL);
         return;
     }

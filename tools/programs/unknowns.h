@@ -8,7 +8,8 @@
 #include "tools/train/identify.h"
 
 typedef struct unknowns {
-    config *settings; /* of the scene with open names; NULL: there are no unknowns */
+    config *settings; /* of the scene with open names; NULL: it is another's, or has no unknowns */
+    const scene *open;
     identified found;
     double seconds;
     char at[1600]; /* what was asked for by --at, and the values found */

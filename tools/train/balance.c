@@ -54,7 +54,7 @@ learnt_balance experiment_balance(const experiment *e, const double *member)
 {
     scene one;
     double middle[SCENE_PARAMETERS_MAX];
-    member = member ? member : scene_middle_values(e->scene, middle);
+    member = member ? member : experiment_member_values(e, middle);
     scene_member(e->scene, member, &one);
     learnt all = {.scene = &one, .x = experiment_parameters(e)};
     learnt_balance result = {NAN, NAN, NAN};

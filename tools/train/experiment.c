@@ -38,6 +38,34 @@ static ad_status build_model(experiment *e, ad_error *error)
                : model_of_scene(e->scene, &e->settings->weights, &e->model, error);
 }
 
+/* What stands against finding unknowns beside the network. */
+static ad_status check_unknowns(const experiment *e, ad_error *error)
+{
+    const scene *open = e->scene;
+    const train_settings *settings = e->settings;
+    const struct {
+        bool is_so;
+        const char *key, *problem;
+    } obstacles[] = {
+        {settings->data_count == 0, "data",
+         "is needed, as there are parameters to be identified; give measurements, or a number"},
+        {scene_is_family(open), "parameters",
+         "have ranges beside those that are to be identified; cpinn-solve identifies them, a "
+         "network takes numbers for the others, by --set"},
+        {open->windows > 1, "time.windows",
+         "has several windows, of which each would find unknowns of its own; allowed: 1"},
+        {open->initial.state == SCENE_EQUILIBRIUM, "initial.state",
+         "is solved for before training, but the scene has unknowns; allowed: given"},
+        {train_names_reference(settings) && !settings->reference_file, "reference",
+         "is solved with numbers, but the scene has unknowns; allowed: file"}};
+    for (size_t i = 0; open->unknown_count > 0 && i < sizeof obstacles / sizeof *obstacles; i++) {
+        if (obstacles[i].is_so) {
+            return experiment_refuse(e, obstacles[i].key, obstacles[i].problem, error);
+        }
+    }
+    return AD_OK;
+}
+
 static ad_status build(experiment *e, int threads, ad_error *error)
 {
     train_settings *settings = e->settings;
@@ -48,7 +76,8 @@ static ad_status build(experiment *e, int threads, ad_error *error)
         return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
                        thread_count(threads));
     }
-    ad_status status = build_model(e, error);
+    ad_status status = check_unknowns(e, error);
+    status = status == AD_OK ? build_model(e, error) : status;
     if (status != AD_OK) {
         return status;
     }
@@ -164,6 +193,18 @@ char *experiment_text(const experiment *e)
 double *experiment_parameters(const experiment *e)
 {
     return e->parameters + (size_t)e->window * e->count;
+}
+
+const double *experiment_member_values(const experiment *e, double *values)
+{
+    const scene *open = e->scene;
+    const int known = scene_known_count(open);
+    const double *scalars = experiment_parameters(e) + e->count - (size_t)open->unknown_count;
+    scene_middle_values(open, values);
+    for (int i = known; i < open->parameter_count; i++) {
+        values[i] = scene_unknown_value(&open->parameters[i], open->guess[i], scalars[i - known]);
+    }
+    return values;
 }
 
 evaluator_model experiment_trained(const experiment *e)

@@ -56,7 +56,7 @@ typedef struct experiment {
     physics_model *model; /* owned, unless it was lent to experiment_of_model */
     bool is_lent;
     nn_mlp *mlp;
-    targets *targets; /* of a family in the strain form; else NULL */
+    targets *targets;          /* of a family in the strain form; else NULL */
     struct measured *measured; /* the data of the model's terms; once there is a problem */
     struct relay *relay;       /* from window to window */
     double *parameters; /* [windows][count]; the first window's are initialised from the seed */
@@ -87,6 +87,10 @@ ad_status experiment_problem(experiment *e, problem **result, ad_error *error);
 /* Of the window at work: its network's parameters [count], and the state from which it starts
  * [relay_numbers], which the first window has not. */
 double *experiment_parameters(const experiment *e);
+
+/* Values [parameter_count] of the scene's parameters: of a family the middle ones, and unknowns as
+ * they are found so far. */
+const double *experiment_member_values(const experiment *e, double *values);
 
 const double *experiment_start(const experiment *e);
 

@@ -70,14 +70,14 @@ int trainer_unstable_modes(const trainer *t)
     if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
         return modes;
     }
-    scene_middle(rod_scene, &one);
+    double middle[SCENE_PARAMETERS_MAX];
+    scene_member(rod_scene, experiment_member_values(e, middle), &one);
     ad_status status = stability_points(&one, s, &ignored);
     status =
         status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
-        double middle[SCENE_PARAMETERS_MAX];
         field_load(shape, t->info.part);
-        field_member(shape, scene_middle_values(rod_scene, middle));
+        field_member(shape, middle);
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
     }

@@ -1,0 +1,125 @@
+#include "tools/train/trainer_unknowns.h"
+
+#include "autodiff/dense.h"
+#include "tools/train/trainer_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX = SCENE_PARAMETERS_MAX };
+
+/* The covariance [unknowns][unknowns] of the last parameters of x, by the noise of measurements. */
+static ad_status covariance_of(const trainer *t, size_t unknowns, double *covariance,
+                               problem_noise *noise, ad_error *error)
+{
+    const size_t count = t->e->count;
+    double *matrix = malloc(2 * count * count * sizeof *matrix), *jtr = malloc(count * sizeof *jtr);
+    double *by_noise = matrix ? matrix + count * count : NULL;
+    double *columns = malloc(unknowns * count * sizeof *columns);
+    ad_dense_factor *factor = ad_dense_factor_create(count);
+    ad_status status =
+        matrix && jtr && columns && factor
+            ? ad_dense_load(error)
+            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", count);
+    const double *x = experiment_parameters(t->e);
+    double loss, largest = 0;
+    status = status == AD_OK ? problem_normal_equations(t->problem, x, &loss, matrix, jtr, error)
+                             : status;
+    status = status == AD_OK ? problem_noise_of(t->problem, x, by_noise, noise, error) : status;
+    for (size_t i = 0; status == AD_OK && i < count; i++) {
+        largest = fmax(largest, matrix[i * count + i]);
+    }
+    bool factored = false;
+    for (double part = 1e-14; status == AD_OK && !factored && part < 1e-3; part *= 10) {
+        for (size_t i = 0; i < count; i++) {
+            jtr[i] = part * largest; /* what the equations do not determine stays as it is */
+        }
+        factored = ad_dense_cholesky(t->e->pool, matrix, jtr, factor) == 0;
+    }
+    if (status == AD_OK && !factored) {
+        status = ad_fail(error, AD_NOT_FINITE, "the normal equations cannot be factored");
+    }
+    for (size_t k = 0; status == AD_OK && k < unknowns; k++) {
+        memset(columns + k * count, 0, count * sizeof *columns);
+        columns[k * count + count - unknowns + k] = 1;
+        ad_dense_cholesky_solve(factor, columns + k * count);
+    }
+    for (size_t k = 0; status == AD_OK && k < unknowns * unknowns; k++) {
+        const double *a = columns + k / unknowns * count, *b = columns + k % unknowns * count;
+        covariance[k] = 0;
+        for (size_t i = 0; i < count; i++) { /* the upper triangle is kept */
+            double row = by_noise[i * count + i] * b[i], column = 0;
+            for (size_t j = i + 1; j < count; j++) {
+                row += by_noise[i * count + j] * b[j];
+                column += by_noise[i * count + j] * a[j];
+            }
+            covariance[k] += a[i] * row + b[i] * column;
+        }
+    }
+    ad_dense_factor_free(factor);
+    free(columns);
+    free(jtr);
+    free(matrix);
+    return status;
+}
+
+/* What is known, from the covariance of scalars of which the parts of the ranges go as slope. */
+static void conclude(const trainer *t, const double *slope, double *covariance, identified *result)
+{
+    const scene *open = t->e->scene;
+    const size_t count = (size_t)result->count;
+    const bool held[MAX] = {false};
+    double information[MAX * MAX] = {0};
+    int pivots[MAX];
+    for (size_t i = 0; i < count * count; i++) {
+        covariance[i] *=
+            slope[i / count] * slope[i % count] * result->noise_factor * result->noise_factor;
+    }
+    for (size_t i = 0; i < count; i++) {
+        information[i * count + i] = 1;
+    }
+    if (ad_dense_lu(count, covariance, pivots) == 0) {
+        ad_dense_lu_solve(count, count, covariance, pivots, information);
+    }
+    result->information = solve_information_of(result->count, information, held);
+    for (int i = 0; i < result->count; i++) {
+        const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
+        const double width =
+            p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low;
+        result->deviation[i] = result->information.deviation[i] * width;
+    }
+}
+
+ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
+{
+    const scene *open = t->e->scene;
+    const size_t count = (size_t)open->unknown_count;
+    double covariance[MAX * MAX], values[MAX], slope[MAX];
+    problem_noise noise;
+    *result = (identified){.count = (int)count, .converged = true, .experiments = 1};
+    if (count == 0) {
+        return AD_OK;
+    }
+    experiment_member_values(t->e, values);
+    for (size_t i = 0; i < count; i++) {
+        const size_t k = (size_t)scene_known_count(open) + i;
+        const double z = scene_parameter_fraction(&open->parameters[k], values[k]);
+        result->value[i] = values[k];
+        slope[i] = z * (1 - z);
+    }
+    ad_status status = covariance_of(t, count, covariance, &noise, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    result->steps = (int)t->info.step;
+    result->chi_squared = noise.chi_squared;
+    result->residuals = noise.numbers;
+    result->scaled = t->e->settings->data_count == 0 || !(t->e->settings->data[0].noise > 0);
+    result->noise_factor = 1;
+    if (result->scaled && noise.numbers > count) {
+        result->noise_factor = sqrt(noise.chi_squared / (double)(noise.numbers - count));
+    }
+    conclude(t, slope, covariance, result);
+    return AD_OK;
+}
