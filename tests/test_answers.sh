@@ -1,6 +1,6 @@
 #!/bin/bash
 # Answers for members of families as users get them: with their errors, from files, verified.
-#   test_families.sh BIN ROOT
+#   test_answers.sh BIN ROOT
 set -u
 . "$(dirname "$0")/programs.sh"
 
