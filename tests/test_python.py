@@ -69,6 +69,23 @@ assert abs(shapes[0, :, 2] - known.values["z"]).max() < 1e-9
 raises("which one member is wanted", cpinn.solve, "family.yaml", s)
 raises("allowed: ascending", cpinn.Members, "family.yaml", s[::-1])
 
+# A network trained for all members: each shape with its error, which is that to a solved one.
+cpinn.train("family.yaml", folder="family", threads=1, overrides=[
+    "formulation=strain", "network.hidden=[8]", "members.solved=200",
+    "training.stages=[{optimizer: adam, steps: 100}]"])
+trained = cpinn.Family("family")
+assert list(trained.ranges) == ["force"] and trained.columns == cpinn.Members.columns
+exact = family.solve([[-0.02], [0.03]])[0]
+for polish in range(3):
+    shapes, answers = trained.evaluate([[-0.02], [0.03]], s, polish=polish, alone=True)
+    assert answers["trusted"].all() and not answers["outside"].any()
+    off = numpy.linalg.norm((shapes - exact)[:, :, :3], axis=2).max(axis=1)
+    assert (off <= 2 * answers["error"] + 1e-6 * 0.3).all(), (off, answers)
+assert trained.words(answers) == [("network", "none")] * 2
+raises("outside its range", trained.evaluate, [[1.0]], s)
+far = cpinn.Family("family", extrapolate=True).evaluate([[0.05]], s)[1]
+assert far["outside"].all() and far["trusted"].all()
+
 # Stopped by the caller, and by what the caller raises.
 stopped = cpinn.train(moving, progress=lambda now: now.step < 2)
 assert stopped.verdict.outcome == "stopped" and stopped.verdict.reason == "unfinished"

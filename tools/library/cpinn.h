@@ -116,6 +116,9 @@ typedef struct cpinn_family cpinn_family;
 /* Of members that are solved: the estimated error of the position, over the length. */
 #define CPINN_TOLERANCE 1e-6
 
+/* Of members after two steps: those of which more is predicted are solved, though it is trusted. */
+#define CPINN_ENOUGH 1e-5
+
 /* One row per reason: name, word, meaning. The first are those of solve_doubt. */
 #define CPINN_REASON_LIST(X)                                                                       \
     X(CPINN_REASON_NONE, "none", "nothing speaks against the network's answer")                    \
@@ -123,6 +126,7 @@ typedef struct cpinn_family cpinn_family;
     X(CPINN_REASON_UNSTABLE, "unstable", "the network's answer is close to no stable equilibrium") \
     X(CPINN_REASON_TOO_FAR, "too_far", "the network's error is predicted to be too large")         \
     X(CPINN_REASON_NOT_SETTLING, "not_settling", "steps of Newton's method hardly become shorter") \
+    X(CPINN_REASON_NOT_REACHED, "not_reached", "two steps leave an error above CPINN_ENOUGH")      \
     X(CPINN_REASON_NO_ESTIMATE, "no_estimate", "the solver of members does not take this scene")   \
     X(CPINN_REASON_REFUSED, "refused", "with these values the scene does not pass its checks")     \
     X(CPINN_REASON_NO_EQUILIBRIUM, "no_equilibrium", "none was found under the whole load")        \
@@ -190,7 +194,7 @@ const char *cpinn_family_without_error(const cpinn_family *x);
 /* What is to be made of the network's answer. */
 typedef struct cpinn_polish {
     int steps;  /* of Newton's method: 0, 1, 2 */
-    bool alone; /* what is not trusted then is left as it is, not solved */
+    bool alone; /* what is not trusted then, or not reached, is left as it is, not solved */
 } cpinn_polish;
 
 /* values [members][points][columns] and answers [members] for parameters [members][parameters], in
@@ -223,6 +227,7 @@ const char *cpinn_way_word(cpinn_way way); /* "network", "one step", "two steps"
 typedef struct cpinn_family_row {
     double median, p95, p999, worst;
     size_t not_trusted, reasons[CPINN_REASON_COUNT];
+    size_t solved;   /* whose answer is from a solver, not from the network */
     size_t wrong;    /* trusted, and off by more than cpinn_family_bound */
     size_t unknown;  /* trusted, of members that nobody solves */
     double ratio[3]; /* predicted over actual error, quantiles 1, 50 and 99 %, and the share within

@@ -558,15 +558,25 @@ ad_status cpinn_family_solve(cpinn_family *x, const double *parameters, double *
     return status;
 }
 
-/* Members of a chunk that are not trusted, by the solver of members, and those that it gives none
- * of by the other one. */
-static ad_status solve_rest(cpinn_family *x, size_t members, const double *parameters,
+/* Whether the solver is asked: not where the scene is none. */
+static bool is_wanting(const cpinn_family *x, int steps, cpinn_answer *answer)
+{
+    if (answer->trusted && steps == 2 && answer->error > CPINN_ENOUGH * x->length) {
+        answer->reason = CPINN_REASON_NOT_REACHED;
+        return true;
+    }
+    return !answer->trusted && answer->source == CPINN_FROM_NETWORK;
+}
+
+/* Members of a chunk whose answer is wanting, by the solver of members, and those that it gives
+ * none of, unless they are trusted, by the other one. */
+static ad_status solve_rest(cpinn_family *x, int steps, size_t members, const double *parameters,
                             double *values, cpinn_answer *answers, ad_error *error)
 {
     const size_t count = (size_t)x->count, width = x->points * (size_t)x->columns;
     size_t rest = 0;
     for (size_t i = 0; i < members; i++) {
-        if (!answers[i].trusted && answers[i].source == CPINN_FROM_NETWORK) {
+        if (is_wanting(x, steps, &answers[i])) {
             memcpy(x->parameters + rest * count, parameters + i * count,
                    count * sizeof *parameters);
             x->which[rest++] = i;
@@ -585,9 +595,10 @@ static ad_status solve_rest(cpinn_family *x, size_t members, const double *param
         }
     }
     for (size_t k = 0; k < rest && status == AD_OK; k++) {
-        if (!x->solved[k].solved) {
+        cpinn_answer *answer = &answers[x->which[k]];
+        if (!answer->trusted) {
             status = cpinn_family_solve(x, x->parameters + k * count, values + x->which[k] * width,
-                                        &answers[x->which[k]], error);
+                                        answer, error);
         }
     }
     return status;
@@ -612,7 +623,7 @@ ad_status cpinn_family_evaluate(cpinn_family *x, const cpinn_polish *polish, siz
             look_outside(x, now, given, to, said);
         }
         if (status == AD_OK && said && x->solver && !polish->alone) {
-            status = solve_rest(x, now, given, to, said, error);
+            status = solve_rest(x, polish->steps, now, given, to, said, error);
         }
     }
     return status;

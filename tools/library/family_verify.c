@@ -175,6 +175,7 @@ static void count_answer(verifying *x, cpinn_way way, size_t member, const doubl
     const double off = known ? distance(x, values, truth) : NAN;
     const double least = KNOWN * TRUTH * CPINN_TOLERANCE * x->length;
     row->not_trusted += !answer->trusted;
+    row->solved += answer->source == CPINN_FROM_MEMBERS || answer->source == CPINN_FROM_SOLVER;
     row->reasons[answer->reason] += !answer->trusted;
     row->wrong += answer->trusted && known && !(off <= cpinn_family_bound(x->family, answer));
     row->unknown += answer->trusted && !known;

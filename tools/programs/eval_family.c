@@ -336,8 +336,12 @@ static void print_row(const char *name, const cpinn_family_row *row)
         printf("  %6.3f %6.3f %6.3f  %6.1f %%", row->ratio[0], row->ratio[1], row->ratio[2],
                100 * row->within);
     }
-    printf(" %8.1f %8.2f  %s\n", 1e6 * row->alone, 1e6 * row->batch,
+    printf(" %8.1f %8.2f  %s", 1e6 * row->alone, 1e6 * row->batch,
            list_reasons(row->reasons, text));
+    if (row->solved > 0) {
+        printf("%s%zu solved instead", *text ? ", " : "", row->solved);
+    }
+    putchar('\n');
 }
 
 /* Of the network without its errors, and of the solver. */
@@ -415,6 +419,7 @@ static void json_row(json *to, cpinn_way way, const cpinn_family_row *row)
     json_number(to, "worst", row->worst);
     json_integer(to, "not_trusted", (int64_t)row->not_trusted);
     json_reasons(to, row->reasons);
+    json_integer(to, "solved_instead", (int64_t)row->solved);
     json_integer(to, "wrong_though_trusted", (int64_t)row->wrong);
     json_integer(to, "trusted_though_unsolved", (int64_t)row->unknown);
     json_number(to, "predicted_over_actual_p01", row->ratio[0]);
