@@ -334,7 +334,7 @@ static void test_trusted(void **state)
     config *given = read_robot();
     batch *truth = solve(&given->scene, 1, 0, 1e-8);
     int trusted = 0, doubted = 0;
-    for (double size = 0.03; size < 7; size *= 1.7) {
+    for (double size = 0.03; size < 7; size *= 3) {
         for (int steps = 0; steps <= 2; steps++) {
             answers *found = ask(1, 0, steps, size);
             for (int i = 0; i < MEMBERS; i++) {

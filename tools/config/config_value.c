@@ -222,6 +222,7 @@ ad_status config_begin_parameter(config_reader *reader, const char *path, bool a
     if (anew) {
         parameter->range[0] = parameter->range[1] = parameter->identify = NAN;
         parameter->scale = SCENE_LINEAR;
+        parameter->of_key = false;
     }
     return AD_OK;
 }
