@@ -480,6 +480,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     }
     r->model = scene_physics_of(e->scene);
     r->pose = (size_t)(r->model->position_columns + r->model->rotation_columns);
+    r->members = 1; /* of closed forms */
     r->length = scene_length(e->scene);
     r->duration = scene_duration(e->scene);
     r->about.estimate = NAN;
