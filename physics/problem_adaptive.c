@@ -134,14 +134,31 @@ static void move_by_density(problem *p, problem_set *set)
     }
 }
 
-/* Every other point may move; of those the next tenth. */
+/* Half of the points of each piece may move, so that the others still cover it: the second half of
+ * a sequence, of which every other point leaves parts of a cube empty, and every other one of a
+ * grid. movable_point: the index of one of them, 0 to movable_count - 1, pieces in turn. */
+static size_t movable_count(const problem *p, const problem_set *set)
+{
+    size_t pieces = (size_t)domain_pieces(&p->model->domain);
+    return pieces * (set->trained.count / pieces / 2);
+}
+
+static size_t movable_point(const problem *p, const problem_set *set, size_t which)
+{
+    size_t pieces = (size_t)domain_pieces(&p->model->domain), each = set->trained.count / pieces;
+    bool grid = sampling_kind_is_tensor(p->settings.interior.sampler);
+    size_t within = grid ? 2 * (which / pieces) + 1 : each - each / 2 + which / pieces;
+    return which % pieces * each + within;
+}
+
+/* The next tenth of those that may move. */
 static void move_by_greed(const problem *p, problem_set *set, int64_t round)
 {
-    size_t half = set->trained.count / 2;
+    size_t half = movable_count(p, set);
     size_t first = half * (size_t)(round - 1) / ROUNDS, last = half * (size_t)round / ROUNDS;
     choose(set, last - first);
     for (size_t k = first; k < last; k++) {
-        take(p, set, k - first, 2 * k + 1);
+        take(p, set, k - first, movable_point(p, set, k));
     }
 }
 
@@ -172,10 +189,10 @@ static double around(problem *p, problem_set *set, int coordinate, double x)
 
 static void move_by_gaussians(problem *p, problem_set *set)
 {
-    size_t half = set->trained.count / 2, centres = (half + AROUND - 1) / AROUND;
+    size_t half = movable_count(p, set), centres = (half + AROUND - 1) / AROUND;
     choose(set, centres);
     for (size_t k = 0; k < half; k++) {
-        size_t to = 2 * k + 1, count = set->trained.count;
+        size_t to = movable_point(p, set, k), count = set->trained.count;
         take(p, set, k / AROUND, to);
         for (int i = 0; i < p->model->domain.count; i++) {
             double *x = &set->trained.x[(size_t)i * count + to];
