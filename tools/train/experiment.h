@@ -56,7 +56,7 @@ typedef struct experiment {
     physics_model *model; /* owned, unless it was lent to experiment_of_model */
     bool is_lent;
     nn_mlp *mlp;
-    targets *targets; /* of a family in the strain form; else NULL */
+    targets *targets;          /* of a family in the strain form; else NULL */
     struct measured *measured; /* the data of the model's terms; once there is a problem */
     struct relay *relay;       /* from window to window */
     double *parameters; /* [windows][count]; the first window's are initialised from the seed */
