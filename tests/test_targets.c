@@ -190,7 +190,7 @@ static void test_resume(void **state)
 {
     (void)state;
     static const char stages[] =
-        "{optimizer: soap, steps: 30, learning_rate: 0.01, warmup_steps: 5, basis_every: 4}, "
+        "{optimizer: soap, steps: 30, learning_rate: 0.01, warmup_steps: 5}, "
         "{optimizer: soap, steps: 30, learning_rate: 0.01, targets: physics}, "
         "{optimizer: adam, steps: 10}";
     for (int at = 13; at < 70; at += 30) {
