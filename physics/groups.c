@@ -22,8 +22,10 @@ static const double STEEPEST = 6, SLOPE = 1e-3;
 static const double DECADES = 8;
 /* Of the length: what moves the rod by less is left out. */
 static const double UNMOVED = 1e-7;
-/* What moves the rod less is mapped to less, by this power, but not to less than the least. */
-static const double WEAKER = 0.5, WEAKEST = 0.25;
+/* What moves the rod less is mapped to less, by this power, but not to less than the least; few
+ * inputs, many. Random waves of a few want them as weak as they are: errors are four times smaller
+ * than by the square root; deep networks of many are a third worse by that. */
+static const double WEAKER[2] = {1, 0.5}, WEAKEST[2] = {0.05, 0.25};
 
 /* ---- members --------------------------------------------------------------------------------- */
 
@@ -376,8 +378,9 @@ static void choose(search *x)
             kept[g->count++] = i;
         }
     }
+    const bool many = g->count > FEW;
     for (int i = 0; i < g->count; i++) {
-        g->rows[i].scale = fmax(WEAKEST, pow(g->rows[i].effect / most, WEAKER));
+        g->rows[i].scale = fmax(WEAKEST[many], pow(g->rows[i].effect / most, WEAKER[many]));
     }
 }
 

@@ -80,9 +80,6 @@ ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn);
  * member itself; entries of any equal rows. */
 void groups_restore(const groups_turn *turn, ad_value vector[3]);
 
-/* The same of a polar one (strain v, force n). */
-void groups_restore_polar(const groups_turn *turn, ad_value vector[3]);
-
 /* Line `index` for people: a group with its range and the parameters that it depends on, parameters
  * without effect, the symmetry. False: there are not so many. */
 bool groups_text(const groups *x, int index, char *text, size_t size);

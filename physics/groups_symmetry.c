@@ -522,11 +522,3 @@ void groups_restore(const groups_turn *turn, ad_value vector[3])
         turn_on(turn, vector);
     }
 }
-
-void groups_restore_polar(const groups_turn *turn, ad_value vector[3])
-{
-    if (turn->turns) {
-        mirror(turn, false, vector);
-        turn_on(turn, vector);
-    }
-}
