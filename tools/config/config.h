@@ -27,6 +27,7 @@ typedef struct config_parameter {
     double range[2]; /* NaN: a value */
     int scale;       /* scene_scale of the range */
     double identify; /* where the search for an unknown begins; NaN: it is none */
+    bool in_place;   /* of a range that a key has in place of a number */
 } config_parameter;
 
 enum { CONFIG_TABLES_MAX = 16 };

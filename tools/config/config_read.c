@@ -368,8 +368,9 @@ ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t
     char name[CONFIG_PARAMETER_BYTES], at[CONFIG_PATH_MAX];
     const bool named = name_of(path, name);
     snprintf(at, sizeof at, "parameters.%s", name);
+    const config_parameter *known = named ? config_parameter_find(reader->experiment, at) : NULL;
     if (node->type != YAML_MAPPING_NODE) {
-        return named && config_parameter_find(reader->experiment, at)
+        return known && known->in_place
                    ? config_unset(reader, config_key_find(CONFIG_PARAMETER_PATH), at)
                    : AD_OK;
     }
@@ -377,7 +378,14 @@ ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t
         return blame_at(reader, node, path,
                         "has too long a path for a name; name it under parameters");
     }
+    if (known && !known->in_place) {
+        return blame_at(reader, node, path,
+                        "its range would be that of the parameter of that name; use its name");
+    }
     ad_status status = config_begin_parameter(reader, at, true);
+    if (status == AD_OK) {
+        config_parameter_find(reader->experiment, at)->in_place = true;
+    }
     *field = quantity_unparsed(reader->experiment->names, name);
     return status == AD_OK ? read_section(reader, at, node) : status;
 }
