@@ -71,8 +71,8 @@ raises("allowed: ascending", cpinn.Members, "family.yaml", s[::-1])
 
 # A network trained for all members: each shape with its error, which is that to a solved one.
 cpinn.train("family.yaml", folder="family", threads=1, overrides=[
-    "formulation=strain", "network.hidden=[8]", "members.solved=200",
-    "training.stages=[{optimizer: adam, steps: 100}]"])
+    "formulation=strain", "network.hidden=[16]", "members.solved=200",
+    "training.stages=[{optimizer: adam, steps: 500}]"])
 trained = cpinn.Family("family")
 assert list(trained.ranges) == ["force"] and trained.columns == cpinn.Members.columns
 exact = family.solve([[-0.02], [0.03]])[0]
