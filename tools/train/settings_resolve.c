@@ -41,6 +41,9 @@ static const double OF_RISE = 1.8, QUICK = 10;
 /* Radians per half length or half window beyond which no number of points resolves a wave. */
 static const double LARGEST_BANDWIDTH = 1e5;
 
+/* By how much a step lowers the loss at least while unknowns are found. */
+static const double OF_UNKNOWNS = 1e-3;
+
 /* Along parameters of a family, radians in half of a range, and features for each. */
 static const double OF_PARAMETER = 2, OF_FEATURES = 3;
 
@@ -432,6 +435,10 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                                                          : 1e-8;
     }
     choose_sampler(settings, d.count);
+    for (int i = 0; rod_scene->unknown_count > 0 && i < settings->stage_count; i++) {
+        double *least = &settings->stages[i].lbfgs.descent.function_tolerance;
+        *least = fmin(*least, OF_UNKNOWNS); /* they come last, slowly */
+    }
     return resolve_training(settings, d.count, domain_pieces(&d),
                             dynamic || scene_is_beam(rod_scene), key, error);
 }
