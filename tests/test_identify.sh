@@ -13,7 +13,7 @@ near() {
 
 run 0 cpinn-solve "$scenes/stiffness.yaml"
 said stdout.txt 'identified from 60 numbers of 20 experiments'
-said stdout.txt 'bending .* +- '
+said stdout.txt 'bending .* \+- '
 
 # The network finds what the solver does, as well known.
 run 0 cpinn-solve "$scenes/bent.yaml" --json solved.json
