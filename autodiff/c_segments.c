@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum {
-    FEW_ROWS = 8,    /* written out */
+    FEW_ROWS = 4,    /* written out */
     STATEMENTS = 400 /* in one loop over points: what a compiler is quick with */
 };
 

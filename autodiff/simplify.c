@@ -5,9 +5,10 @@
  * so that the zeros inside a vector fold like scalars do. */
 #include "autodiff/tape.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-enum { SCALARIZE_ROWS_MAX = 16 };
+enum { SCALARIZE_ROWS_MAX = 16, SCALARIZE_ALL_ROWS = 4 };
 
 static ad_value widen(ad_value x, int rows)
 {
@@ -73,13 +74,29 @@ static bool fold_constants(ad_tape *tape, const node *n, const ad_value *x, ad_v
     return true;
 }
 
-/* A vector made of parts: apply the operation to each row. */
+/* Whether rows of it may fold what is done with them away: a known part, of a constant 0 or 1. */
+static bool has_known_part(ad_value x)
+{
+    const node *n = node_of(x);
+    bool known = false;
+    for (int i = 0; n->op == OP_STACK && i < n->count; i++) {
+        known = known || is_constant(argument_of(x, i));
+    }
+    for (int i = 0; is_constant(x) && !n->splat && i < n->rows; i++) {
+        double entry = ad_constant_row(x, i);
+        known = known || n->rows <= SCALARIZE_ALL_ROWS || entry == 0 || fabs(entry) == 1;
+    }
+    return known;
+}
+
+/* A vector made of parts: apply the operation to each row. Rows of what is longer than vectors and
+ * quaternions, and unknown throughout, as what many places along a rod have, stay together. */
 static bool scalarize(ad_tape *tape, const node *n, const ad_value *x, ad_value *result)
 {
     bool parts = false;
     for (int i = 0; i < n->count; i++) {
-        const node *argument = node_of(x[i]);
-        parts = parts || argument->op == OP_STACK || (is_constant(x[i]) && !argument->splat);
+        parts = parts || (node_of(x[i])->op == OP_STACK && n->rows <= SCALARIZE_ALL_ROWS) ||
+                has_known_part(x[i]);
     }
     if (!parts || n->rows < 2 || n->rows > SCALARIZE_ROWS_MAX) {
         return false;

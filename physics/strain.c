@@ -3,6 +3,7 @@
 #include "physics/breaks.h"
 #include "physics/strain_internal.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 /* ---- meshes -------------------------------------------------------------------------------- */
@@ -26,6 +27,41 @@ ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_err
     }
     mesh->edges[mesh->elements] = 1;
     return AD_OK;
+}
+
+static bool has_places(const strain_mesh *mesh, const double *s)
+{
+    double at[STRAIN_NODES_MAX];
+    bool same = true;
+    strain_mesh_places(mesh, at);
+    for (int i = 0; i < strain_mesh_nodes(mesh); i++) {
+        same = same && fabs(at[i] - s[i]) < 1e-12;
+    }
+    return same;
+}
+
+ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+                         ad_error *error)
+{
+    strain_mesh whole;
+    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &whole, error);
+    for (int parts = 1; status == AD_OK && parts * whole.elements <= STRAIN_ELEMENTS_MAX; parts++) {
+        *mesh = (strain_mesh){.elements = parts * whole.elements};
+        mesh->stages = nodes / mesh->elements;
+        for (int e = 0; e <= mesh->elements; e++) {
+            const double *edge = whole.edges + e / parts;
+            mesh->edges[e] =
+                e % parts ? edge[0] + (edge[1] - edge[0]) * (e % parts) / parts : *edge;
+        }
+        if (mesh->stages >= STRAIN_STAGES_MIN && mesh->stages <= STRAIN_STAGES_MAX &&
+            strain_mesh_nodes(mesh) == nodes && has_places(mesh, s)) {
+            return AD_OK;
+        }
+    }
+    return status != AD_OK
+               ? status
+               : ad_fail(error, AD_BAD_ARGUMENT,
+                         "strain form: %d places are not those of Gauss between jumps", nodes);
 }
 
 int strain_mesh_nodes(const strain_mesh *mesh)
@@ -63,6 +99,18 @@ ad_status strain_check(const scene *one, ad_error *error)
                          "at its start and free or loaded at its end",
                          why)
                : AD_OK;
+}
+
+bool strain_has_energy(const scene *given)
+{
+    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
+                  !quantity_any_something(3, given->loads.moment) &&
+                  !quantity_any_something(3, given->loads.tip.moment);
+    for (int i = 0; i < given->point_count; i++) {
+        result = result && given->points[i].load.frame == SCENE_DEAD &&
+                 !quantity_any_something(3, given->points[i].load.moment);
+    }
+    return result;
 }
 
 static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)

@@ -36,12 +36,21 @@ typedef struct strain_mesh {
 /* Elements between the places where something jumps. AD_BAD_ARGUMENT: too many of them. */
 ad_status strain_mesh_of(const scene *one, int stages, strain_mesh *mesh, ad_error *error);
 
+/* The one that has its points at s [nodes], of the length, as solve_members_places says over it: in
+ * equal parts of these elements. AD_BAD_ARGUMENT: there is none. */
+ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_mesh *mesh,
+                         ad_error *error);
+
 /* Places [strain_mesh_nodes] of the points, of the length. */
 int strain_mesh_nodes(const strain_mesh *mesh);
 void strain_mesh_places(const strain_mesh *mesh, double *s);
 
 /* AD_OK, or AD_BAD_ARGUMENT with what of the scene is not known here. */
 ad_status strain_check(const scene *one, ad_error *error);
+
+/* Whether all loads of a scene have an energy, so that at its minima all pivots of the residual's
+ * matrix are positive: moments in space have none, nor have followers. */
+bool strain_has_energy(const scene *given);
 
 typedef struct strain_settings {
     const scene *open;        /* which passes its checks with the numbers below; copied */
@@ -77,7 +86,7 @@ typedef struct strain_shape {
 } strain_shape;
 
 /* At places s [places], ascending, of the length: Magnus' steps of rotation and position together
- * from one to the next, of at most a twelfth of the length. */
+ * from one to the next, of at most a sixteenth of the length. */
 strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int places,
                               const double *s);
 

@@ -8,7 +8,7 @@
 
 /* A step of at most so much of the length takes order 6 of Magnus' expansion to 1e-9 of it in a rod
  * that turns once. */
-static const double STEP_MAX = 1.0 / 12;
+static const double STEP_MAX = 1.0 / 16;
 
 /* Steps from mark to mark: edges, places, and more between them. */
 typedef struct steps {

@@ -3,6 +3,7 @@
 #include "physics/model.h"
 #include "physics/solve/strain_group.h"
 #include "physics/solve/strain_newton.h"
+#include "physics/strain.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -75,19 +76,6 @@ static int find_edges(const scene *one, double *edges, const char **unresolved, 
     return *status == AD_OK ? 1 + breaks.count : 1;
 }
 
-/* Moments have no energy in space, nor have followers. */
-static bool has_energy(const scene *given)
-{
-    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
-                  !quantity_any_something(3, given->loads.moment) &&
-                  !quantity_any_something(3, given->loads.tip.moment);
-    for (int i = 0; i < given->point_count; i++) {
-        result = result && given->points[i].load.frame == SCENE_DEAD &&
-                 !quantity_any_something(3, given->points[i].load.moment);
-    }
-    return result;
-}
-
 /* ---- making -------------------------------------------------------------------------------- */
 
 static bool keep(solve_members *x)
@@ -144,10 +132,10 @@ static ad_status create_groups(solve_members *x, const scene *one,
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
-        status = status == AD_OK
-                     ? strain_group_create(rod, has_energy(&x->open), x->count, settings->tolerance,
-                                           elements, edges, (int)x->points, s, &x->groups[i], error)
-                     : status;
+        status = status == AD_OK ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
+                                                       settings->tolerance, elements, edges,
+                                                       (int)x->points, s, &x->groups[i], error)
+                                 : status;
     }
     free(s);
     return status;

@@ -39,6 +39,15 @@ static const char epilogue[] =
     "  cc -std=c99 -O2 -o selftest arm.c arm_selftest.c -lm && ./selftest\n"
     "  cpinn-export runs/soft_arm --c arm_tip --single --columns 'x z vx vz'\n"
     "\n"
+    "Of a family at rest in the strain form (formulation: strain) the C has no s:\n"
+    "\n"
+    "  NAME_shape(parameters, steps, shape, answer, memory)   columns at the places, with 0, 1 or "
+    "2\n"
+    "                                             steps of Newton's method for the rod's equation, "
+    "and\n"
+    "                                             how far the answer is from the equilibrium\n"
+    "  NAME_tip, NAME_tip_jacobian                the same of the tip, and by the parameters\n"
+    "\n"
     "OUT.fmu has model exchange and co-simulation, as sources and, by cc, as a library for\n"
     "this machine. Its outputs are these columns at the places s, which are parameters to be\n"
     "tuned in motion and inputs at rest; of several places they are called x[1], x[2] and so\n"
@@ -143,13 +152,28 @@ static ad_status check_paths(const options *o, size_t length, ad_error *error)
 
 /* ---- files ---------------------------------------------------------------------------------- */
 
+static ad_status write_family(export_model *x, FILE *to, int file, ad_error *error)
+{
+    if (file == 0) {
+        return export_family_write_source(&x->family, to, error);
+    }
+    if (file == 1) {
+        export_family_write_header(&x->family, to);
+    } else {
+        export_family_write_selftest(&x->family, to);
+    }
+    return AD_OK;
+}
+
 static ad_status write_text(export_model *x, texts *t, int file, ad_error *error)
 {
     free(t->text[file]);
     t->text[file] = NULL;
     FILE *to = open_memstream(&t->text[file], &t->size[file]);
     ad_status status = AD_OK;
-    if (to && file == 0) {
+    if (to && export_is_family(x)) {
+        status = write_family(x, to, file, error);
+    } else if (to && file == 0) {
         status = export_write_source(x, to, error);
     } else if (to && file == 1) {
         export_write_header(x, to);
@@ -204,9 +228,28 @@ static ad_status check(export_model *x, texts *t, ad_error *error)
 
 /* ---- report --------------------------------------------------------------------------------- */
 
+static void report_family(const export_model *x, size_t length, const char *out)
+{
+    printf("wrote %.*s.c, .h and _selftest.c: %d parameters, %d nodes, shapes at %d places\n",
+           (int)length, out, x->family.open->parameter_count, strain_mesh_nodes(&x->family.mesh),
+           x->family.places);
+    if (!isnan(x->measured.values[0])) {
+        printf("checked by cc: a polished curvature to %.1e of its scale, the tip to %.1e of the "
+               "length\n",
+               x->measured.values[0], x->measured.jacobian[0]);
+    }
+    if (x->is_judged) {
+        verdict_print(stdout, "verdict on training: ", &x->verdict);
+    }
+}
+
 static void report(const export_model *x, const options *o, size_t length)
 {
     double value = 0, jacobian = 0;
+    if (export_is_family(x)) {
+        report_family(x, length, out_of(o));
+        return;
+    }
     for (int i = 0; i < x->outputs; i++) {
         value = fmax(value, x->measured.values[i]);
         jacobian = fmax(jacobian, x->measured.jacobian[i]);
@@ -236,7 +279,7 @@ static ad_status run(export_model *x, const options *o, size_t length, texts *t,
 {
     ad_status status = check_paths(o, length, error);
     if (status == AD_OK) {
-        status = export_open(x, o->run, o->columns, error);
+        status = export_open(x, o->run, o->columns, o->places, error);
     }
     if (status == AD_OK) {
         status = write_texts(x, t, error);
@@ -258,7 +301,8 @@ int main(int argc, char **argv)
         {"--c", "OUT", CLI_TEXT, &o.c, 0, 0, "write OUT.c, OUT.h and OUT_selftest.c"},
         {"--fmu", "OUT", CLI_TEXT, &o.fmu, 0, 0, "write OUT.fmu instead, see below"},
         {"--places", "S,S,...", CLI_TEXT, &o.places, 0, 0,
-         "where an FMU has its outputs, arc lengths in m; default: the tip"},
+         "where an FMU has its outputs and a family its shapes, arc lengths in\n"
+         "m; default: the tip, and 21 for a family, whose last is the tip"},
         {"--columns", "NAMES", CLI_TEXT, &o.columns, 0, 0,
          "these alone, separated by spaces or commas: columns of cpinn-eval, r\n"
          "or q for those of position or rotation, derivatives as in x_s, r_tt"},
@@ -275,9 +319,8 @@ int main(int argc, char **argv)
         return cli_fail(program, o.c ? "--c and --fmu are given; allowed: one of the two"
                                      : "nothing would be written; give --c OUT or --fmu OUT");
     }
-    if (o.c ? o.places != NULL : o.single) {
-        return cli_fail(program, o.c ? "--places is for --fmu alone"
-                                     : "--single is for --c alone; FMUs have double precision");
+    if (o.fmu && o.single) {
+        return cli_fail(program, "--single is for --c alone; FMUs have double precision");
     }
     status = 0;
     if (read_name(&o, &length, x.name, &error) != AD_OK) {

@@ -4,6 +4,7 @@
 
 #include "physics/evaluator.h"
 #include "physics/verdict.h"
+#include "tools/programs/export_family.h"
 #include "tools/train/experiment.h"
 
 enum { EXPORT_NAME_MAX = 40, EXPORT_FORMAT = 1 };
@@ -36,6 +37,9 @@ typedef struct export_model {
     double *scale, *tolerance; /* [outputs * (1 + inputs)] */
     export_errors measured;
 
+    export_family family; /* of a run of the strain form: what is written in place of the rest */
+    double *family_numbers;
+
     size_t workspace, memory; /* numbers, of the functions and with their results; by
                                * export_write_source */
 } export_model;
@@ -46,10 +50,20 @@ static inline const char *export_type(const export_model *x)
     return x->single ? "float" : "double";
 }
 
-/* `columns`: names as evaluator_create takes them, NULL: all. The name is set. AD_BAD_INPUT,
- * AD_BAD_ARGUMENT, AD_NO_MEMORY; free it all the same. */
-ad_status export_open(export_model *x, const char *run, const char *columns, ad_error *error);
+/* `columns`: names as evaluator_create takes them, NULL: all; `places`: of families in the strain
+ * form. The name is set. AD_BAD_INPUT, AD_BAD_ARGUMENT, AD_NO_MEMORY; free it all the same. */
+ad_status export_open(export_model *x, const char *run, const char *columns, const char *places,
+                      ad_error *error);
 void export_free(export_model *x);
+
+/* Of a family in the strain form; at places of the shape, arc lengths in m separated by commas, of
+ * which the last is the tip; NULL: 21 at equal distances. export_run.c. */
+ad_status export_open_family(export_model *x, const char *places, ad_error *error);
+
+static inline bool export_is_family(const export_model *x)
+{
+    return x->family.open != NULL;
+}
 
 /* The texts of NAME.c, and then of NAME.h and NAME_selftest.c. */
 ad_status export_write_source(export_model *x, FILE *file, ad_error *error);

@@ -363,3 +363,36 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     ad_pool_free(pool);
     return status;
 }
+
+static void put_rows(const char *name, int rows, int columns, const double *list, FILE *file)
+{
+    fprintf(file, "static const double %s[%d][%d] = {", name, rows, columns);
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < columns; k++) {
+            fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
+                    list[i * columns + k]);
+        }
+        fprintf(file, "}%s", i + 1 < rows ? "," : "");
+    }
+    fputs("};\n", file);
+}
+
+void export_family_write_selftest(const export_family *x, FILE *file)
+{
+    const int rows = 3 * strain_mesh_nodes(&x->mesh), count = x->open->parameter_count;
+    double scale = 0;
+    for (int i = 0; i < rows * x->members; i++) {
+        scale = fmax(scale, fabs(x->polished[i]));
+    }
+    fprintf(file,
+            "/* Compares %s.c with what cpinn has computed: exit 1 and a line where they differ.\n"
+            " *     cc -std=c99 -O2 -o selftest %s.c %s_selftest.c -lm && ./selftest */\n"
+            "#include \"%s.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n"
+            "enum { MEMBERS = %d, N = %d, P = %d };\n#define SCALE %.17g\n\n",
+            x->name, x->name, x->name, x->name, x->members, rows, count, scale);
+    put_rows("parameters", x->members, count, x->parameters, file);
+    put_rows("polished", x->members, rows, x->polished, file);
+    put_rows("tips", x->members, 3, x->tips, file);
+    fputc('\n', file);
+    put_lines(x, export_family_selftest, file);
+}

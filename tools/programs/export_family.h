@@ -21,15 +21,21 @@ typedef struct export_family {
     const double *weights;
     bool has_energy;  /* all loads have an energy */
     size_t workspace; /* numbers of the functions; by export_family_write_source */
+    /* Of the self-test: members, their curvature times the length after a step from the network's,
+     * and positions of their tips then, m. */
+    int members;
+    const double *parameters, *polished, *tips; /* [members][parameters], [3 nodes], [3] */
 } export_family;
 
 enum { EXPORT_FAMILY_COLUMNS = 19 };
 
 /* Texts of the C: lines, NULL at the end. */
 extern const char *const export_family_types[], *const export_family_functions[];
+extern const char *const export_family_selftest[];
 
-/* NAME.c, and then NAME.h. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY. */
+/* NAME.c, and then NAME.h and NAME_selftest.c. AD_BAD_ARGUMENT: strain_check; AD_NO_MEMORY. */
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error);
 void export_family_write_header(const export_family *x, FILE *file);
+void export_family_write_selftest(const export_family *x, FILE *file);
 
 #endif

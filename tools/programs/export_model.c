@@ -18,6 +18,7 @@ void export_free(export_model *x)
     evaluator_free(x->values);
     evaluator_free(x->jacobian);
     experiment_free(x->e);
+    free(x->family_numbers);
     free(x->at);
     free(x->expected);
     free(x->beyond);
@@ -33,7 +34,7 @@ static ad_status measure_error(export_model *x, ad_error *error)
     reference *known = NULL;
     reference_errors errors = {.position = NAN};
     ad_status status = AD_OK;
-    if (!x->e->warning[0] && reference_create(x->e, &known, error) != AD_OK) {
+    if (!x->e->targets && !x->e->warning[0] && reference_create(x->e, &known, error) != AD_OK) {
         cli_warn("cpinn-export", "no reference: %s", error->message);
         known = NULL;
     }
@@ -289,7 +290,8 @@ static ad_status make_points(export_model *x, ad_error *error)
     return status;
 }
 
-ad_status export_open(export_model *x, const char *run, const char *columns, ad_error *error)
+ad_status export_open(export_model *x, const char *run, const char *columns, const char *places,
+                      ad_error *error)
 {
     x->run = run;
     x->error = x->held_out = NAN;
@@ -297,6 +299,13 @@ ad_status export_open(export_model *x, const char *run, const char *columns, ad_
         x->measured.values[i] = x->measured.jacobian[i] = NAN;
     }
     ad_status status = read_run(x, error);
+    if (status == AD_OK && x->e->targets) {
+        return columns || x->single
+                   ? ad_fail(error, AD_BAD_ARGUMENT,
+                             "%s: --columns and --single are not for families in the strain form",
+                             run)
+                   : export_open_family(x, places, error);
+    }
     if (status == AD_OK) {
         status = make_evaluators(x, columns, error);
     }

@@ -1,0 +1,260 @@
+/* Families as C: what is written compiles without a warning, and says what the solver of members
+ * makes of the same curvature.
+ *   test_export_family             writes, compiles and compares in a folder of its own */
+#include "config_testing.h"
+#include "random_numbers.h"
+#include "temporary_folder.h"
+
+#include "nn/nn.h"
+#include "physics/solve/members.h"
+#include "tools/programs/export_family.h"
+
+#include <string.h>
+
+enum { PARAMETERS = 3, MEMBERS = 6, PLACES = 21, NODES_MAX = 48 };
+
+/* Loads of half a turn; of the first all are dead, of the second not. */
+#define PULLED                                                                                     \
+    "parameters: {pull: {range: [0, 1]}, push: {range: [-0.05, 0.05]},\n"                          \
+    "             stiff: {range: [0.5, 2], scale: log}}\n"
+static const char plain[] = PULLED
+    "rod: {model: cosserat, length: 0.2, section: {shape: circle, radius: 0.0005},\n"
+    "      material: {youngs_modulus: 60e9*stiff, poissons_ratio: 0.3, density: 6450}}\n"
+    "boundary: {end: {type: loaded}}\n"
+    "loads: {gravity: [0, 9.81, 0], tip: {force: [push, 0.02, 0]}}\n"
+    "tendons: [{offset: [0.008, 0], tension: pull}, {offset: [-0.004, 0.0069], tension: 0.2}]\n";
+static const char robot[] =
+    PULLED "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
+           "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
+           "segments: [{length: 0.1}, {length: 0.15, turn: [0, 0.3, 0]}]\n"
+           "boundary: {end: {type: loaded}}\n"
+           "loads:\n"
+           "  gravity: [0, 4, -8]\n"
+           "  tip: {force: [0.02, push, 0], moment: [0.003, 0, 0.001*pull], frame: follower}\n"
+           "tendons: [{offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: pull}]\n";
+
+static void assert_good(ad_status status, const ad_error *error)
+{
+    if (status != AD_OK) {
+        fail_msg("%s", error->message);
+    }
+}
+
+/* A network with random weights, which says little: Newton's method starts near the unloaded rod.
+ */
+typedef struct network {
+    nn_mlp *mlp;
+    double weights[2000];
+} network;
+
+static ad_value record(const void *context, ad_tape *tape, const ad_value *x)
+{
+    const network *n = context;
+    ad_value input = ad_sub(ad_scale(ad_stack(PARAMETERS, x), 2), ad_scalar(tape, 1));
+    return nn_mlp_record(n->mlp, input, 0);
+}
+
+static network make_network(int outputs)
+{
+    network n;
+    nn_mlp_settings settings = nn_mlp_settings_default();
+    nn_rng random = nn_rng_seed(5);
+    ad_error error = {.message = ""};
+    settings.inputs = PARAMETERS;
+    settings.outputs = outputs;
+    settings.hidden_count = 2;
+    settings.hidden[0] = settings.hidden[1] = 8;
+    assert_good(nn_mlp_create(&settings, &random, &n.mlp, &error), &error);
+    assert_true(nn_mlp_parameters(n.mlp) <= sizeof n.weights / sizeof *n.weights);
+    nn_mlp_initialize(n.mlp, &random, n.weights);
+    for (size_t i = 0; i < nn_mlp_parameters(n.mlp); i++) {
+        n.weights[i] *= 0.7;
+    }
+    return n;
+}
+
+/* ---- what the solver says ------------------------------------------------------------------ */
+
+static void put(FILE *file, size_t count, const double *list, double unit)
+{
+    for (size_t i = 0; i < count; i++) {
+        fprintf(file, "%.17g\n", list[i] * unit);
+    }
+}
+
+/* [3][nodes] times the length as [nodes][3] in 1/m. */
+static void said(const network *n, const scene *family, int nodes, const double *parameters,
+                 double *curvature)
+{
+    ad_tape *tape = ad_tape_create();
+    ad_pool *pool = ad_pool_create(1);
+    ad_value p[PARAMETERS];
+    double x[PARAMETERS], out[3 * NODES_MAX];
+    ad_program *program;
+    ad_error error = {.message = ""};
+    const double *inputs[PARAMETERS];
+    for (int i = 0; i < PARAMETERS; i++) {
+        p[i] = ad_input(tape, "p", 1);
+        x[i] = scene_parameter_fraction(&family->parameters[i], parameters[i]);
+        inputs[i] = &x[i];
+    }
+    ad_value y = record(n, tape, p);
+    const ad_settings settings = ad_settings_default();
+    assert_good(ad_compile(1, &y, &settings, pool, &program, &error), &error);
+    const ad_run run = {
+        .points = 1, .inputs = inputs, .parameters = n->weights, .outputs = (double *[]){out}};
+    assert_good(ad_execute(program, &run, &error), &error);
+    for (int i = 0; i < 3 * nodes; i++) {
+        curvature[i] = out[i % 3 * nodes + i / 3] / scene_length(family);
+    }
+    ad_program_free(program);
+    ad_pool_free(pool);
+    ad_tape_free(tape);
+}
+
+/* Of each member its parameters, and for 0, 1 and 2 steps curvature, shape and distances. */
+static void write_members(solve_members *x, const scene *family, const network *n, FILE *file)
+{
+    const size_t nodes = solve_members_nodes(x);
+    uint64_t random = 2;
+    for (int m = 0; m < MEMBERS; m++) {
+        double p[PARAMETERS], given[3 * NODES_MAX], refined[3 * NODES_MAX];
+        double values[PLACES * SOLVE_MEMBERS_COLUMNS];
+        for (int i = 0; i < PARAMETERS; i++) {
+            p[i] = scene_parameter_at(&family->parameters[i], random_in(&random, 0, 1));
+        }
+        said(n, family, (int)nodes, p, given);
+        put(file, PARAMETERS, p, 1);
+        for (int steps = 0; steps <= 2; steps++) {
+            solve_answer answer;
+            ad_error error = {.message = ""};
+            assert_good(
+                solve_members_refine(x, 1, p, given, steps, values, refined, &answer, &error),
+                &error);
+            put(file, 3 * nodes, refined, scene_length(family));
+            put(file, PLACES * SOLVE_MEMBERS_COLUMNS, values, 1);
+            fprintf(file, "%.17g\n%.17g\n", answer.predicted, answer.left);
+        }
+    }
+}
+
+/* ---- the C --------------------------------------------------------------------------------- */
+
+static void run_command(const char *command)
+{
+    if (system(command) != 0) {
+        fail_msg("%s", command);
+    }
+}
+
+static bool has_compiler(const char *name)
+{
+    char command[100];
+    snprintf(command, sizeof command, "%s --version >/dev/null 2>&1", name);
+    return system(command) == 0;
+}
+
+static void write_c(export_family *x)
+{
+    ad_error error = {.message = ""};
+    FILE *file = fopen(at("arm.c"), "w");
+    assert_non_null(file);
+    assert_good(export_family_write_source(x, file, &error), &error);
+    fclose(file);
+    file = fopen(at("arm.h"), "w");
+    assert_non_null(file);
+    export_family_write_header(x, file);
+    fclose(file);
+}
+
+static void compile_all(void)
+{
+    static const char *const compilers[] = {"gcc -std=c99", "clang -std=c99", "g++ -x c++",
+                                            "clang++ -x c++"};
+    for (size_t i = 0; i < sizeof compilers / sizeof *compilers; i++) {
+        char command[500], name[10];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(compilers[i], " "), compilers[i]);
+        if (has_compiler(name)) {
+            snprintf(command, sizeof command,
+                     "cd %s && %s -Wall -Wextra -Wpedantic -Werror -c arm.c -o arm.o", directory,
+                     compilers[i]);
+            run_command(command);
+        }
+    }
+}
+
+static void check_family(const char *text)
+{
+    config *given = read_text(text, 0, NULL);
+    scene one;
+    double s[PLACES], places[PLACES], points[NODES_MAX];
+    solve_members *members = NULL;
+    ad_error error = {.message = ""};
+    scene_middle(&given->scene, &one);
+    for (int i = 0; i < PLACES; i++) {
+        places[i] = (double)i / (PLACES - 1);
+        s[i] = places[i] * scene_length(&one);
+    }
+    const solve_members_settings settings = {
+        .tolerance = 1e-6, .threads = 1, .points = PLACES, .s = s};
+    assert_good(solve_members_create(&given->scene, &settings, &members, &error), &error);
+    const int nodes = (int)solve_members_nodes(members);
+    assert_true(nodes <= NODES_MAX);
+    solve_members_places(members, points);
+    for (int i = 0; i < nodes; i++) {
+        points[i] /= scene_length(&one);
+    }
+    network n = make_network(3 * nodes);
+    export_family x = {.name = "arm",
+                       .about = "a test",
+                       .open = &given->scene,
+                       .places = PLACES,
+                       .s = places,
+                       .network = record,
+                       .context = &n,
+                       .weights = n.weights,
+                       .has_energy = text == plain};
+    assert_good(strain_mesh_at(&one, nodes, points, &x.mesh, &error), &error);
+    write_c(&x);
+    if (!getenv("KEEP"))
+        compile_all();
+    FILE *file = fopen(at("members.txt"), "w");
+    assert_non_null(file);
+    write_members(members, &given->scene, &n, file);
+    fclose(file);
+    char command[600];
+    snprintf(command, sizeof command,
+             "cc -std=c99 -O1 -DHEADER='\"arm.h\"' -DNAME=arm -I%s -o "
+             "%s/compare tests/export_family_compare.c %s/arm.c -lm && %s/compare %s/members.txt",
+             directory, directory, directory, directory, directory);
+    run_command(command);
+    if (getenv("KEEP")) {
+        snprintf(command, sizeof command, "mkdir -p %s; cp %s/* %s", getenv("KEEP"), directory,
+                 getenv("KEEP"));
+        run_command(command);
+    }
+    nn_mlp_free(n.mlp);
+    solve_members_free(members);
+    config_free(given);
+}
+
+static void test_dead(void **state)
+{
+    (void)state;
+    check_family(plain);
+}
+
+static void test_followers(void **state)
+{
+    (void)state;
+    check_family(robot);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_dead, make_directory, remove_directory),
+        cmocka_unit_test_setup_teardown(test_followers, make_directory, remove_directory),
+    };
+    return has_compiler("cc") ? cmocka_run_group_tests(tests, NULL, NULL) : 77;
+}

@@ -1,0 +1,173 @@
+/* Families in the strain form: from a run to what is written as C. */
+#include "tools/programs/export.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12 };
+
+/* Curvature [3][nodes] times the length, as the run's network says it. */
+static ad_value record_network(const void *context, ad_tape *tape, const ad_value *x)
+{
+    const export_model *model = context;
+    const physics_model *physics = model->e->model;
+    domain_place at = {.tape = tape, .over = &physics->domain, .load_factor = ad_scalar(tape, 1)};
+    ad_value fields[MODEL_FIELDS_MAX];
+    memcpy(at.x, x, (size_t)physics->domain.count * sizeof *x);
+    ad_value input = physics->call.input ? physics->call.input(physics, &at)
+                                         : domain_network_input(&physics->domain, &at);
+    ad_value outputs = nn_mlp_record(model->e->mlp, input, 0);
+    physics->call.ansatz(physics, &at, outputs, fields);
+    return fields[FAMILY_CURVATURE];
+}
+
+/* Places of the shape over the length. */
+static ad_status list_places(export_family *f, const char *text, double *s, ad_error *error)
+{
+    const double length = scene_length(f->open);
+    double before = 0;
+    f->s = s;
+    for (f->places = 0; !text && f->places < PLACES; f->places++) {
+        s[f->places] = (double)f->places / (PLACES - 1);
+    }
+    while (text && *text) {
+        char *end;
+        const double at = strtod(text, &end) / length;
+        if (end == text || (*end && *end != ',') || !(at >= before && at <= 1 + 1e-9) ||
+            f->places == PLACES_MAX) {
+            return ad_fail(error, AD_BAD_ARGUMENT,
+                           "--places: '%.20s'; allowed: up to %d ascending arc lengths from 0 to "
+                           "%g, separated by commas",
+                           text, PLACES_MAX, length);
+        }
+        s[f->places++] = before = fmin(at, 1);
+        text = end + (*end == ',');
+    }
+    if (s[f->places - 1] < 1 - 1e-9) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "--places: the last is not the tip, %g", length);
+    }
+    return AD_OK;
+}
+
+/* Numbers of the self-test. */
+typedef struct numbers {
+    double *s, *parameters, *said, *polished, *tips, *values;
+} numbers;
+
+static bool allocate(export_model *x, numbers *n)
+{
+    const size_t count = (size_t)x->family.open->parameter_count;
+    const size_t rows = 3 * (size_t)strain_mesh_nodes(&x->family.mesh);
+    const size_t shape = TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
+    x->family_numbers =
+        calloc(PLACES_MAX + MEMBERS * (count + 2 * rows + 3 + shape), sizeof *x->family_numbers);
+    n->s = x->family_numbers;
+    n->parameters = n->s ? n->s + PLACES_MAX : NULL;
+    n->said = n->s ? n->parameters + MEMBERS * count : NULL;
+    n->polished = n->s ? n->said + MEMBERS * rows : NULL;
+    n->tips = n->s ? n->polished + MEMBERS * rows : NULL;
+    n->values = n->s ? n->tips + MEMBERS * 3 : NULL;
+    return n->s != NULL;
+}
+
+/* said [MEMBERS][nodes][3], 1/m: the network's curvature of members over the ranges (a sequence of
+ * Kronecker's, by the roots of primes). */
+static ad_status ask_network(export_model *x, numbers *n, ad_error *error)
+{
+    static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
+    const int count = x->family.open->parameter_count, nodes = strain_mesh_nodes(&x->family.mesh);
+    double at[SCENE_PARAMETERS_MAX][MEMBERS];
+    const double *inputs[SCENE_PARAMETERS_MAX];
+    ad_value p[SCENE_PARAMETERS_MAX], y;
+    ad_program *program = NULL;
+    ad_tape *tape = ad_tape_create();
+    double *out = calloc((size_t)(3 * nodes) * MEMBERS, sizeof *out);
+    ad_status status =
+        tape && out ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        inputs[i] = at[i];
+        p[i] = ad_input(tape, x->family.open->parameters[i].name, 1);
+        for (int k = 0; k < MEMBERS; k++) {
+            at[i][k] = fmod((k + 1) * sqrt(primes[i]), 1);
+            n->parameters[k * count + i] =
+                scene_parameter_at(&x->family.open->parameters[i], at[i][k]);
+        }
+    }
+    if (status == AD_OK) {
+        y = record_network(x, tape, p);
+        status = ad_compile(1, &y, NULL, x->e->pool, &program, error);
+    }
+    if (status == AD_OK) {
+        const ad_run run = {
+            .points = MEMBERS, .inputs = inputs, .parameters = x->family.weights, .outputs = &out};
+        status = ad_execute(program, &run, error);
+    }
+    for (int i = 0; i < 3 * nodes * MEMBERS && status == AD_OK; i++) {
+        const int member = i / (3 * nodes), row = i % 3 * nodes + i / 3 % nodes;
+        n->said[i] = out[row * MEMBERS + member] / scene_length(x->family.open);
+    }
+    ad_program_free(program);
+    ad_tape_free(tape);
+    free(out);
+    return status;
+}
+
+static ad_status find_mesh(export_family *f, const solve_members *solver, ad_error *error)
+{
+    const size_t nodes = solve_members_nodes(solver);
+    scene middle;
+    double *s = malloc((nodes + 1) * sizeof *s);
+    if (!s) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
+    }
+    scene_middle(f->open, &middle);
+    solve_members_places(solver, s);
+    for (size_t i = 0; i < nodes; i++) {
+        s[i] /= scene_length(&middle);
+    }
+    ad_status status = strain_mesh_at(&middle, (int)nodes, s, &f->mesh, error);
+    free(s);
+    return status;
+}
+
+ad_status export_open_family(export_model *x, const char *places, ad_error *error)
+{
+    solve_members *solver = targets_solver(x->e->targets);
+    export_family *f = &x->family;
+    numbers n;
+    *f = (export_family){.name = x->name,
+                         .about = x->e->settings->name,
+                         .open = x->e->scene,
+                         .network = record_network,
+                         .context = x,
+                         .weights = experiment_parameters(x->e),
+                         .has_energy = strain_has_energy(x->e->scene),
+                         .members = MEMBERS};
+    ad_status status = find_mesh(f, solver, error);
+    if (status == AD_OK && !allocate(x, &n)) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
+    }
+    status = status == AD_OK ? list_places(f, places, n.s, error) : status;
+    status = status == AD_OK ? ask_network(x, &n, error) : status;
+    if (status == AD_OK) {
+        status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, 1, n.values,
+                                      n.polished, NULL, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    for (int i = 0; i < MEMBERS; i++) {
+        const double *tip =
+            n.values + ((size_t)i * TARGETS_POINTS + TARGETS_POINTS - 1) * SOLVE_MEMBERS_COLUMNS;
+        memcpy(n.tips + 3 * i, tip, 3 * sizeof *tip);
+    }
+    for (int i = 0; i < 3 * strain_mesh_nodes(&f->mesh) * MEMBERS; i++) {
+        n.polished[i] *= scene_length(f->open);
+    }
+    f->parameters = n.parameters;
+    f->polished = n.polished;
+    f->tips = n.tips;
+    x->outputs = 1; /* lines of the self-test */
+    return AD_OK;
+}
