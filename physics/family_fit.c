@@ -9,7 +9,7 @@
 /* Members whose shapes make the metric, all of its rods alike; more change it little. Its smallest
  * eigenvalues are those of changes of curvature that hardly move the rod: RIDGE of the mean is
  * added. */
-enum { METRIC_MEMBERS = 128, ITERATIONS = 24 };
+enum { METRIC_MEMBERS = 256, ITERATIONS = 24 };
 static const double RIDGE = 1e-8;
 
 /* Of the largest: modes with less are left out. */

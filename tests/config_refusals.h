@@ -37,14 +37,15 @@ static const refusal refusals[] = {
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
      "tables, rod, segments, loads, bodies, springs, tendons, chambers, "
-     "tubes, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
+     "tubes, beam, boundary, initial, time, manufactured, formulation, members, motion, "
+     "enforcement, "
      "network, "
      "losses, data, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
-     "manufactured, formulation, motion, enforcement, "
+     "manufactured, formulation, members, motion, enforcement, "
      "network, losses, data, training, checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
@@ -77,7 +78,7 @@ static const refusal refusals[] = {
      "segments, "
      "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, "
-     "formulation, motion, enforcement, network, "
+     "formulation, members, motion, enforcement, network, "
      "losses, data, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
@@ -103,13 +104,16 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{steps: 5}]}\n", NULL,
      "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: one of adam, lbfgs, "
      "gauss_newton, "
-     "ssbroyden"},
+     "ssbroyden, soap"},
     {BASE "training: {stages: [{optimizer: adam, memory: 5}]}\n", NULL,
      "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "adam; leave it out"},
     {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
-     "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, but this stage "
-     "runs lbfgs; leave it out"},
+     "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, soap, but this "
+     "stage runs lbfgs; leave it out"},
+    {BASE "formulation: strain\n", NULL,
+     "scene.yaml:4:14: formulation: strain learns a family of rods at rest from its members; give "
+     "parameters with ranges, no time.duration and nothing to identify, or take mixed"},
     {BASE "training: {stages: [{optimizer: gauss_newton, memory: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "gauss_newton; leave it out"},
@@ -126,7 +130,7 @@ static const refusal refusals[] = {
      "scene.yaml:4:21: training.stages[0]: maximum_damping must be finite and > initial_damping"},
     {BASE "training: {stages: [{optimizer: sgd}]}\n", NULL,
      "scene.yaml:4:33: training.stages[0].optimizer: is sgd; allowed: one of adam, lbfgs, "
-     "gauss_newton, ssbroyden"},
+     "gauss_newton, ssbroyden, soap"},
     {BASE "training: {stages: [{optimizer: adam, steps: many}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].steps: is many, which is not a number; allowed: a whole "
      "number 1 to 1000000000"},
@@ -140,10 +144,11 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [5]}\n", NULL,
      "scene.yaml:4:21: training.stages[0]: is a single value; allowed: a section with the keys "
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
-     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, "
+     "curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
      "step_tolerance, curvature_threshold, linear_algebra, scaling, initial_damping, "
-     "maximum_damping, damping_increase, damping_decrease, stop"},
+     "maximum_damping, damping_increase, damping_decrease, targets, stop"},
     {BASE "training: {stages: [{optimizer: adam, beta1: 1}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].beta1: is 1, which is out of range; allowed: a finite "
      "number >= 0 and < 1"},
@@ -318,10 +323,11 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{optimizer: adam, warmup: 3}]}\n", NULL,
      "scene.yaml:4:39: training.stages[0].warmup: unknown key; allowed in training.stages[]: "
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
-     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, "
+     "curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
      "step_tolerance, curvature_threshold, linear_algebra, scaling, initial_damping, "
-     "maximum_damping, damping_increase, damping_decrease, stop"},
+     "maximum_damping, damping_increase, damping_decrease, targets, stop"},
     {BASE, "rod.length", "--set rod.length: allowed: key=value, the key as in rod.length"},
     {BASE, "=5", "--set =5: allowed: key=value, the key as in rod.length"},
     {BASE, "rod.lenght=5", "--set rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
@@ -377,7 +383,7 @@ static const refusal refusals[] = {
     {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
     {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
      "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
-     "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden"},
+     "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden, soap"},
     {BASE, "loads.tip.force=[0, 0, sin(]",
      "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
      "where a number, a name or ( is expected"},

@@ -494,7 +494,7 @@ static void test_help(void **state)
     }
     assert_non_null(strstr(
         text,
-        "training.stages[].optimizer: one of adam, lbfgs, gauss_newton, ssbroyden; required"));
+        "training.stages[].optimizer: one of adam, lbfgs, gauss_newton, ssbroyden, soap; required"));
     assert_non_null(strstr(text, "gauss_newton for up to 200 steps"));
     free(text);
 }

@@ -24,19 +24,26 @@ static const char family_text[] =
 
 #define SOAP "{optimizer: soap, steps: 600, learning_rate: 0.01, warmup_steps: 20}"
 
-static session begin(const char *stages, int threads)
+/* change: "key=value" or NULL. */
+static session begin_with(const char *change, const char *stages, int threads)
 {
     char training[400];
-    const char *changes[] = {training};
+    const char *changes[] = {training, change};
     ad_error error = {AD_OK, ""};
     config *settings = NULL;
     session s = {.e = NULL};
     snprintf(training, sizeof training, "training.stages=[%s]", stages);
-    if (config_read("family.yaml", family_text, 1, changes, &settings, &error) != AD_OK ||
+    if (config_read("family.yaml", family_text, change ? 2 : 1, changes, &settings, &error) !=
+            AD_OK ||
         config_session_create(settings, threads, &s, &error) != AD_OK) {
         fail_msg("%s", error.message);
     }
     return s;
+}
+
+static session begin(const char *stages, int threads)
+{
+    return begin_with(NULL, stages, threads);
 }
 
 static void steps(session *s, int count)
@@ -53,13 +60,13 @@ static void steps(session *s, int count)
  */
 
 /* A change of one coefficient by 1e-4 moves members by so much of the length, root mean square over
- * the rod and over members; within 20 %, as the metric is that of 128 other members, by a rule of
+ * the rod and over members; within 25 %, as the metric is that of 256 other members, by a rule of
  * the places alone. */
 static void test_metric(void **state)
 {
     (void)state;
     enum { MEMBERS = 256, MODES = 3 };
-    session s = begin(SOAP, 1);
+    session s = begin_with("network.symmetry=none", SOAP, 1); /* modes are of members as they are */
     family *f = targets_family(s.e->targets);
     solve_members *solver = targets_solver(s.e->targets);
     const size_t nodes = family_nodes(f), points = TARGETS_POINTS;
@@ -101,7 +108,7 @@ static void test_metric(void **state)
                 square += d * d * (end ? 0.5 : 1) / (double)((points - 1) * MEMBERS);
             }
         }
-        assert_near(sqrt(square) / change, 1, 0.2);
+        assert_near(sqrt(square) / change, 1, 0.25);
     }
     assert_true(family_missed(f) < 1e-6 * family_spread(f));
     free(x);
@@ -164,9 +171,9 @@ static void test_physics(void **state)
 {
     (void)state;
     session s = begin("{optimizer: soap, steps: 100, learning_rate: 0.01, warmup_steps: 20}, "
-                     "{optimizer: soap, steps: 300, learning_rate: 0.01, warmup_steps: 20, "
-                     "targets: physics}",
-                     1);
+                      "{optimizer: soap, steps: 300, learning_rate: 0.01, warmup_steps: 20, "
+                      "targets: physics}",
+                      1);
     steps(&s, 100);
     const double before = trainer_inspect(s.trainer).members.median;
     steps(&s, 300);
@@ -183,7 +190,7 @@ static void test_resume(void **state)
 {
     (void)state;
     static const char stages[] =
-        "{optimizer: soap, steps: 30, learning_rate: 0.01, warmup_steps: 5, basis_every: 4}, "
+        "{optimizer: soap, steps: 30, learning_rate: 0.01, warmup_steps: 5}, "
         "{optimizer: soap, steps: 30, learning_rate: 0.01, targets: physics}, "
         "{optimizer: adam, steps: 10}";
     for (int at = 13; at < 70; at += 30) {
@@ -223,7 +230,7 @@ static void test_refused(void **state)
         {"time.duration=1", "formulation: strain learns a family"},
         {"training.stages=[{optimizer: lbfgs, steps: 5}]", NULL},
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
-        {"boundary.end.type=pinned", "an end that is held"},
+        {"loads.foundation=[10, 10, 10]", "a foundation"},
         {"reference.analytic=elastica", "reference: is of one scene"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {

@@ -41,7 +41,8 @@ static optim_settings settings_of(const train_stage *stage)
     settings.gauss_newton.gradient_tolerance = descent->gradient_tolerance;
     settings.gauss_newton.function_tolerance = descent->function_tolerance;
     settings.gauss_newton.step_tolerance = descent->step_tolerance;
-    settings.soap = (optim_soap_settings){.adam = stage->adam, .basis_every = stage->basis_every};
+    settings.soap = optim_soap_defaults();
+    settings.soap.adam = stage->adam;
     return settings;
 }
 

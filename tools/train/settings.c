@@ -27,7 +27,6 @@ train_stage train_stage_default(void)
     stage.adam.schedule.learning_rate = 5e-3;
     stage.adam.schedule.decay_steps = 0;
     stage.adam.beta1 = stage.adam.beta2 = NAN;
-    stage.basis_every = optim_soap_defaults().basis_every;
     stage.gauss_newton.scaling = (optim_scaling)TRAIN_OPEN;
     stage.gauss_newton.initial_damping = NAN;
     stage.stop_held_out_ratio = 100;

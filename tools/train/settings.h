@@ -61,7 +61,6 @@ typedef struct train_stage {
     int steps;
     optim_adam_settings adam;   /* also of soap; its schedule included; decay_steps 0: the steps
                                  * after warm-up, beta1, beta2 NaN: open */
-    int basis_every;            /* of soap */
     targets_kind targets;       /* of a family in the strain form */
     optim_lbfgs_settings lbfgs; /* but for the memory also those of ssbroyden */
     optim_gauss_newton_settings gauss_newton; /* its tolerances are those of lbfgs; scaling
