@@ -107,6 +107,7 @@ ad_status problem_create(const physics_model *m, const nn_mlp *mlp,
     p->seed = seed;
     p->setting.load_factor = 1;
     p->parameters = nn_mlp_parameters(mlp);
+    p->released = m->scene.unknown_count == 0;
     p->scratch = malloc((p->parameters + 1) * sizeof *p->scratch);
     ad_status status = p->scratch && problem_weights_create(p)
                            ? make_panels(p, error)
@@ -365,15 +366,44 @@ bool problem_all_finite(const double *x, size_t count)
     return sum == 0;
 }
 
+bool problem_holds_unknowns(const problem *p)
+{
+    return p->released == 0;
+}
+
+void problem_release_unknowns(problem *p)
+{
+    p->released = 1;
+}
+
+bool problem_is_held(const problem *p, const problem_set *set)
+{
+    return problem_holds_unknowns(p) && set->about->points == MODEL_GIVEN;
+}
+
+size_t problem_first_held(const problem *p)
+{
+    return p->parameters - (problem_holds_unknowns(p) ? (size_t)p->model->scene.unknown_count : 0);
+}
+
 ad_status problem_evaluate(problem *p, const double *x, double *loss, double *gradient,
                            ad_error *error)
 {
     *loss = 0;
     for (int i = 0; i < p->set_count; i++) {
+        if (problem_is_held(p, &p->sets[i])) {
+            for (int k = 0; k < p->sets[i].term_count; k++) {
+                p->losses[p->sets[i].terms[k]] = 0;
+            }
+            continue;
+        }
         ad_status status = evaluate_set(p, &p->sets[i], x, i == 0, loss, gradient, error);
         if (status != AD_OK) {
             return status;
         }
+    }
+    for (size_t i = problem_first_held(p); gradient && i < p->parameters; i++) {
+        gradient[i] = 0;
     }
     if (!isfinite(*loss) || (gradient && !problem_all_finite(gradient, p->parameters))) {
         return ad_fail(error, AD_NOT_FINITE, "the loss or its gradient is not finite");
@@ -497,11 +527,17 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
         }
         generators[(*generator_count)++] = (problem_generator){set->about->name, &set->rng};
     }
+    if (p->model->scene.unknown_count > 0) {
+        arrays[count++] = (problem_array){"unknowns/released", &p->released, 1, 1};
+    }
     return count + problem_weights_state(p, arrays + count);
 }
 
 ad_status problem_restored(problem *p, ad_error *error)
 {
+    if (p->released != 0 && p->released != 1) {
+        return ad_fail(error, AD_BAD_INPUT, "checkpoint: unknowns/released is neither 0 nor 1");
+    }
     for (int i = 0; i < p->set_count; i++) {
         problem_set_refresh(&p->sets[i]);
         const problem_cloud *trained = &p->sets[i].trained;

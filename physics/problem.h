@@ -123,6 +123,12 @@ ad_status problem_enter(problem *p, int window, const double *start, ad_error *e
  * with all of them, factor 1. Nothing is made anew. Needs a model that takes a load factor. */
 void problem_load(problem *p, double factor);
 
+/* The unknowns of a scene stay at their guesses, and its measurements do not count, until they are
+ * released: what they seem to be beside equations that are not met yet may be far off. The loss is
+ * another function then. */
+bool problem_holds_unknowns(const problem *p);
+void problem_release_unknowns(problem *p);
+
 /* How many times the equations have been recorded and compiled so far, and the seconds that took.
  */
 typedef struct problem_compilations {
@@ -181,11 +187,12 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
 
 /* The terms of measurements (sets of points that the model draws from a source), whose residuals
  * are independent numbers of variance 1: the sum of their squares, how many, and the upper triangle
- * of sum_k J_k^T v_k J_k [parameters][parameters], with J_k their rows in the normal equations
- * and v_k the variance of these rows. */
+ * of sum_k J_k^T J_k / v_k [parameters][parameters], with J_k their rows in the normal equations
+ * and v_k the variance of these rows: what they say of all parameters. */
 typedef struct problem_noise {
     double chi_squared;
     size_t numbers;
+    double variance; /* of the rows, the largest of all sets */
 } problem_noise;
 
 ad_status problem_noise_of(problem *p, const double *x, double *by_noise, problem_noise *noise,

@@ -76,6 +76,7 @@ struct problem {
     ad_pool *pool;
     uint64_t seed;
     size_t parameters;
+    double released;        /* 1: unknowns are trained, and measurements count; 0: not yet */
     int window;             /* at work, from 0 */
     domain_uniforms kinds;  /* of the programs' uniforms */
     domain_setting setting; /* their numbers */
@@ -173,5 +174,9 @@ void problem_weights_spread(problem *p);      /* weights of slices to points, of
 void problem_weights_follow_time(problem *p); /* new causal weights */
 int problem_weights_state(problem *p, problem_array *arrays);
 ad_status problem_weights_restored(problem *p, ad_error *error);
+
+/* Whether the terms of a set do not count yet, and the first parameter that is not trained yet. */
+bool problem_is_held(const problem *p, const problem_set *set);
+size_t problem_first_held(const problem *p);
 
 #endif

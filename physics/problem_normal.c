@@ -42,7 +42,15 @@ ad_status problem_normal_equations(problem *p, const double *x, double *loss, do
     memset(jtj, 0, count * count * sizeof *jtj);
     memset(jtr, 0, count * sizeof *jtr);
     for (int i = 0; status == AD_OK && i < p->set_count; i++) {
-        status = problem_set_normal(&p->sets[i], x, loss, jtj, jtr, error);
+        if (!problem_is_held(p, &p->sets[i])) {
+            status = problem_set_normal(&p->sets[i], x, loss, jtj, jtr, error);
+        }
+    }
+    for (size_t k = problem_first_held(p); k < count; k++) {
+        for (size_t i = 0; i <= k; i++) {
+            jtj[i * count + k] = 0;
+        }
+        jtr[k] = 0;
     }
     double diagonal = 0; /* a column of J that is not finite shows here */
     for (size_t i = 0; i < count; i++) {
@@ -74,11 +82,12 @@ ad_status problem_noise_of(problem *p, const double *x, double *by_noise, proble
         const double points = (double)set->trained.count;
         const double variance = p->terms[set->terms[0]]->weight / points;
         if (status == AD_OK && variance > 0) {
+            noise->variance = fmax(noise->variance, variance);
             noise->chi_squared += loss / variance;
             noise->numbers +=
                 ad_normal_inspect(set->normal, set->trained.count).rows * set->trained.count;
             for (size_t k = 0; k < count * count; k++) {
-                by_noise[k] += variance * one[k];
+                by_noise[k] += one[k] / variance;
             }
         }
     }
@@ -95,7 +104,16 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
     for (int i = 0; status == AD_OK && i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         status = problem_set_jacobian(set, x, first, info.rows, jt, r, error);
-        first += ad_normal_inspect(set->normal, set->trained.count).rows * set->trained.count;
+        const size_t rows =
+            ad_normal_inspect(set->normal, set->trained.count).rows * set->trained.count;
+        for (size_t k = first; status == AD_OK && problem_is_held(p, set) && k < first + rows;
+             k++) {
+            r[k] = 0;
+            for (size_t column = 0; column < p->parameters; column++) {
+                jt[column * info.rows + k] = 0;
+            }
+        }
+        first += rows;
     }
     if (status != AD_OK) {
         return status;
@@ -104,6 +122,9 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
     *loss = 0;
     for (size_t k = 0; k < info.rows; k++) {
         *loss += r[k] * r[k];
+    }
+    for (size_t i = problem_first_held(p); i < p->parameters; i++) {
+        memset(jt + i * info.rows, 0, info.rows * sizeof *jt);
     }
     for (size_t i = 0; i < p->parameters; i++) {
         const double *column = jt + i * info.rows;
@@ -156,9 +177,15 @@ ad_status problem_normal_product(problem *p, const double *x, const double *v, d
     memcpy(p->pair + count, v, count * sizeof *v);
     memset(product, 0, count * sizeof *product);
     memset(p->scratch, 0, count * sizeof *p->scratch);
+    for (size_t k = problem_first_held(p); k < count; k++) {
+        p->pair[count + k] = 0;
+    }
     for (int i = 0; status == AD_OK && i < p->set_count; i++) {
+        if (problem_is_held(p, &p->sets[i])) {
+            continue;
+        }
         status = problem_set_product(&p->sets[i], p->pair, p->scratch, error);
-        for (size_t k = 0; k < count; k++) {
+        for (size_t k = 0; k < problem_first_held(p); k++) {
             product[k] += p->scratch[k];
         }
     }

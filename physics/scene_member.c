@@ -36,7 +36,7 @@ double scene_unknown_value(const scene_parameter *parameter, double guess, doubl
 void scene_member(const scene *family, const double *values, scene *member)
 {
     const char *names[SCENE_PARAMETERS_MAX];
-    if (!scene_is_family(family)) {
+    if (!scene_is_open(family)) {
         *member = *family;
         return;
     }

@@ -78,6 +78,8 @@ typedef struct tips {
     solve_measured set;
 } tips;
 
+static bool pulled = true;
+
 /* Where the tip is, by the solver of single scenes. */
 static void measure_tips(const made *m, double noise, tips *x)
 {
@@ -97,7 +99,7 @@ static void measure_tips(const made *m, double noise, tips *x)
         solve_report report;
         memcpy(values, truth, sizeof values);
         values[TURNED] = 6.28 * i / EXPERIMENTS;
-        values[PULL] = 0.05 + 0.1 * (i % 3) / 2;
+        values[PULL] = pulled ? 0.05 + 0.1 * (i % 3) / 2 : 0;
         memcpy(x->known[i], values, sizeof values);
         x->s[i] = LENGTH;
         x->t[i] = 0;
@@ -121,13 +123,14 @@ static void add_noise(tips *x, nn_rng *random)
     }
 }
 
-/* 68.3 % of all errors lie within one deviation, 95.4 % within two; of 600 numbers that may be off
- * by four deviations of their own, 7.6 and 3.4 %. And the draws' mean square is what the
- * deviations say, to the same chance. */
+static int draws = 40; /* an argument makes it another number */
+
+/* 68.3 % of all errors lie within one deviation, 95.4 % within two; counts may be off by four
+ * deviations of their own, as may the mean of chi squared. */
 static void test_calibrated(void **state)
 {
     (void)state;
-    enum { DRAWS = 200 };
+    const int DRAWS = draws;
     made m = make_scene();
     tips x;
     ad_error error;
@@ -154,16 +157,58 @@ static void test_calibrated(void **state)
     print_message("within one deviation %.1f %%, within two %.1f %%, chi squared %.2f of %d\n",
                   100.0 * within_one / (UNKNOWNS * DRAWS), 100.0 * within_two / (UNKNOWNS * DRAWS),
                   chi_squared / DRAWS, COORDINATES * EXPERIMENTS - UNKNOWNS);
-    assert_near((double)within_one / (UNKNOWNS * DRAWS), 0.683, 0.076);
-    assert_near((double)within_two / (UNKNOWNS * DRAWS), 0.954, 0.034);
+    const double numbers = UNKNOWNS * DRAWS;
+    assert_near(within_one / numbers, 0.683, 4 * sqrt(0.683 * 0.317 / numbers));
+    assert_near(within_two / numbers, 0.954, 4 * sqrt(0.954 * 0.046 / numbers));
     assert_near(chi_squared / DRAWS, 57, 4 * sqrt(2.0 * 57 / DRAWS));
     free_scene(&m);
 }
 
-int main(void)
+/* Without the known force nothing but ratios of stiffness and weight can be seen. */
+static void test_not_told(void **state)
+{
+    (void)state;
+    made m = make_scene();
+    tips x;
+    ad_error error;
+    nn_rng random = nn_rng_seed(2);
+    const identify_settings settings = {.threads = 1};
+    identified found;
+    verdict judged = {.count = 0};
+    pulled = false;
+    measure_tips(&m, 5e-4, &x);
+    pulled = true;
+    add_noise(&x, &random);
+    assert_good(identify(&m.open, 1, &x.set, &settings, &found, &error), &error);
+    identified_verdict(&found, &m.open, &judged);
+    assert_true(found.information.untold >= 1);
+    assert_true(verdict_has(&judged, VERDICT_NOT_TOLD));
+    free_scene(&m);
+}
+
+static void test_too_few(void **state)
+{
+    (void)state;
+    made m = make_scene();
+    tips x;
+    ad_error error;
+    const identify_settings settings = {.threads = 1};
+    identified found;
+    measure_tips(&m, 5e-4, &x);
+    x.set.rows = 2;
+    x.set.columns = 1;
+    assert_int_equal(identify(&m.open, 1, &x.set, &settings, &found, &error), AD_BAD_INPUT);
+    assert_non_null(strstr(error.message, "2 measured numbers for 3 unknowns"));
+    free_scene(&m);
+}
+
+int main(int count, char **arguments)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_calibrated),
+        cmocka_unit_test(test_not_told),
+        cmocka_unit_test(test_too_few),
     };
+    draws = count > 1 ? atoi(arguments[1]) : draws;
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -46,3 +46,7 @@ at = "material_youngs_modulus=1.2e7,material_relaxation_time=0.02,bodies_0_mass=
 tips = [noisy(row, 1e-3, draw) for row in solve("swinging.yaml", at, "2x61")
         if row["s"] > 0 and row["t"] > 0]
 write("swinging_tips.csv", ["s", "t", "x", "y", "z"], tips)
+
+shape = [noisy(row, 5e-4, draw) for row in solve("bent.yaml", "stiffness_bending_0=3.1e-3", "21")
+         if row["s"] > 0]
+write("bent_shape.csv", ["s", "x", "y", "z"], shape)

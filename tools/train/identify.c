@@ -17,6 +17,9 @@ static const double EDGE = 1e-2;
  * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. */
 static const double SETTLED = 1e-4, STUCK = 1e-2;
 
+/* What residuals of the equations may say of unknowns beside the measurements. */
+static const double LOOSE = 0.2;
+
 /* What residuals are off by, in standard deviations, before the noise does not explain them. */
 static const double EXPLAINED = 4;
 
@@ -493,6 +496,13 @@ void identified_verdict(const identified *x, const scene *open, verdict *to)
     if (!x->converged) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
                     "the search for the unknowns has not ended after %d steps", x->steps);
+    }
+    if (x->held_by_equations > LOOSE) {
+        verdict_add(to, VERDICT_NOT_CONVERGED,
+                    "unknowns are held by what the network leaves of the equations, more than by "
+                    "the measurements (%.0f %%): try more features or points, or a larger "
+                    "data.weight; cpinn-solve finds them without a network",
+                    100 * x->held_by_equations);
     }
     if (fabs(off) > EXPLAINED) {
         verdict_add(to, off > 0 ? VERDICT_MISFIT : VERDICT_NOISE_OVERSTATED,

@@ -33,6 +33,8 @@ typedef struct identified {
     int steps;           /* of Gauss-Newton, of all starts */
     long solutions;      /* of experiments */
     bool converged;
+    double held_by_equations; /* of a network: the part of what is known that residuals of the
+                               * equations add to the measurements; 0: they are met exactly */
 } identified;
 
 /* The search starts where the scene's parameters say; where it ends with residuals that the noise

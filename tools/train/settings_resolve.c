@@ -41,6 +41,9 @@ static const double OF_RISE = 1.8, QUICK = 10;
 /* Radians per half length or half window beyond which no number of points resolves a wave. */
 static const double LARGEST_BANDWIDTH = 1e5;
 
+/* By how much a step lowers the loss at least while unknowns are found. */
+static const double OF_UNKNOWNS = 1e-3;
+
 /* Of a family: along parameters, radians in half of a range; along s at rest this part of what one
  * member takes; and features at rest for one parameter, each further one doubles them. Measured on
  * a cantilever with a load up to 4 EI/L^2 and a stiffness that differs four times: of 1 to 3
@@ -439,6 +442,10 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
                                                                          : 1e-8;
     }
     choose_sampler(settings, d.count, scene_is_family(rod_scene));
+    for (int i = 0; rod_scene->unknown_count > 0 && i < settings->stage_count; i++) {
+        double *least = &settings->stages[i].lbfgs.descent.function_tolerance;
+        *least = fmin(*least, OF_UNKNOWNS); /* they come last, slowly */
+    }
     return resolve_training(settings, d.count, domain_pieces(&d),
                             dynamic || scene_is_beam(rod_scene), key, error);
 }

@@ -480,6 +480,13 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         trainer_apply_loads(t);
         return trainer_start_stage(t, error);
     }
+    if (problem_holds_unknowns(t->problem) &&
+        (t->info.solved || t->info.stage + 1 == t->e->settings->stage_count)) {
+        problem_release_unknowns(t->problem); /* the last stage again, or what is left of all */
+        t->best_held_out = INFINITY;
+        t->info.stage_step = t->rows_apart = 0;
+        return trainer_start_stage(t, error);
+    }
     t->info.stage++;
     t->info.stage_step = 0;
     t->rows_apart = 0;

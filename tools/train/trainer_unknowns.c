@@ -9,9 +9,11 @@
 
 enum { MAX = SCENE_PARAMETERS_MAX };
 
-/* The covariance [unknowns][unknowns] of the last parameters of x, by the noise of measurements. */
-static ad_status covariance_of(const trainer *t, size_t unknowns, double *covariance,
-                               problem_noise *noise, ad_error *error)
+/* Of the last parameters of x, [unknowns][unknowns]: A, their block of the inverse of the normal
+ * equations, and A K A, with K what the measurements say of them where the others follow by the
+ * equations. */
+static ad_status covariance_of(const trainer *t, size_t unknowns, double *inverse,
+                               double *covariance, problem_noise *noise, ad_error *error)
 {
     const size_t count = t->e->count;
     double *matrix = malloc(2 * count * count * sizeof *matrix), *jtr = malloc(count * sizeof *jtr);
@@ -47,6 +49,7 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *covari
     }
     for (size_t k = 0; status == AD_OK && k < unknowns * unknowns; k++) {
         const double *a = columns + k / unknowns * count, *b = columns + k % unknowns * count;
+        inverse[k] = b[count - unknowns + k / unknowns];
         covariance[k] = 0;
         for (size_t i = 0; i < count; i++) { /* the upper triangle is kept */
             double row = by_noise[i * count + i] * b[i], column = 0;
@@ -64,23 +67,37 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *covari
     return status;
 }
 
-/* What is known, from the covariance of scalars of which the parts of the ranges go as slope. */
-static void conclude(const trainer *t, const double *slope, double *covariance, identified *result)
+/* What the measurements say by themselves of scalars of which the parts of the ranges go as slope:
+ * K, from A, what they and the residuals of the equations say together, and A K A. Where the
+ * equations are met at all values of the unknowns A is the inverse of K, but for the variance of
+ * the measurements' rows. */
+static void conclude(const trainer *t, const double *slope, const double *inverse,
+                     const double *covariance, double variance, identified *result)
 {
     const scene *open = t->e->scene;
     const size_t count = (size_t)result->count;
     const bool held[MAX] = {false};
-    double information[MAX * MAX] = {0};
+    double a[MAX * MAX], x[MAX * MAX], information[MAX * MAX];
     int pivots[MAX];
     for (size_t i = 0; i < count * count; i++) {
-        covariance[i] *=
-            slope[i / count] * slope[i % count] * result->noise_factor * result->noise_factor;
+        const double unit = slope[i / count] * slope[i % count];
+        a[i] = inverse[i] * unit;
+        x[i] = covariance[i] * unit;
     }
+    result->held_by_equations = 0;
     for (size_t i = 0; i < count; i++) {
-        information[i * count + i] = 1;
+        const double share = 1 - variance * x[i * count + i] / a[i * count + i];
+        result->held_by_equations = fmax(result->held_by_equations, share);
     }
-    if (ad_dense_lu(count, covariance, pivots) == 0) {
-        ad_dense_lu_solve(count, count, covariance, pivots, information);
+    if (ad_dense_lu(count, a, pivots) == 0) { /* symmetric, but for rounding */
+        ad_dense_lu_solve(count, count, a, pivots, x);
+        for (size_t i = 0; i < count * count; i++) {
+            information[i] = x[i % count * count + i / count];
+        }
+        ad_dense_lu_solve(count, count, a, pivots, information);
+    }
+    for (size_t i = 0; i < count * count; i++) {
+        information[i] /= result->noise_factor * result->noise_factor;
     }
     result->information = solve_information_of(result->count, information, held);
     for (int i = 0; i < result->count; i++) {
@@ -95,7 +112,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
 {
     const scene *open = t->e->scene;
     const size_t count = (size_t)open->unknown_count;
-    double covariance[MAX * MAX], values[MAX], slope[MAX];
+    double inverse[MAX * MAX], covariance[MAX * MAX], values[MAX], slope[MAX];
     problem_noise noise;
     *result = (identified){.count = (int)count, .converged = true, .experiments = 1};
     if (count == 0) {
@@ -108,7 +125,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
         result->value[i] = values[k];
         slope[i] = z * (1 - z);
     }
-    ad_status status = covariance_of(t, count, covariance, &noise, error);
+    ad_status status = covariance_of(t, count, inverse, covariance, &noise, error);
     if (status != AD_OK) {
         return status;
     }
@@ -120,6 +137,6 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     if (result->scaled && noise.numbers > count) {
         result->noise_factor = sqrt(noise.chi_squared / (double)(noise.numbers - count));
     }
-    conclude(t, slope, covariance, result);
+    conclude(t, slope, inverse, covariance, noise.variance, result);
     return AD_OK;
 }

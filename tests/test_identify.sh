@@ -1,0 +1,67 @@
+#!/bin/bash
+# Unknowns from data as users find them: by the solver, by a network, and what is refused.
+#   test_identify.sh BIN ROOT
+set -u
+. "$(dirname "$0")/programs.sh"
+
+scenes=$ROOT/configs/identify
+
+# near A B PART: whether A is B to this part of it.
+near() {
+    awk -v a="$1" -v b="$2" -v part="$3" 'BEGIN { d = a - b; if (d < 0) d = -d; exit !(d <= part * b) }'
+}
+
+run 0 cpinn-solve "$scenes/stiffness.yaml"
+said stdout.txt 'identified from 60 numbers of 20 experiments'
+said stdout.txt 'bending .* \+- '
+
+# The network finds what the solver does, as well known.
+run 0 cpinn-solve "$scenes/bent.yaml" --json solved.json
+run 0 cpinn-train "$scenes/bent.yaml" --out whole --threads 1 --json trained.json
+pick() { tr -d '\n ' <"$1" | sed 's/.*"unknowns":\[{\([^}]*\)}.*/\1/' | tr ',' '\n' | grep "\"$2\"" | cut -d: -f2; }
+check same value -- near "$(pick trained.json value)" "$(pick solved.json value)" 1e-4
+check same deviation -- near "$(pick trained.json standard_deviation)" "$(pick solved.json standard_deviation)" 0.02
+
+# Stopped in the midst and resumed, and by two threads: the same numbers.
+cpinn-train "$scenes/bent.yaml" --out parts --threads 1 --set checkpoint.every=1 >/dev/null 2>&1 &
+pid=$!
+while kill -0 "$pid" 2>/dev/null && [ "$(cat parts/history.csv 2>/dev/null | wc -l)" -lt 13 ]; do
+    sleep 0.005
+done
+kill -INT "$pid" 2>/dev/null
+wait "$pid"
+run 0 cpinn-train "$scenes/bent.yaml" --out parts --threads 1 --set checkpoint.every=1 --resume --json parts.json
+check same bits after a stop -- test "$(pick parts.json value)" = "$(pick trained.json value)"
+run 0 cpinn-train "$scenes/bent.yaml" --out two --threads 2 --json two.json
+check same bits by two threads -- test "$(pick two.json value)" = "$(pick trained.json value)"
+run 0 cpinn-eval whole --grid 11 --out whole.csv
+run 0 cpinn-eval two --grid 11 --out two.csv
+same whole.csv two.csv
+
+# ---- refusals ---------------------------------------------------------------------------------
+
+cp "$scenes/bent.yaml" bent.yaml
+refuse() {
+    local text=$1
+    shift
+    run 2 cpinn-solve bent.yaml "$@"
+    said stderr.txt "$text"
+    check one line -- test "$(wc -l <stderr.txt)" -eq 1
+}
+refuse 'bent_shape.csv: cannot be opened'
+printf 's,x,y\n0.1,0,0\n' >bent_shape.csv
+refuse "column 'z'"
+printf 's,x,y,z\n0.3,0,0,0\n' >bent_shape.csv
+refuse 'bent_shape.csv:2: s is 0.3; allowed: 0 to 0.2'
+printf 's,x,y,z\n0.1,0,0,nan\n' >bent_shape.csv
+refuse 'bent_shape.csv:2'
+printf 's,x,y,z\n' >bent_shape.csv
+refuse 'no rows'
+printf 's,x,y,z\n0.1,0,0,0.1\n' >bent_shape.csv
+refuse '3 measured numbers for 4 unknowns' --set 'rod.rest.curvature=[{identify: 0, range: [-1, 1]}, {identify: 0, range: [-1, 1]}, {identify: 0, range: [-1, 1]}]'
+refuse 'there are no measurements' --set data=null
+refuse 'outside its range' --set 'rod.stiffness.torsion={identify: 1, range: [2, 3]}'
+run 2 cpinn-train bent.yaml --set data=null --out refused
+said stderr.txt 'data'
+
+finish
