@@ -483,6 +483,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     r->length = scene_length(e->scene);
     r->duration = scene_duration(e->scene);
     r->about.estimate = NAN;
+    r->members = 1;
     ad_status status = settings->reference_file                  ? make_file(r, e, error)
                        : settings->reference_deflection.is_given ? make_deflection(r, e, error)
                        : !isnan(settings->reference_tolerance)   ? make_solved(r, e, error)
