@@ -37,14 +37,15 @@ static const refusal refusals[] = {
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
      "tables, rod, segments, loads, bodies, springs, tendons, chambers, "
-     "tubes, beam, boundary, initial, time, manufactured, formulation, motion, enforcement, "
+     "tubes, beam, boundary, initial, time, manufactured, formulation, members, motion, "
+     "enforcement, "
      "network, "
      "losses, data, training, "
      "checkpoint, output, reference"},
     {"[1, 2]\n", NULL,
      "scene.yaml:1:1: is a list; allowed: a section with the keys name, parameters, tables, rod, "
      "segments, loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
-     "manufactured, formulation, motion, enforcement, "
+     "manufactured, formulation, members, motion, enforcement, "
      "network, losses, data, training, checkpoint, output, reference"},
     {"rod:\n"
      "  \001length: 1\n",
@@ -77,7 +78,7 @@ static const refusal refusals[] = {
      "segments, "
      "loads, bodies, springs, tendons, chambers, tubes, beam, boundary, initial, time, "
      "manufactured, "
-     "formulation, motion, enforcement, network, "
+     "formulation, members, motion, enforcement, network, "
      "losses, data, training, checkpoint, output, reference"},
     {"name: &a [x, x]\n", NULL, "scene.yaml:1:7: name: is a list; allowed: text"},
     {BASE "rod2: {}\n", NULL, "scene.yaml:4:1: rod2: unknown key; did you mean rod?"},
@@ -103,7 +104,7 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{steps: 5}]}\n", NULL,
      "scene.yaml:4:21: training.stages[0].optimizer: missing; allowed: one of adam, lbfgs, "
      "gauss_newton, "
-     "ssbroyden"},
+     "ssbroyden, soap"},
     {BASE "training: {stages: [{optimizer: adam, memory: 5}]}\n", NULL,
      "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "adam; leave it out"},
@@ -126,7 +127,7 @@ static const refusal refusals[] = {
      "scene.yaml:4:21: training.stages[0]: maximum_damping must be finite and > initial_damping"},
     {BASE "training: {stages: [{optimizer: sgd}]}\n", NULL,
      "scene.yaml:4:33: training.stages[0].optimizer: is sgd; allowed: one of adam, lbfgs, "
-     "gauss_newton, ssbroyden"},
+     "gauss_newton, ssbroyden, soap"},
     {BASE "training: {stages: [{optimizer: adam, steps: many}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].steps: is many, which is not a number; allowed: a whole "
      "number 1 to 1000000000"},
@@ -377,7 +378,7 @@ static const refusal refusals[] = {
     {BASE, "a.b=1", "--set a.b=1: a.b: unknown key; --help lists all keys"},
     {BASE, "training.stages=[{optimizer: lbfgs}, {steps: 3}]",
      "--set training.stages=[{optimizer: lbfgs}, {steps: 3}]: training.stages[1].optimizer: "
-     "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden"},
+     "missing; allowed: one of adam, lbfgs, gauss_newton, ssbroyden, soap"},
     {BASE, "loads.tip.force=[0, 0, sin(]",
      "--set loads.tip.force=[0, 0, sin(]: loads.tip.force[2]: column 5 of 'sin(': the formula ends "
      "where a number, a name or ( is expected"},
