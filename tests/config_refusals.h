@@ -109,8 +109,8 @@ static const refusal refusals[] = {
      "scene.yaml:4:47: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "adam; leave it out"},
     {BASE "training: {stages: [{optimizer: lbfgs, learning_rate: 5}]}\n", NULL,
-     "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, but this stage "
-     "runs lbfgs; leave it out"},
+     "scene.yaml:4:55: training.stages[0].learning_rate: belongs to optimizer adam, soap, but this "
+     "stage runs lbfgs; leave it out"},
     {BASE "training: {stages: [{optimizer: gauss_newton, memory: 5}]}\n", NULL,
      "scene.yaml:4:55: training.stages[0].memory: belongs to optimizer lbfgs, but this stage runs "
      "gauss_newton; leave it out"},
@@ -141,10 +141,11 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [5]}\n", NULL,
      "scene.yaml:4:21: training.stages[0]: is a single value; allowed: a section with the keys "
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
-     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, basis_every, memory, sufficient_decrease, "
+     "curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
      "step_tolerance, curvature_threshold, linear_algebra, scaling, initial_damping, "
-     "maximum_damping, damping_increase, damping_decrease, stop"},
+     "maximum_damping, damping_increase, damping_decrease, targets, stop"},
     {BASE "training: {stages: [{optimizer: adam, beta1: 1}]}\n", NULL,
      "scene.yaml:4:46: training.stages[0].beta1: is 1, which is out of range; allowed: a finite "
      "number >= 0 and < 1"},
@@ -319,10 +320,11 @@ static const refusal refusals[] = {
     {BASE "training: {stages: [{optimizer: adam, warmup: 3}]}\n", NULL,
      "scene.yaml:4:39: training.stages[0].warmup: unknown key; allowed in training.stages[]: "
      "optimizer, steps, learning_rate, schedule, warmup_steps, decay_steps, final_fraction, "
-     "decay_factor, beta1, beta2, epsilon, clip_norm, memory, sufficient_decrease, curvature, "
+     "decay_factor, beta1, beta2, epsilon, clip_norm, basis_every, memory, sufficient_decrease, "
+     "curvature, "
      "maximum_line_evaluations, maximum_step, gradient_tolerance, function_tolerance, "
      "step_tolerance, curvature_threshold, linear_algebra, scaling, initial_damping, "
-     "maximum_damping, damping_increase, damping_decrease, stop"},
+     "maximum_damping, damping_increase, damping_decrease, targets, stop"},
     {BASE, "rod.length", "--set rod.length: allowed: key=value, the key as in rod.length"},
     {BASE, "=5", "--set =5: allowed: key=value, the key as in rod.length"},
     {BASE, "rod.lenght=5", "--set rod.lenght=5: rod.lenght: unknown key; did you mean rod.length?"},
