@@ -369,7 +369,12 @@ ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t
     const bool named = name_of(path, name);
     snprintf(at, sizeof at, "parameters.%s", name);
     if (node->type != YAML_MAPPING_NODE) {
-        return named && config_parameter_find(reader->experiment, at)
+        /* a value put in place of such a section; parameters of the file's own stay */
+        char *said =
+            reader->origin.override && field->is_given ? quantity_text(*field, true) : NULL;
+        const bool replaces = said && named && strcmp(said, name) == 0;
+        free(said);
+        return replaces && config_parameter_find(reader->experiment, at)
                    ? config_unset(reader, config_key_find(CONFIG_PARAMETER_PATH), at)
                    : AD_OK;
     }
