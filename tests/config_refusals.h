@@ -169,7 +169,7 @@ static const refusal refusals[] = {
      "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector, six"},
     {BASE "network: {fourier: 16}\n", NULL,
      "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
-     "features, wavenumber, frequency"},
+     "features, wavenumber, parameters, frequency"},
     {BASE "network: {widths: [32]}\n", NULL,
      "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
      "initialization, fourier, rotation"},

@@ -82,7 +82,8 @@ static void test_every_key(void **state)
         const char **given = list ? both : both + 1;
         int count = list ? 2 : 1;
         config_key_path(key, 0, path);
-        bool section = key->type == CONFIG_PARAMETER; /* a range is one */
+        bool one = key->type == CONFIG_QUANTITY && key->entries_max == 0; /* may be identified */
+        bool section = key->type == CONFIG_PARAMETER || one;              /* which is one */
         snprintf(override, sizeof override, "%s=%s", path, section ? "[1]" : "{a: b}");
         snprintf(start, sizeof start, "--set %s: %s: is a %s; allowed: ", override, path,
                  section ? "list" : "section");

@@ -125,12 +125,12 @@ static void test_refusals(void **state)
          "pi, sin"},
         {"parameters: {a: [1]}\n" ROD, NULL,
          "scene.yaml:1:17: parameters.a: is a list; allowed: a number, a formula or "
-         "{range: [low, high], scale: linear or log}"},
+         "{range: [low, high], scale: linear or log, identify: number}"},
         {"parameters: {a: .inf}\n" ROD, NULL, "scene.yaml:1:17: parameters.a: is .inf, which is"},
         {"parameters: {a: }\n" ROD, NULL, "parameters.a: has no value"},
         {"parameters: {a: {b: 1}}\n" ROD, NULL,
          "scene.yaml:1:18: parameters.a.b: unknown key; allowed in parameters.<name>: range, "
-         "scale"},
+         "identify, scale"},
         {"parameters: {a: {}}\n" ROD, NULL, "parameters.a: has no range"},
         {"parameters: {a: {rnge: [0, 1]}}\n" ROD, NULL,
          "parameters.a.rnge: unknown key; did you mean parameters.<name>.range?"},

@@ -56,7 +56,7 @@ static void unknown_key_text(const char *path, char *text, size_t size)
 {
     char pattern[CONFIG_PATH_MAX];
     char suggestion[CONFIG_PATH_MAX];
-    char siblings[400];
+    char siblings[480];
     config_key_pattern(path, pattern);
     config_key_suggest(pattern, suggestion);
     char *dot = strrchr(pattern, '.');
@@ -78,7 +78,7 @@ static void unknown_key_text(const char *path, char *text, size_t size)
 
 static ad_status unknown_key(config_reader *reader, const yaml_node_t *node, const char *path)
 {
-    char text[600];
+    char text[700];
     unknown_key_text(path, text, sizeof text);
     return blame_at(reader, node, path, text);
 }
@@ -229,7 +229,7 @@ static ad_status read_name(config_reader *reader, const config_key *key, const c
 static ad_status blame_kind(config_reader *reader, const char *path, const config_key *by_name,
                             const yaml_node_t *node)
 {
-    char siblings[400], pattern[CONFIG_PATH_MAX], sentence[500];
+    char siblings[480], pattern[CONFIG_PATH_MAX], sentence[580];
     config_key_pattern(path, pattern);
     config_key_siblings(pattern, siblings, sizeof siblings);
     snprintf(sentence, sizeof sentence, "is a %s; allowed: %s%sa section with the keys %s",

@@ -14,10 +14,10 @@ static const domain *domain_of(const export_model *x)
 }
 
 /* "X_S" of "x_s". */
-static const char *upper(const char *name, char text[DOMAIN_NAME])
+static const char *upper(const char *name, char text[EVALUATOR_NAME_MAX])
 {
     size_t i = 0;
-    for (; name[i] && i + 1 < DOMAIN_NAME; i++) {
+    for (; name[i] && i + 1 < EVALUATOR_NAME_MAX; i++) {
         text[i] = (char)toupper((unsigned char)name[i]);
     }
     text[i] = '\0';
@@ -98,7 +98,7 @@ static void write_head(const export_model *x, FILE *file)
 static void write_inputs(const export_model *x, FILE *file)
 {
     const domain *d = domain_of(x);
-    char name[DOMAIN_NAME];
+    char name[EVALUATOR_NAME_MAX];
     fputs("/* inputs: index, unit, range */\nenum {\n", file);
     for (int i = 0; i < x->inputs; i++) {
         fprintf(file, "    %s_IN_%s = %d%s /* %s%s%.9g to %.9g */\n", x->name,
@@ -111,7 +111,7 @@ static void write_inputs(const export_model *x, FILE *file)
 
 static void write_outputs(const export_model *x, FILE *file)
 {
-    char name[32];
+    char name[EVALUATOR_NAME_MAX];
     fputs("/* outputs: index, unit, scale: the largest of that unit, or that of the rod (EI/L^2 of "
           "a force) */\nenum {\n",
           file);
