@@ -237,10 +237,10 @@ static int layer_views(const nn_mlp *mlp)
     return mlp->view_count - (mlp->settings.scalars > 0);
 }
 
-/* Scalars 0. Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of a sine
- * network is the exception, see NN_SINE_FREQUENCY: there biases are random phases, else every
- * unit would be odd. A linear network has no symmetry to break and begins at 0: its Gauss-Newton
- * steps then start from a field without waves. */
+/* Scalars 0. Weights by the rule of the settings; biases 0 (Glorot) or uniform. The first layer of
+ * a sine network is the exception, see NN_SINE_FREQUENCY: there biases are random phases, else
+ * every unit would be odd. A linear network has no symmetry to break and begins at 0: its
+ * Gauss-Newton steps then start from a field without waves. */
 void nn_mlp_initialize(const nn_mlp *mlp, nn_rng *rng, double *parameters)
 {
     const int layers = layer_views(mlp);

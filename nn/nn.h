@@ -48,8 +48,8 @@ typedef struct nn_mlp_settings {
     int hidden[NN_HIDDEN_MAX]; /* widths */
     nn_activation activation;
     nn_initialization initialization;
-    bool orthonormal;     /* the trained layer of a linear network with features sees a basis */
-    int scalars; /* numbers trained beside the weights, which the network does not use; 0 */
+    bool orthonormal; /* the trained layer of a linear network with features sees a basis */
+    int scalars;      /* numbers trained beside the weights, which the network does not use; 0 */
     int fourier_features; /* pairs sin, cos of random projections of the inputs; 0: none */
     double fourier_bandwidth[NN_INPUTS_MAX]; /* largest frequency by input, radians per unit of the
                                               * input; they are drawn uniformly within */

@@ -196,23 +196,27 @@ ad_value domain_vanish(const domain_place *at, int end)
     return ad_select(beyond, one, ad_scale(passed, 1 / (high - low)));
 }
 
+ad_value domain_unit(const domain *d, const domain_place *at, int coordinate)
+{
+    const domain_coordinate *c = &d->coordinates[coordinate];
+    ad_value x = at->x[coordinate], one = ad_scalar(at->tape, 1);
+    ad_value passed = ad_sub(x, ad_scalar(at->tape, c->low));
+    ad_value range = ad_scalar(at->tape, c->high - c->low);
+    if (c->logarithmic) {
+        passed = ad_log(ad_scale(x, 1 / c->low));
+        range = ad_scalar(at->tape, log(c->high / c->low));
+    } else if (coordinate == d->time) {
+        passed = domain_elapsed(d, at);
+        range = at->span;
+    }
+    return ad_sub(ad_mul(ad_scale(passed, 2), ad_reciprocal(range)), one);
+}
+
 ad_value domain_network_input(const domain *d, const domain_place *at)
 {
     ad_value rows[DOMAIN_COORDINATES_MAX + 1 + 2 * DOMAIN_PIECES_MAX];
-    ad_value one = ad_scalar(at->tape, 1);
     for (int i = 0; i < d->count; i++) {
-        const domain_coordinate *c = &d->coordinates[i];
-        ad_value passed = ad_sub(at->x[i], ad_scalar(at->tape, c->low));
-        ad_value range = ad_scalar(at->tape, c->high - c->low);
-        if (i == d->time) {
-            passed = domain_elapsed(d, at);
-            range = at->span;
-        }
-        if (c->logarithmic) {
-            passed = ad_log(ad_scale(at->x[i], 1 / c->low));
-            range = ad_scalar(at->tape, log(c->high / c->low));
-        }
-        rows[i] = ad_sub(ad_mul(ad_scale(passed, 2), ad_reciprocal(range)), one);
+        rows[i] = domain_unit(d, at, i);
     }
     if (domain_pieces(d) == 1) {
         return ad_stack(d->count, rows);

@@ -123,6 +123,9 @@ domain_local domain_local_of(const domain *d, ad_value s);
  * continuation to that end. */
 ad_value domain_vanish(const domain_place *at, int end);
 
+/* One coordinate mapped to [-1, 1] over its range, by its logarithm if it goes by that. */
+ad_value domain_unit(const domain *d, const domain_place *at, int coordinate);
+
 /* The coordinates mapped to [-1, 1] over their ranges, time over the window at work and the first
  * over its piece: one row for each coordinate. With several pieces what nn/nn.h wants of them
  * follows. */

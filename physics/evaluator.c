@@ -80,9 +80,12 @@ static ad_status add_column(evaluator *e, const physics_model *model, int column
     for (int i = 0, first = 1; i < e->domain.count; i++) {
         const domain_coordinate by = e->domain.coordinates[i];
         c->orders[i] = orders[i];
-        for (int k = 0; k < orders[i] && length + 2 < EVALUATOR_NAME_MAX; k++, first = 0) {
-            length += snprintf(c->name + length, sizeof c->name - (size_t)length, "%s%s",
-                               first ? "_" : "", by.name);
+        for (int k = 0; k < orders[i]; k++, first = 0) {
+            const bool apart = first || by.name[1] != '\0'; /* s and t stand together */
+            if (length < EVALUATOR_NAME_MAX) {
+                length += snprintf(c->name + length, sizeof c->name - (size_t)length, "%s%s",
+                                   apart ? "_" : "", by.name);
+            }
             c->to_si /= by.scale;
         }
     }
@@ -106,18 +109,35 @@ static ad_status refuse_name(const physics_model *model, const char *name, size_
                    model->columns[0].name);
 }
 
-/* What stands behind the underscore, coordinates of one letter; false: something else. */
-static bool read_orders(const evaluator *e, const char *letters, size_t length, int *orders)
+/* The coordinate with the longest name that `text` begins with, and how long it is; one of several
+ * letters ends with the text or at an underscore. -1: none. */
+static int begins_with(const evaluator *e, const char *text, size_t length, size_t *taken)
+{
+    int found = -1;
+    *taken = 0;
+    for (int i = 0; i < e->domain.count; i++) {
+        const char *name = e->domain.coordinates[i].name;
+        const size_t size = strlen(name);
+        const bool ends = size == 1 || size == length || (size < length && text[size] == '_');
+        if (size > *taken && size <= length && strncmp(text, name, size) == 0 && ends) {
+            found = i;
+            *taken = size;
+        }
+    }
+    return found;
+}
+
+/* What stands behind the underscore, coordinates by name; false: something else. */
+static bool read_orders(const evaluator *e, const char *names, size_t length, int *orders)
 {
     int sum = 0;
-    for (size_t k = 0; k < length; k++) {
-        const char name[2] = {letters[k], '\0'};
-        int coordinate = domain_find(&e->domain, name);
+    for (size_t k = 0, taken; k < length; k += taken, sum++) {
+        k += sum > 0 && names[k] == '_';
+        int coordinate = begins_with(e, names + k, length - k, &taken);
         if (coordinate < 0) {
             return false;
         }
         orders[coordinate]++;
-        sum++;
     }
     return sum > 0 && sum <= EVALUATOR_ORDER_MAX;
 }
@@ -137,7 +157,8 @@ static ad_status add_name(evaluator *e, const physics_model *model, const char *
             first = name[0] == 'r' ? 0 : model->position_columns;
             count = name[0] == 'r' ? model->position_columns : model->rotation_columns;
         }
-        if (underscore && first >= 0 && !e->dynamic && memchr(underscore, 't', length - stem)) {
+        if (underscore && first >= 0 && !e->dynamic && e->domain.count == 1 &&
+            memchr(underscore, 't', length - stem)) {
             return ad_fail(error, AD_BAD_ARGUMENT,
                            "%.*s is a derivative by time, and this scene is at rest", (int)length,
                            name);
@@ -411,6 +432,12 @@ ad_status evaluator_evaluate_at(evaluator *e, size_t points, const double *const
 ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
                              double *values, ad_error *error)
 {
+    const int given = e->dynamic ? 2 : 1;
+    if (e->domain.count > given) {
+        return ad_fail(error, AD_BAD_ARGUMENT,
+                       "%s is a coordinate, too; evaluator_evaluate_at takes all",
+                       e->domain.coordinates[given].name);
+    }
     return evaluator_evaluate_at(e, points, (const double *const[]){s, t}, values, error);
 }
 

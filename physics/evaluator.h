@@ -16,7 +16,7 @@ extern "C" {
 
 typedef struct evaluator evaluator;
 
-enum { EVALUATOR_COLUMNS_MAX = 128, EVALUATOR_ORDER_MAX = 4, EVALUATOR_NAME_MAX = 24 };
+enum { EVALUATOR_COLUMNS_MAX = 128, EVALUATOR_ORDER_MAX = 4, EVALUATOR_NAME_MAX = 96 };
 
 /* A network that was trained on a model. */
 typedef struct evaluator_model {
@@ -30,7 +30,8 @@ typedef struct evaluator_model {
 /* `names`: what to evaluate, separated by spaces or commas; NULL: every column of the scene's
  * model. A name is that of a column ("x", "qw", "m2", of beams "w"), or r or q for all columns of a
  * rod's position or rotation, and behind an underscore s and t as often as it is differentiated,
- * four times at most: "x_s", "r_tt", "m2_st". Everything is compiled here, and nothing of
+ * four times at most: "x_s", "r_tt", "m2_st"; by a parameter of a family its name, "x_load",
+ * "x_s_load". Everything is compiled here, and nothing of
  * the model is needed afterwards. AD_BAD_ARGUMENT: no such name, or too many; AD_NO_MEMORY. */
 ad_status evaluator_create(const evaluator_model *model, const char *names, evaluator **result,
                            ad_error *error);
@@ -45,7 +46,8 @@ const char *evaluator_column_unit(const evaluator *e, int column); /* "m", "N m 
 
 /* values [columns][points] at s [points] (m) and t [points] (s; ignored in a static scene, may then
  * be NULL). An instant between two windows belongs to the one that it ends; a time beyond the last
- * window is taken as that window's, as points beyond the rod are taken as they are. */
+ * window is taken as that window's, as points beyond the rod are taken as they are.
+ * AD_BAD_ARGUMENT: of a model with other coordinates, as a family. */
 ad_status evaluator_evaluate(evaluator *e, size_t points, const double *s, const double *t,
                              double *values, ad_error *error);
 

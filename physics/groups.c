@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { DRAWS = 512 };
+/* Networks of more inputs miss shapes by more than a symmetry that holds nearly. */
+enum { DRAWS = 512, FEW = 5 };
 
 /* Relative: numbers that change by less are the same for all members. */
 static const double CONSTANT = 1e-9;
@@ -24,8 +25,7 @@ static const double UNMOVED = 1e-7;
 /* What moves the rod less is mapped to less, by this power, but not to less than the least. */
 static const double WEAKER = 0.5, WEAKEST = 0.25;
 
-/* ---- members ------------------------------------------------------------------------------------
- */
+/* ---- members --------------------------------------------------------------------------------- */
 
 /* values [parameters][DRAWS]: all at one end of their ranges, each at one end with the others in
  * the middle, then any. */
@@ -89,8 +89,7 @@ static ad_value stack_items(const group_list *list, ad_tape *tape)
     return all;
 }
 
-/* ---- finding them
- * ---------------------------------------------------------------------------------- */
+/* ---- finding them ---------------------------------------------------------------------------- */
 
 /* A row of an item in numbers. */
 typedef struct candidate {
@@ -154,7 +153,8 @@ static ad_status make_candidate(search *x, int item, int entry, int index, ad_er
                              .of = *of},
                      .mapped = x->mapped + (size_t)index * DRAWS,
                      .left = x->left + (size_t)index * DRAWS};
-    c->is_out = !(change > CONSTANT * size) || !(c->row.effect > UNMOVED);
+    const bool is_left = of->kind == GROUP_PULL && x->x->symmetry.off > 0;
+    c->is_out = is_left || !(change > CONSTANT * size) || !(c->row.effect > UNMOVED);
     for (int i = 0; i < DRAWS; i++) {
         c->mapped[i] = c->is_out ? 0 : ((is_log ? log(v[i]) : v[i]) - low) / half - 1;
         mean += c->mapped[i] / DRAWS;
@@ -381,8 +381,7 @@ static void choose(search *x)
     }
 }
 
-/* ---- making
- * --------------------------------------------------------------------------------------- */
+/* ---- making ---------------------------------------------------------------------------------- */
 
 static ad_status allocate(search *x, ad_error *error)
 {
@@ -450,13 +449,14 @@ static ad_status find_rows(search *x, ad_error *error)
     return status;
 }
 
-static ad_status find_symmetry(search *x, ad_error *error)
+static ad_status find_symmetry(search *x, bool nearly, ad_error *error)
 {
+    x->x->symmetry = GROUP_NO_TURN; /* of the items as they are */
     ad_status status = record_items(x, error);
     status = status == AD_OK ? allocate(x, error) : status;
     status = status == AD_OK ? find_values(x, error) : status;
     if (status == AD_OK) {
-        group_symmetry_find(&x->x->source, &x->list, DRAWS, x->values, &x->x->symmetry);
+        group_symmetry_find(nearly, &x->x->source, &x->list, DRAWS, x->values, &x->x->symmetry);
     }
     clear(x);
     return status;
@@ -483,10 +483,13 @@ static ad_status find(groups *x, const groups_settings *settings, ad_error *erro
     } else {
         draw(&x->source.open, now.draws);
         now.parameters = ad_input(now.tape, "parameters", (int)parameters);
-        status = x->source.by_parameters || settings->symmetry == GROUPS_NO_SYMMETRY
-                     ? AD_OK
-                     : find_symmetry(&now, error);
+        const bool any = !x->source.by_parameters && settings->symmetry != GROUPS_NO_SYMMETRY;
+        status = any ? find_symmetry(&now, false, error) : AD_OK;
         status = status == AD_OK ? find_rows(&now, error) : status;
+        if (status == AD_OK && any && settings->symmetry == GROUPS_SYMMETRY && x->count > FEW) {
+            status = find_symmetry(&now, true, error);
+            status = status == AD_OK ? find_rows(&now, error) : status;
+        }
         if (status == AD_OK && group_symmetry_any(&x->symmetry) && has_parameter(x)) {
             x->symmetry = GROUP_NO_TURN;
             status = find_rows(&now, error);

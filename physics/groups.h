@@ -21,7 +21,11 @@
  * same for all members stays as it is, then members come in sets of equal shapes, but for the turn.
  * Inputs are those of the one member of a set whose pull (without actuators: the strongest load
  * across the base) points into one sector, and the answer is turned back. Derivatives by parameters
- * are those within the sector. At its edges a network's answer jumps by a part of its error. */
+ * are those within the sector. At its edges a network's answer jumps by a part of its error.
+ * Three or more equal tendons around a round rod look the same after any turn, but for what they
+ * pull beyond their force, their moment and their resistance to twist, which is of third order in
+ * the strains: where that moves the rod by less than networks of many inputs miss it by, it is left
+ * to whoever improves their answers. */
 #ifndef PHYSICS_GROUPS_H
 #define PHYSICS_GROUPS_H
 
@@ -36,7 +40,8 @@ extern "C" {
     X(GROUPS_OF_EQUATIONS, "groups")   /* those of the equations */                                \
     X(GROUPS_PARAMETERS, "parameters") /* the parameters themselves, mapped to -1 .. 1 */
 #define GROUPS_SYMMETRY_LIST(X)                                                                    \
-    X(GROUPS_SYMMETRY, "auto") /* where the scene has one */                                       \
+    X(GROUPS_SYMMETRY, "auto") /* with many inputs also one that holds nearly */                   \
+    X(GROUPS_EXACT, "exact")                                                                       \
     X(GROUPS_NO_SYMMETRY, "none")
 
 #define GROUPS_ENUM(name, text) name,
@@ -52,9 +57,9 @@ typedef struct groups_settings {
 typedef struct groups groups;
 
 /* Determined by the scene and the settings alone, so that a checkpoint need not hold it. Parameters
- * must be open names of the scene's formulas, which outlive the groups. A family that has no rod in
- * space (a beam, a manufactured solution) gets its parameters. AD_NO_MEMORY; AD_BAD_INPUT: a number
- * of the equations is not finite for members within the ranges. */
+ * must be open names of the scene's formulas, which outlive the groups. A family of beams, of
+ * manufactured solutions, or of rods in more than 64 pieces gets its parameters. AD_NO_MEMORY;
+ * AD_BAD_INPUT: a number of the equations is not finite for members within the ranges. */
 ad_status groups_find(const scene *family, const groups_settings *settings, groups **result,
                       ad_error *error);
 void groups_free(groups *x); /* NULL is allowed */

@@ -5,12 +5,7 @@
 #include "physics/groups.h"
 #include "physics/rod_internal.h"
 
-enum {
-    GROUP_PLACES_MAX = 16,
-    GROUP_TIMES_MAX = 4,
-    GROUP_NAME = 48,
-    GROUP_ACTUATORS_MAX = SCENE_TENDONS_MAX + SCENE_CHAMBERS_MAX
-};
+enum { GROUP_PLACES_MAX = 64, GROUP_TIMES_MAX = 4, GROUP_NAME = 48 };
 
 /* How an item changes when the rod is turned about d3 of its base, or mirrored. */
 typedef enum group_kind {
@@ -18,13 +13,16 @@ typedef enum group_kind {
     GROUP_POLAR,    /* [3] a force, in components of the base or of the section */
     GROUP_AXIAL,    /* [3] a moment, a curvature, the same */
     GROUP_TENSOR,   /* [3] along d1, d2, d3: not at all if its first two are equal */
-    GROUP_PULL,     /* of one actuator: it takes the value of the one that comes in its place */
-    GROUP_OFFSET,   /* [3] of one actuator: it has to be where that one comes */
+    GROUP_PULL,     /* of one tendon: it takes the value of the one that comes in its place */
+    GROUP_OFFSET,   /* [3] of one tendon: it has to be where that one comes */
     GROUP_PARAMETER /* of the family itself: it may change, but not how is not known */
 } group_kind;
 
 /* The effect of half the range of a parameter that is among the items as it is. */
 static const double GROUP_UNKNOWN = 0.5;
+
+#define GROUP_MOMENT     "moment of actuators"
+#define GROUP_RESISTANCE "resistance of tendons to twist"
 
 /* One dimensionless number or vector that the equations are given, at one place. */
 typedef struct group_item {
@@ -33,7 +31,7 @@ typedef struct group_item {
     double s, t;      /* m, s; NaN: the same everywhere */
     group_kind kind;
     int rows;
-    int actuator;     /* of pulls and offsets */
+    int tendon;       /* of pulls and offsets */
     bool as_it_is;    /* a parameter of the family, */
     bool is_log;      /* which its author counts by its logarithm */
     double effect[3]; /* by how much of the length one unit moves the rod, an estimate */
@@ -71,8 +69,9 @@ typedef struct group_symmetry {
     int order;
     bool mirrors;
     double angle;
-    int turned[GROUP_ACTUATORS_MAX];   /* in whose place each actuator comes by 2 pi/order */
-    int mirrored[GROUP_ACTUATORS_MAX]; /* and by the mirror */
+    double off;                      /* by what it is no symmetry, of the length; 0: it is one */
+    int turned[SCENE_TENDONS_MAX];   /* in whose place each tendon comes by 2 pi/order */
+    int mirrored[SCENE_TENDONS_MAX]; /* and by the mirror */
     int by, second; /* items whose directions say into which sector, and on which side; -1: none */
 } group_symmetry;
 
@@ -83,15 +82,15 @@ static inline bool group_symmetry_any(const group_symmetry *x)
     return x->order != 1 || x->mirrors;
 }
 
-/* values [rows of all items in turn][draws]. */
-void group_symmetry_find(const group_source *source, const group_list *list, size_t draws,
-                         const double *values, group_symmetry *result);
+/* values [rows of all items in turn][draws]. `nearly`: tendons may be taken for their force and
+ * moment. */
+void group_symmetry_find(bool nearly, const group_source *source, const group_list *list,
+                         size_t draws, const double *values, group_symmetry *result);
 
 /* Items become those of the member in the sector. */
 void group_symmetry_apply(const group_symmetry *symmetry, group_list *list, groups_turn *turn);
 
-/* ---- the result -------------------------------------------------------------------------------
- */
+/* ---- the result ------------------------------------------------------------------------------ */
 
 enum { GROUP_ROWS_MAX = 64 };
 

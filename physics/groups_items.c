@@ -13,27 +13,26 @@ static const double ZEROS[3] = {0, 0, 0};
 /* Of the length: over which the slope of an actuator's offset is taken. */
 static const double STEP = 1e-5;
 
-/* ---- where they are looked at -----------------------------------------------------------------
- */
+/* ---- where they are looked at ---------------------------------------------------------------- */
 
 /* Some within every piece between breaks, not at equal distances, between which what winds around
- * the rod might look straight. */
-static ad_status find_places(group_source *source, ad_error *error)
+ * the rod might look straight. False: there are too many pieces. */
+static bool find_places(group_source *source, const scene_breaks *breaks)
 {
-    enum { ALONE = 5 };
-    scene_breaks breaks;
     const double length = scene_length(&source->middle);
-    ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
-    const int pieces = status == AD_OK ? breaks.count + 1 : 1;
-    const int each = pieces == 1 ? ALONE : pieces <= 5 ? 3 : pieces <= 8 ? 2 : 1;
-    for (int i = 0; i < pieces * each && source->places < GROUP_PLACES_MAX; i++) {
+    const int pieces = breaks->count + 1;
+    const int each = pieces == 1 ? 5 : pieces <= 5 ? 3 : pieces <= 8 ? 2 : 1;
+    if (breaks->unresolved || pieces * each > GROUP_PLACES_MAX) {
+        return false;
+    }
+    for (int i = 0; i < pieces * each; i++) {
         const int piece = i / each;
-        const double from = piece > 0 ? breaks.place[piece - 1] / length : 0;
-        const double to = piece + 1 < pieces ? breaks.place[piece] / length : 1;
+        const double from = piece > 0 ? breaks->place[piece - 1] / length : 0;
+        const double to = piece + 1 < pieces ? breaks->place[piece] / length : 1;
         const double x = 0.5 - 0.5 * cos(PI * (i % each + 0.5) / each);
         source->place[source->places++] = from + (to - from) * x;
     }
-    return status;
+    return true;
 }
 
 static bool is_turnable(const scene *given)
@@ -85,11 +84,13 @@ ad_status group_source_fill(const scene *family, bool by_parameters, group_sourc
     if (source->turnable) {
         find_upright(family, source->upright);
     }
-    return find_places(source, error);
+    scene_breaks breaks;
+    const ad_status status = scene_breaks_of(&source->middle, "s", &breaks, error);
+    source->by_parameters = status == AD_OK && !find_places(source, &breaks);
+    return status;
 }
 
-/* ---- recording ---------------------------------------------------------------------------------
- */
+/* ---- recording ------------------------------------------------------------------------------- */
 
 /* At one place and time. */
 typedef struct recorder {
@@ -208,8 +209,7 @@ static void add_motion(recorder *x, const rod_coefficients *c)
         quantities_of(x, 3, open->initial.angular_velocity, scale->time));
 }
 
-/* ---- tendons, chambers, tubes
- * -------------------------------------------------------------------- */
+/* ---- tendons, chambers, tubes ---------------------------------------------------------------- */
 
 static ad_value offset_at(const recorder *x, const quantity offset[2], double step)
 {
@@ -224,46 +224,48 @@ typedef struct pulling {
     ad_value force, moment, twist;
 } pulling;
 
-static void add_pull(recorder *x, const rod_coefficients *c, int index, pulling *sum)
+static void add_chamber(recorder *x, const scene_chamber *given, pulling *sum)
 {
-    const scene *open = &x->source->open;
-    const int tendons = open->tendon_count;
-    const bool is_chamber = index >= tendons;
-    const scene_tendon *tendon = &open->tendons[index];
-    const scene_chamber *chamber = &open->chambers[is_chamber ? index - tendons : 0];
-    const quantity *offset = is_chamber ? chamber->offset : tendon->offset;
-    const quantity start = is_chamber ? chamber->start : tendon->start,
-                   end = is_chamber ? chamber->end : tendon->end;
-    if (x->s < quantity_number_or(start, 0) || x->s > quantity_number_or(end, INFINITY)) {
+    const quantity push = quantity_multiply(given->pressure, given->area);
+    if (x->s >= quantity_number_or(given->start, 0) &&
+        x->s <= quantity_number_or(given->end, INFINITY)) {
+        const ad_value pull = quantities_of(x, 1, &push, -1 / x->rod.scales.force);
+        const ad_value force =
+            ad_mul(ad_mul(x->softness, pull), ad_vector_constant(x->rod.tape, 0, 0, 1));
+        sum->force = ad_add(sum->force, force);
+        sum->moment = ad_add(sum->moment, ad_cross(offset_at(x, given->offset, 0), force));
+    }
+}
+
+/* What it does depends on the strains, so that each is an item by itself, too. */
+static void add_tendon(recorder *x, const rod_coefficients *c, int index, pulling *sum)
+{
+    const scene_tendon *given = &x->source->open.tendons[index];
+    if (x->s < quantity_number_or(given->start, 0) ||
+        x->s > quantity_number_or(given->end, INFINITY)) {
         return;
     }
-    ad_value r = offset_at(x, offset, 0), direction = ad_vector_constant(x->rod.tape, 0, 0, 1);
-    if (!is_chamber) {
-        ad_value slope =
-            ad_scale(ad_sub(offset_at(x, offset, STEP), offset_at(x, offset, -STEP)), 0.5 / STEP);
-        ad_value path = ad_add(c->rest_strain, ad_cross(c->rest_curvature, r));
-        direction = ad_normalize(ad_add(path, slope));
-    }
-    quantity given =
-        is_chamber ? quantity_multiply(chamber->pressure, chamber->area) : tendon->tension;
-    ad_value pull = ad_mul(
-        x->softness, quantities_of(x, 1, &given, (is_chamber ? -1 : 1) / x->rod.scales.force));
-    ad_value force = ad_mul(pull, direction);
+    const ad_value r = offset_at(x, given->offset, 0);
+    const ad_value apart =
+        ad_sub(offset_at(x, given->offset, STEP), offset_at(x, given->offset, -STEP));
+    const ad_value path = ad_add(c->rest_strain, ad_cross(c->rest_curvature, r));
+    const ad_value direction = ad_normalize(ad_add(path, ad_scale(apart, 0.5 / STEP)));
+    const ad_value pull =
+        ad_mul(x->softness, quantities_of(x, 1, &given->tension, 1 / x->rod.scales.force));
+    const ad_value force = ad_mul(pull, direction);
     char name[GROUP_NAME];
-    snprintf(name, sizeof name, is_chamber ? "force of chambers[%d]" : "tension of tendons[%d]",
-             is_chamber ? index - tendons : index);
     sum->force = ad_add(sum->force, force);
     sum->moment = ad_add(sum->moment, ad_cross(r, force));
     sum->twist = ad_add(sum->twist, ad_mul(pull, ad_dot(r, r)));
-    group_item *one = add(x, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
-    if (one) {
-        one->actuator = index;
+    snprintf(name, sizeof name, "tension of tendons[%d]", index);
+    group_item *item = add(x, name, "EI/L^2", GROUP_PULL, 1e-6, pull);
+    if (item) {
+        item->tendon = index;
     }
-    snprintf(name, sizeof name, is_chamber ? "offset of chambers[%d]" : "offset of tendons[%d]",
-             is_chamber ? index - tendons : index);
-    one = add(x, name, "L", GROUP_OFFSET, 1, r);
-    if (one) {
-        one->actuator = index;
+    snprintf(name, sizeof name, "offset of tendons[%d]", index);
+    item = add(x, name, "L", GROUP_OFFSET, 1, r);
+    if (item) {
+        item->tendon = index;
     }
 }
 
@@ -272,19 +274,22 @@ static void add_actuation(recorder *x, const rod_coefficients *c)
     ad_value none = ad_zeros(x->rod.tape, 3);
     pulling sum = {none, none, ad_zeros(x->rod.tape, 1)};
     const rod_numbers *numbers = &x->source->numbers;
-    const int count = rod_actuator_count(&x->source->open);
-    for (int i = 0; i < count; i++) {
-        add_pull(x, c, i, &sum);
+    const scene *open = &x->source->open;
+    for (int i = 0; i < open->tendon_count; i++) {
+        add_tendon(x, c, i, &sum);
     }
-    if (count > 0) {
-        add(x, "moment of actuators", "EI/L", GROUP_AXIAL, 0.5, sum.moment);
+    for (int i = 0; i < open->chamber_count; i++) {
+        add_chamber(x, &open->chambers[i], &sum);
+    }
+    if (rod_actuator_count(open) > 0) {
+        add(x, GROUP_MOMENT, "EI/L", GROUP_AXIAL, 0.5, sum.moment);
         group_item *force = add(x, "force of actuators", "EI/L^2", GROUP_POLAR,
                                 1 / numbers->shear_ratio, sum.force);
         if (force) {
             force->effect[2] = 1 / numbers->axial_ratio;
         }
-        add(x, "resistance of actuators to twist", "EI", GROUP_SCALAR,
-            0.5 / fmax(numbers->torsion_ratio, 1e-3), sum.twist);
+        add(x, GROUP_RESISTANCE, "EI", GROUP_SCALAR, 0.5 / fmax(numbers->torsion_ratio, 1e-3),
+            sum.twist);
     }
 }
 
@@ -320,8 +325,7 @@ static void add_tubes(recorder *x)
     }
 }
 
-/* ---- at single places
- * ------------------------------------------------------------------------------ */
+/* ---- at single places ------------------------------------------------------------------------ */
 
 static void add_end(recorder *x, int end)
 {
@@ -385,8 +389,7 @@ static void add_places(recorder *x)
     x->s = NAN;
 }
 
-/* ---- all
- * ------------------------------------------------------------------------------------------ */
+/* ---- all ------------------------------------------------------------------------------------- */
 
 /* A tape at a place, with parameters. */
 static void begin(recorder *x, double s, double t, const quantity_binding *bindings)

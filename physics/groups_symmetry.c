@@ -129,12 +129,12 @@ static bool same_place(const group_item *a, const group_item *b)
            (a->t == b->t || (isnan(a->t) && isnan(b->t)));
 }
 
-/* The item of that kind at the place of `like` that belongs to an actuator; -1: none. */
-static int item_of(const group_list *list, const group_item *like, int actuator)
+/* The item of that kind at the place of `like` that belongs to a tendon; -1: none. */
+static int item_of(const group_list *list, const group_item *like, int tendon)
 {
     for (int i = 0; i < list->count; i++) {
         const group_item *one = &list->items[i];
-        if (one->kind == like->kind && one->actuator == actuator && same_place(one, like)) {
+        if (one->kind == like->kind && one->tendon == tendon && same_place(one, like)) {
             return i;
         }
     }
@@ -167,8 +167,8 @@ static bool comes(const finder *x, motion m, int a, int b)
         if (!is_pull && item->kind != GROUP_OFFSET) {
             continue;
         }
-        of_b += item->actuator == b;
-        if (item->actuator != a) {
+        of_b += item->tendon == b;
+        if (item->tendon != a) {
             continue;
         }
         of_a++;
@@ -189,10 +189,10 @@ static bool comes(const finder *x, motion m, int a, int b)
 }
 
 /* Whether it leaves the scene as it is: what is the same for all members, how they are spread, and
- * the set of actuators, of which each comes in the place of another. */
-static bool leaves(const finder *x, motion m, int places[GROUP_ACTUATORS_MAX])
+ * the set of actuators, of which each comes in the place of another; `nearly`: but for that. */
+static bool leaves(const finder *x, motion m, bool nearly, int places[SCENE_TENDONS_MAX])
 {
-    const int count = rod_actuator_count(&x->source->open);
+    const int count = nearly ? 0 : x->source->open.tendon_count;
     for (int i = 0; i < x->list->count; i++) {
         const group_item *item = &x->list->items[i];
         const bool is_vector = item->kind == GROUP_POLAR || item->kind == GROUP_AXIAL;
@@ -234,12 +234,14 @@ static void direction_of(const finder *x, int item, size_t draw, double d[2])
  * the same for all members. */
 static bool find_mirror(const finder *x, group_symmetry *result)
 {
-    double angles[2 + GROUP_ACTUATORS_MAX];
+    double angles[2 + SCENE_TENDONS_MAX];
+    double first = NAN;
     int count = 1;
     angles[0] = 0;
-    for (int i = 0; i < x->list->count && count < 2 + GROUP_ACTUATORS_MAX; i++) {
+    for (int i = 0; i < x->list->count && count < 2 + SCENE_TENDONS_MAX; i++) {
         const group_item *item = &x->list->items[i];
-        const bool is_first = item->kind == GROUP_OFFSET && item->s == x->list->items[0].s;
+        first = isnan(first) && item->kind == GROUP_OFFSET ? item->s : first;
+        const bool is_first = item->kind == GROUP_OFFSET && item->s == first;
         const bool is_vector = item->kind == GROUP_POLAR || item->kind == GROUP_AXIAL;
         double d[2] = {0, 0};
         if (is_first || (is_vector && is_constant(x, i))) {
@@ -253,7 +255,7 @@ static bool find_mirror(const finder *x, group_symmetry *result)
         for (int k = 0; k <= i; k++) {
             for (int across = 0; across < 2; across++) {
                 const double angle = (angles[i] + angles[k]) / 2 + across * PI / 2;
-                if (leaves(x, (motion){true, angle}, result->mirrored)) {
+                if (leaves(x, (motion){true, angle}, false, result->mirrored)) {
                     result->angle = angle;
                     return true;
                 }
@@ -263,29 +265,40 @@ static bool find_mirror(const finder *x, group_symmetry *result)
     return false;
 }
 
-/* The vector that varies and moves the rod most across d3, or only across the mirror; the moment of
- * actuators before loads. Not `but`. */
-static int find_direction(const finder *x, const group_symmetry *symmetry, bool is_across, int but)
+/* What part of a vector counts: all across d3, that across the mirror, or across another one. */
+typedef enum side { WHOLE, ACROSS_MIRROR, ACROSS_BY } side;
+
+static double side_of(const finder *x, const group_symmetry *symmetry, side which, int item,
+                      size_t draw)
 {
-    const bool pulls = rod_actuator_count(&x->source->open) > 0;
+    double d[2], axis[2] = {cos(symmetry->angle), sin(symmetry->angle)};
+    direction_of(x, item, draw, d);
+    const double size = hypot(d[0], d[1]);
+    if (which == ACROSS_BY) {
+        direction_of(x, symmetry->by, draw, axis);
+    }
+    const double length = hypot(axis[0], axis[1]);
+    const double across = length > 0 ? (d[1] * axis[0] - d[0] * axis[1]) / length : 0;
+    return which == WHOLE ? size : fabs(across) > SAME * size ? across : 0;
+}
+
+/* The vector that varies and by that part moves the rod most; -1: none does. */
+static int find_direction(const finder *x, const group_symmetry *symmetry, side which)
+{
     double most = 0;
     int found = -1;
     for (int i = 0; i < x->list->count; i++) {
         const group_item *item = &x->list->items[i];
-        if ((item->kind != GROUP_POLAR && item->kind != GROUP_AXIAL) || i == but ||
-            is_constant(x, i)) {
+        double square = 0;
+        if ((item->kind != GROUP_POLAR && item->kind != GROUP_AXIAL) || is_constant(x, i)) {
             continue;
         }
-        double square = 0;
         for (size_t k = 0; k < x->draws; k++) {
-            double d[2];
-            direction_of(x, i, k, d);
-            const double side = d[1] * cos(symmetry->angle) - d[0] * sin(symmetry->angle);
-            square += is_across ? side * side : d[0] * d[0] + d[1] * d[1];
+            const double part = side_of(x, symmetry, which, i, k);
+            square += part * part;
         }
-        const bool is_pull = pulls && strcmp(item->name, "moment of actuators") == 0;
-        const double now = item->effect[0] * sqrt(square) * (is_pull ? 1e6 : 1);
-        if (now > most) {
+        const double now = item->effect[0] * sqrt(square);
+        if (now > most * (1 + SAME)) {
             most = now;
             found = i;
         }
@@ -293,36 +306,74 @@ static int find_direction(const finder *x, const group_symmetry *symmetry, bool 
     return found;
 }
 
-void group_symmetry_find(const group_source *source, const group_list *list, size_t draws,
-                         const double *values, group_symmetry *result)
+/* How far the rod is moved by what tendons do beyond force, moment and resistance to twist, about.
+ * With the strains u of the rod and the offset r of a tendon, its resistance to twist is not the
+ * same all around by a part (u r)^2. The factor is that of 95 of 100 members of a robot of three
+ * tendons with loads in any direction. */
+static double beyond_moment(const finder *x)
+{
+    static const double factor = 1e-2;
+    double moment = 0, twist = 0, offset = 0;
+    for (int i = 0; i < x->list->count; i++) {
+        const group_item *item = &x->list->items[i];
+        double *to = item->kind == GROUP_OFFSET                  ? &offset
+                     : strcmp(item->name, GROUP_MOMENT) == 0     ? &moment
+                     : strcmp(item->name, GROUP_RESISTANCE) == 0 ? &twist
+                                                                 : NULL;
+        const double *v = values_of(x, i);
+        for (size_t k = 0; to && k < x->draws; k++) {
+            const double across = item->rows > 1 ? v[x->draws + k] : 0;
+            *to = fmax(*to, hypot(v[k], across));
+        }
+    }
+    const double part = moment * offset, torsion = x->source->numbers.torsion_ratio;
+    return factor * part * part * twist / torsion;
+}
+
+/* The order of turns: 0, or the sides of a polygon. */
+static void find_order(const finder *x, bool nearly, group_symmetry *result)
+{
+    static const double any_angle = 1, most_off = 2e-4; /* an angle that no polygon has */
+    const int count = x->source->open.tendon_count;
+    result->order = 1;
+    if (leaves(x, (motion){false, any_angle}, false, result->turned)) {
+        result->order = 0;
+    }
+    for (int n = count > 2 ? count : 2; n > 1 && result->order == 1; n--) {
+        if (leaves(x, (motion){false, 2 * PI / n}, false, result->turned)) {
+            result->order = n;
+        }
+    }
+    const double off = beyond_moment(x);
+    if (nearly && result->order > 2 && off < most_off &&
+        leaves(x, (motion){false, any_angle}, true, result->turned)) {
+        result->order = 0;
+        result->off = off;
+    }
+}
+
+void group_symmetry_find(bool nearly, const group_source *source, const group_list *list,
+                         size_t draws, const double *values, group_symmetry *result)
 {
     const finder x = {source, list, draws, values};
-    const int count = rod_actuator_count(&source->open);
     *result = GROUP_NO_TURN;
     if (!source->turnable) {
         return;
     }
-    if (leaves(&x, (motion){false, 1}, result->turned)) { /* by an angle that no polygon has */
-        result->order = 0;
-    }
-    for (int n = count > 2 ? count : 2; n > 1 && result->order == 1; n--) {
-        if (leaves(&x, (motion){false, 2 * PI / n}, result->turned)) {
-            result->order = n;
-        }
-    }
+    find_order(&x, nearly, result);
     result->mirrors = find_mirror(&x, result);
     const bool turns = result->order != 1;
-    result->by = turns || result->mirrors ? find_direction(&x, result, !turns, -1) : -1;
+    result->by =
+        turns || result->mirrors ? find_direction(&x, result, turns ? WHOLE : ACROSS_MIRROR) : -1;
     if (result->by < 0) {
         *result = GROUP_NO_TURN;
     } else if (result->order == 0 && result->mirrors) {
-        result->second = find_direction(&x, result, false, result->by);
+        result->second = find_direction(&x, result, ACROSS_BY);
         result->mirrors = result->second >= 0;
     }
 }
 
-/* ---- on the tape --------------------------------------------------------------------------------
- */
+/* ---- on the tape ----------------------------------------------------------------------------- */
 
 /* a turned back about d3; entries of any rows. */
 static void turn_back(const groups_turn *turn, ad_value a[3])
@@ -370,7 +421,7 @@ static void exchange(group_list *list, const ad_value *pulls, const int *from, a
 {
     for (int i = 0; i < list->count; i++) {
         group_item *item = &list->items[i];
-        const int other = item->kind == GROUP_PULL ? item_of(list, item, from[item->actuator]) : -1;
+        const int other = item->kind == GROUP_PULL ? item_of(list, item, from[item->tendon]) : -1;
         if (other >= 0 && other != i) {
             item->value = ad_select(condition, pulls[other], item->value);
         }
@@ -392,8 +443,8 @@ static void record_sector(const group_symmetry *symmetry, const ad_value d[3],
 {
     ad_tape *tape = d[0].tape;
     ad_value most = ad_scalar(tape, 0);
-    int from[GROUP_ACTUATORS_MAX];
-    for (int i = 0; i < GROUP_ACTUATORS_MAX; i++) {
+    int from[SCENE_TENDONS_MAX];
+    for (int i = 0; i < SCENE_TENDONS_MAX; i++) {
         from[i] = i;
     }
     for (int k = 0; k < symmetry->order; k++) {
@@ -404,7 +455,7 @@ static void record_sector(const group_symmetry *symmetry, const ad_value d[3],
         turn->cosine = k > 0 ? ad_select(nearer, c, turn->cosine) : c;
         turn->sine = k > 0 ? ad_select(nearer, s, turn->sine) : s;
         if (k > 0) {
-            for (int i = 0; i < GROUP_ACTUATORS_MAX; i++) {
+            for (int i = 0; i < SCENE_TENDONS_MAX; i++) {
                 from[i] = symmetry->turned[from[i]];
             }
             exchange(list, pulls, from, nearer);

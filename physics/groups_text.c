@@ -44,8 +44,12 @@ static void symmetry_text(const groups *x, char *text, size_t size)
         snprintf(turns, sizeof turns, s->order == 0 ? "any turn about d3" : "a turn by %d degrees",
                  360 / (s->order > 0 ? s->order : 1));
     }
-    snprintf(text, size, "symmetry: %s%s%s", turns, s->order != 1 && s->mirrors ? " and " : "",
-             s->mirrors ? "a mirror" : "");
+    char off[64] = "";
+    if (s->off > 0) {
+        snprintf(off, sizeof off, ", but for some %.1g of the length", s->off);
+    }
+    snprintf(text, size, "symmetry: %s%s%s%s", turns, s->order != 1 && s->mirrors ? " and " : "",
+             s->mirrors ? "a mirror" : "", off);
 }
 
 bool groups_text(const groups *x, int index, char *text, size_t size)

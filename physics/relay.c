@@ -12,9 +12,33 @@ static size_t piece_numbers(int rows)
     return RELAY_POINTS * (size_t)rows;
 }
 
+/* Points of a parameter of a family, of as many as there are. */
+static int points_of(int parameters)
+{
+    static const int points[RELAY_PARAMETERS_MAX + 1] = {1, 11, 7};
+    return points[parameters];
+}
+
+/* Members of a family at whose points states are handed on. */
+static int members_of(int parameters)
+{
+    int members = 1;
+    for (int i = 0; i < parameters; i++) {
+        members *= points_of(parameters);
+    }
+    return members;
+}
+
+static int parameters_of(const domain *d)
+{
+    return d->count - (d->time >= 0 ? 2 : 1);
+}
+
 size_t relay_numbers(const physics_model *m)
 {
-    return 2 * (size_t)domain_pieces(&m->domain) * piece_numbers(m->state_rows);
+    const int parameters = parameters_of(&m->domain); /* of more there is one window */
+    const size_t members = parameters <= RELAY_PARAMETERS_MAX ? (size_t)members_of(parameters) : 0;
+    return 2 * (size_t)domain_pieces(&m->domain) * members * piece_numbers(m->state_rows);
 }
 
 /* Chebyshev's points of [0, 1], from 1 down to 0. */
@@ -25,27 +49,50 @@ static double relay_point(int j)
 
 /* ---- on the tape --------------------------------------------------------------------------- */
 
-/* Chebyshev's polynomials T_k(x). */
-static ad_value chebyshev_polynomials(ad_value x)
+/* Chebyshev's polynomials T_k(x), k < count. */
+static void chebyshev_polynomials(ad_value x, int count, ad_value *powers)
 {
-    ad_value powers[RELAY_POINTS] = {ad_scalar(x.tape, 1), x};
-    for (int k = 2; k < RELAY_POINTS; k++) {
+    powers[0] = ad_scalar(x.tape, 1);
+    powers[1] = x;
+    for (int k = 2; k < count; k++) {
         powers[k] = ad_sub(ad_scale(ad_mul(x, powers[k - 1]), 2), powers[k - 2]);
     }
-    return ad_stack(RELAY_POINTS, powers);
+}
+
+/* Products of the polynomials of s and of all parameters, those of s fastest. */
+static ad_value all_polynomials(const domain_place *at, ad_value x)
+{
+    const int parameters = at->over ? parameters_of(at->over) : 0, each = points_of(parameters);
+    ad_value along[RELAY_POINTS], rows[RELAY_MEMBERS_MAX], powers[RELAY_POINTS];
+    int count = 1;
+    chebyshev_polynomials(x, RELAY_POINTS, along);
+    rows[0] = ad_stack(RELAY_POINTS, along);
+    for (int i = 0; i < parameters; i++) {
+        const int coordinate = at->over->count - parameters + i;
+        chebyshev_polynomials(domain_unit(at->over, at, coordinate), each, powers);
+        for (int k = each - 1; k >= 0; k--) {
+            for (int j = 0; j < count; j++) {
+                rows[k * count + j] = k ? ad_mul(powers[k], rows[j]) : rows[j];
+            }
+        }
+        count *= each;
+    }
+    return count > 1 ? ad_stack(count, rows) : rows[0];
 }
 
 ad_value relay_state(const domain_place *at, int rows, bool going)
 {
-    int numbers = (int)piece_numbers(rows), pieces = at->over ? domain_pieces(at->over) : 1;
+    int pieces = at->over ? domain_pieces(at->over) : 1;
+    int members = at->over ? members_of(parameters_of(at->over)) : 1;
+    int numbers = members * (int)piece_numbers(rows);
     int first = going ? pieces * numbers : 0;
     if (pieces == 1) {
         ad_value x = ad_sub(ad_scale(at->x[0], 2), ad_scalar(at->tape, 1));
         ad_value coefficients = ad_slice(at->state, first, numbers);
-        return ad_matvec_transposed(coefficients, chebyshev_polynomials(x));
+        return ad_matvec_transposed(coefficients, all_polynomials(at, x));
     }
     domain_local local = domain_local_of(at->over, at->x[0]);
-    ad_value polynomials = chebyshev_polynomials(local.x), state = ad_zeros(at->tape, rows);
+    ad_value polynomials = all_polynomials(at, local.x), state = ad_zeros(at->tape, rows);
     for (int k = 0; k < pieces; k++) {
         ad_value coefficients = ad_slice(at->state, first + k * numbers, numbers);
         ad_value there = ad_matvec_transposed(coefficients, polynomials);
@@ -84,28 +131,49 @@ double relay_misfit(const double *values, int rows, int first, int count, int de
     return largest;
 }
 
-/* From values at the points to coefficients of Chebyshev's polynomials (Trefethen 2013,
- * Approximation Theory and Approximation Practice, ch. 3). */
-static void transform(const double *values, int rows, double *coefficients)
+/* From values [degree + 1][rows] at the points to coefficients of Chebyshev's polynomials
+ * (Trefethen 2013, Approximation Theory and Approximation Practice, ch. 3). */
+static void transform(const double *values, int degree, int rows, double *coefficients)
 {
-    for (int k = 0; k < RELAY_POINTS; k++) {
+    for (int k = 0; k <= degree; k++) {
         for (int i = 0; i < rows; i++) {
             double sum = 0;
-            for (int j = 0; j < RELAY_POINTS; j++) {
-                double ends = (j % RELAY_DEGREE ? 1 : 2) * (k % RELAY_DEGREE ? 1 : 2);
-                sum += 2 * cos(PI * j * k / RELAY_DEGREE) / (ends * RELAY_DEGREE) *
-                       values[j * rows + i];
+            for (int j = 0; j <= degree; j++) {
+                double ends = (j % degree ? 1 : 2) * (k % degree ? 1 : 2);
+                sum += 2 * cos(PI * j * k / degree) / (ends * degree) * values[j * rows + i];
             }
             coefficients[k * rows + i] = sum;
         }
     }
 }
 
-/* A state from its values [pieces][RELAY_POINTS][rows]. */
-static void write_state(const physics_model *m, const double *values, double *state)
+/* The same along every parameter, in place: [pieces][last parameter]...[first][numbers of s]. */
+static ad_status transform_members(const physics_model *m, double *state, ad_error *error)
 {
-    double going[RELAY_POINTS * MODEL_STATE_ROWS_MAX];
-    int rows = m->state_rows, pieces = domain_pieces(&m->domain), degree = 1;
+    const int parameters = parameters_of(&m->domain), each = points_of(parameters);
+    const size_t all = relay_numbers(m) / 2;
+    size_t stride = piece_numbers(m->state_rows);
+    double *copy = parameters ? malloc(all * sizeof *copy) : NULL;
+    if (parameters && !copy) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
+    }
+    for (int i = 0; i < parameters; i++, stride *= (size_t)each) {
+        memcpy(copy, state, all * sizeof *copy);
+        for (size_t first = 0; first < all; first += stride * (size_t)each) {
+            transform(copy + first, each - 1, (int)stride, state + first);
+        }
+    }
+    free(copy);
+    return AD_OK;
+}
+
+/* A state from its values [pieces][members][RELAY_POINTS][rows]. */
+static ad_status write_state(const physics_model *m, const double *values, double *state,
+                             ad_error *error)
+{
+    double going[RELAY_POINTS * MODEL_STATE_ROWS_MAX], *begin = state;
+    int rows = m->state_rows, degree = 1;
+    int pieces = domain_pieces(&m->domain) * members_of(parameters_of(&m->domain));
     size_t numbers = piece_numbers(rows);
     for (int k = 0; k < pieces; k++) {
         int needed = m->call.going_degree(m, values + (size_t)k * numbers);
@@ -117,9 +185,11 @@ static void write_state(const physics_model *m, const double *values, double *st
                 going[point * rows + i] = interpolate(values + i, rows, degree, point);
             }
         }
-        transform(values, rows, state);
-        transform(going, rows, state + (size_t)pieces * numbers);
+        transform(values, RELAY_DEGREE, rows, state);
+        transform(going, RELAY_DEGREE, rows, state + (size_t)pieces * numbers);
     }
+    ad_status status = transform_members(m, begin, error);
+    return status == AD_OK ? transform_members(m, begin + (size_t)pieces * numbers, error) : status;
 }
 
 /* ---- from window to window ----------------------------------------------------------------- */
@@ -188,19 +258,36 @@ static void place_points(const domain *d, int piece, double s[RELAY_POINTS])
     }
 }
 
-/* values [RELAY_POINTS][rows] of the end of window `index` in one piece. */
+/* Of parameter `i` at its points of member `member`, dimensionless. */
+static double member_at(const domain *d, int member, int i)
+{
+    const int parameters = parameters_of(d), each = points_of(parameters);
+    for (int k = 0; k < i; k++) {
+        member /= each;
+    }
+    return domain_coordinate_at(&d->coordinates[d->count - parameters + i],
+                                (1 + cos(PI * (member % each) / (each - 1))) / 2);
+}
+
+/* values [RELAY_POINTS][rows] of the end of window `index` in one piece, of one member. */
 static ad_status run_piece(const relay *r, const relay_program *made, int index, int piece,
-                           const double *start, const double *x, double *values, ad_error *error)
+                           int member, const double *start, const double *x, double *values,
+                           ad_error *error)
 {
     const physics_model *m = r->model;
+    const int parameters = parameters_of(&m->domain);
     double s[RELAY_POINTS], unused[RELAY_POINTS] = {0}, found[MODEL_STATE_ROWS_MAX][RELAY_POINTS];
+    double of_member[RELAY_PARAMETERS_MAX][RELAY_POINTS];
     double *outputs[MODEL_STATE_ROWS_MAX], begin = domain_window_time(&m->domain, index);
-    const double *inputs[DOMAIN_COORDINATES_MAX] = {s}, *uniforms[DOMAIN_UNIFORMS_MAX];
+    const double *inputs[DOMAIN_COORDINATES_MAX] = {s, unused}, *uniforms[DOMAIN_UNIFORMS_MAX];
     domain_uniforms kinds = model_uniforms(m, index);
     domain_setting setting = {{begin, domain_window_time(&m->domain, index + 1) - begin}, start, 1};
     domain_list_uniforms(&kinds, &setting, uniforms);
-    for (int i = 1; i < m->domain.count; i++) {
-        inputs[i] = unused;
+    for (int i = 0; i < parameters; i++) {
+        for (int j = 0; j < RELAY_POINTS; j++) {
+            of_member[i][j] = member_at(&m->domain, member, i);
+        }
+        inputs[m->domain.count - parameters + i] = of_member[i];
     }
     place_points(&m->domain, piece, s);
     for (int i = 0; i < m->state_rows; i++) {
@@ -226,17 +313,19 @@ ad_status relay_run(relay *r, int index, const double *start, const double *x, d
     const physics_model *m = r->model;
     relay_program *made = &r->programs[index > 0];
     size_t numbers = piece_numbers(m->state_rows);
-    int pieces = domain_pieces(&m->domain);
-    double *values = malloc(((size_t)pieces * numbers + 1) * sizeof *values);
+    int members = members_of(parameters_of(&m->domain));
+    int blocks = domain_pieces(&m->domain) * members;
+    double *values = malloc(((size_t)blocks * numbers + 1) * sizeof *values);
     ad_status status = values ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a state");
     if (status == AD_OK && !made->program) {
         status = build(r, index, made, error);
     }
-    for (int k = 0; status == AD_OK && k < pieces; k++) {
-        status = run_piece(r, made, index, k, start, x, values + (size_t)k * numbers, error);
+    for (int k = 0; status == AD_OK && k < blocks; k++) {
+        status = run_piece(r, made, index, k / members, k % members, start, x,
+                           values + (size_t)k * numbers, error);
     }
     if (status == AD_OK) {
-        write_state(m, values, end);
+        status = write_state(m, values, end, error);
     }
     free(values);
     return status;

@@ -2,9 +2,10 @@
  * through its values at Chebyshev's points, the ends of the rod among them. They meet fields of up
  * to some ten waves along the rod to rounding.
  *
- * A state is [2][pieces][RELAY_POINTS][rows of the model], coefficients of T_k(x), x from -1 to 1
- * over each piece of s: all of it, and the part of it that goes on through the window, polynomials
- * of low degree (physics/rod_ansatz.c says why). */
+ * A state is [2][pieces][members][RELAY_POINTS][rows of the model], coefficients of T_k(x), x from
+ * -1 to 1 over each piece of s, and of a family those of its parameters' polynomials: all of it,
+ * and the part of it that goes on through the window, polynomials of low degree
+ * (physics/rod_ansatz.c says why). */
 #ifndef PHYSICS_RELAY_H
 #define PHYSICS_RELAY_H
 
@@ -16,6 +17,10 @@ extern "C" {
 #endif
 
 enum { RELAY_DEGREE = 48, RELAY_POINTS = RELAY_DEGREE + 1 };
+
+/* Parameters of a family of motions by windows at most: its states are polynomials of them, too,
+ * through the members at their Chebyshev points. */
+enum { RELAY_PARAMETERS_MAX = 2, RELAY_MEMBERS_MAX = 49 };
 
 /* Numbers of a state; 0 for a model that hands on nothing. */
 size_t relay_numbers(const physics_model *m);

@@ -47,9 +47,8 @@ void scene_member(const scene *family, const double *values, scene *member)
 const double *scene_middle_values(const scene *family, double *values)
 {
     for (int i = 0; i < family->parameter_count; i++) {
-        values[i] = i < scene_known_count(family)
-                        ? scene_parameter_at(&family->parameters[i], 0.5)
-                        : family->guess[i];
+        values[i] = i < scene_known_count(family) ? scene_parameter_at(&family->parameters[i], 0.5)
+                                                  : family->guess[i];
     }
     return values;
 }

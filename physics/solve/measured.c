@@ -29,8 +29,10 @@ struct solve_trials {
     ad_pool *pool;
     size_t rows, residuals, experiments;
     measured_row *row;
-    double *known;          /* [rows][parameter_count] */
-    size_t *first;          /* [experiments + 1] rows */
+    double *known; /* [rows][parameter_count] */
+    size_t *first; /* [experiments + 1] rows */
+    int *nodes;    /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
+    bool chooses;  /* these, where one trial is run */
     solve_members *members; /* NULL: one by one */
     size_t places;
     ad_error reason; /* why there was no solution, of the last run */
@@ -44,6 +46,7 @@ void solve_trials_free(solve_trials *x)
         free(x->row);
         free(x->known);
         free(x->first);
+        free(x->nodes);
         free(x);
     }
 }
@@ -243,6 +246,10 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
     if (status == AD_OK) {
         x->tolerance = choose_tolerance(x, sets, measured, tolerance);
     }
+    if (status == AD_OK && scene_is_dynamic(open) && !scene_is_beam(open)) {
+        x->nodes = calloc(x->experiments, sizeof *x->nodes);
+        status = x->nodes ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for nodes");
+    }
     if (status == AD_OK && !scene_is_beam(open) && x->columns <= SOLVE_MEMBERS_COLUMNS) {
         status = create_members(x, threads, error);
     }
@@ -338,6 +345,9 @@ static ad_status check(const scene *member, ad_error *error)
     return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", key, reason.message);
 }
 
+/* Of the tolerance, that of steps of time where nodes are chosen. */
+static const double STEPS_OF_TIME = 1e-2;
+
 static ad_status solve_one(const solve_trials *x, size_t experiment, const double *values,
                            double *residuals, ad_error *error)
 {
@@ -359,6 +369,10 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
     if (status == AD_OK) {
         solve_settings settings = solve_settings_default(&member);
         settings.tolerance = x->tolerance;
+        if (x->nodes && x->nodes[experiment] > 0) {
+            settings.nodes = x->nodes[experiment];
+            settings.tolerance *= STEPS_OF_TIME;
+        }
         status = solution_create(&member, &settings, scene_is_dynamic(&member) ? rows : 0, times,
                                  &solved, &report, error);
     }
@@ -369,6 +383,9 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
     }
     if (status == AD_OK) {
         status = evaluate(x, experiment, solved, residuals, error);
+    }
+    if (status == AD_OK && x->chooses && x->nodes[experiment] == 0) {
+        x->nodes[experiment] = report.nodes;
     }
     solution_free(solved);
     free(times);
@@ -473,6 +490,7 @@ ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, 
         residuals[i] = NAN;
     }
     x->reason = (ad_error){.message = ""};
+    x->chooses = x->nodes && count == 1;
     ad_status status = AD_OK;
     if (x->members) {
         status = run_all_members(&batch, count, error);

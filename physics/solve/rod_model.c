@@ -130,8 +130,8 @@ static ad_status begin(const solve_rod *rod, recording *on, ad_error *error)
     on->t = ad_input(on->tape, "t", 1);
     on->at = rod_place(&rod->scene, on->s, on->t);
     on->context = rod_context_of(&rod->scene, &on->at);
-    if (f->open) {
-        const int count = f->parameters->count;
+    const int count = f->open ? f->parameters->count : 0;
+    if (count > 0) {
         on->parameters = ad_input(on->tape, "parameters", count);
         for (int i = 0; i < count; i++) {
             on->context.parameters[i] =
@@ -152,7 +152,8 @@ static ad_status add_formula(solve_rod *rod, const recording *on, solve_part par
     f->kinds[part] =
         (solve_part_kind){.width = (size_t)ad_rows(value),
                           .by_s = ad_uses(1, &value, on->s),
-                          .by_parameters = f->open && ad_uses(1, &value, on->parameters)};
+                          .by_parameters = f->open && f->parameters->count > 0 &&
+                                           ad_uses(1, &value, on->parameters)};
     return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
 }
 

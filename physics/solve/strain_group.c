@@ -8,8 +8,8 @@
 typedef struct mesh_kind {
     int stages, parts;
 } mesh_kind;
-static const mesh_kind MESHES[] = {{3, 1},  {4, 1},  {6, 1},  {8, 1}, {10, 1},
-                                   {12, 1}, {12, 2}, {12, 4}, {12, 8}};
+static const mesh_kind MESHES[] = {{3, 1},  {4, 1},  {6, 1},  {8, 1},  {10, 1},
+                                   {12, 1}, {12, 2}, {12, 4}, {12, 8}, {12, 16}};
 
 enum { MESH_COUNT = sizeof MESHES / sizeof *MESHES };
 _Static_assert((int)MESH_COUNT <= (int)STRAIN_LEVELS_MAX, "a level for each");
@@ -18,9 +18,11 @@ _Static_assert((int)MESH_COUNT <= (int)STRAIN_LEVELS_MAX, "a level for each");
  * rod of one piece begins with 6. */
 static const double LONGEST[] = {0.35, 0.65};
 
-/* Where a path that is lost on the coarsest mesh is followed anew; most nodes of a mesh with
- * equations. */
-enum { SAFE_LEVEL = 2, NODES_MAX = 400 };
+/* Where a path that is lost on the coarsest mesh is followed anew, and once more, if it is lost
+ * without a pivot that is negative: a step of Magnus turns the rod by at most 3 rad. Most nodes of
+ * a mesh with equations. */
+static const int SAFE_LEVELS[] = {2, 4};
+enum { NODES_MAX = 400 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -575,8 +577,17 @@ ad_status strain_group_solve(strain_group *x, size_t members, const double *para
         wanted[lane] = lane < members;
     }
     ad_status status = solve_from(x, 0, wanted, values, curvature, results, error);
-    if (status == AD_OK && any(wanted) && SAFE_LEVEL + 1 < x->solved) {
-        status = solve_from(x, SAFE_LEVEL, wanted, values, curvature, results, error);
+    for (int k = 0; k < 2 && status == AD_OK && any(wanted); k++) {
+        bool again[LANES];
+        for (size_t lane = 0; lane < LANES; lane++) {
+            again[lane] = wanted[lane] && (k == 0 || results[lane].end != SOLVE_MEMBER_UNSTABLE);
+        }
+        if (any(again) && SAFE_LEVELS[k] + 1 < x->solved) {
+            status = solve_from(x, SAFE_LEVELS[k], again, values, curvature, results, error);
+        }
+        for (size_t lane = 0; lane < members; lane++) {
+            wanted[lane] = wanted[lane] && isinf(results[lane].estimate);
+        }
     }
     for (size_t lane = 0; lane < members && status == AD_OK; lane++) {
         if (wanted[lane]) {

@@ -5,7 +5,7 @@
 
 #include "physics/solve/strain_level.h"
 
-enum { STRAIN_LEVELS_MAX = 9 };
+enum { STRAIN_LEVELS_MAX = 10 };
 
 /* Positions are taken from a mesh so many beyond that of the equations: r between points of a mesh
  * that has u to 1e-6 may be known to 1e-5. */

@@ -7,7 +7,15 @@
  * direction, a tip force of up to 0.2 N along each axis, and a stiffness of 0.5 to 2 times that;
  * B-mild has a tip force of up to 0.05 N. Members are random; shapes have 21 points and a tolerance
  * of 1e-3 mm. Times are those of the processor, medians of some rounds. `elsewhere` counts members
- * that are another equilibrium than that of the other solver. */
+ * that are another equilibrium than that of the other solver.
+ *
+ * Then shapes of B from given curvatures: those of the members, bent by smooth random waves of 1e-4
+ * to 0.1 over the length, one size for each member, as networks err. "value" is the shape alone,
+ * "step" a step of Newton's method alone, and numbers are steps taken with all that is known after
+ * them, against the shapes of a finer tolerance. `wrong` counts members that are trusted and
+ * further off than one and a half times what is said to be left and 1e-5 mm; `said/off` the
+ * quotient of what is said to be left and what is, of those trusted and less than 5 and more than
+ * 1e-3 mm off. */
 #include "physics/solve/members.h"
 #include "nn/rng.h"
 #include "physics/solve/solve.h"
@@ -188,6 +196,159 @@ static int run(const char *name, const scene *robot, double tip, bool loaded, si
     return 0;
 }
 
+/* ---- from a given curvature ---------------------------------------------------------------- */
+
+/* Curvatures [count][nodes][3] off by waves. */
+static void perturb(const solve_members *x, size_t count, double *curvature)
+{
+    enum { WAVES = 4 };
+    const size_t nodes = solve_members_nodes(x);
+    nn_rng random = nn_rng_seed(2);
+    double *s = malloc(nodes * sizeof *s);
+    solve_members_places(x, s);
+    for (size_t i = 0; i < count; i++) {
+        const double size = pow(10, random_number(&random, -4, -1)) / LENGTH;
+        for (int c = 0; c < 3; c++) {
+            for (int w = 0; w < WAVES; w++) {
+                const double high = random_number(&random, -1, 1) * size * (c < 2 ? 1 : 0.1);
+                for (size_t k = 0; k < nodes; k++) {
+                    curvature[(i * nodes + k) * 3 + (size_t)c] +=
+                        high / (1 + w) * cos(3.14159265358979323846 * w * s[k] / LENGTH);
+                }
+            }
+        }
+    }
+    free(s);
+}
+
+static double distance(const double *a, const double *b)
+{
+    double largest = 0;
+    for (int i = 0; i < POINTS * SOLVE_MEMBERS_COLUMNS; i += SOLVE_MEMBERS_COLUMNS) {
+        largest = fmax(largest, sqrt(pow(a[i] - b[i], 2) + pow(a[i + 1] - b[i + 1], 2) +
+                                     pow(a[i + 2] - b[i + 2], 2)));
+    }
+    return largest;
+}
+
+typedef struct answering {
+    solve_members *members;
+    size_t count;
+    const double *parameters, *curvature, *truth;
+    double *values, *refined;
+    const solve_member *solved; /* truth is known of those */
+    solve_answer *answers;
+} answering;
+
+/* Microseconds a shape. */
+static double time_of(const answering *of, int steps, double *values, double *refined,
+                      solve_answer *answers)
+{
+    double seconds[ROUNDS];
+    ad_error error;
+    for (int i = 0; i < ROUNDS; i++) {
+        const double start = cpu_seconds();
+        if (solve_members_refine(of->members, of->count, of->parameters, of->curvature, steps,
+                                 values, refined, answers, &error) != AD_OK) {
+            return NAN;
+        }
+        seconds[i] = cpu_seconds() - start;
+    }
+    qsort(seconds, ROUNDS, sizeof *seconds, ascending);
+    return 1e6 * seconds[ROUNDS / 2] / (double)of->count;
+}
+
+static void print_answers(const answering *of, int steps)
+{
+    double *off = malloc(of->count * sizeof *off), *ratio = malloc(of->count * sizeof *ratio);
+    size_t trusted = 0, wrong = 0, known = 0, said = 0;
+    const double time = time_of(of, steps, of->values, NULL, of->answers);
+    for (size_t i = 0; i < of->count; i++) {
+        const size_t at = i * POINTS * SOLVE_MEMBERS_COLUMNS;
+        if (!of->solved[i].solved) {
+            continue;
+        }
+        const double is = distance(of->values + at, of->truth + at), left = of->answers[i].left;
+        known++;
+        if (of->answers[i].trusted) {
+            off[trusted++] = is;
+            wrong += is > 1.5 * left + 1e-8;
+        }
+        if (of->answers[i].trusted && is < 5e-3 && is > 1e-6) {
+            ratio[said++] = left / is;
+        }
+    }
+    qsort(off, trusted, sizeof *off, ascending);
+    qsort(ratio, said, sizeof *ratio, ascending);
+    printf("%-8d %8.2f %12zu %7zu", steps, time, known - trusted, wrong);
+    if (trusted > 0) {
+        printf(" %9.1e %9.1e %9.1e", 1e3 * off[trusted / 2], 1e3 * off[trusted * 95 / 100],
+               1e3 * off[trusted - 1]);
+    }
+    if (said > 0) {
+        printf(" %9.3f %9.3f %9zu", ratio[said / 100], ratio[said * 99 / 100], said);
+    }
+    putchar('\n');
+    free(off);
+    free(ratio);
+}
+
+static int run_answers(const scene *robot, size_t count, int threads)
+{
+    double s[POINTS];
+    const size_t width = POINTS * SOLVE_MEMBERS_COLUMNS;
+    ad_error error = {AD_OK, ""};
+    solve_members *exact = NULL;
+    nn_rng random = nn_rng_seed(3);
+    double *parameters = malloc(count * PARAMETERS * sizeof *parameters);
+    double *truth = malloc(count * width * sizeof *truth);
+    solve_member *solved = malloc(count * sizeof *solved);
+    answering of = {.count = count, .parameters = parameters, .truth = truth, .solved = solved};
+    of.values = malloc(count * width * sizeof *of.values);
+    of.answers = malloc(count * sizeof *of.answers);
+    for (int i = 0; i < POINTS; i++) {
+        s[i] = LENGTH * i / (POINTS - 1);
+    }
+    for (size_t i = 0; i < count; i++) {
+        draw(&random, 0.2, true, parameters + i * PARAMETERS);
+    }
+    solve_members_settings settings = {
+        .tolerance = 5e-6, .threads = threads, .points = POINTS, .s = s};
+    ad_status status = solve_members_create(robot, &settings, &of.members, &error);
+    settings.tolerance = 5e-8;
+    status = status == AD_OK ? solve_members_create(robot, &settings, &exact, &error) : status;
+    if (status == AD_OK) {
+        double *curvature = malloc(count * solve_members_nodes(of.members) * 3 * sizeof *curvature);
+        status =
+            solve_members_curvature(of.members, count, parameters, NULL, curvature, solved, &error);
+        status = status == AD_OK
+                     ? solve_members_solve(exact, count, parameters, truth, solved, &error)
+                     : status;
+        perturb(of.members, count, curvature);
+        of.curvature = curvature;
+        of.refined = malloc(count * solve_members_nodes(of.members) * 3 * sizeof *of.refined);
+        printf("\nsteps    us/shape  not trusted   wrong    median      95 %%     worst  said/off "
+               "1 %%      99 %%   of so many\n");
+        printf("%-8s %8.2f\n", "value", time_of(&of, 0, of.values, NULL, NULL));
+        printf("%-8s %8.2f\n", "step", time_of(&of, -1, NULL, of.refined, NULL));
+        for (int steps = 0; steps <= 2; steps++) {
+            print_answers(&of, steps);
+        }
+        free(of.refined);
+        free(curvature);
+    } else {
+        fprintf(stderr, "members: %s\n", error.message);
+    }
+    solve_members_free(of.members);
+    solve_members_free(exact);
+    free(parameters);
+    free(truth);
+    free(solved);
+    free(of.values);
+    free(of.answers);
+    return status == AD_OK ? 0 : 2;
+}
+
 int main(int count, char **arguments)
 {
     const size_t members = count > 1 ? strtoul(arguments[1], NULL, 10) : 4000;
@@ -200,6 +361,7 @@ int main(int count, char **arguments)
     int status = run("A", &robot, 0, false, members, compared, threads);
     status = status == 0 ? run("B-mild", &robot, 0.05, true, members, compared, threads) : status;
     status = status == 0 ? run("B", &robot, 0.2, true, members, compared, threads) : status;
+    status = status == 0 ? run_answers(&robot, members, threads) : status;
     quantities_free(names);
     return status;
 }

@@ -183,10 +183,10 @@ const config_key config_keys[] = {
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
              "function of the parameters, learnt from members."},
-    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(16, 100000000),
-     .fallback = "131072 in the strain form",
+    {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
+     .fallback = "131072 in the strain form, else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
-             "before training."},
+             "before training, 16 at least."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "

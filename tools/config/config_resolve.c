@@ -283,6 +283,9 @@ static ad_status settle(config *experiment, ad_error *error)
                             "is solved for before training, but the scene is a family, whose "
                             "members have one each; allowed: given, or no parameter with a range");
     }
+    if (scene_is_open(&experiment->scene)) {
+        return AD_OK; /* of unknowns every trial does */
+    }
     ad_status status = solve_settle(&experiment->scene, experiment->names, &reason);
     return status == AD_OK ? AD_OK
            : status == AD_BAD_INPUT || status == AD_BAD_ARGUMENT

@@ -237,7 +237,8 @@ typedef struct cpinn_family_check {
     size_t by_members, by_solver; /* solved by solve_members, else by solution_create */
     size_t unsolved;              /* by neither, or with a warning */
     cpinn_family_row rows[CPINN_WAY_COUNT];
-    double solver_alone, solver_batch; /* s a shape, solve_members; NaN: it does not take these */
+    double bare_alone, bare_batch;     /* s a shape, of the network without its errors */
+    double solver_alone, solver_batch; /* the same of solve_members; NaN: it does not take these */
     size_t compared;                   /* members solved by both, */
     double apart;                      /* and how far they are apart at most, m */
 } cpinn_family_check;

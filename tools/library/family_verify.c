@@ -8,8 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Members of one batch; of those that are asked for alone, and that both solvers solve. */
-enum { BATCH = 512, ALONE = 100, COMPARED = 10 };
+/* Members of one batch; of those that are asked for alone; times that a batch is; of members that
+ * both solvers solve. */
+enum { BATCH = 512, ALONE = 100, ROUNDS = 5, COMPARED = 10 };
 
 /* The tolerance of the truth over CPINN_TOLERANCE, and the estimate with which it is taken where
  * that is not met; errors as many times the former are compared with the predicted ones, if they
@@ -185,11 +186,9 @@ static void count_answer(verifying *x, cpinn_way way, size_t member, const doubl
 static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way way,
                               ad_error *error)
 {
-    const double start = train_seconds();
     ad_status status =
         cpinn_family_evaluate(x->family, &ways[way], now, x->parameters + first * x->count,
                               x->answered, x->answers, error);
-    x->result->rows[way].batch += (train_seconds() - start) / (double)x->members;
     for (size_t i = 0; i < now && status == AD_OK; i++) {
         count_answer(x, way, first + i, x->answered + i * x->width, x->values + i * x->width,
                      x->known[i], &x->answers[i]);
@@ -205,35 +204,51 @@ static int ascending(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Medians over the first members, one at a time; of the solver and of batches of it as well. */
-static ad_status measure(verifying *x, ad_error *error)
+/* What is timed: the ways, the network without its errors, and the solver. */
+enum { BARE = CPINN_WAY_COUNT, SOLVER, TIMED };
+
+static ad_status work(verifying *x, int what, size_t first, size_t members, ad_error *error)
 {
+    const double *given = x->parameters + first * x->count;
     solve_members *solver = cpinn_family_solver(x->family);
-    const size_t count = x->members < ALONE ? x->members : ALONE;
-    const size_t many = x->members < BATCH ? x->members : BATCH;
+    return what < CPINN_WAY_COUNT ? cpinn_family_evaluate(x->family, &ways[what], members, given,
+                                                          x->answered, x->answers, error)
+           : what == BARE ? cpinn_family_evaluate(x->family, &ways[0], members, given, x->answered,
+                                                  NULL, error)
+           : solver ? solve_members_solve(solver, members, given, x->answered, x->solved, error)
+                    : AD_OK;
+}
+
+/* Median time of a shape, where the first members are asked for so many at a time. */
+static ad_status measure(verifying *x, int what, size_t members, double *result, ad_error *error)
+{
     double seconds[ALONE];
+    const size_t rounds = members > 1 ? ROUNDS : x->members < ALONE ? x->members : ALONE;
     ad_status status = AD_OK;
-    for (int k = 0; k <= CPINN_WAY_COUNT && status == AD_OK; k++) {
-        for (size_t i = 0; i < count && status == AD_OK; i++) {
-            const double *given = x->parameters + i * x->count;
-            const double start = train_seconds();
-            status = k < CPINN_WAY_COUNT ? cpinn_family_evaluate(x->family, &ways[k], 1, given,
-                                                                 x->answered, x->answers, error)
-                     : solver ? solve_members_solve(solver, 1, given, x->answered, x->solved, error)
-                              : AD_OK;
-            seconds[i] = train_seconds() - start;
-        }
-        qsort(seconds, count, sizeof *seconds, ascending);
-        *(k < CPINN_WAY_COUNT ? &x->result->rows[k].alone : &x->result->solver_alone) =
-            seconds[count / 2];
+    for (size_t i = 0; i < rounds && status == AD_OK; i++) {
+        const double start = train_seconds();
+        status = work(x, what, members > 1 ? 0 : i, members, error);
+        seconds[i] = (train_seconds() - start) / (double)members;
     }
-    const double start = train_seconds();
-    if (status == AD_OK && solver) {
-        status = solve_members_solve(solver, many, x->parameters, x->answered, x->solved, error);
-    }
-    x->result->solver_batch = (train_seconds() - start) / (double)many;
-    if (!solver) {
-        x->result->solver_alone = x->result->solver_batch = NAN;
+    qsort(seconds, rounds, sizeof *seconds, ascending);
+    *result = what == SOLVER && !cpinn_family_solver(x->family) ? NAN : seconds[rounds / 2];
+    return status;
+}
+
+static ad_status measure_all(verifying *x, ad_error *error)
+{
+    cpinn_family_check *to = x->result;
+    const size_t many = x->members < BATCH ? x->members : BATCH;
+    ad_status status = AD_OK;
+    for (int k = 0; k < TIMED && status == AD_OK; k++) {
+        double *alone = k < BARE    ? &to->rows[k].alone
+                        : k == BARE ? &to->bare_alone
+                                    : &to->solver_alone;
+        double *batch = k < BARE    ? &to->rows[k].batch
+                        : k == BARE ? &to->bare_batch
+                                    : &to->solver_batch;
+        status = measure(x, k, 1, alone, error);
+        status = status == AD_OK ? measure(x, k, many, batch, error) : status;
     }
     return status;
 }
@@ -295,7 +310,7 @@ static ad_status verify(verifying *x, uint64_t seed, ad_error *error)
             status = answer_batch(x, first, now, (cpinn_way)k, error);
         }
     }
-    status = status == AD_OK ? measure(x, error) : status;
+    status = status == AD_OK ? measure_all(x, error) : status;
     if (status == AD_OK) {
         summarise(x);
     }

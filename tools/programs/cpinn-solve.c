@@ -7,6 +7,7 @@
 #include "tools/programs/cli.h"
 #include "tools/programs/path_files.h"
 #include "tools/programs/samples.h"
+#include "tools/programs/unknowns.h"
 #include "tools/programs/work_precision.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
@@ -43,6 +44,12 @@ static const char epilogue[] =
     "there, unstable (modes; nan: not asked), mark (path, limit, bifurcation); FILE.gp draws it.\n"
     "--branch 1 leaves it at the first bifurcation.\n"
     "\n"
+    "Parameters with `identify` in the scene are found from its data, by least squares with one\n"
+    "solution for each experiment, before it is solved with them: each with its standard "
+    "deviation,\n"
+    "and what the data do not tell. Of a family, whose data have the values of its other\n"
+    "parameters, that is all unless --at says which member is to be solved.\n"
+    "\n"
     "Columns written are those of cpinn-eval, in SI units. An existing --out file is replaced. A\n"
     "scene may name it as reference.file to be compared with; reference: solve in a scene has it\n"
     "solved without asking.\n"
@@ -63,7 +70,10 @@ static const char epilogue[] =
     "position_max_over_length, tip_over_length, rotation_rms_rad, rotation_max_rad} or null, out;\n"
     "of a rod at rest limit_load, bifurcation_load (the first on the way, as load factors) and "
     "path\n"
-    "{file, points, place, direction, limit_points, bifurcations, estimated_error} or null.\n"
+    "{file, points, place, direction, limit_points, bifurcations, estimated_error} or null;\n"
+    "identified {unknowns: [{name, value, standard_deviation, low, high, known_by (measurements,\n"
+    "range, end_of_range)}], correlations, not_told: [{name: part of its range}], chi_squared,\n"
+    "numbers, experiments, noise_factor, steps, solutions, seconds} or null.\n"
     "Numbers that are not known are null; what was not reached is not there.\n"
     "\n"
     "Where the whole load is not reached, nothing is written but one line (load_not_reached).";
@@ -83,6 +93,8 @@ typedef struct solving {
     options asked;
     char name[128];   /* of the scene */
     config *settings; /* NULL once the experiment has them */
+    unknowns unknown;
+    bool only_identified; /* of a family, of which no member is meant */
     const scene *scene;
     experiment *e;    /* with a reference only */
     reference *known; /* the same */
@@ -106,6 +118,7 @@ static void solving_free(solving *x)
     reference_free(x->known);
     experiment_free(x->e);
     config_free(x->settings);
+    unknowns_free(&x->unknown);
 }
 
 /* ---- samples ------------------------------------------------------------------------------- */
@@ -141,7 +154,7 @@ static ad_status write_out(solving *x, ad_error *error)
 
 static bool reached(const solving *x)
 {
-    return scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
+    return x->only_identified || scene_is_dynamic(x->scene) || x->report.load_fraction == 1;
 }
 
 static solve_settings settings_of(const options *o)
@@ -307,6 +320,7 @@ static ad_status write_json(const solving *x, ad_error *error)
     json_text(&to, "version", cli_version());
     json_text(&to, "name", *x->name ? x->name : NULL);
     report_verdict(&to, &x->verdict);
+    unknowns_json(&x->unknown, &to);
     if (x->solved) {
         bool moves = scene_is_dynamic(x->scene);
         json_text(&to, "method", solve_method_names()[x->asked.method]);
@@ -373,6 +387,28 @@ static ad_status solve(solving *x, ad_error *error)
     return status;
 }
 
+/* What is to be identified, before the scene is solved with it. Of a family the search is all,
+ * unless a member is asked for. */
+static ad_status find_unknowns(solving *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status = unknowns_find(o->config, &o->overrides, o->at, &x->unknown, error);
+    if (status != AD_OK || !x->unknown.settings) {
+        return status;
+    }
+    snprintf(x->name, sizeof x->name, "%s", x->unknown.settings->settings.name);
+    x->only_identified = !o->at && !o->out && !o->path && !o->work_precision &&
+                         unknowns_leave_family(&x->unknown, o->at);
+    identified_verdict(&x->unknown.found, &x->unknown.settings->scene, &x->verdict);
+    if (!o->quiet) {
+        unknowns_print(&x->unknown);
+        if (x->only_identified) {
+            verdict_print(stdout, "", &x->verdict);
+        }
+    }
+    return status;
+}
+
 /* Reads the scene and prepares everything that the solution needs. */
 static ad_status prepare(solving *x, ad_error *error)
 {
@@ -386,10 +422,14 @@ static ad_status prepare(solving *x, ad_error *error)
         status = file_bytes_check(o->json, error);
     }
     if (status == AD_OK) {
-        status = config_read_member(o->config, NULL, o->overrides.count, o->overrides.texts, o->at,
-                                    &x->settings, error);
+        status = find_unknowns(x, error);
     }
-    if (status != AD_OK) {
+    if (status == AD_OK && !x->only_identified) {
+        status =
+            config_read_member(o->config, NULL, o->overrides.count, o->overrides.texts,
+                               x->unknown.settings ? x->unknown.at : o->at, &x->settings, error);
+    }
+    if (status != AD_OK || x->only_identified) {
         return status;
     }
     x->scene = &x->settings->scene;
@@ -429,10 +469,10 @@ static ad_status run(solving *x, ad_error *error)
     if (status == AD_OK && o->path) {
         status = follow_path(x, error);
     }
-    if (status == AD_OK) {
+    if (status == AD_OK && !x->only_identified) {
         status = solve(x, error);
     }
-    if (status != AD_OK) {
+    if (status != AD_OK || x->only_identified) {
         return status;
     }
     judge(x);

@@ -31,7 +31,7 @@ static const char epilogue[] =
     "signal.\n";
 
 static const stress_group *const row_groups[] = {&stress_rods,  &stress_loads, &stress_motions,
-                                             &stress_beams, &stress_pairs, &stress_inputs};
+                                                 &stress_beams, &stress_pairs, &stress_inputs};
 enum {
     GROUPS = sizeof row_groups / sizeof *row_groups,
     FOLDER = 64,

@@ -340,6 +340,14 @@ static void print_row(const char *name, const cpinn_family_row *row)
            list_reasons(row->reasons, text));
 }
 
+/* Of the network without its errors, and of the solver. */
+static void print_times(const char *name, double alone, double batch)
+{
+    if (!isnan(alone)) {
+        printf("%-12s %98.1f %8.2f\n", name, 1e6 * alone, 1e6 * batch);
+    }
+}
+
 static void print_check(const eval_family *x)
 {
     const cpinn_family_check *c = &x->check;
@@ -357,10 +365,8 @@ static void print_check(const eval_family *x)
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         print_row(cpinn_way_word((cpinn_way)k), &c->rows[k]);
     }
-    if (!isnan(c->solver_alone)) {
-        printf("%-12s %9s %9s %9s %9s %11s %6s %31s %8.1f %8.2f\n", "solver", "", "", "", "", "",
-               "", "", 1e6 * c->solver_alone, 1e6 * c->solver_batch);
-    }
+    print_times("no error", c->bare_alone, c->bare_batch);
+    print_times("solver", c->solver_alone, c->solver_batch);
     for (int k = 0; k < CPINN_WAY_COUNT; k++) {
         if (c->rows[k].unknown > 0) {
             printf("%s: %zu trusted where no solver finds an equilibrium without a warning\n",
@@ -432,6 +438,8 @@ static void json_check(json *to, const eval_family *x)
     json_integer(to, "unsolved", (int64_t)c->unsolved);
     json_integer(to, "compared_solvers", (int64_t)c->compared);
     json_number(to, "solvers_apart", c->compared > 0 ? c->apart : NAN);
+    json_number(to, "network_seconds_alone", c->bare_alone);
+    json_number(to, "network_seconds_batch", c->bare_batch);
     json_number(to, "solver_seconds_alone", c->solver_alone);
     json_number(to, "solver_seconds_batch", c->solver_batch);
     json_open(to, "answers", '[');

@@ -13,9 +13,9 @@ enum { MAX = SCENE_PARAMETERS_MAX, STEPS_MAX = 60, STARTS = 32, STARTS_TRIED = 3
 /* Starts and bounds keep so far from the ends of a range, as part of it. */
 static const double EDGE = 1e-2;
 
-/* The search ends where a step of Gauss-Newton would lower chi squared by less: by 1e-3 standard
- * deviations. */
-static const double SETTLED = 1e-6;
+/* The search ends where a step of Gauss-Newton would lower chi squared by less: by 1e-2 standard
+ * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. */
+static const double SETTLED = 1e-4, STUCK = 1e-2;
 
 /* What residuals are off by, in standard deviations, before the noise does not explain them. */
 static const double EXPLAINED = 4;
@@ -229,7 +229,8 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
         status = optim_gauss_newton_step(gn, &model);
         result->steps++;
         result->converged = status == OPTIM_FUNCTION_TOLERANCE ||
-                            status == OPTIM_GRADIENT_TOLERANCE || promised(x) < SETTLED;
+                            status == OPTIM_GRADIENT_TOLERANCE ||
+                            promised(x) < (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
     if (isfinite(optim_gauss_newton_get_info(gn).value)) {
         result->chi_squared = optim_gauss_newton_get_info(gn).value;
@@ -370,8 +371,8 @@ static ad_status prepare(search *x, const identify_settings *settings, double *s
     const int first = scene_known_count(x->open);
     x->count = x->open->unknown_count;
     for (int i = 0; i < x->count; i++) {
-        start[i] = scene_parameter_fraction(&x->open->parameters[first + i],
-                                            x->open->guess[first + i]);
+        start[i] =
+            scene_parameter_fraction(&x->open->parameters[first + i], x->open->guess[first + i]);
     }
     result->count = x->count;
     result->residuals = x->n = solve_trials_residuals(x->trials);

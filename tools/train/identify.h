@@ -19,7 +19,7 @@ typedef struct identify_settings {
 } identify_settings;
 
 typedef struct identified {
-    int count;                       /* of unknowns: the scene's last parameters */
+    int count; /* of unknowns: the scene's last parameters */
     double value[SCENE_PARAMETERS_MAX];
     double deviation[SCENE_PARAMETERS_MAX]; /* standard, of the value; NaN at a bound */
     bool bounded[SCENE_PARAMETERS_MAX];     /* the value is an end of its range */

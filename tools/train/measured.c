@@ -203,14 +203,20 @@ static ad_status take_values(measured_set *set, const char *file, ad_error *erro
     return AD_OK;
 }
 
-static int find_column(const physics_model *m, const char *name)
+bool measured_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count)
 {
-    for (int i = 0; name && i < model_columns(m); i++) {
-        if (strcmp(m->columns[i].name, name) == 0) {
-            return i;
+    const scene_physics *physics = scene_physics_of(rod_scene);
+    const bool beam = scene_is_beam(rod_scene);
+    const char *name = beam ? columns_of[quantity].beam : columns_of[quantity].rod;
+    *count = beam ? 1 : columns_of[quantity].rod_columns;
+    for (int i = 0; name && i < physics->column_count; i++) {
+        if (strcmp(physics->columns[i].name, name) == 0 &&
+            (scene_is_dynamic(rod_scene) || !physics->columns[i].of_motion)) {
+            *first = i;
+            return true;
         }
     }
-    return -1;
+    return false;
 }
 
 static ad_status read_set(measured_set *set, const train_data *of, ad_error *error)
@@ -235,14 +241,9 @@ static ad_status read_set(measured_set *set, const train_data *of, ad_error *err
 static ad_status add_set(physics_model *m, measured_set *set, const train_data *of, int index,
                          char *key, ad_error *error)
 {
-    bool beam = scene_is_beam(&m->scene);
-    const char *name = beam ? columns_of[of->quantity].beam : columns_of[of->quantity].rod;
     char term[MODEL_NAME];
-    *set = (measured_set){.m = m,
-                          .quantity = of->quantity,
-                          .first = find_column(m, name),
-                          .columns = beam ? 1 : columns_of[of->quantity].rod_columns};
-    if (set->first < 0) {
+    *set = (measured_set){.m = m, .quantity = of->quantity};
+    if (!measured_columns(&m->scene, of->quantity, &set->first, &set->columns)) {
         snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
                        train_quantity_names()[of->quantity]);

@@ -1,5 +1,6 @@
 /* Whether settings contradict each other or the scene, and whether a named reference is a solution
  * of this scene. */
+#include "physics/relay.h"
 #include "tools/train/settings_internal.h"
 
 #include <math.h>
@@ -381,10 +382,21 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         ad_status status = train_check_family(settings, rod_scene, key, error);
         return status == AD_OK ? check_stages(settings, key, error) : status;
     }
+    if (settings->members > 0) {
+        return train_refuse(key, "members.solved", error,
+                            "belongs to families in the strain form; leave it out");
+    }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {
         return train_refuse(key, "losses.causal.slices", error,
                             "causal weighting follows time, but the scene is static; give "
                             "time.duration, or leave it out");
+    }
+    if (rod_scene->windows > 1 && rod_scene->parameter_count > RELAY_PARAMETERS_MAX) {
+        return train_refuse(
+            key, "time.windows", error,
+            "hand on the motion of all members, of which the scene has too many: %d "
+            "parameters have ranges; allowed: %d, or time.windows: 1",
+            rod_scene->parameter_count, RELAY_PARAMETERS_MAX);
     }
     if (!has_weight(settings, rod_scene)) {
         return train_refuse(key, "losses.interior.weights", error,

@@ -6,7 +6,8 @@
 /* Of tendon robots with nine parameters: with four layers errors are smaller than with three after
  * as much time, with two much larger; SOAP reaches in a fifth of the steps what Adam does, and with
  * a learning rate of 4e-3 to 1.6e-2 that varies by a tenth. */
-enum { LAYERS = 3, WIDTH = 128, STEPS = 6000, WARMUP = 200, BATCH = 1024, MEMBERS = 131072 };
+enum { LAYERS = 3, WIDTH = 128, STEPS = 6000, WARMUP = 200, BATCH = 1024 };
+enum { MEMBERS = 131072, MEMBERS_LEAST = 16 };
 static const double LEARNING_RATE = 8e-3;
 
 /* Rows of the history cost measurements over fresh members. */
@@ -85,6 +86,10 @@ ad_status train_check_family(const train_settings *settings, const scene *family
         return train_refuse(key, "reference", error,
                             "is of one scene; a family in the strain form is measured by fresh "
                             "members, leave it out");
+    }
+    if (settings->members < MEMBERS_LEAST) {
+        return train_refuse(key, "members.solved", error, "is %d; allowed: from %d on",
+                            settings->members, MEMBERS_LEAST);
     }
     for (int i = 0; i < settings->stage_count; i++) {
         const train_stage *stage = &settings->stages[i];

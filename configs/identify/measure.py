@@ -1,0 +1,48 @@
+"""Makes the measurements of this folder: solutions at known values with noise.
+
+    PATH=build/tools:$PATH python3 configs/identify/measure.py
+"""
+
+import csv
+import math
+import os
+import random
+import subprocess
+import tempfile
+
+folder = os.path.dirname(os.path.abspath(__file__))
+
+
+def solve(scene, at, grid):
+    with tempfile.TemporaryDirectory() as place:
+        out = os.path.join(place, "solved.csv")
+        subprocess.run(["cpinn-solve", os.path.join(folder, scene), "--at", at, "--quiet", "--grid",
+                        grid, "--out", out], check=True)
+        with open(out, newline="") as file:
+            return [{name: float(value) for name, value in row.items()}
+                    for row in csv.DictReader(file)]
+
+
+def write(name, columns, rows):
+    with open(os.path.join(folder, name), "w", newline="") as file:
+        file.write(",".join(columns) + "\n")
+        for row in rows:
+            file.write(",".join(f"{row[column]:.9g}" for column in columns) + "\n")
+
+
+def noisy(row, deviation, draw):
+    return {**row, **{name: row[name] + draw.gauss(0, deviation) for name in "xyz"}}
+
+
+draw = random.Random(1)
+tips = []
+for i in range(20):
+    known = {"turned": round(2 * math.pi * i / 20, 3), "pull": 0.05 + 0.05 * (i % 3)}
+    at = f"turned={known['turned']},pull={known['pull']},bending=3.1e-3,torsion=1.9e-3,weight=0.03"
+    tips.append({**noisy(solve("stiffness.yaml", at, "2")[-1], 5e-4, draw), **known})
+write("stiffness_tips.csv", ["turned", "pull", "s", "x", "y", "z"], tips)
+
+at = "material_youngs_modulus=1.2e7,material_relaxation_time=0.02,bodies_0_mass=0.004"
+tips = [noisy(row, 1e-3, draw) for row in solve("swinging.yaml", at, "2x61")
+        if row["s"] > 0 and row["t"] > 0]
+write("swinging_tips.csv", ["s", "t", "x", "y", "z"], tips)

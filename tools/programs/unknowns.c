@@ -1,0 +1,208 @@
+#include "tools/programs/unknowns.h"
+
+#include "tools/train/clock.h"
+#include "tools/train/measurements.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+static const scene_parameter *unknown_of(const unknowns *x, int index)
+{
+    const scene *open = &x->settings->scene;
+    return &open->parameters[scene_known_count(open) + index];
+}
+
+/* Whether --at has a value for a name. */
+static bool is_given(const char *at, const char *name)
+{
+    const size_t length = strlen(name);
+    for (const char *item = at; item; item = strchr(item, ',')) {
+        item += strspn(item, ", ");
+        if (strncmp(item, name, length) == 0 && strchr(" =", item[length]) && item[length]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool unknowns_leave_family(const unknowns *x, const char *at)
+{
+    const scene *open = &x->settings->scene;
+    bool left = false;
+    for (int i = 0; i < scene_known_count(open); i++) {
+        left = left || !is_given(at, open->parameters[i].name);
+    }
+    return left;
+}
+
+static ad_status find(unknowns *x, ad_error *error)
+{
+    const train_settings *settings = &x->settings->settings;
+    const long processors = sysconf(_SC_NPROCESSORS_ONLN);
+    const identify_settings asked = {.threads = processors > 0 ? (int)processors : 1,
+                                     .noise_is_scaled = !(settings->data[0].noise > 0)};
+    measurements *data = NULL;
+    ad_error reason = {.message = ""};
+    const double start = train_seconds();
+    ad_status status =
+        measurements_read(&x->settings->scene, settings->data_count, settings->data, &data, error);
+    if (status == AD_OK) {
+        status = identify(&x->settings->scene, measurements_count(data), measurements_sets(data),
+                          &asked, &x->found, &reason);
+        if (status == AD_BAD_INPUT) {
+            config_refuse(x->settings, "data", reason.message, error);
+        } else if (status != AD_OK) {
+            ad_fail(error, status, "%s", reason.message);
+        }
+    }
+    measurements_free(data);
+    x->seconds = train_seconds() - start;
+    return status;
+}
+
+ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
+                        unknowns *x, ad_error *error)
+{
+    bool given = false;
+    ad_status status =
+        config_read(scene_file, NULL, overrides->count, overrides->texts, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    for (int i = 0; i < x->settings->scene.unknown_count; i++) {
+        given = given || is_given(at, unknown_of(x, i)->name);
+    }
+    if (x->settings->scene.unknown_count == 0 || given) {
+        unknowns_free(x);
+        return AD_OK;
+    }
+    if (x->settings->settings.data_count == 0) {
+        char key[80];
+        snprintf(key, sizeof key, "parameters.%s", unknown_of(x, 0)->name);
+        return config_refuse(x->settings, key,
+                             "is to be identified, but there are no measurements; give data, or a "
+                             "value by --at",
+                             error);
+    }
+    status = find(x, error);
+    size_t used = (size_t)snprintf(x->at, sizeof x->at, "%s", at ? at : "");
+    for (int i = 0; status == AD_OK && i < x->found.count && used < sizeof x->at; i++) {
+        used += (size_t)snprintf(x->at + used, sizeof x->at - used, "%s%s=%.17g", used ? ", " : "",
+                                 unknown_of(x, i)->name, x->found.value[i]);
+    }
+    return status;
+}
+
+void unknowns_free(unknowns *x)
+{
+    config_free(x->settings);
+    *x = (unknowns){.settings = NULL};
+}
+
+/* ---- for people ---------------------------------------------------------------------------- */
+
+static void print_correlations(const unknowns *x)
+{
+    static const double SMALL = 0.3;
+    const identified *found = &x->found;
+    int shown = 0;
+    for (int i = 0; i < found->count; i++) {
+        for (int k = 0; k < i; k++) {
+            if (fabs(found->information.correlation[i][k]) >= SMALL) {
+                printf("%s%s %s %+.2f", shown++ ? ", " : "  correlations             ",
+                       unknown_of(x, k)->name, unknown_of(x, i)->name,
+                       found->information.correlation[i][k]);
+            }
+        }
+    }
+    if (shown) {
+        putchar('\n');
+    }
+}
+
+void unknowns_print(const unknowns *x)
+{
+    const identified *found = &x->found;
+    printf("identified from %zu numbers of %zu experiment%s: %d steps, %ld solutions%s, %.1f ms\n",
+           found->residuals, found->experiments, found->experiments == 1 ? "" : "s", found->steps,
+           found->solutions, found->by_members ? " in batches" : "", 1e3 * x->seconds);
+    for (int i = 0; i < found->count; i++) {
+        printf("  %-24s %.6g", unknown_of(x, i)->name, found->value[i]);
+        if (found->bounded[i]) {
+            puts(", an end of its range");
+        } else if (found->information.deviation[i] > SOLVE_UNTOLD) {
+            puts(", no better known than by its range");
+        } else {
+            printf(" +- %.2g\n", found->deviation[i]);
+        }
+    }
+    print_correlations(x);
+    printf("  %-24s %.4g of %zu degrees of freedom", "chi squared",
+           found->chi_squared / (found->noise_factor * found->noise_factor),
+           found->residuals - (size_t)found->count);
+    if (found->scaled) {
+        printf(", by a noise of %.3g", found->noise_factor);
+    }
+    putchar('\n');
+}
+
+/* ---- as JSON ------------------------------------------------------------------------------- */
+
+static void write_unknown(const unknowns *x, int i, json *to)
+{
+    const identified *found = &x->found;
+    json_open(to, NULL, '{');
+    json_text(to, "name", unknown_of(x, i)->name);
+    json_number(to, "value", found->value[i]);
+    json_number(to, "standard_deviation", found->deviation[i]);
+    json_number(to, "low", unknown_of(x, i)->low);
+    json_number(to, "high", unknown_of(x, i)->high);
+    json_text(to, "known_by",
+              found->bounded[i]                                ? "end_of_range"
+              : found->information.deviation[i] > SOLVE_UNTOLD ? "range"
+                                                               : "measurements");
+    json_close(to, '}');
+}
+
+void unknowns_json(const unknowns *x, json *to)
+{
+    const identified *found = &x->found;
+    if (!x->settings || found->count == 0) {
+        json_text(to, "identified", NULL);
+        return;
+    }
+    json_open(to, "identified", '{');
+    json_open(to, "unknowns", '[');
+    for (int i = 0; i < found->count; i++) {
+        write_unknown(x, i, to);
+    }
+    json_close(to, ']');
+    json_open(to, "correlations", '[');
+    for (int i = 0; i < found->count; i++) {
+        json_open(to, NULL, '[');
+        for (int k = 0; k < found->count; k++) {
+            json_number(to, NULL, found->information.correlation[i][k]);
+        }
+        json_close(to, ']');
+    }
+    json_close(to, ']');
+    json_open(to, "not_told", '[');
+    for (int i = 0; i < found->information.untold; i++) {
+        json_open(to, NULL, '{'); /* a direction, in parts of the ranges */
+        for (int k = 0; k < found->count; k++) {
+            json_number(to, unknown_of(x, k)->name, found->information.direction[i][k]);
+        }
+        json_close(to, '}');
+    }
+    json_close(to, ']');
+    json_number(to, "chi_squared", found->chi_squared);
+    json_integer(to, "numbers", (long long)found->residuals);
+    json_integer(to, "experiments", (long long)found->experiments);
+    json_number(to, "noise_factor", found->noise_factor);
+    json_integer(to, "steps", found->steps);
+    json_integer(to, "solutions", found->solutions);
+    json_number(to, "seconds", x->seconds);
+    json_close(to, '}');
+}

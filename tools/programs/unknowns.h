@@ -1,0 +1,30 @@
+/* Unknowns of a scene found from its data, for programs: search, table and JSON. */
+#ifndef TOOLS_PROGRAMS_UNKNOWNS_H
+#define TOOLS_PROGRAMS_UNKNOWNS_H
+
+#include "tools/config/config.h"
+#include "tools/files/json.h"
+#include "tools/programs/cli.h"
+#include "tools/train/identify.h"
+
+typedef struct unknowns {
+    config *settings; /* of the scene with open names; NULL: there are no unknowns */
+    identified found;
+    double seconds;
+    char at[1600]; /* what was asked for by --at, and the values found */
+} unknowns;
+
+/* Reads the scene, and where it has unknowns of which `at` (may be NULL) has no value finds them
+ * from its data. AD_BAD_INPUT, without data too; errors of identify. */
+ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
+                        unknowns *x, ad_error *error);
+void unknowns_free(unknowns *x);
+
+/* The parameters that are neither found nor given by `at`, so that no member is meant. */
+bool unknowns_leave_family(const unknowns *x, const char *at);
+
+void unknowns_print(const unknowns *x);
+/* "identified": null where there are none. */
+void unknowns_json(const unknowns *x, json *to);
+
+#endif

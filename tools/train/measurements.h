@@ -1,0 +1,31 @@
+/* What was measured on a scene, for those who solve it: the files of its list `data` as rows in SI,
+ * with columns s, in motion t, of a family each parameter that is known, and those of the
+ * quantity. */
+#ifndef TOOLS_TRAIN_MEASUREMENTS_H
+#define TOOLS_TRAIN_MEASUREMENTS_H
+
+#include "physics/solve/measured.h"
+#include "tools/train/settings.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct measurements measurements;
+
+/* One set for each file; its noise is 1 where none is given. AD_BAD_INPUT with the file, and where
+ * it is one row its line: columns missing, no rows, places off the rod, times beyond the duration,
+ * known values out of their range, numbers that are not finite; a quantity that the scene has not,
+ * noise given of some files and not of others. AD_IO, AD_NO_MEMORY. */
+ad_status measurements_read(const scene *open, int count, const train_data *files,
+                            measurements **result, ad_error *error);
+void measurements_free(measurements *x); /* NULL is allowed */
+
+int measurements_count(const measurements *x);
+const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
