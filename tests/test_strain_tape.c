@@ -151,10 +151,7 @@ static void solve_form(const recorded *r, const double *parameters, const double
     for (int i = 0; i < 3 * r->nodes; i++) {
         residual[i] = form->right[i][0];
     }
-    strain_form_linearise(form);
-    for (int i = 0; i < 9 * r->nodes * r->nodes; i++) {
-        matrix[i] = form->matrix[i][0];
-    }
+    strain_form_linearise_first(form, matrix); /* lanes have the same rod */
     free(room);
     strain_level_free(&level);
     solve_rod_free(rod);
