@@ -93,6 +93,29 @@ trained 3 beam beam_vibration --set network.fourier.features=16 --set time.windo
 length=$(sed -n 's/^ *length: *\([0-9.]*\).*/\1/p' "$ROOT/configs/beam_vibration.yaml" | head -1)
 exported beam 1e-10
 
+# ---- a family in the strain form ---------------------------------------------------------------------
+
+cat >family.yaml <<'END'
+parameters: {pull: {range: [0, 2]}, side: {range: [-0.1, 0.1]}}
+formulation: strain
+rod: {length: 0.2, section: {shape: circle, radius: 0.5e-3},
+      material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450}}
+loads: {tip: {force: [0, side, 0]}}
+tendons: [{offset: [8e-3, 0], tension: pull}]
+members: {solved: 256}
+network: {hidden: [8]}
+training: {stages: [{optimizer: adam, steps: 100}]}
+END
+cpinn-train family.yaml --out family --quiet 2>/dev/null
+run 0 cpinn-export family --c family --places 0.1,0.2
+said stdout.txt '^checked by cc: a polished curvature to .*e-1[0-9] of its scale'
+said family.h '^#define family_POINTS +2$'
+check "family by cc" -- cc -std=c99 -Wall -Wextra -Wpedantic -Werror -o selftest family.c family_selftest.c -lm
+check "self-test of family" -- ./selftest
+refused 'fmu is not for families in the strain form' cpinn-export family --fmu family
+refused "^cpinn-export: --places: '0.1'; allowed: |the last is not the tip" cpinn-export family --c new --places 0.1
+refused 'places is for --fmu' cpinn-export planar --c new --places 1
+
 # ---- single precision ---------------------------------------------------------------------------
 
 for name in planar waves; do

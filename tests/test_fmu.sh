@@ -63,7 +63,7 @@ refused '--fmu 2.fmu: functions cannot be called 2;' cpinn-export motion --fmu 2
 refused 'give --c OUT or --fmu OUT' cpinn-export motion
 refused '--c and --fmu are given' cpinn-export motion --fmu a --c a
 refused '--single is for --c alone' cpinn-export motion --fmu a --single
-refused '--places is for --fmu alone' cpinn-export motion --c a --places 1
+refused '--places is for --fmu and for families' cpinn-export motion --c a --places 1
 refused 'place 1.5 m is outside the model; allowed: 0 to 1 m' \
     cpinn-export motion --fmu a --places 0.5,1.5
 for wrong in '' , 0.5, a 0.5:1 nan; do

@@ -151,19 +151,7 @@ static void solve_form(const recorded *r, const double *parameters, const double
     for (int i = 0; i < 3 * r->nodes; i++) {
         residual[i] = form->right[i][0];
     }
-    strain_form_linearise(form);
-    const int unknowns = 3 * r->nodes;
-    lanes *direction = calloc((size_t)unknowns, sizeof *direction);
-    assert_non_null(direction);
-    for (int c = 0; c < unknowns; c++) {
-        direction[c] += 1;
-        strain_form_apply(form, direction, form->right);
-        direction[c] = (lanes){0};
-        for (int i = 0; i < unknowns; i++) {
-            matrix[c * unknowns + i] = form->right[i][0];
-        }
-    }
-    free(direction);
+    strain_form_linearise_first(form, matrix); /* lanes have the same rod */
     free(room);
     strain_level_free(&level);
     solve_rod_free(rod);

@@ -40,4 +40,23 @@ measured cantilever_dynamic cantilever_dynamic ''
 measured cantilever_dynamic cantilever_dynamic 'r q'
 measured deep_64_64 cantilever_deep 'r q' --set 'network.hidden=[64, 64]' \
     --set 'training.stages=[{optimizer: adam, steps: 30}]'
+
+# family NAME CONFIG OVERRIDES...: a family in the strain form, us a member: shape of the network alone,
+# with its error, with one step and its error, tip with one step, its derivatives.
+family() {
+    local name=$1 config=$2 compiler
+    shift 2
+    cpinn-train "configs/$config.yaml" --out "$work/$name" --quiet "$@" 2>/dev/null
+    cpinn-export "$work/$name" --c "$work/model" --force >/dev/null || exit 1
+    for compiler in "${compilers[@]}"; do
+        command -v "${compiler%% *}" >/dev/null || continue
+        $compiler -std=c99 -D_POSIX_C_SOURCE=200809L -DHEADER='"model.h"' -DNAME=model -I"$work" \
+            -o "$work/time" tools/bench/export_family_time.c "$work/model.c" -lm || exit 1
+        echo "$name: $compiler: $("$work/time")"
+    done
+}
+
 awk -F, '{ printf "%-19s %-8s %-31s %8s %17s %14s %s\n", $1, $2, $3, $4, $5, $6, $7 }' "$file"
+echo 'a member of a family, 21 points: shape, shape and error, one step and error, tip, derivatives'
+family tendon_family robots/tendon_family --set members.solved=4096 --set 'network.hidden=[64, 64]' \
+    --set 'training.stages=[{optimizer: adam, steps: 100}]'

@@ -282,6 +282,14 @@ static ad_status run(export_model *x, const options *o, size_t length, texts *t,
     if (status == AD_OK) {
         status = export_open(x, o->run, o->columns, o->places, error);
     }
+    if (status == AD_OK && o->fmu && export_is_family(x)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "%s: --fmu is not for families in the strain form; allowed: --c", o->run);
+    }
+    if (status == AD_OK && o->c && o->places && !export_is_family(x)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT,
+                         "--places is for --fmu and for families in the strain form alone");
+    }
     if (status == AD_OK) {
         status = write_texts(x, t, error);
     }

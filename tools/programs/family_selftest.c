@@ -21,7 +21,9 @@ int main(void)
         one[0] = model_polish(parameters[i], 1, curvature, &answer, memory);
         one[0] += distance(N, curvature, polished[i]) / SCALE;
         one[1] = model_tip(parameters[i], 1, tip, NULL, memory);
-        one[1] += distance(3, tip, tips[i]) / model_places[model_POINTS - 1];
+        if (answer.trusted) { /* else it may be bent beyond what steps along the rod resolve */
+            one[1] += distance(3, tip, tips[i]) / model_places[model_POINTS - 1];
+        }
         for (k = 0; k < 2; k++) {
             off[k] = one[k] <= off[k] ? off[k] : one[k];
         }

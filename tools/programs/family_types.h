@@ -18,24 +18,26 @@ typedef struct model_answer {
 } model_answer;
 
 extern const double model_lower[model_PARAMETERS], model_upper[model_PARAMETERS];
-extern const char *const model_parameter_names[model_PARAMETERS], *const model_column_names[model_COLUMNS];
+extern const char *const model_parameter_names[model_PARAMETERS],
+    *const model_column_names[model_COLUMNS];
 extern const double model_places[model_POINTS]; /* of the shape, m */
 
 /* shape [POINTS][COLUMNS], or tip [COLUMNS], of a member with 0, 1 or 2 steps. answer may be
  * NULL: that is quicker, without steps much so. */
 int model_shape(const double *parameters, int steps, double *shape, model_answer *answer,
-            double *memory);
-int model_tip(const double *parameters, int steps, double *tip, model_answer *answer, double *memory);
+                double *memory);
+int model_tip(const double *parameters, int steps, double *tip, model_answer *answer,
+              double *memory);
 
 /* The same and derivatives by the parameters, jacobian [COLUMNS][PARAMETERS]: of the network
  * where no steps are taken, else of the equilibrium. */
 int model_tip_jacobian(const double *parameters, int steps, double *tip, double *jacobian,
-                   model_answer *answer, double *memory);
+                       model_answer *answer, double *memory);
 
 /* In parts: the network's curvature [NODES][3] times the length; steps from any curvature; the
  * shape of a curvature. */
 int model_network(const double *parameters, double *curvature, double *memory);
 int model_polish(const double *parameters, int steps, double *curvature, model_answer *answer,
-             double *memory);
+                 double *memory);
 int model_shape_of(const double *parameters, const double *curvature, double *shape,
-               double *memory);
+                   double *memory);
