@@ -369,7 +369,9 @@ ad_status config_read_range(config_reader *reader, const char *path, yaml_node_t
     const bool named = name_of(path, name);
     snprintf(at, sizeof at, "parameters.%s", name);
     if (node->type != YAML_MAPPING_NODE) {
-        return named && config_parameter_find(reader->experiment, at)
+        const bool replaced = reader->origin.override && node->type == YAML_SCALAR_NODE &&
+                              !strstr(scalar(node), name);
+        return named && replaced && config_parameter_find(reader->experiment, at)
                    ? config_unset(reader, config_key_find(CONFIG_PARAMETER_PATH), at)
                    : AD_OK;
     }
