@@ -149,11 +149,10 @@ static ad_status add_formula(solve_rod *rod, const recording *on, solve_part par
                              formula **to, ad_error *error)
 {
     solve_functions *f = rod->formula;
-    f->kinds[part] =
-        (solve_part_kind){.width = (size_t)ad_rows(value),
-                          .by_s = ad_uses(1, &value, on->s),
-                          .by_parameters = f->open && f->parameters->count > 0 &&
-                                           ad_uses(1, &value, on->parameters)};
+    f->kinds[part] = (solve_part_kind){.width = (size_t)ad_rows(value),
+                                       .by_s = ad_uses(1, &value, on->s),
+                                       .by_parameters = f->open && f->parameters->count > 0 &&
+                                                        ad_uses(1, &value, on->parameters)};
     return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
 }
 
