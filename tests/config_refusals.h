@@ -312,7 +312,8 @@ static const refusal refusals[] = {
      "scene.yaml:4:17: output.every: is 0, which is out of range; allowed: a whole number 1 to "
      "1000000000, in steps"},
     {BASE "formulation: weak\n", NULL,
-     "scene.yaml:4:14: formulation: is weak; allowed: one of mixed, displacement, strain"},
+     "scene.yaml:4:14: formulation: is weak; allowed: one of mixed, displacement, strain, "
+     "pose_strain"},
     {BASE "motion: flat\n", NULL,
      "scene.yaml:4:9: motion: is flat; allowed: one of automatic, planar, spatial"},
     {BASE "enforcement: {boundary: medium}\n", NULL,

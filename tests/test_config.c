@@ -493,9 +493,8 @@ static void test_help(void **state)
         snprintf(row, sizeof row, "  %s: ", config_keys[i].path);
         assert_non_null(strstr(text, row));
     }
-    assert_non_null(strstr(
-        text,
-        "training.stages[].optimizer: one of adam, lbfgs, gauss_newton, ssbroyden, soap; required"));
+    assert_non_null(strstr(text, "training.stages[].optimizer: one of adam, lbfgs, gauss_newton, "
+                                 "ssbroyden, soap; required"));
     assert_non_null(strstr(text, "gauss_newton for up to 200 steps"));
     free(text);
 }

@@ -1,7 +1,7 @@
 #include "physics/solve/integrate.h"
 
-#include "physics/solve/events.h"
 #include "physics/gauss.h"
+#include "physics/solve/events.h"
 #include "physics/solve/motion_fastest.h"
 #include "physics/solve/motion_system.h"
 #include "physics/solve/vector.h"

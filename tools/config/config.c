@@ -277,7 +277,8 @@ static ad_status fill_by_hand(config *experiment, const void *context, ad_error 
     const hand_request *r = context;
     experiment->scene = *r->scene;
     experiment->scene.names = experiment->names;
-    experiment->scene.parameter_count = experiment->scene.unknown_count = 0; /* until they are defined */
+    experiment->scene.parameter_count = experiment->scene.unknown_count =
+        0; /* until they are defined */
     experiment->settings = *r->settings;
     ad_status status = check_lists(experiment, error);
     if (status == AD_OK) {

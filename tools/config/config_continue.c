@@ -101,12 +101,13 @@ static ad_status compare_stage(const config *before, const config *now, int inde
 static ad_status compare_ranges(const config *before, const config *now, ad_error *error)
 {
     const scene *old = &before->scene, *new = &now->scene;
-    bool same = old->parameter_count == new->parameter_count &&
-                old->unknown_count == new->unknown_count;
+    bool same =
+        old->parameter_count == new->parameter_count && old->unknown_count == new->unknown_count;
     for (int i = 0; i < old->parameter_count && same; i++) {
         const scene_parameter *a = &old->parameters[i], *b = &new->parameters[i];
         same = strcmp(a->name, b->name) == 0 && a->low == b->low && a->high == b->high &&
-               a->scale == b->scale && (i < scene_known_count(old) || old->guess[i] == new->guess[i]);
+               a->scale == b->scale &&
+               (i < scene_known_count(old) || old->guess[i] == new->guess[i]);
     }
     return same ? AD_OK
                 : ad_fail(error, AD_BAD_INPUT,
