@@ -132,15 +132,11 @@ ad_value rod_vector_of(const rod_context *rod, ad_value rows);
 ad_value rod_axial_of(const rod_context *rod, ad_value rows);
 /* The rotation by a rotation vector [3]; in a plane by an angle [1]. */
 ad_value rod_rotation_by(const rod_context *rod, ad_value turn);
-/* In a plane: that angle, within (-2 pi, 2 pi]. */
 /* The rotation whose matrix has as first columns (1, 0, 0) + a, (0, 1, 0) + b, made orthonormal in
  * this order; columns [6] a, b. The quaternion has a scalar part >= 0. */
 ad_value rod_rotation_by_six(ad_value columns);
+/* In a plane: that angle, within (-2 pi, 2 pi]. */
 ad_value rod_angle_of(const rod_context *rod, ad_value rotation);
-/* The rotation whose matrix has (1, 0, 0) + a and (0, 1, 0) + b as its first two columns, made
- * orthonormal in this order; columns [6]: a, b. Of the two quaternions that of a scalar part >= 0.
- */
-ad_value rod_rotation_by_six(ad_value columns);
 /* The rows of a residual that do not vanish by symmetry, and how many they are: of vectors, and of
  * axial vectors like moments and curvatures. */
 ad_value rod_vector_in_plane(const rod_context *rod, ad_value residual);

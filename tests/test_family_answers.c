@@ -222,14 +222,15 @@ static double distance(const double *a, const double *b)
 
 /* ---- tests --------------------------------------------------------------------------------- */
 
-/* Errors are predicted to 5 %, and each step lessens them; the tolerance of solved members is
- * 1e-6 of the length. */
+/* Errors are predicted to a tenth, and each step lessens them; solved members are right to 1e-6 of
+ * the length. Whatever the steps, the error of the network alone is the same, but for
+ * second order. */
 static void test_errors(void **state)
 {
     (void)state;
     robot r;
     make_robot(&r);
-    double before = INFINITY;
+    double before = INFINITY, alone[MEMBERS];
     for (int steps = 0; steps <= 2; steps++) {
         const cpinn_polish polish = {.steps = steps};
         batch *b = answer(&r, 1, 0.3, &polish, false);
@@ -240,7 +241,8 @@ static void test_errors(void **state)
             assert_int_equal(b->answers[i].source, CPINN_FROM_NETWORK);
             assert_false(b->answers[i].outside);
             assert_near(error, off, 0.1 * off + 1e-6 * LENGTH);
-            assert_near(b->answers[i].network_error, b->answers[i].network_error, 0);
+            alone[i] = steps == 0 ? error : alone[i];
+            assert_near(b->answers[i].network_error, alone[i], 0.01 * alone[i]);
             worst = fmax(worst, off);
         }
         assert_true(worst < before / 10);

@@ -52,10 +52,9 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
         {scene_is_family(open), "parameters",
          "have ranges beside those that are to be identified; cpinn-solve identifies them, a "
          "network takes numbers for the others, by --set"},
-        {open->windows > 1, "time.windows",
-         "has several windows, of which each would find unknowns of its own; allowed: 1"},
-        {open->initial.state == SCENE_EQUILIBRIUM, "initial.state",
-         "is solved for before training, but the scene has unknowns; allowed: given"},
+        {scene_is_dynamic(open), "time.duration",
+         "makes a motion, of which networks were not seen to find unknowns reliably; cpinn-solve "
+         "identifies them"},
         {train_names_reference(settings) && !settings->reference_file, "reference",
          "is solved with numbers, but the scene has unknowns; allowed: file"}};
     for (size_t i = 0; open->unknown_count > 0 && i < sizeof obstacles / sizeof *obstacles; i++) {

@@ -394,12 +394,12 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
                             "causal weighting follows time, but the scene is static; give "
                             "time.duration, or leave it out");
     }
-    if (rod_scene->windows > 1 && rod_scene->parameter_count > RELAY_PARAMETERS_MAX) {
+    if (rod_scene->windows > 1 && scene_known_count(rod_scene) > RELAY_PARAMETERS_MAX) {
         return train_refuse(
             key, "time.windows", error,
             "hand on the motion of all members, of which the scene has too many: %d "
             "parameters have ranges; allowed: %d, or time.windows: 1",
-            rod_scene->parameter_count, RELAY_PARAMETERS_MAX);
+            scene_known_count(rod_scene), RELAY_PARAMETERS_MAX);
     }
     if (!has_weight(settings, rod_scene)) {
         return train_refuse(key, "losses.interior.weights", error,
