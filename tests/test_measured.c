@@ -206,18 +206,19 @@ static void test_refusals(void **state)
     static const struct {
         const char *rows, *quantity, *message; /* "FILE" stands for the path */
     } bad[] = {
-        {"s,x,y,z\n", "position", "data[0].file: FILE: has no rows; allowed: 1 at least"},
-        {"x,y,z\n1,2,3\n", "position", "data[0].file: FILE: has no column 's', where the rows are"},
+        {"s,x,y,z\n", "position", "data[0].file: FILE: there are no rows; at least one is needed"},
+        {"x,y,z\n1,2,3\n", "position",
+         "data[0].file: FILE: column 's' is missing; the place along the rod in m"},
         {"s,x,z\n0.1,2,3\n", "position",
-         "data[0].file: FILE: has no column 'y'; position has x to z"},
+         "data[0].file: FILE: column 'y' is missing; of a quantity all columns are needed"},
         {"s,x,y,z\n0.1,2,3,4\n0.4,1,2,3\n", "position",
-         "data[0].file: FILE:3: s = 0.4 m lies outside; allowed: 0 to 0.3"},
+         "data[0].file: FILE:3: s is 0.4; allowed: 0 to 0.3"},
         {"s,x,y,z\n\n0.1,nan,3,4\n", "position",
          "data[0].file: FILE:3:5: 'nan': the field is not finite; allowed: a decimal number such "
          "as "
          "-1.5e-3"},
         {"s,qw,qx,qy,qz\n0.1,0,1,0,1\n", "rotation",
-         "data[0].file: FILE:2: qw to qz are no unit quaternion; allowed: length 1 to 3 digits"},
+         "data[0].file: FILE:2: the length of qw to qz is 1.41421; allowed: 0.999 to 1.001"},
         {"s,vx,vy,vz\n0.1,0,1,0\n", "velocity", "data[0].quantity: this scene has no velocity"},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {

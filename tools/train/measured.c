@@ -1,24 +1,20 @@
 #include "tools/train/measured.h"
 
-#include "tools/files/table_file.h"
-#include "tools/train/settings_internal.h"
+#include "tools/train/measurements.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { COLUMNS_MAX = 4 }; /* of a quantity */
-
-/* One file: rows in SI units, places dimensionless. */
+/* One file, and its places as the model has them. */
 typedef struct measured_set {
     const physics_model *m;
     train_quantity quantity;
-    int first, columns;                /* among those of the model */
+    measurements *file;
+    const solve_measured *rows;
     double scale;                      /* of a residual, SI */
-    size_t rows, largest;              /* in all; in the window that has most */
+    size_t largest;                    /* rows in the window that has most */
     double *x[DOMAIN_COORDINATES_MAX]; /* [rows] */
-    const double *values[COLUMNS_MAX]; /* [rows], of the table */
-    table_file *table;
 } measured_set;
 
 struct measured {
@@ -49,13 +45,14 @@ static ad_value residual(const void *context, const domain_place *at, const ad_v
     const measured_set *set = context;
     ad_value values[MODEL_COLUMNS_MAX];
     set->m->call.observe(set->m, at, fields, values);
-    ad_value now = ad_stack(set->columns, values + set->first);
-    ad_value then = ad_slice(at->data, 0, set->columns);
-    bool turns = set->quantity == TRAIN_ROTATION && set->columns == 4;
+    const int columns = set->rows->columns;
+    ad_value now = ad_stack(columns, values + set->rows->column[0]);
+    ad_value then = ad_slice(at->data, 0, columns);
+    bool turns = set->quantity == TRAIN_ROTATION && columns == 4;
     ad_value off = turns
                        ? rotation_vector(ad_quaternion_multiply(ad_quaternion_conjugate(then), now))
                        : ad_sub(now, then);
-    return ad_mul(ad_scale(ad_row(at->data, set->columns), 1 / set->scale), off);
+    return ad_mul(ad_scale(ad_row(at->data, columns), 1 / set->scale), off);
 }
 
 /* ---- points -------------------------------------------------------------------------------- */
@@ -69,7 +66,7 @@ static bool is_in_window(const measured_set *set, size_t row, int window)
 static size_t rows_in_window(const measured_set *set, int window)
 {
     size_t count = 0;
-    for (size_t row = 0; row < set->rows; row++) {
+    for (size_t row = 0; row < set->rows->rows; row++) {
         count += is_in_window(set, row, window);
     }
     return count;
@@ -79,20 +76,22 @@ static size_t rows_in_window(const measured_set *set, int window)
 static ad_status fill(void *context, const model_draw *draw, ad_error *error)
 {
     const measured_set *set = context;
+    const solve_measured *rows = set->rows;
     const domain *d = &set->m->domain;
     size_t count = rows_in_window(set, draw->window), point = 0;
     (void)error;
-    for (size_t row = 0; row < set->rows; row++) {
+    for (size_t row = 0; row < set->rows->rows; row++) {
         if (!is_in_window(set, row, draw->window)) {
             continue;
         }
         for (int i = 0; i < d->count; i++) {
             draw->x[(size_t)i * draw->count + point] = set->x[i][row];
         }
-        for (int i = 0; i < set->columns; i++) {
-            draw->data[(size_t)i * draw->count + point] = set->values[i][row];
+        for (int i = 0; i < rows->columns; i++) {
+            draw->data[(size_t)i * draw->count + point] =
+                rows->values[(size_t)i * rows->rows + row];
         }
-        draw->data[(size_t)set->columns * draw->count + point++] =
+        draw->data[(size_t)rows->columns * draw->count + point++] =
             sqrt((double)draw->count / (double)count);
     }
     for (; point < draw->count; point++) {
@@ -100,24 +99,14 @@ static ad_status fill(void *context, const model_draw *draw, ad_error *error)
             draw->x[(size_t)i * draw->count + point] =
                 i == d->time ? domain_window_time(d, draw->window) : d->coordinates[i].low;
         }
-        for (int i = 0; i <= set->columns; i++) {
-            draw->data[(size_t)i * draw->count + point] = i == 0 && set->columns == 4;
+        for (int i = 0; i <= rows->columns; i++) {
+            draw->data[(size_t)i * draw->count + point] = i == 0 && rows->columns == 4;
         }
     }
     return AD_OK;
 }
 
 /* ---- files --------------------------------------------------------------------------------- */
-
-/* The columns of each quantity: of rods the first, of beams the second name on. */
-static const struct {
-    const char *rod, *beam;
-    int rod_columns;
-} columns_of[TRAIN_QUANTITY_COUNT] = {
-    [TRAIN_POSITION] = {"x", "w", 3},    [TRAIN_ROTATION] = {"qw", "slope", 4},
-    [TRAIN_STRAIN] = {"v1", NULL, 3},    [TRAIN_CURVATURE] = {"u1", NULL, 3},
-    [TRAIN_FORCE] = {"n1", "V", 3},      [TRAIN_MOMENT] = {"m1", "M", 3},
-    [TRAIN_VELOCITY] = {"vx", "w_t", 3}, [TRAIN_ANGULAR_VELOCITY] = {"w1", "slope_t", 3}};
 
 static double natural_scale(const measured_set *set)
 {
@@ -131,106 +120,44 @@ static double natural_scale(const measured_set *set)
                                              [TRAIN_VELOCITY] = scale.length / scale.time,
                                              [TRAIN_ANGULAR_VELOCITY] = 1 / scale.time};
     double largest = 0;
-    for (size_t row = 0; row < set->rows; row++) {
-        largest = fmax(largest, fabs(set->values[0][row]));
+    for (size_t row = 0; row < set->rows->rows; row++) {
+        largest = fmax(largest, fabs(set->rows->values[row]));
     }
     return !scene_is_beam(&set->m->scene) ? of[set->quantity] : largest > 0 ? largest : 1;
 }
 
-static ad_status refuse_row(const measured_set *set, const char *file, size_t row, const char *text,
-                            ad_error *error)
+/* Where the rows are, dimensionless and within the domain. */
+static ad_status take_places(measured_set *set, ad_error *error)
 {
-    size_t line = table_line(set->table, row);
-    return line ? ad_fail(error, AD_BAD_INPUT, "%s:%zu: %s", file, line, text)
-                : ad_fail(error, AD_BAD_INPUT, "%s: row %zu: %s", file, row + 1, text);
-}
-
-/* Where the rows are, within the rod, its time and its parameters. */
-static ad_status take_places(measured_set *set, const char *file, ad_error *error)
-{
-    static const double ROUNDING = 1e-9;
+    const solve_measured *rows = set->rows;
+    const scene *of = &set->m->scene;
     const domain *d = &set->m->domain;
+    const int first = d->count - scene_known_count(of); /* of the parameters */
     for (int i = 0; i < d->count; i++) {
         const domain_coordinate *c = &d->coordinates[i];
-        const double *column = table_column(set->table, c->name);
-        double slack = ROUNDING * (c->high - c->low);
-        if (!column) {
-            return ad_fail(error, AD_BAD_INPUT, "%s: has no column '%s', where the rows are", file,
-                           c->name);
-        }
-        set->x[i] = malloc(set->rows * sizeof *set->x[i]);
+        set->x[i] = malloc(rows->rows * sizeof *set->x[i]);
         if (!set->x[i]) {
-            return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows of data", set->rows);
+            return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows of data", rows->rows);
         }
-        for (size_t row = 0; row < set->rows; row++) {
-            double x = column[row] / c->scale;
-            char text[160];
-            if (!(x >= c->low - slack && x <= c->high + slack)) {
-                snprintf(text, sizeof text, "%s = %.9g %s lies outside; allowed: %.9g to %.9g",
-                         c->name, column[row], c->unit, c->low * c->scale, c->high * c->scale);
-                return refuse_row(set, file, row, text, error);
-            }
-            set->x[i][row] = fmin(fmax(x, c->low), c->high);
+        for (size_t row = 0; row < rows->rows; row++) {
+            const double *known = rows->known + row * (size_t)of->parameter_count;
+            const double at = i >= first     ? known[i - first]
+                              : i == d->time ? rows->t[row]
+                                             : rows->s[row];
+            set->x[i][row] = fmin(fmax(at / c->scale, c->low), c->high);
         }
     }
     return AD_OK;
-}
-
-static ad_status take_values(measured_set *set, const char *file, ad_error *error)
-{
-    for (int i = 0; i < set->columns; i++) {
-        const char *name = set->m->columns[set->first + i].name;
-        set->values[i] = table_column(set->table, name);
-        if (!set->values[i]) {
-            return ad_fail(error, AD_BAD_INPUT, "%s: has no column '%s'; %s has %s%s%s", file, name,
-                           train_quantity_names()[set->quantity], set->m->columns[set->first].name,
-                           set->columns > 1 ? " to " : "",
-                           set->columns > 1 ? set->m->columns[set->first + set->columns - 1].name
-                                            : "");
-        }
-    }
-    for (size_t row = 0; row < set->rows && set->columns == 4; row++) {
-        double square = 0;
-        for (int i = 0; i < 4; i++) {
-            square += set->values[i][row] * set->values[i][row];
-        }
-        if (!(fabs(square - 1) < 1e-3)) {
-            return refuse_row(set, file, row,
-                              "qw to qz are no unit quaternion; allowed: length 1 to 3 digits",
-                              error);
-        }
-    }
-    return AD_OK;
-}
-
-bool measured_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count)
-{
-    const scene_physics *physics = scene_physics_of(rod_scene);
-    const bool beam = scene_is_beam(rod_scene);
-    const char *name = beam ? columns_of[quantity].beam : columns_of[quantity].rod;
-    *count = beam ? 1 : columns_of[quantity].rod_columns;
-    for (int i = 0; name && i < physics->column_count; i++) {
-        if (strcmp(physics->columns[i].name, name) == 0 &&
-            (scene_is_dynamic(rod_scene) || !physics->columns[i].of_motion)) {
-            *first = i;
-            return true;
-        }
-    }
-    return false;
 }
 
 static ad_status read_set(measured_set *set, const train_data *of, ad_error *error)
 {
-    ad_status status = table_read(of->file, TABLE_FINITE, &set->table, error);
+    ad_status status = measurements_read(&set->m->scene, 1, of, &set->file, error);
     if (status != AD_OK) {
         return status;
     }
-    set->rows = table_rows(set->table);
-    if (set->rows == 0) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: has no rows; allowed: 1 at least", of->file);
-    }
-    status = take_places(set, of->file, error);
-    status = status == AD_OK ? take_values(set, of->file, error) : status;
+    set->rows = measurements_sets(set->file);
+    status = take_places(set, error);
     for (int i = 0; status == AD_OK && i < set->m->domain.windows; i++) {
         size_t rows = rows_in_window(set, i);
         set->largest = rows > set->largest ? rows : set->largest;
@@ -242,8 +169,9 @@ static ad_status add_set(physics_model *m, measured_set *set, const train_data *
                          char *key, ad_error *error)
 {
     char term[MODEL_NAME];
+    int first, columns;
     *set = (measured_set){.m = m, .quantity = of->quantity};
-    if (!measured_columns(&m->scene, of->quantity, &set->first, &set->columns)) {
+    if (!measurements_columns(&m->scene, of->quantity, &first, &columns)) {
         snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
         return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
                        train_quantity_names()[of->quantity]);
@@ -255,7 +183,7 @@ static ad_status add_set(physics_model *m, measured_set *set, const train_data *
     }
     set->scale = of->noise > 0 ? of->noise : natural_scale(set);
     const model_source source = {
-        .rows = set->columns + 1, .fill = fill, .context = set, .points = set->largest};
+        .rows = columns + 1, .fill = fill, .context = set, .points = set->largest};
     snprintf(term, sizeof term, "data%d", index);
     int points = model_add_given(m, term, &source);
     snprintf(term, sizeof term, "data%d_%s", index, train_quantity_names()[of->quantity]);
@@ -286,7 +214,7 @@ void measured_free(measured *x)
         for (int k = 0; k < DOMAIN_COORDINATES_MAX; k++) {
             free(x->sets[i].x[k]);
         }
-        table_free(x->sets[i].table);
+        measurements_free(x->sets[i].file);
     }
     free(x);
 }

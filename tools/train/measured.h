@@ -21,9 +21,6 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
                        char key[TRAIN_KEY_MAX], ad_error *error);
 void measured_free(measured *x);
 
-/* The columns of a quantity among those of the scene's model; false: this scene has none. */
-bool measured_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count);
-
 #ifdef __cplusplus
 }
 #endif

@@ -1,7 +1,6 @@
 #include "tools/train/measurements.h"
 
 #include "tools/files/table_file.h"
-#include "tools/train/measured.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
@@ -40,6 +39,32 @@ void measurements_free(measurements *x)
 }
 
 /* ---- columns ------------------------------------------------------------------------------- */
+
+/* The columns of each quantity: of rods the first, of beams the second name on. */
+static const struct {
+    const char *rod, *beam;
+    int rod_columns;
+} columns_of[TRAIN_QUANTITY_COUNT] = {
+    [TRAIN_POSITION] = {"x", "w", 3},    [TRAIN_ROTATION] = {"qw", "slope", 4},
+    [TRAIN_STRAIN] = {"v1", NULL, 3},    [TRAIN_CURVATURE] = {"u1", NULL, 3},
+    [TRAIN_FORCE] = {"n1", "V", 3},      [TRAIN_MOMENT] = {"m1", "M", 3},
+    [TRAIN_VELOCITY] = {"vx", "w_t", 3}, [TRAIN_ANGULAR_VELOCITY] = {"w1", "slope_t", 3}};
+
+bool measurements_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count)
+{
+    const scene_physics *physics = scene_physics_of(rod_scene);
+    const bool beam = scene_is_beam(rod_scene);
+    const char *name = beam ? columns_of[quantity].beam : columns_of[quantity].rod;
+    *count = beam ? 1 : columns_of[quantity].rod_columns;
+    for (int i = 0; name && i < physics->column_count; i++) {
+        if (strcmp(physics->columns[i].name, name) == 0 &&
+            (scene_is_dynamic(rod_scene) || !physics->columns[i].of_motion)) {
+            *first = i;
+            return true;
+        }
+    }
+    return false;
+}
 
 static ad_status missing(const reading *r, const char *name, const char *what, ad_error *error)
 {
@@ -160,7 +185,7 @@ static ad_status read_file(const scene *open, const train_data *file, measuremen
     int first;
     table_file *table = NULL;
     solve_measured *set = &x->set[x->count];
-    if (!measured_columns(open, file->quantity, &first, &set->columns)) {
+    if (!measurements_columns(open, file->quantity, &first, &set->columns)) {
         return ad_fail(error, AD_BAD_INPUT, "%s: this scene has no %s", file->file,
                        train_quantity_names()[file->quantity]);
     }

@@ -1,4 +1,4 @@
-/* What was measured on a scene, for those who solve it: the files of its list `data` as rows in SI,
+/* What was measured on a scene: the files of its list `data` as rows in SI,
  * with columns s, in motion t, of a family each parameter that is known, and those of the
  * quantity. */
 #ifndef TOOLS_TRAIN_MEASUREMENTS_H
@@ -23,6 +23,9 @@ void measurements_free(measurements *x); /* NULL is allowed */
 
 int measurements_count(const measurements *x);
 const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
+
+/* The columns of a quantity among those of the scene's model; false: this scene has none. */
+bool measurements_columns(const scene *rod_scene, train_quantity quantity, int *first, int *count);
 
 #ifdef __cplusplus
 }
