@@ -26,8 +26,13 @@ static ad_status build_family(experiment *e, ad_error *error)
         status = family_model(targets_family(e->targets), &source,
                               settings->network.hidden_count == 0, &e->model, error);
     }
-    return status == AD_BAD_ARGUMENT ? experiment_refuse(e, "formulation", error->message, error)
-                                     : status;
+    if (status == AD_BAD_ARGUMENT) {
+        char problem[sizeof error->message + 64];
+        snprintf(problem, sizeof problem, "strain: %s; others by formulation: mixed",
+                 error->message);
+        status = experiment_refuse(e, "formulation", problem, error);
+    }
+    return status;
 }
 
 static ad_status build_model(experiment *e, ad_error *error)
