@@ -30,5 +30,8 @@ ad_status config_close(config *experiment, const char *at, ad_error *error)
         snprintf(path, sizeof path, "parameters.%s.scale", which[i]->name);
         config_unplace(experiment->source, path); /* it went with the range */
     }
+    if (count > 0 && experiment->scene.formulation == SCENE_STRAIN_FORM) {
+        experiment->scene.formulation = SCENE_MIXED; /* that is one of families */
+    }
     return AD_OK;
 }

@@ -204,6 +204,8 @@ static const char *read_quantity(config_reader *reader, const config_key *key,
     return problem;
 }
 
+enum { NAME_MAX_LENGTH = 40 }; /* as quantities have it */
+
 ad_status config_begin_parameter(config_reader *reader, const char *path, bool anew)
 {
     config *experiment = reader->experiment;
@@ -213,6 +215,11 @@ ad_status config_begin_parameter(config_reader *reader, const char *path, bool a
         if (experiment->parameter_count == CONFIG_PARAMETERS_MAX) {
             return config_blame(experiment->source, reader->error, path,
                                 "is one parameter too many; allowed: %d", CONFIG_PARAMETERS_MAX);
+        }
+        if (strcspn(name, ".") > NAME_MAX_LENGTH) {
+            return config_blame(experiment->source, reader->error, path,
+                                "has a name of %zu characters; allowed: up to %d",
+                                strcspn(name, "."), NAME_MAX_LENGTH);
         }
         parameter = &experiment->parameters[experiment->parameter_count++];
         snprintf(parameter->name, sizeof parameter->name, "%.*s", (int)strcspn(name, "."), name);

@@ -321,6 +321,7 @@ static ad_status prepare(checker *s, ad_error *error)
     s->gradient = s->x + s->e->count;
     memcpy(s->x, s->e->parameters, s->e->count * sizeof *s->x);
     perturb(s, "gradient check");
+    problem_release_unknowns(s->problem);
     return AD_OK;
 }
 

@@ -332,6 +332,7 @@ static void write_constants(const export_family *x, FILE *file)
 
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
 {
+    static const double *const *const no_uniforms[] = {NULL};
     ad_program *programs[FUNCTIONS] = {NULL};
     ad_c_options options[FUNCTIONS];
     ad_pool *pool = ad_pool_create(1);
@@ -341,7 +342,7 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
                                     .points = points_of(x, i),
                                     .sets = 1,
                                     .parameters = &x->weights,
-                                    .uniforms = (const double *const *const[]){NULL},
+                                    .uniforms = no_uniforms,
                                     .internal = true};
         status = compile(x, i, pool, &programs[i], error);
     }

@@ -27,6 +27,7 @@ static const double EXPLAINED = 4;
  * leaves a range. */
 typedef struct search {
     const scene *open;
+    bool noise_is_scaled;
     solve_trials *trials;
     ad_pool *pool;
     ad_dense_factor *factor;
@@ -208,6 +209,12 @@ typedef struct descent {
     bool converged;
 } descent;
 
+/* What counts as little of chi squared: a number's share of it where the noise is not known. */
+static double variance_of(const search *x, double chi_squared)
+{
+    return !x->noise_is_scaled ? 1 : chi_squared / fmax(1, (double)x->n - x->count);
+}
+
 /* From parts z of the ranges on. AD_OK also where there is no solution: chi_squared is then
  * infinite. */
 static ad_status descend(search *x, const double *z, descent *result, ad_error *error)
@@ -230,10 +237,11 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
     optim_status status = OPTIM_RUNNING;
     while (status == OPTIM_RUNNING && !result->converged && result->steps < STEPS_MAX) {
         status = optim_gauss_newton_step(gn, &model);
+        const double variance = variance_of(x, optim_gauss_newton_get_info(gn).value);
         result->steps++;
         result->converged = status == OPTIM_FUNCTION_TOLERANCE ||
                             status == OPTIM_GRADIENT_TOLERANCE ||
-                            promised(x) < (status == OPTIM_RUNNING ? SETTLED : STUCK);
+                            promised(x) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
     if (isfinite(optim_gauss_newton_get_info(gn).value)) {
         result->chi_squared = optim_gauss_newton_get_info(gn).value;
@@ -256,7 +264,7 @@ double identify_chi_squared_off(double chi_squared, double freedom)
 static bool is_explained(const search *x, const descent *found)
 {
     const double freedom = (double)x->n - x->count;
-    return found->converged &&
+    return found->converged && !x->noise_is_scaled && /* noise that is not known explains all */
            (freedom <= 0 || identify_chi_squared_off(found->chi_squared, freedom) < EXPLAINED);
 }
 
@@ -415,7 +423,7 @@ static void search_free(search *x)
 ad_status identify(const scene *open, int sets, const solve_measured *measured,
                    const identify_settings *settings, identified *result, ad_error *error)
 {
-    search x = {.open = open};
+    search x = {.open = open, .noise_is_scaled = settings->noise_is_scaled};
     double start[MAX];
     descent best;
     *result = (identified){.count = 0};
@@ -427,8 +435,7 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
     if (status == AD_OK) {
         status = descend(&x, start, &best, error);
     }
-    if (status == AD_OK &&
-        (settings->noise_is_scaled ? !best.converged : !is_explained(&x, &best))) {
+    if (status == AD_OK && !is_explained(&x, &best)) {
         status = start_elsewhere(&x, &best, error);
     }
     if (status == AD_OK && !isfinite(best.chi_squared)) {

@@ -11,12 +11,14 @@ enum { MAX = SCENE_PARAMETERS_MAX };
 
 /* Of the last parameters of x, [unknowns][unknowns]: A, their block of the inverse of the normal
  * equations, and A K A, with K what the measurements say of them where the others follow by the
- * equations. */
+ * equations; and [unknowns] the step that the normal equations would still take. */
 static ad_status covariance_of(const trainer *t, size_t unknowns, double *inverse,
-                               double *covariance, problem_noise *noise, ad_error *error)
+                               double *covariance, double *step, problem_noise *noise,
+                               ad_error *error)
 {
     const size_t count = t->e->count;
-    double *matrix = malloc(2 * count * count * sizeof *matrix), *jtr = malloc(count * sizeof *jtr);
+    double *matrix = malloc(2 * count * count * sizeof *matrix),
+           *jtr = malloc(2 * count * sizeof *jtr);
     double *by_noise = matrix ? matrix + count * count : NULL;
     double *columns = malloc(unknowns * count * sizeof *columns);
     ad_dense_factor *factor = ad_dense_factor_create(count);
@@ -25,7 +27,7 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *invers
             ? ad_dense_load(error)
             : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu parameters", count);
     const double *x = experiment_parameters(t->e);
-    double loss, largest = 0;
+    double loss, largest = 0, *damping = jtr ? jtr + count : NULL;
     status = status == AD_OK ? problem_normal_equations(t->problem, x, &loss, matrix, jtr, error)
                              : status;
     status = status == AD_OK ? problem_noise_of(t->problem, x, by_noise, noise, error) : status;
@@ -35,9 +37,9 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *invers
     bool factored = false;
     for (double part = 1e-14; status == AD_OK && !factored && part < 1e-3; part *= 10) {
         for (size_t i = 0; i < count; i++) {
-            jtr[i] = part * largest; /* what the equations do not determine stays as it is */
+            damping[i] = part * largest; /* what the equations do not determine stays as it is */
         }
-        factored = ad_dense_cholesky(t->e->pool, matrix, jtr, factor) == 0;
+        factored = ad_dense_cholesky(t->e->pool, matrix, damping, factor) == 0;
     }
     if (status == AD_OK && !factored) {
         status = ad_fail(error, AD_NOT_FINITE, "the normal equations cannot be factored");
@@ -46,6 +48,10 @@ static ad_status covariance_of(const trainer *t, size_t unknowns, double *invers
         memset(columns + k * count, 0, count * sizeof *columns);
         columns[k * count + count - unknowns + k] = 1;
         ad_dense_cholesky_solve(factor, columns + k * count);
+        step[k] = 0;
+        for (size_t i = 0; i < count; i++) {
+            step[k] -= columns[k * count + i] * jtr[i];
+        }
     }
     for (size_t k = 0; status == AD_OK && k < unknowns * unknowns; k++) {
         const double *a = columns + k / unknowns * count, *b = columns + k % unknowns * count;
@@ -112,7 +118,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
 {
     const scene *open = t->e->scene;
     const size_t count = (size_t)open->unknown_count;
-    double inverse[MAX * MAX], covariance[MAX * MAX], values[MAX], slope[MAX];
+    double inverse[MAX * MAX], covariance[MAX * MAX], values[MAX], slope[MAX], step[MAX];
     problem_noise noise;
     *result = (identified){.count = (int)count, .converged = true, .experiments = 1};
     if (count == 0) {
@@ -125,7 +131,7 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
         result->value[i] = values[k];
         slope[i] = z * (1 - z);
     }
-    ad_status status = covariance_of(t, count, inverse, covariance, &noise, error);
+    ad_status status = covariance_of(t, count, inverse, covariance, step, &noise, error);
     if (status != AD_OK) {
         return status;
     }
@@ -138,5 +144,9 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
         result->noise_factor = sqrt(noise.chi_squared / (double)(noise.numbers - count));
     }
     conclude(t, slope, inverse, covariance, noise.variance, result);
+    for (size_t i = 0; i < count; i++) { /* parts of the ranges, as both are */
+        const double left = fabs(step[i] * slope[i]);
+        result->converged = result->converged && left <= result->information.deviation[i];
+    }
     return AD_OK;
 }
