@@ -26,7 +26,11 @@ const char *eval_family_conflict(const eval_family_options *asked)
     return ways > 1 ? "--at, --members and --verify: allowed: one of them"
            : asked->members && !asked->out
                ? "--members: nothing would be written; give --out FILE too"
+           : asked->members && strcmp(asked->members, asked->out) == 0
+               ? "--out: is the file of --members, which would be lost"
            : asked->verify && asked->out ? "--verify writes no --out; --json has its numbers"
+           : asked->out && ways == 0     ? "--out: of a family nothing would be written; give --at "
+                                           "or --members too"
            : !(asked->at || asked->members) && asked->extrapolate
                ? "--extrapolate: of --at or --members"
                : NULL;
