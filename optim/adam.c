@@ -5,21 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Scalars live in one array of doubles so that the state is nothing but arrays. */
-enum { STEPS, EVALUATIONS, VALUE, GRADIENT_NORM, LEARNING_RATE, BEST_VALUE, SCALAR_COUNT };
-
-struct optim_adam {
-    optim_adam_settings settings;
-    size_t count;
-    double *x;        /* [count] */
-    double *mean;     /* [count], m of the paper */
-    double *square;   /* [count], v of the paper */
-    double *best_x;   /* [count] */
-    double *gradient; /* [count], work */
-    double *next_x;   /* [count], work */
-    double scalar[SCALAR_COUNT];
-};
-
 optim_adam_settings optim_adam_defaults(void)
 {
     return (optim_adam_settings){.schedule = optim_schedule_defaults(),
@@ -104,9 +89,9 @@ optim_adam *optim_adam_create(size_t count, const double *x, const optim_adam_se
         adam->settings = *settings;
         memcpy(adam->x, x, count * sizeof *x);
         memcpy(adam->best_x, x, count * sizeof *x);
-        adam->scalar[VALUE] = INFINITY;
-        adam->scalar[GRADIENT_NORM] = INFINITY;
-        adam->scalar[BEST_VALUE] = INFINITY;
+        adam->scalar[OPTIM_ADAM_VALUE] = INFINITY;
+        adam->scalar[OPTIM_ADAM_GRADIENT_NORM] = INFINITY;
+        adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
     }
     if (why) {
         *why = problem;
@@ -127,17 +112,17 @@ static double next_square(double beta2, double square, double g)
 /* The new point comes first, and nothing is stored unless it is finite; only then are the moments
  * computed once more and kept. They are finite with the old ones and the squares of the gradient,
  * which optim_evaluate has seen to. */
-static optim_status update(optim_adam *adam, double gradient_norm)
+static optim_status update(optim_adam *adam)
 {
     const optim_adam_settings *settings = &adam->settings;
-    const double steps = adam->scalar[STEPS] + 1;
+    const double steps = adam->scalar[OPTIM_ADAM_STEPS] + 1;
     const double beta1 = settings->beta1;
     const double beta2 = settings->beta2;
-    const double rate = optim_schedule_rate(&settings->schedule, (int64_t)adam->scalar[STEPS]);
+    const double rate =
+        optim_schedule_rate(&settings->schedule, (int64_t)adam->scalar[OPTIM_ADAM_STEPS]);
     const double correction1 = 1 - pow(beta1, steps);
     const double correction2 = 1 - pow(beta2, steps);
-    const int clipped = settings->clip_norm > 0 && gradient_norm > settings->clip_norm;
-    const double scale = clipped ? settings->clip_norm / gradient_norm : 1;
+    const double scale = optim_adam_clip(adam);
     const double *restrict gradient = adam->gradient;
     const double *restrict x = adam->x;
     double *restrict mean = adam->mean;
@@ -158,48 +143,62 @@ static optim_status update(optim_adam *adam, double gradient_norm)
         square[i] = next_square(beta2, square[i], g);
     }
     memcpy(adam->x, next_x, adam->count * sizeof *next_x);
-    adam->scalar[STEPS] = steps;
-    adam->scalar[LEARNING_RATE] = rate;
+    adam->scalar[OPTIM_ADAM_STEPS] = steps;
+    adam->scalar[OPTIM_ADAM_LEARNING_RATE] = rate;
     return OPTIM_RUNNING;
 }
 
 static const char *check_scalars(const optim_adam *adam)
 {
-    if (!optim_is_counter(adam->scalar[STEPS], OPTIM_COUNTER_LIMIT) ||
-        !optim_is_counter(adam->scalar[EVALUATIONS], OPTIM_COUNTER_LIMIT)) {
+    if (!optim_is_counter(adam->scalar[OPTIM_ADAM_STEPS], OPTIM_COUNTER_LIMIT) ||
+        !optim_is_counter(adam->scalar[OPTIM_ADAM_EVALUATIONS], OPTIM_COUNTER_LIMIT)) {
         return "scalars: a counter is not an integer in [0, 2^53]";
     }
-    if (isnan(adam->scalar[BEST_VALUE])) {
+    if (isnan(adam->scalar[OPTIM_ADAM_BEST_VALUE])) {
         return "scalars: the best value is not a number";
     }
     return NULL;
 }
 
-optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context)
+optim_status optim_adam_evaluate(optim_adam *adam, optim_objective objective, void *context)
 {
     if (check_scalars(adam)) {
         return OPTIM_BAD_STATE;
     }
-    const optim_evaluator evaluator = {
-        adam->count, objective, context, &adam->scalar[EVALUATIONS], &adam->scalar[BEST_VALUE],
-        adam->best_x};
+    const optim_evaluator evaluator = {adam->count,
+                                       objective,
+                                       context,
+                                       &adam->scalar[OPTIM_ADAM_EVALUATIONS],
+                                       &adam->scalar[OPTIM_ADAM_BEST_VALUE],
+                                       adam->best_x};
     double value = 0;
     const optim_status status = optim_evaluate(&evaluator, adam->x, &value, adam->gradient);
     if (status != OPTIM_RUNNING) {
         return status;
     }
-    const double norm = sqrt(optim_dot(adam->count, adam->gradient, adam->gradient));
-    adam->scalar[VALUE] = value;
-    adam->scalar[GRADIENT_NORM] = norm;
-    if (optim_max_abs(adam->count, adam->gradient) <= adam->settings.gradient_tolerance) {
-        return OPTIM_GRADIENT_TOLERANCE;
-    }
-    return update(adam, norm);
+    adam->scalar[OPTIM_ADAM_VALUE] = value;
+    adam->scalar[OPTIM_ADAM_GRADIENT_NORM] =
+        sqrt(optim_dot(adam->count, adam->gradient, adam->gradient));
+    return optim_max_abs(adam->count, adam->gradient) <= adam->settings.gradient_tolerance
+               ? OPTIM_GRADIENT_TOLERANCE
+               : OPTIM_RUNNING;
+}
+
+double optim_adam_clip(const optim_adam *adam)
+{
+    const double most = adam->settings.clip_norm, norm = adam->scalar[OPTIM_ADAM_GRADIENT_NORM];
+    return most > 0 && norm > most ? most / norm : 1;
+}
+
+optim_status optim_adam_step(optim_adam *adam, optim_objective objective, void *context)
+{
+    const optim_status status = optim_adam_evaluate(adam, objective, context);
+    return status == OPTIM_RUNNING ? update(adam) : status;
 }
 
 void optim_adam_objective_changed(optim_adam *adam)
 {
-    adam->scalar[BEST_VALUE] = INFINITY;
+    adam->scalar[OPTIM_ADAM_BEST_VALUE] = INFINITY;
     memcpy(adam->best_x, adam->x, adam->count * sizeof *adam->x);
 }
 
@@ -215,12 +214,12 @@ const double *optim_adam_best_x(const optim_adam *adam)
 
 optim_adam_info optim_adam_get_info(const optim_adam *adam)
 {
-    return (optim_adam_info){.steps = (int64_t)adam->scalar[STEPS],
-                             .evaluations = (int64_t)adam->scalar[EVALUATIONS],
-                             .value = adam->scalar[VALUE],
-                             .gradient_norm = adam->scalar[GRADIENT_NORM],
-                             .learning_rate = adam->scalar[LEARNING_RATE],
-                             .best_value = adam->scalar[BEST_VALUE]};
+    return (optim_adam_info){.steps = (int64_t)adam->scalar[OPTIM_ADAM_STEPS],
+                             .evaluations = (int64_t)adam->scalar[OPTIM_ADAM_EVALUATIONS],
+                             .value = adam->scalar[OPTIM_ADAM_VALUE],
+                             .gradient_norm = adam->scalar[OPTIM_ADAM_GRADIENT_NORM],
+                             .learning_rate = adam->scalar[OPTIM_ADAM_LEARNING_RATE],
+                             .best_value = adam->scalar[OPTIM_ADAM_BEST_VALUE]};
 }
 
 int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity)
@@ -230,7 +229,7 @@ int optim_adam_state(optim_adam *adam, optim_array *arrays, int capacity)
         {"mean", adam->mean, adam->count},
         {"square", adam->square, adam->count},
         {"best_x", adam->best_x, adam->count},
-        {"scalars", adam->scalar, SCALAR_COUNT},
+        {"scalars", adam->scalar, OPTIM_ADAM_SCALARS},
     };
     return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
 }

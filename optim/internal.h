@@ -144,4 +144,34 @@ optim_descent_info optim_descent_get_info(const optim_descent *d);
 const char *optim_descent_check_scalars(const optim_descent *d, double pairs_max);
 const char *optim_descent_state_check(const optim_descent *d);
 
+/* ---- Adam, whose state is SOAP's too ---- */
+
+enum {
+    OPTIM_ADAM_STEPS,
+    OPTIM_ADAM_EVALUATIONS,
+    OPTIM_ADAM_VALUE,
+    OPTIM_ADAM_GRADIENT_NORM,
+    OPTIM_ADAM_LEARNING_RATE,
+    OPTIM_ADAM_BEST_VALUE,
+    OPTIM_ADAM_SCALARS
+};
+
+struct optim_adam {
+    optim_adam_settings settings;
+    size_t count;
+    double *x;                         /* [count] */
+    double *mean;                      /* [count], m of the paper */
+    double *square;                    /* [count], v of the paper; of SOAP in its bases */
+    double *best_x;                    /* [count] */
+    double *gradient;                  /* [count], work */
+    double *next_x;                    /* [count], work */
+    double scalar[OPTIM_ADAM_SCALARS]; /* in one array so that the state is nothing but arrays */
+};
+
+/* The first half of a step: value and gradient at x. */
+optim_status optim_adam_evaluate(optim_adam *adam, optim_objective objective, void *context);
+
+/* By what clip_norm scales that gradient. */
+double optim_adam_clip(const optim_adam *adam);
+
 #endif

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS, EVALUATIONS, VALUE, GRADIENT_NORM, LEARNING_RATE, BEST_VALUE, SCALAR_COUNT };
-
 /* Rows of a basis that are made orthogonal at a time. */
 enum { PANEL = 16 };
 
@@ -24,15 +22,13 @@ typedef struct side {
 
 struct optim_soap {
     optim_soap_settings settings;
+    optim_adam *adam; /* what is of all methods of this kind */
     optim_matrix *matrices;
-    size_t count, factors;
-    double *x, *mean, *square, *best_x; /* [count]; square: in the basis */
-    double *factor;                     /* [factors], all sides: products, then basis */
-    double *gradient, *next_x;          /* [count], work */
-    double *work[3];                    /* [largest matrix or square of a side] */
-    size_t *order;                      /* [longest side], work */
-    double *sizes;                      /* [longest side], work */
-    double scalar[SCALAR_COUNT];
+    size_t factors;
+    double *factor;  /* [factors], all sides: products, then basis */
+    double *work[3]; /* [largest matrix or square of a side] */
+    size_t *order;   /* [longest side], work */
+    double *sizes;   /* [longest side], work */
 };
 
 optim_soap_settings optim_soap_defaults(void)
@@ -53,12 +49,12 @@ const char *optim_soap_check(const optim_soap_settings *settings)
 void optim_soap_free(optim_soap *soap)
 {
     if (soap) {
-        double *all[] = {soap->x,       soap->mean,     soap->square, soap->best_x,
-                         soap->factor,  soap->gradient, soap->next_x, soap->work[0],
-                         soap->work[1], soap->work[2],  soap->sizes};
-        for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
-            free(all[i]);
+        optim_adam_free(soap->adam);
+        for (int i = 0; i < 3; i++) {
+            free(soap->work[i]);
         }
+        free(soap->factor);
+        free(soap->sizes);
         free(soap->matrices);
         free(soap->order);
         free(soap);
@@ -124,7 +120,7 @@ static void start_bases(optim_soap *soap)
     }
 }
 
-static optim_soap *allocate(size_t count, const optim_soap_settings *settings)
+static optim_soap *allocate(const optim_soap_settings *settings)
 {
     optim_soap *soap = calloc(1, sizeof *soap);
     if (!soap) {
@@ -132,20 +128,11 @@ static optim_soap *allocate(size_t count, const optim_soap_settings *settings)
     }
     const size_t matrices = (size_t)settings->matrix_count;
     soap->settings = *settings;
-    soap->count = count;
     soap->matrices = calloc(matrices + 1, sizeof *soap->matrices);
-    soap->x = optim_vector_create(1, count);
-    soap->mean = optim_vector_create(1, count);
-    soap->square = optim_vector_create(1, count);
-    soap->best_x = optim_vector_create(1, count);
-    soap->gradient = optim_vector_create(1, count);
-    soap->next_x = optim_vector_create(1, count);
-    bool made = soap->matrices && soap->x && soap->mean && soap->square && soap->best_x &&
-                soap->gradient && soap->next_x;
-    if (made && matrices > 0) {
+    if (soap->matrices && matrices > 0) {
         memcpy(soap->matrices, settings->matrices, matrices * sizeof *soap->matrices);
     }
-    if (!made || !make_work(soap)) {
+    if (!soap->matrices || !make_work(soap)) {
         optim_soap_free(soap);
         return NULL;
     }
@@ -157,23 +144,13 @@ optim_soap *optim_soap_create(size_t count, const double *x, const optim_soap_se
                               const char **why)
 {
     const char *problem = optim_soap_check(settings);
-    optim_soap *soap = NULL;
-    if (!problem && count == 0) {
-        problem = "count must be >= 1";
-    }
-    if (!problem && !optim_all_finite(count, x)) {
-        problem = "the starting point x must be finite";
-    }
-    if (!problem) {
-        soap = allocate(count, settings);
-        problem = soap ? NULL : "out of memory";
-    }
+    optim_adam *adam = problem ? NULL : optim_adam_create(count, x, &settings->adam, &problem);
+    optim_soap *soap = adam ? allocate(settings) : NULL;
     if (soap) {
-        memcpy(soap->x, x, count * sizeof *x);
-        memcpy(soap->best_x, x, count * sizeof *x);
-        soap->scalar[VALUE] = INFINITY;
-        soap->scalar[GRADIENT_NORM] = INFINITY;
-        soap->scalar[BEST_VALUE] = INFINITY;
+        soap->adam = adam;
+    } else if (adam) {
+        optim_adam_free(adam);
+        problem = "out of memory";
     }
     if (why) {
         *why = problem;
@@ -252,7 +229,7 @@ static void sort_basis(optim_soap *soap, const side *s, const optim_matrix *matr
                        const double *image)
 {
     const size_t n = s->n, rows = matrix->rows, columns = matrix->columns;
-    double *square = soap->square + matrix->offset;
+    double *square = soap->adam->square + matrix->offset;
     for (size_t i = 0; i < n; i++) {
         size_t k = i;
         soap->sizes[i] = optim_dot(n, s->basis + i * n, image + i * n);
@@ -311,7 +288,7 @@ static void follow(optim_soap *soap, int index, const double *gradient)
 {
     const optim_matrix *matrix = &soap->matrices[index];
     const size_t rows = matrix->rows, columns = matrix->columns;
-    const bool first = soap->scalar[STEPS] == 0;
+    const bool first = soap->adam->scalar[OPTIM_ADAM_STEPS] == 0;
     const double beta = soap->settings.adam.beta2, weight = first ? 1 : sqrt(1 - beta);
     double *scaled = soap->work[0];
     side sides[2];
@@ -325,7 +302,7 @@ static void follow(optim_soap *soap, int index, const double *gradient)
                      scaled, first ? 0 : beta, sides[k].products);
         }
     }
-    if (first || fmod(soap->scalar[STEPS], soap->settings.basis_every) == 0) {
+    if (first || fmod(soap->adam->scalar[OPTIM_ADAM_STEPS], soap->settings.basis_every) == 0) {
         for (int k = 0; k < 2; k++) {
             if (sides[k].n) {
                 turn_basis(soap, &sides[k], matrix, k == 0);
@@ -337,7 +314,7 @@ static void follow(optim_soap *soap, int index, const double *gradient)
 /* ---- steps --------------------------------------------------------------------------------- */
 
 typedef struct rates {
-    double beta1, beta2, correction1, correction2, epsilon, rate;
+    double beta2, correction1, correction2, epsilon, rate;
 } rates;
 
 /* mean and square of `gradient` and the change of x, all [count], the last two of as many numbers
@@ -358,11 +335,11 @@ static void step_matrix(optim_soap *soap, const rates *r, int index)
     const size_t count = matrix->rows * matrix->columns, offset = matrix->offset;
     side sides[2];
     sides_of(soap, index, sides);
-    double *direction = soap->next_x + offset;
+    double *direction = soap->adam->next_x + offset;
     double *turned = soap->work[0];
-    turn(soap, matrix, sides, false, soap->gradient + offset, turned);
-    turn(soap, matrix, sides, false, soap->mean + offset, direction);
-    adam_direction(r, count, turned, direction, soap->square + offset, direction);
+    turn(soap, matrix, sides, false, soap->adam->gradient + offset, turned);
+    turn(soap, matrix, sides, false, soap->adam->mean + offset, direction);
+    adam_direction(r, count, turned, direction, soap->adam->square + offset, direction);
     turn(soap, matrix, sides, true, direction, direction);
 }
 
@@ -370,31 +347,29 @@ static void step_matrix(optim_soap *soap, const rates *r, int index)
 static void step_others(optim_soap *soap, const rates *r, size_t first, size_t end)
 {
     if (end > first) {
-        adam_direction(r, end - first, soap->gradient + first, soap->mean + first,
-                       soap->square + first, soap->next_x + first);
+        adam_direction(r, end - first, soap->adam->gradient + first, soap->adam->mean + first,
+                       soap->adam->square + first, soap->adam->next_x + first);
     }
 }
 
 /* As in the paper the first gradient only makes the bases. */
-static optim_status update(optim_soap *soap, double gradient_norm)
+static optim_status update(optim_soap *soap)
 {
-    const optim_adam_settings *s = &soap->settings.adam;
-    const double steps = soap->scalar[STEPS];
-    const rates r = {.beta1 = s->beta1,
-                     .beta2 = s->beta2,
+    optim_adam *adam = soap->adam;
+    const optim_adam_settings *s = &adam->settings;
+    const double steps = adam->scalar[OPTIM_ADAM_STEPS], clip = optim_adam_clip(adam);
+    const rates r = {.beta2 = s->beta2,
                      .correction1 = 1 - pow(s->beta1, steps),
                      .correction2 = 1 - pow(s->beta2, steps),
                      .epsilon = s->epsilon,
                      .rate = optim_schedule_rate(&s->schedule, (int64_t)steps)};
-    if (s->clip_norm > 0 && gradient_norm > s->clip_norm) {
-        for (size_t i = 0; i < soap->count; i++) {
-            soap->gradient[i] *= s->clip_norm / gradient_norm;
-        }
+    for (size_t i = 0; i < adam->count && clip < 1; i++) {
+        adam->gradient[i] *= clip;
     }
     if (steps > 0) {
         size_t done = 0;
-        for (size_t i = 0; i < soap->count; i++) {
-            soap->mean[i] = s->beta1 * soap->mean[i] + (1 - s->beta1) * soap->gradient[i];
+        for (size_t i = 0; i < adam->count; i++) {
+            adam->mean[i] = s->beta1 * adam->mean[i] + (1 - s->beta1) * adam->gradient[i];
         }
         for (int i = 0; i < soap->settings.matrix_count; i++) {
             const optim_matrix *m = &soap->matrices[i];
@@ -402,110 +377,63 @@ static optim_status update(optim_soap *soap, double gradient_norm)
             step_matrix(soap, &r, i);
             done = m->offset + m->rows * m->columns;
         }
-        step_others(soap, &r, done, soap->count);
-        for (size_t i = 0; i < soap->count; i++) {
-            soap->next_x[i] = soap->x[i] - soap->next_x[i];
+        step_others(soap, &r, done, adam->count);
+        for (size_t i = 0; i < adam->count; i++) {
+            adam->next_x[i] = adam->x[i] - adam->next_x[i];
         }
-        if (!optim_all_finite(soap->count, soap->next_x)) {
+        if (!optim_all_finite(adam->count, adam->next_x)) {
             return OPTIM_NOT_FINITE;
         }
-        memcpy(soap->x, soap->next_x, soap->count * sizeof *soap->x);
+        memcpy(adam->x, adam->next_x, adam->count * sizeof *adam->x);
     }
     for (int i = 0; i < soap->settings.matrix_count; i++) {
-        follow(soap, i, soap->gradient + soap->matrices[i].offset);
+        follow(soap, i, adam->gradient + soap->matrices[i].offset);
     }
-    soap->scalar[STEPS] = steps + 1;
-    soap->scalar[LEARNING_RATE] = r.rate;
+    adam->scalar[OPTIM_ADAM_STEPS] = steps + 1;
+    adam->scalar[OPTIM_ADAM_LEARNING_RATE] = r.rate;
     return OPTIM_RUNNING;
-}
-
-static const char *check_scalars(const optim_soap *soap)
-{
-    if (!optim_is_counter(soap->scalar[STEPS], OPTIM_COUNTER_LIMIT) ||
-        !optim_is_counter(soap->scalar[EVALUATIONS], OPTIM_COUNTER_LIMIT)) {
-        return "scalars: a counter is not an integer in [0, 2^53]";
-    }
-    return isnan(soap->scalar[BEST_VALUE]) ? "scalars: the best value is not a number" : NULL;
 }
 
 optim_status optim_soap_step(optim_soap *soap, optim_objective objective, void *context)
 {
-    if (check_scalars(soap)) {
-        return OPTIM_BAD_STATE;
-    }
-    const optim_evaluator evaluator = {
-        soap->count, objective, context, &soap->scalar[EVALUATIONS], &soap->scalar[BEST_VALUE],
-        soap->best_x};
-    double value = 0;
-    const optim_status status = optim_evaluate(&evaluator, soap->x, &value, soap->gradient);
-    if (status != OPTIM_RUNNING) {
-        return status;
-    }
-    const double norm = sqrt(optim_dot(soap->count, soap->gradient, soap->gradient));
-    soap->scalar[VALUE] = value;
-    soap->scalar[GRADIENT_NORM] = norm;
-    if (optim_max_abs(soap->count, soap->gradient) <= soap->settings.adam.gradient_tolerance) {
-        return OPTIM_GRADIENT_TOLERANCE;
-    }
-    return update(soap, norm);
+    const optim_status status = optim_adam_evaluate(soap->adam, objective, context);
+    return status == OPTIM_RUNNING ? update(soap) : status;
 }
 
 /* ---- looking ------------------------------------------------------------------------------- */
 
 void optim_soap_objective_changed(optim_soap *soap)
 {
-    soap->scalar[BEST_VALUE] = INFINITY;
-    memcpy(soap->best_x, soap->x, soap->count * sizeof *soap->x);
+    optim_adam_objective_changed(soap->adam);
 }
 
 const double *optim_soap_x(const optim_soap *soap)
 {
-    return soap->x;
+    return optim_adam_x(soap->adam);
 }
 
 const double *optim_soap_best_x(const optim_soap *soap)
 {
-    return isfinite(soap->scalar[BEST_VALUE]) ? soap->best_x : soap->x;
+    return optim_adam_best_x(soap->adam);
 }
 
 optim_adam_info optim_soap_get_info(const optim_soap *soap)
 {
-    return (optim_adam_info){.steps = (int64_t)soap->scalar[STEPS],
-                             .evaluations = (int64_t)soap->scalar[EVALUATIONS],
-                             .value = soap->scalar[VALUE],
-                             .gradient_norm = soap->scalar[GRADIENT_NORM],
-                             .learning_rate = soap->scalar[LEARNING_RATE],
-                             .best_value = soap->scalar[BEST_VALUE]};
+    return optim_adam_get_info(soap->adam);
 }
 
 int optim_soap_state(optim_soap *soap, optim_array *arrays, int capacity)
 {
-    const optim_array rows[] = {
-        {"x", soap->x, soap->count},
-        {"mean", soap->mean, soap->count},
-        {"square", soap->square, soap->count},
-        {"best_x", soap->best_x, soap->count},
-        {"scalars", soap->scalar, SCALAR_COUNT},
-        {"factors", soap->factor, soap->factors + 1},
-    };
-    return optim_copy_rows(arrays, capacity, rows, (int)(sizeof rows / sizeof rows[0]));
+    enum { ROWS = 6 };
+    optim_array rows[ROWS];
+    const int adam = optim_adam_state(soap->adam, rows, ROWS - 1);
+    rows[adam] = (optim_array){"factors", soap->factor, soap->factors + 1};
+    return optim_copy_rows(arrays, capacity, rows, adam + 1);
 }
 
 const char *optim_soap_state_check(const optim_soap *soap)
 {
-    if (!optim_all_finite(soap->count, soap->x) || !optim_all_finite(soap->count, soap->best_x)) {
-        return "x or best_x holds a number that is not finite";
-    }
-    if (!optim_all_finite(soap->count, soap->mean)) {
-        return "mean holds a number that is not finite";
-    }
-    if (!optim_all_finite(soap->factors, soap->factor)) {
-        return "factors hold a number that is not finite";
-    }
-    for (size_t i = 0; i < soap->count; i++) {
-        if (!(soap->square[i] >= 0 && isfinite(soap->square[i]))) {
-            return "square holds a number that is negative or not finite";
-        }
-    }
-    return check_scalars(soap);
+    return optim_all_finite(soap->factors, soap->factor)
+               ? optim_adam_state_check(soap->adam)
+               : "factors hold a number that is not finite";
 }
