@@ -95,8 +95,8 @@ ad_status strain_check(const scene *one, ad_error *error)
                       : quantity_any_something(3, one->loads.foundation) ? "a foundation"
                                                                          : NULL;
     return why ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "strain form on a tape: the scene has %s; allowed: a rod at rest, clamped "
-                         "at its start and free or loaded at its end",
+                         "strain form: the scene has %s; allowed: a rod at rest, clamped at its "
+                         "start and free or loaded at its end",
                          why)
                : AD_OK;
 }
