@@ -44,8 +44,7 @@ static const double SOLVE_ENERGY_ALLOWED = 0.1, SOLVE_ENERGY_ROUNDING = 1e-20;
 typedef enum solve_method {
     SOLVE_COLLOCATION, /* position, rotation, force and moment at Gauss points */
     SOLVE_STRAIN       /* the curvature alone, of which all else are integrals; small and full
-                        * matrices. Not with tubes, nor with tendons of given displacement or with
-                        * friction. */
+                        * matrices. Not with tubes. */
 } solve_method;
 const char *const *solve_method_names(void);
 

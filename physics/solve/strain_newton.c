@@ -26,13 +26,10 @@ struct strain_newton {
 
 ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
 {
-    const char *what = rod->tubes > 0       ? "tubes"
-                       : rod->lengths > 0   ? "tendons whose displacement is given"
-                       : rod->frictions > 0 ? "tendons with friction"
-                                            : NULL;
-    return what ? ad_fail(error, AD_BAD_ARGUMENT,
-                          "the strain form does not know %s; allowed: the method collocation", what)
-                : AD_OK;
+    return rod->tubes > 0
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "the strain form does not know tubes; allowed: the method collocation")
+               : AD_OK;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -178,10 +175,8 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     }
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
-        const solve_extent *extent = &at->actuation.extents[k];
         strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
-        bool here = extent->start <= at->actuation.s && at->actuation.s <= extent->end;
-        double pull = here ? at->actuation.factor * from->pull : 0;
+        double pull = solve_actuation_pull(&at->actuation, k);
         spread(2, from->offset, a->offset);
         spread(2, from->slope, a->slope);
         spread(1, &pull, &a->pull);
