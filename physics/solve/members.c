@@ -37,7 +37,7 @@ static ad_status check(const scene *open, scene *one, ad_error *error)
     if (status != AD_OK) {
         return ad_fail(error, status, "%s: %s", key, reason.message);
     }
-    return strain_check(one, error);
+    return strain_check(one, false, error);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */

@@ -68,28 +68,6 @@ static strain_kind kind_of(const static_system *system)
     return kind;
 }
 
-/* Springs in the order in which edges have them. */
-static void set_springs(strain_newton *x)
-{
-    strain_form *form = x->form;
-    int k = 0;
-    for (int e = 0; e <= form->kind.elements; e++) {
-        const int jump = x->system->jump[e];
-        const static_jump *at = jump < 0 ? NULL : &x->system->jumps[jump];
-        for (int i = 0; at && i < at->springs; i++, k++) {
-            form->springs[k] = (strain_spring){.edge = e, .unknown = -1, .given = at->spring[i]};
-            if (any(3, at->spring[i]->stiffness)) {
-                form->springs[k].unknown = form->unknowns;
-                form->unknowns += 3;
-            }
-        }
-        form->edges[e].turns = at && at->turn;
-        if (form->edges[e].turns) {
-            memcpy(form->edges[e].turn, at->turn, sizeof form->edges[e].turn);
-        }
-    }
-}
-
 ad_status strain_newton_create(static_system *system, strain_newton **result, ad_error *error)
 {
     const strain_kind kind = kind_of(system);
@@ -107,7 +85,7 @@ ad_status strain_newton_create(static_system *system, strain_newton **result, ad
     x->system = system;
     ad_status status = strain_form_create(&kind, &x->form, error);
     if (status == AD_OK) {
-        set_springs(x);
+        strain_form_set_jumps(x->form, &system->rod->jumps);
         size_t count = (size_t)x->form->unknowns;
         x->step = malloc(count * sizeof *x->step);
         x->room = malloc((count + 1) * count * sizeof *x->room);
@@ -198,7 +176,8 @@ static void give_edges(strain_newton *x)
         edge->follows = any(3, at->load.body_force) || any(3, at->load.body_moment);
         give_load(&at->load, edge->load);
         for (int i = 0; i < at->springs; i++, k++) {
-            memcpy(form->springs[k].anchor, at->anchor[i], sizeof at->anchor[i]);
+            spread(3, at->anchor[i], form->springs[k].anchor);
+            spread(4, at->spring[i]->upright, form->springs[k].upright);
         }
     }
 }
@@ -255,8 +234,8 @@ static void guess_ends(strain_newton *x, const double *y)
     }
     for (int k = 0; k < form->kind.springs; k++) {
         strain_spring *spring = &form->springs[k];
-        solve_spring_force(spring->given, spring->anchor, y + edge(system, spring->edge) + STATIC_R,
-                           world);
+        gather(3, spring->anchor, after);
+        solve_spring_force(spring->given, after, y + edge(system, spring->edge) + STATIC_R, world);
         spread(3, world, spring->force);
     }
 }
