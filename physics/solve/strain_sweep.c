@@ -404,8 +404,9 @@ FOR_EACH_PROCESSOR static void eliminate_full(strain_form *x, bool again)
     }
 }
 
-/* A held direction takes one from those in which the rod could give way: its pivot is positive
- * where it holds one in which the rod would not, and negative where it does hold it. */
+/* The negative pivots are those of the second variation in directions that the ends leave: a pivot
+ * of what holds an end is negative where it takes away one in which the rod would give way (inertia
+ * of a bordered matrix: Haynsworth, Linear Algebra and its Applications 1, 1968). */
 static void solve_full(strain_form *x, bool again)
 {
     const int n = x->unknowns;
