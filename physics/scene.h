@@ -400,7 +400,7 @@ ad_status scene_member_read(int count, const scene_parameter *parameters, const 
                             double *values, ad_error *error);
 
 /* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
- * one to the next at their joints, where(joint - s, before, behind). */
+ * one to the next at their joints, where(s - joint, behind, before): at a joint what is before. */
 scene_properties scene_properties_of(const scene *rod_scene);
 
 /* The unstressed rod: v*, u* and what is added to u* times 1 - load factor, every number filled in;

@@ -124,7 +124,7 @@ static bool is_same(quantity a, quantity b)
 }
 
 /* The quantity at `offset` of every piece [pieces][stride bytes]: the same all along, or by
- * where(joint - s, before, behind). */
+ * where(s - joint, behind, before), at a joint what it is before. */
 static quantity join(const scene *rod_scene, const char *pieces, size_t stride, size_t offset)
 {
     int last = rod_scene->segment_count - 1;
@@ -135,8 +135,8 @@ static quantity join(const scene *rod_scene, const char *pieces, size_t stride, 
         quantity before = *(const quantity *)(const void *)at;
         if (!is_same(before, behind)) {
             quantity s = quantity_formula(rod_scene->names, "s");
-            quantity left = quantity_subtract(quantity_number(scene_joint(rod_scene, i)), s);
-            joined = quantity_call("where", (quantity[]){left, before, joined});
+            quantity past = quantity_subtract(s, quantity_number(scene_joint(rod_scene, i)));
+            joined = quantity_call("where", (quantity[]){past, joined, before});
         }
         behind = before;
     }

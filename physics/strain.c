@@ -80,24 +80,24 @@ void strain_mesh_places(const strain_mesh *mesh, double *s)
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
 
-ad_status strain_check(const scene *one, ad_error *error)
+ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
 {
     const char *why = scene_is_beam(one)                   ? "a beam of small deflection"
                       : scene_is_dynamic(one)              ? "a motion"
                       : scene_is_manufactured(one)         ? "a manufactured solution"
                       : one->start.type != SCENE_CLAMPED   ? "a start that is not clamped"
                       : scene_end_is_placed(one->end.type) ? "an end that is held"
-                      : one->spring_count > 0              ? "springs"
+                      : on_tape && one->spring_count > 0   ? "springs"
                       : one->tube_count > 0                ? "tubes"
                       : scene_has_displaced_tendons(one)   ? "tendons of given displacement"
                       : scene_has_rubbing_tendons(one)     ? "tendons with friction"
                       : scene_is_imperfect(one)            ? "an imperfection"
-                      : quantity_any_something(3, one->loads.foundation) ? "a foundation"
-                                                                         : NULL;
+                      : on_tape && rod_has_foundation(one) ? "a foundation"
+                                                           : NULL;
     return why ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "strain form on a tape: the scene has %s; allowed: a rod at rest, clamped "
-                         "at its start and free or loaded at its end",
-                         why)
+                         "strain form%s: the scene has %s; allowed: a rod at rest, clamped at its "
+                         "start and free or loaded at its end",
+                         on_tape ? " on a tape" : "", why)
                : AD_OK;
 }
 
@@ -232,7 +232,7 @@ ad_status strain_rod_create(const strain_settings *settings, ad_value s, const a
     }
     if (status == AD_OK) {
         begin(x, settings, s, parameters);
-        status = strain_check(&x->one, error);
+        status = strain_check(&x->one, true, error);
     }
     if (status == AD_OK) {
         give(x);

@@ -25,7 +25,7 @@
 extern "C" {
 #endif
 
-enum { STRAIN_ELEMENTS_MAX = 64, STRAIN_STAGES_MIN = 3, STRAIN_STAGES_MAX = 12 };
+enum { STRAIN_ELEMENTS_MAX = 100, STRAIN_STAGES_MIN = 3, STRAIN_STAGES_MAX = 12 };
 
 /* Gauss points in each of the elements between edges, ascending from 0 to 1, of the length. */
 typedef struct strain_mesh {
@@ -45,8 +45,9 @@ ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_me
 int strain_mesh_nodes(const strain_mesh *mesh);
 void strain_mesh_places(const strain_mesh *mesh, double *s);
 
-/* AD_OK, or AD_BAD_ARGUMENT with what of the scene is not known here. */
-ad_status strain_check(const scene *one, ad_error *error);
+/* AD_OK, or AD_BAD_ARGUMENT with what of the scene the strain form does not know, on a tape or for
+ * solve_members. */
+ad_status strain_check(const scene *one, bool on_tape, ad_error *error);
 
 /* Whether all loads of a scene have an energy, so that at its minima all pivots of the residual's
  * matrix are positive: moments in space have none, nor have followers. */

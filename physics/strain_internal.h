@@ -102,12 +102,11 @@ along_turn strain_turn_over(const strain_rod *rod, int edge, along_turn q);
 along strain_integrate_on(const strain_rod *rod, along rate, along *edges);
 along strain_integrate_back(const strain_rod *rod, along rate, const along *acting, along *edges);
 
-/* Parts of it: f, l at points; what acts at an edge, at the last one with N and M of the end; v, by
- * Newton's method from `v` on, or one step with the matrix of v and of another u; the rate of M,
+/* Parts of it: f, l at points; what acts at an edge, at the last one with N and M of the end; v
+ * after one step of Newton's method, with the matrix of v and of another u; the rate of M,
  * negative; and the residual. */
 void strain_loads(const strain_rod *rod, const along_matrix *R, along load_rate[2]);
 void strain_acting(const strain_rod *rod, int edge, along_turn turn, along *force, along *moment);
-along strain_yield(const strain_rod *rod, along n, along u, along v);
 along strain_yield_on(const strain_rod *rod, along n, along u, along v, along matrix_u);
 along strain_moment_rate(along slope, along force, along load);
 along strain_missing(const strain_rod *rod, const along_matrix *R, along strain, along curvature,

@@ -253,7 +253,7 @@ along strain_yield_on(const strain_rod *rod, along n, along u, along v, along ma
     return strain_sub(v, soften(rod, &by_v, strain_sub(v, given)));
 }
 
-along strain_yield(const strain_rod *rod, along n, along u, along v)
+static along strain_yield(const strain_rod *rod, along n, along u, along v)
 {
     enum { STEPS = 3 }; /* leave (C pull)^15 of it */
     for (int k = 0; k < STEPS; k++) {

@@ -18,25 +18,41 @@ static const double usual[PARAMETERS] = {1, 0.5, 0, 5, 1};
 
 /* Two segments with an elbow, of which the second tapers; tendons that end mid-rod and that wind, a
  * chamber, a follower within, a body force along part of it, the weight, a force at the tip. */
-static const char robot[] =
-    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"
-    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"
-    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"
-    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"
-    "segments:\n"
-    "  - {length: 0.1}\n"
-    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"
-    "     material: {youngs_modulus: 2e9*half}}\n"
-    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: loaded}}\n"
-    "loads:\n"
-    "  gravity: [0, weight, -2*weight]\n"
-    "  force: [\"where(s-0.05, where(0.2-s, side, 0), 0)\", 0, 0]\n"
-    "  tip: {force: [side/20, 0.05*push, 0]}\n"
-    "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower}]\n"
-    "tendons:\n"
-    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"
-    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 0.5*pull^2}\n"
-    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n";
+#define ROBOT(supported, springs)                                                                  \
+    "parameters: {pull: {range: [0, 2]}, push: {range: [0, 1]}, side: {range: [-1, 1]},\n"         \
+    "             weight: {range: [0, 10]}, stiff: {range: [0.7, 2]}, half: stiff/2}\n"            \
+    "rod: {model: cosserat, section: {shape: circle, radius: 0.002},\n"                            \
+    "      material: {youngs_modulus: 1e9*stiff, poissons_ratio: 0.3, density: 2000}}\n"           \
+    "segments:\n"                                                                                  \
+    "  - {length: 0.1}\n"                                                                          \
+    "  - {length: 0.15, turn: [0, 0.3, 0], section: {radius: \"0.002-0.004*(s-0.1)\"},\n"          \
+    "     material: {youngs_modulus: 2e9*half}}\n"                                                 \
+    "boundary: {start: {type: clamped, rotation: [0.8, 0.6, 0, 0]}, end: {type: loaded}}\n"        \
+    "loads:\n" supported "  gravity: [0, weight, -2*weight]\n"                                     \
+    "  force: [\"where(s-0.05, where(0.2-s, side, 0), 0)\", 0, 0]\n"                               \
+    "  tip: {force: [side/20, 0.05*push, 0]}\n"                                                    \
+    "  points: [{at: 0.17, force: [0.1*push, 0, 0], frame: follower}]\n"                           \
+    "tendons:\n"                                                                                   \
+    "  - {offset: [0.006, 0], end: 0.18, tension: pull}\n"                                         \
+    "  - {offset: [\"0.005*cos(10*s)\", \"0.005*sin(10*s)\"], tension: 0.5*pull^2}\n"              \
+    "chambers: [{offset: [0, 0.005], pressure: 5e4*push, area: 1e-5}]\n" springs
+
+static const char robot[] = ROBOT("", "");
+
+/* The same on a foundation that is softer for some, with springs within and at the tip, where one
+ * pulls to somewhere else, and one that only turns. */
+static const char supported[] = ROBOT(
+    "  foundation: [\"where(0.15-s, 3*stiff, 0)\", 2, 0]\n",
+    "springs: [{at: 0.2, stiffness: [1, 2, 0.5]}, {at: 0.05, turning: [0.01, 0.02, 0.01]},\n"
+    "  {at: 0.25, stiffness: [2, 2, 1], turning: [0.005, 0, 0.01], anchor: [0.02, 0, 0.2]}]\n");
+
+/* Of the test that runs: its state, or the robot. */
+static const char *made;
+
+static void make(void **state)
+{
+    made = *state ? *state : robot;
+}
 
 static void assert_good(ad_status status, const ad_error *error)
 {
@@ -67,7 +83,7 @@ static config *read_text(const char *text, ad_error *error)
 static config *read_robot(void)
 {
     ad_error error = {.message = ""};
-    config *result = read_text(robot, &error);
+    config *result = read_text(made, &error);
     if (!result) {
         fail_msg("%s", error.message);
     }
@@ -160,7 +176,7 @@ static void compare(const scene *open, const double *member,
 
 static void test_against_collocation(void **state)
 {
-    (void)state;
+    make(state);
     config *given = read_robot();
     for (int k = 0; k < 2; k++) {
         const double tolerance = k ? 1e-8 : 1e-5;
@@ -182,7 +198,7 @@ static void test_against_collocation(void **state)
 
 static void test_same_bits(void **state)
 {
-    (void)state;
+    make(state);
     config *given = read_robot();
     batch *one = solve(&given->scene, 1, 0, 1e-6), *more = solve(&given->scene, 2, 0, 1e-6);
     batch *turned = solve(&given->scene, 1, 5, 1e-6);
@@ -308,7 +324,7 @@ static double distance(const double (*a)[SOLVE_MEMBERS_COLUMNS],
  * makes of an error of 1e-3 one of its square. */
 static void test_predicted(void **state)
 {
-    (void)state;
+    make(state);
     config *given = read_robot();
     batch *truth = solve(&given->scene, 1, 0, 1e-8);
     static const double sizes[] = {0, 1e-4, 1e-2};
@@ -337,7 +353,7 @@ static void test_predicted(void **state)
  * is said. */
 static void test_trusted(void **state)
 {
-    (void)state;
+    make(state);
     config *given = read_robot();
     batch *truth = solve(&given->scene, 1, 0, 1e-8);
     int trusted = 0, doubted = 0;
@@ -364,7 +380,7 @@ static void test_trusted(void **state)
 
 static void test_answers_same_bits(void **state)
 {
-    (void)state;
+    make(state);
     answers *one = ask(1, 0, 1, 1e-2), *more = ask(2, 5, 1, 1e-2);
     assert_memory_equal(one->values, more->values, sizeof one->values);
     assert_memory_equal(one->curvature, more->curvature, sizeof one->curvature);
@@ -409,22 +425,19 @@ static void test_refusals(void **state)
     refuse(FAMILY "boundary: {end: {type: pinned, position: [0, 0, 1]}}\n"
                   "tendons: [{offset: [0.01, 0], tension: p}]\n",
            "an end that is held");
-    refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p}]\n"
-                  "springs: [{at: 1, stiffness: [1, 1, 1]}]\n",
-           "springs");
     refuse(FAMILY "tendons: [{offset: [0.01, 0], tension: p, friction: 0.1}]\n", "friction");
 }
 
 /* By the file, whose numbers are one member. */
 static void test_file(void **state)
 {
-    (void)state;
+    make(state);
     ad_error error = {.message = ""};
     cpinn_members *x = NULL;
     solve_members_settings settings = settings_of(1, 1e-7);
     double values[POINTS][SOLVE_MEMBERS_COLUMNS];
     solve_member result;
-    const char *path = file_of(robot);
+    const char *path = file_of(made);
     assert_good(cpinn_members_file(path, 0, NULL, &settings, &x, &error), &error);
     assert_good(cpinn_members_solve(x, 1, usual, values[0], &result, &error), &error);
     assert_true(result.solved);
@@ -438,7 +451,7 @@ static void test_file(void **state)
 /* The n-th allocation fails: an error, and nothing is left behind. */
 static void test_memory(void **state)
 {
-    (void)state;
+    make(state);
     config *given = read_robot();
     const solve_members_settings settings = settings_of(1, 1e-6);
     ad_status status = AD_NO_MEMORY;
@@ -465,6 +478,11 @@ int main(void)
         cmocka_unit_test(test_predicted),
         cmocka_unit_test(test_trusted),
         cmocka_unit_test(test_answers_same_bits),
+        {"supported_against_collocation", test_against_collocation, NULL, NULL, (void *)supported},
+        {"supported_same_bits", test_same_bits, NULL, NULL, (void *)supported},
+        {"supported_predicted", test_predicted, NULL, NULL, (void *)supported},
+        {"supported_trusted", test_trusted, NULL, NULL, (void *)supported},
+        {"supported_memory", test_memory, NULL, NULL, (void *)supported},
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_file),
         cmocka_unit_test(test_memory),

@@ -354,7 +354,7 @@ static void test_refusals(void **state)
                  at + strlen(rows[k].from));
         config *given = read_text(text, 0, NULL);
         scene_middle(&given->scene, &one);
-        assert_int_equal(strain_check(&one, &error), AD_BAD_ARGUMENT);
+        assert_int_equal(strain_check(&one, true, &error), AD_BAD_ARGUMENT);
         assert_non_null(strstr(error.message, rows[k].why));
         config_free(given);
     }

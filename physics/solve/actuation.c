@@ -10,17 +10,22 @@
 
 enum { ROWS = ACTUATION_ROWS, STEPS_MAX = 60 };
 
-/* How strongly actuator i pulls here, by Euler's and Eytelwein's law of a rope, and r. */
-static double pull_of(const solve_actuation *a, int i, double offset[3])
+double solve_actuation_pull(const solve_actuation *a, int i)
 {
     const solve_extent *extent = &a->extents[i];
+    double pull = a->factor * a->actuators[i].pull + (a->tensions ? a->tensions[i] : 0);
+    pull *= a->rubbed[i] > 0 ? exp(-a->rubbed[i]) : 1;
+    return extent->start <= a->s && a->s <= extent->end ? pull : 0;
+}
+
+/* The same, and r. */
+static double pull_of(const solve_actuation *a, int i, double offset[3])
+{
     const solve_actuator *at = &a->actuators[i];
     offset[0] = at->offset[0];
     offset[1] = at->offset[1];
     offset[2] = 0;
-    double pull = a->factor * at->pull + (a->tensions ? a->tensions[i] : 0);
-    pull *= a->rubbed[i] > 0 ? exp(-a->rubbed[i]) : 1;
-    return extent->start <= a->s && a->s <= extent->end ? pull : 0;
+    return solve_actuation_pull(a, i);
 }
 
 /* p' = v + u x r + r' */

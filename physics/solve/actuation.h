@@ -31,6 +31,10 @@ static inline solve_actuation solve_actuation_at(const solve_rod *rod, const sol
                              .factor = factor};
 }
 
+/* How strongly actuator i, a tendon or a chamber, pulls here, by Euler's and Eytelwein's law of a
+ * rope. */
+double solve_actuation_pull(const solve_actuation *a, int i);
+
 /* What they add to n and m at these strains, and its derivatives by them, a symmetric matrix, where
  * that is not NULL. */
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,

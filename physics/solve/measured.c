@@ -51,11 +51,6 @@ void solve_trials_free(solve_trials *x)
     }
 }
 
-int solve_trials_unknowns(const solve_trials *x)
-{
-    return x->unknowns;
-}
-
 size_t solve_trials_residuals(const solve_trials *x)
 {
     return x->residuals;

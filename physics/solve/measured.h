@@ -42,7 +42,6 @@ ad_status solve_trials_create(const scene *open, int sets, const solve_measured 
                               ad_error *error);
 void solve_trials_free(solve_trials *x); /* NULL is allowed */
 
-int solve_trials_unknowns(const solve_trials *x);
 size_t solve_trials_residuals(const solve_trials *x); /* numbers that were measured */
 size_t solve_trials_experiments(const solve_trials *x);
 double solve_trials_tolerance(const solve_trials *x); /* of the solutions */

@@ -24,27 +24,6 @@ struct solve_members {
 
 /* ---- what is known of a scene -------------------------------------------------------------- */
 
-static ad_status refuse(const scene *one, ad_error *error)
-{
-    const char *why = scene_is_beam(one)                    ? "a beam of small deflection"
-                      : scene_is_dynamic(one)               ? "a motion"
-                      : scene_is_manufactured(one)          ? "a manufactured solution"
-                      : !(one->start.type == SCENE_CLAMPED) ? "a start that is not clamped"
-                      : scene_end_is_placed(one->end.type)  ? "an end that is held"
-                      : one->spring_count > 0               ? "springs"
-                      : one->tube_count > 0                 ? "tubes"
-                      : scene_has_displaced_tendons(one)    ? "tendons of given displacement"
-                      : scene_has_rubbing_tendons(one)      ? "tendons with friction"
-                      : scene_is_imperfect(one)             ? "an imperfection"
-                      : quantity_any_something(3, one->loads.foundation) ? "a foundation"
-                                                                         : NULL;
-    return why ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "members: the scene has %s; allowed: a rod at rest, clamped at its start "
-                         "and free or loaded at its end",
-                         why)
-               : AD_OK;
-}
-
 /* Writes the middle member to `one`. */
 static ad_status check(const scene *open, scene *one, ad_error *error)
 {
@@ -58,22 +37,7 @@ static ad_status check(const scene *open, scene *one, ad_error *error)
     if (status != AD_OK) {
         return ad_fail(error, status, "%s: %s", key, reason.message);
     }
-    return refuse(one, error);
-}
-
-/* Edges [BREAKS_MAX + 2] by the length; returns how many elements, 0: not all are found. */
-static int find_edges(const scene *one, double *edges, const char **unresolved, ad_status *status,
-                      ad_error *error)
-{
-    scene_breaks breaks;
-    *status = scene_breaks_of(one, "s", &breaks, error);
-    *unresolved = *status == AD_OK ? breaks.unresolved : NULL;
-    edges[0] = 0;
-    for (int i = 0; *status == AD_OK && i < breaks.count; i++) {
-        edges[1 + i] = breaks.place[i] / scene_length(one);
-    }
-    edges[*status == AD_OK ? 1 + breaks.count : 1] = 1;
-    return *status == AD_OK ? 1 + breaks.count : 1;
+    return strain_check(one, false, error);
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -108,15 +72,9 @@ static bool keep(solve_members *x)
 static ad_status create_groups(solve_members *x, const scene *one,
                                const solve_members_settings *settings, ad_error *error)
 {
-    double edges[BREAKS_MAX + 2];
-    const char *unresolved;
-    ad_status status;
-    int elements = find_edges(one, edges, &unresolved, &status, error);
+    strain_mesh pieces;
+    ad_status status = strain_mesh_of(one, STRAIN_STAGES_MIN, &pieces, error);
     double *s = malloc((settings->points + 1) * sizeof *s);
-    if (status == AD_OK && unresolved) {
-        status = ad_fail(error, AD_BAD_ARGUMENT, "members: %s jumps in more places than are found",
-                         unresolved);
-    }
     if (status == AD_OK && !s) {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", settings->points);
     }
@@ -132,10 +90,11 @@ static ad_status create_groups(solve_members *x, const scene *one,
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
-        status = status == AD_OK ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
-                                                       settings->tolerance, elements, edges,
-                                                       (int)x->points, s, &x->groups[i], error)
-                                 : status;
+        status = status == AD_OK
+                     ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
+                                           settings->tolerance, pieces.elements, pieces.edges,
+                                           (int)x->points, s, &x->groups[i], error)
+                     : status;
     }
     free(s);
     return status;

@@ -152,17 +152,16 @@ static void sample_node(const motion *m, int element, int k, double scale, solve
     }
 }
 
-/* The one that holds s; where two meet the second, or where something acts the first. */
+/* The one that holds s; where two meet the first. */
 static int element_at(const motion *m, double s)
 {
     int first = 0, last = m->elements - 1;
     while (first < last) {
         int middle = (first + last + 1) / 2;
-        first = s >= m->edge[middle] ? middle : first;
-        last = s >= m->edge[middle] ? last : middle - 1;
+        first = s > m->edge[middle] ? middle : first;
+        last = s > m->edge[middle] ? last : middle - 1;
     }
-    bool before = s == m->edge[first] && first > 0 && motion_jumps_at(m, first);
-    return before ? first - 1 : first;
+    return first;
 }
 
 void motion_samples(motion *m, const double *state, size_t n, const double *s, solve_state *out)

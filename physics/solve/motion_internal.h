@@ -127,9 +127,6 @@ void motion_find_resistance(motion *m);
 /* Needs the edges; each place has to be one. */
 ad_status motion_place_jumps(motion *m, ad_error *error);
 
-/* Whether something acts there. */
-bool motion_jumps_at(const motion *m, int edge);
-
 /* Mass and inertia of bodies; those of the elements are in m->mass and m->inertia. At joints, the
  * frames. */
 void motion_add_bodies(motion *m);

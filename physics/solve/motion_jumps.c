@@ -26,15 +26,6 @@ ad_status motion_place_jumps(motion *m, ad_error *error)
     return AD_OK;
 }
 
-bool motion_jumps_at(const motion *m, int edge)
-{
-    bool found = false;
-    for (int k = 0; k < m->rod->jumps.count; k++) {
-        found |= m->places[k].edge == edge;
-    }
-    return found;
-}
-
 /* ---- bodies and joints --------------------------------------------------------------------- */
 
 /* Of a symmetric matrix: eigenvalues, and the rotation p whose columns are the eigenvectors, so

@@ -190,8 +190,8 @@ static ad_status record(solve_rod *rod, ad_error *error)
     rod->is_founded = rod_has_foundation(&rod->scene);
     if (status == AD_OK && rod->is_founded) {
         rod_foundation below = rod_foundation_of(&context);
-        status = solve_formula_create(STACK(below.stiffness, below.place), 0, f->pool,
-                                      &f->foundation, error);
+        status = add_formula(rod, &on, SOLVE_FOUNDATION, STACK(below.stiffness, below.place),
+                             &f->foundation, error);
     }
     ad_tape_free(tape);
     return status;
@@ -438,7 +438,10 @@ void solve_rod_units(const solve_rod *rod, double *units)
 
 static formula *formula_of(const solve_functions *f, solve_part part)
 {
-    return part == SOLVE_JUMPS ? f->jumps : part == SOLVE_ACTUATORS ? f->actuators : f->all[part];
+    return part == SOLVE_JUMPS        ? f->jumps
+           : part == SOLVE_ACTUATORS  ? f->actuators
+           : part == SOLVE_FOUNDATION ? f->foundation
+                                      : f->all[part];
 }
 
 solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part)

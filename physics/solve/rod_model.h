@@ -166,14 +166,15 @@ ad_status solve_rod_create_open(const scene *open, const solve_parameters *param
 /* What such a rod is given, in parts: the structs are those below, of actuators as many as it has,
  * of jumps a solve_load each. */
 typedef enum solve_part {
-    SOLVE_SECTIONS,  /* solve_section */
-    SOLVE_REST,      /* solve_rest */
-    SOLVE_LOAD,      /* solve_load */
-    SOLVE_START,     /* solve_end_state at s = 0 */
-    SOLVE_END,       /* and at s = 1 */
-    SOLVE_INITIAL,   /* solve_initial, without parameters */
-    SOLVE_ACTUATORS, /* solve_actuator */
-    SOLVE_JUMPS,     /* solve_load */
+    SOLVE_SECTIONS,   /* solve_section */
+    SOLVE_REST,       /* solve_rest */
+    SOLVE_LOAD,       /* solve_load */
+    SOLVE_START,      /* solve_end_state at s = 0 */
+    SOLVE_END,        /* and at s = 1 */
+    SOLVE_INITIAL,    /* solve_initial, without parameters */
+    SOLVE_ACTUATORS,  /* solve_actuator */
+    SOLVE_JUMPS,      /* solve_load, then anchor, unloaded, upright of each spring */
+    SOLVE_FOUNDATION, /* solve_foundation */
     SOLVE_PARTS
 } solve_part;
 

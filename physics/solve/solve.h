@@ -31,7 +31,7 @@ extern "C" {
 
 /* Raised when solutions change by more than their estimated error, or when what is kept of them
  * does: those in files are then solved anew. */
-#define SOLUTION_VERSION 7
+#define SOLUTION_VERSION 8
 
 /* Errors of motions with kinks are this much larger at some places than they are in L2. */
 static const double SOLVE_PEAK = 10;
@@ -44,8 +44,7 @@ static const double SOLVE_ENERGY_ALLOWED = 0.1, SOLVE_ENERGY_ROUNDING = 1e-20;
 typedef enum solve_method {
     SOLVE_COLLOCATION, /* position, rotation, force and moment at Gauss points */
     SOLVE_STRAIN       /* the curvature alone, of which all else are integrals; small and full
-                        * matrices. Not with tubes, nor with tendons of given displacement or with
-                        * friction. */
+                        * matrices. Not with tubes. */
 } solve_method;
 const char *const *solve_method_names(void);
 
@@ -128,8 +127,9 @@ void solution_free(solution *x); /* NULL is allowed */
 
 /* Values [columns][points] of the first `columns` observables of the scene's model
  * (physics/model.h), in SI units, at s [points] (m; what lies beyond an end is taken at the end)
- * and t [points] (s; the nearest of the times that were solved; of a scene at rest NULL). Quicker
- * where points of one time follow one another. AD_NO_MEMORY. */
+ * and t [points] (s; the nearest of the times that were solved; of a scene at rest NULL). Where
+ * something jumps they are all those just before, not the moment of one piece with the stiffness of
+ * the next. Quicker where points of one time follow one another. AD_NO_MEMORY. */
 ad_status solution_evaluate(const solution *x, int columns, size_t points, const double *s,
                             const double *t, double *values, ad_error *error);
 

@@ -382,19 +382,34 @@ ad_status static_solve(const solve_rod *rod, const solve_settings *settings,
 
 /* ---- the solution at a point --------------------------------------------------------------- */
 
+/* s within the element that y is taken from: what is given along the rod is that of this side of a
+ * place where it jumps, also where rounding has moved s or the place. */
+static double within(const static_solution *x, double s)
+{
+    const double margin = 1e-14, *edge = static_system_edges(x->system);
+    const int e = static_system_element(x->system, s), last = static_system_elements(x->system) - 1;
+    s = e > 0 ? fmax(s, edge[e] + margin) : s;
+    return e < last ? fmin(s, edge[e + 1] - margin) : s;
+}
+
 ad_status static_at(const static_solution *x, size_t n, const double *s, solve_state *out,
                     ad_error *error)
 {
+    double *inside = malloc(n * sizeof *inside);
     solve_rest *rest = malloc(n * sizeof *rest);
     solve_section *sections = malloc(n * sizeof *sections);
     size_t pulling = (size_t)x->rod->actuators;
     solve_actuator *actuators = malloc((n * pulling + 1) * sizeof *actuators);
-    ad_status status = rest && sections && actuators
-                           ? solve_rod_rest(x->rod, n, s, 0, rest, error)
+    ad_status status = inside && rest && sections && actuators
+                           ? AD_OK
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
-    status = status == AD_OK ? solve_rod_sections(x->rod, n, s, sections, error) : status;
+    for (size_t i = 0; i < n && status == AD_OK; i++) {
+        inside[i] = within(x, s[i]);
+    }
+    status = status == AD_OK ? solve_rod_rest(x->rod, n, inside, 0, rest, error) : status;
+    status = status == AD_OK ? solve_rod_sections(x->rod, n, inside, sections, error) : status;
     if (status == AD_OK && pulling > 0) {
-        status = solve_rod_actuators(x->rod, n, s, 0, actuators, error);
+        status = solve_rod_actuators(x->rod, n, inside, 0, actuators, error);
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {
         for (int k = 0; k < 3; k++) {
@@ -404,7 +419,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
                                  .strain_compliance = sections[i].strain_compliance,
                                  .curvature_compliance = sections[i].curvature_compliance,
                                  .actuation =
-                                     static_system_actuation(x->system, actuators, i, s[i])};
+                                     static_system_actuation(x->system, actuators, i, inside[i])};
         double y[STATIC_ROWS_MAX], square = 0;
         interpolate(x, s[i], y);
         for (int k = 0; k < 4; k++) {
@@ -421,6 +436,7 @@ ad_status static_at(const static_solution *x, size_t n, const double *s, solve_s
         static_body_force(y, out[i].force);
         static_strains(&at, y, out[i].strain, out[i].curvature);
     }
+    free(inside);
     free(rest);
     free(sections);
     free(actuators);

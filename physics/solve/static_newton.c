@@ -8,6 +8,7 @@
 #include <math.h>
 #include <nvector/nvector_serial.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* KINSOL stops here, relative to the largest unknown; one plain step then reaches rounding. */
 static const double RESIDUAL = 1e-9;
@@ -203,6 +204,9 @@ static bool solve_pulled(void *context, double *y, long *steps)
     static_newton *x = context;
     double size = fmax(1, static_newton_largest(x->unknowns, y));
     long taken = 0;
+    if (x->strain) {
+        return strain_newton_solve(x->strain, y, steps);
+    }
     KINSetFuncNormTol(x->kinsol, RESIDUAL * size);
     KINSetScaledStepTol(x->kinsol, 1e-14);
     N_VSetArrayPointer(y, x->y);
@@ -215,6 +219,12 @@ static bool solve_pulled(void *context, double *y, long *steps)
 static void step_pulled(void *context, const double *y, double *moved)
 {
     static_newton *x = context;
+    if (x->strain) { /* all the way */
+        long steps = 0;
+        memcpy(moved, y, x->unknowns * sizeof *moved);
+        strain_newton_solve(x->strain, moved, &steps);
+        return;
+    }
     static_system_residual(x->system, y, x->right);
     static_system_solve(x->system, x->right, x->step);
     for (size_t i = 0; i < x->unknowns; i++) {
@@ -232,9 +242,6 @@ static bool solve_rubbed(void *context, double *y, long *steps)
 
 bool static_newton_solve(static_newton *x, double *y, long *steps)
 {
-    if (x->strain) {
-        return strain_newton_solve(x->strain, y, steps);
-    }
     return x->friction ? static_friction_solve(x->friction, solve_rubbed, x, y, steps)
                        : solve_rubbed(x, y, steps);
 }

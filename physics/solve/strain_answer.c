@@ -30,6 +30,29 @@ static void set_curvature(question *q, const double *curvature)
     }
 }
 
+/* Forces that the shape does not give by itself are sought from those of the shape that the
+ * curvature has without stretch. */
+static void guess_forces(strain_form *form)
+{
+    if (form->unknowns == form->elastic) {
+        return;
+    }
+    strain_form_place(form);
+    for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
+        const strain_point *point = &form->points[i];
+        for (int c = 0; c < 3; c++) {
+            form->at[i].push[c] = -point->stiffness[c] * (form->at[i].r[c] - point->place[c]);
+        }
+    }
+    for (int k = 0; k < form->kind.springs; k++) {
+        strain_spring *spring = &form->springs[k];
+        for (int c = 0; c < 3 && spring->unknown >= 0; c++) {
+            const lanes off = form->edges[spring->edge].r[c] - spring->anchor[c];
+            spring->force[c] = -spring->given->stiffness[c] * off;
+        }
+    }
+}
+
 static void put_curvature(const question *q, bool stepped, double *refined)
 {
     const strain_form *form = q->level->form;
@@ -108,6 +131,16 @@ static void look_beyond(question *q, int steps)
     strain_level_refine(&x->beyond, q->level, q->fine);
     strain_form_shape(fine);
     strain_level_sample(&x->back, q->fine, q->level, fine->right, form->right);
+    if (form->push_at >= 0) {
+        strain_level_sample(&x->back, q->fine, q->level, fine->right + fine->push_at,
+                            form->right + form->push_at);
+    }
+    for (int k = 0; k < form->kind.springs; k++) {
+        const int to = form->springs[k].unknown, from = fine->springs[k].unknown;
+        if (to >= 0) {
+            memcpy(form->right + to, fine->right + from, 3 * sizeof *form->right);
+        }
+    }
     memcpy(more, form->right, (size_t)form->elastic * sizeof *more);
     strain_form_solve_again(form);
     strain_group_measure(form, &length);
@@ -176,6 +209,7 @@ ad_status strain_group_refine(strain_group *x, size_t members, const double *par
     memset(q.stable, true, sizeof q.stable);
     set_curvature(&q, curvature);
     strain_level_load(q.level, &whole);
+    guess_forces(q.level->form);
     if (answers) {
         strain_level_load(q.fine, &whole);
     }

@@ -1,5 +1,6 @@
 #include "physics/solve/strain_form.h"
 
+#include "physics/solve/mesh.h"
 #include "physics/solve/strain_algebra.h"
 
 #include <stdlib.h>
@@ -30,6 +31,7 @@ static void number_unknowns(strain_form *x)
     for (int i = 0; i < 5; i++) {
         *first[i] = count[i] > 0 ? x->unknowns : -1;
         x->unknowns += count[i];
+        x->holding += i < 4 ? count[i] : 0;
     }
 }
 
@@ -52,6 +54,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     number_unknowns(x);
     x->unknowns += 3 * kind->springs; /* at most */
     size_t unknowns = (size_t)x->unknowns, each = 3 * (size_t)kind->stages;
+    const size_t numbers = x->unknowns > x->elastic ? unknowns * unknowns : elements * each * each;
     x->unknowns -= 3 * kind->springs;
     x->width = make(elements, sizeof *x->width);
     x->points = make(nodes, sizeof *x->points);
@@ -59,8 +62,7 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     x->at = make(nodes, sizeof *x->at);
     x->edges = make(elements + 1, sizeof *x->edges);
     x->springs = make((size_t)kind->springs, sizeof *x->springs);
-    x->matrix =
-        make(kind->is_rigid || kind->is_one ? 0 : elements * each * each, sizeof *x->matrix);
+    x->matrix = make(kind->is_rigid || kind->is_one ? 0 : numbers, sizeof *x->matrix);
     x->coupled = make(kind->is_rigid || kind->is_one ? 0 : 3 * unknowns, sizeof *x->coupled);
     x->right = make(unknowns, sizeof *x->right);
     x->swapped = make(unknowns, sizeof *x->swapped);
@@ -83,6 +85,52 @@ ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_e
     set_magnus(x);
     x->start_q[0] += 1;
     return AD_OK;
+}
+
+static bool pulls(const solve_spring *spring)
+{
+    return spring->stiffness[0] != 0 || spring->stiffness[1] != 0 || spring->stiffness[2] != 0;
+}
+
+void strain_form_set_jumps(strain_form *x, const solve_jumps *jumps)
+{
+    for (int e = 0, next = 0, k = 0; e <= x->kind.elements && next < jumps->count; e++) {
+        const solve_jump *jump = &jumps->at[next];
+        strain_edge *edge = &x->edges[e];
+        if (fabs(jump->s - x->kind.edges[e]) >= SOLVE_SAME_PLACE) {
+            continue;
+        }
+        next++;
+        edge->turns = jump->turns;
+        memcpy(edge->turn, jump->turn, sizeof edge->turn);
+        for (int i = 0; i < jump->spring_count; i++, k++) {
+            strain_spring *to = &x->springs[k];
+            *to = (strain_spring){
+                .edge = e, .unknown = -1, .given = &jumps->springs[jump->springs[i]]};
+            if (pulls(to->given)) {
+                to->unknown = x->unknowns;
+                x->unknowns += 3;
+            }
+        }
+    }
+}
+
+lanes *strain_form_unknown(strain_form *x, int i)
+{
+    if (i < x->elastic) {
+        return &x->at[i / 3].u[i % 3];
+    }
+    if (x->push_at >= 0 && i >= x->push_at && i < x->push_at + x->elastic) {
+        return &x->at[(i - x->push_at) / 3].push[(i - x->push_at) % 3];
+    }
+    for (int k = 0; k < x->kind.springs; k++) {
+        const int at = x->springs[k].unknown;
+        if (at >= 0 && i >= at && i < at + 3) {
+            return &x->springs[k].force[i - at];
+        }
+    }
+    return x->force_at >= 0 && i < x->force_at + 3 ? &x->end_force[i - x->force_at]
+                                                   : &x->end_moment[i - x->moment_at];
 }
 
 void strain_form_free(strain_form *x)

@@ -54,9 +54,9 @@ typedef struct strain_edge {
 
 /* A spring at an edge; its force is sought where it is stiff, its moment follows. */
 typedef struct strain_spring {
-    int edge, unknown; /* first of three; -1: no force */
-    const solve_spring *given;
-    double anchor[3];
+    int edge, unknown;         /* first of three; -1: no force */
+    const solve_spring *given; /* its stiffness */
+    lanes anchor[3], upright[4];
     lanes force[3];
 } strain_spring;
 
@@ -90,7 +90,7 @@ typedef struct strain_kind {
 typedef struct strain_form {
     strain_kind kind;
     gauss_rule rule;
-    int nodes, unknowns, elastic;                    /* unknowns: 3 nodes, and more */
+    int nodes, unknowns, elastic, holding; /* unknowns: 3 nodes, of ends that are held, and more */
     double tail[GAUSS_STAGES_MAX][GAUSS_STAGES_MAX]; /* integral from a point to the end */
     /* terms of each step, of u */
     double magnus[(GAUSS_STAGES_MAX + 1) * STRAIN_SUBSTEPS_MAX][3][GAUSS_STAGES_MAX];
@@ -107,19 +107,26 @@ typedef struct strain_form {
     int force_at, moment_at, shift_at, turn_at, push_at;
     lanes by_end[2][3][3];         /* changes of N and M at s = 1 by a turn */
     lanes held[3][3], stood[3][3]; /* of the conditions of turns at s = 1 and 0 by a turn */
-    lanes *matrix;                 /* [elements][3 stages][3 stages] blocks, column-major */
-    lanes *coupled;                /* [elements][3][3 stages] what a turn of its beginning does */
-    lanes *right;                  /* [unknowns], the residual, then the step */
-    lanes *direction;              /* [unknowns], 0 */
-    void *columns;                 /* room for what it changes */
-    long long still[LANES];        /* -1: v stays as it is, of rods that have arrived; 0 */
-    int negative[LANES];   /* pivots of the last elimination, rows that were swapped counted in */
-    int (*swapped)[LANES]; /* [unknowns] with which row each was swapped in it */
+    lanes *matrix;    /* [elements][3 stages][3 stages] blocks, or [unknowns][unknowns]; columns */
+    lanes *coupled;   /* [elements][3][3 stages] what a turn of its beginning does; or room */
+    lanes *right;     /* [unknowns], the residual, then the step */
+    lanes *direction; /* [unknowns], 0 */
+    void *columns;    /* room for what it changes */
+    long long still[LANES]; /* -1: v stays as it is, of rods that have arrived; 0 */
+    int negative[LANES];    /* pivots of the last elimination, rows that were swapped counted in */
+    int (*swapped)[LANES];  /* [unknowns] with which row each was swapped in it */
 } strain_form;
 
 /* AD_NO_MEMORY. The extents must outlive it. */
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error);
 void strain_form_free(strain_form *x);
+
+/* Joints and springs at edges, from s = 0 on: the latter with their unknowns. Their poses are to be
+ * given. */
+void strain_form_set_jumps(strain_form *x, const solve_jumps *jumps);
+
+/* The i-th number that is sought, but for pose of a start that is not held. */
+lanes *strain_form_unknown(strain_form *x, int i);
 
 /* Everything that follows from u (at[].u), what is sought besides, and what is given: `right`
  * becomes the residual. v is warm: what it was before is where it is sought. */
@@ -138,8 +145,9 @@ void strain_form_linearise(strain_form *x);
 void strain_form_apply(strain_form *x, const lanes *direction, lanes *result);
 void strain_form_linearise_first(strain_form *x, double *matrix);
 
-/* right becomes the step to subtract, by elimination in all lanes, where curvatures alone are
- * sought; a singular matrix gives numbers that are none. */
+/* right becomes the step to subtract, by elimination in all lanes: element by element where
+ * curvatures alone are sought, else of the full matrix. A singular one gives numbers that are none.
+ */
 void strain_form_solve(strain_form *x);
 
 /* The same of another right side, by the elimination that was last. */

@@ -20,9 +20,9 @@ static const double LONGEST[] = {0.35, 0.65};
 
 /* Where a path that is lost on the coarsest mesh is followed anew, and once more, if it is lost
  * without a pivot that is negative: a step of Magnus turns the rod by at most 3 rad. Most nodes of
- * a mesh with equations. */
+ * a mesh with equations, and where springs or a foundation make the matrix a full one. */
 static const int SAFE_LEVELS[] = {2, 4};
-enum { NODES_MAX = 400 };
+enum { NODES_MAX = 400, FULL_NODES_MAX = 100 };
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -36,11 +36,11 @@ static int coarsest(int elements, const double *edges)
 }
 
 /* On how many meshes equations are solved; 0: not even on two. */
-static int count_solved(int first, int elements)
+static int count_solved(int first, int elements, int most)
 {
     int end = first;
     while (end < MESH_COUNT - STRAIN_BEYOND &&
-           elements * MESHES[end].parts * MESHES[end].stages <= NODES_MAX) {
+           elements * MESHES[end].parts * MESHES[end].stages <= most) {
         end++;
     }
     return end - first < 2 ? 0 : end - first;
@@ -85,13 +85,14 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
     *x = (strain_group){
         .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
     ad_status status = AD_OK;
-    size_t room = 0, nodes = 0;
+    size_t room = 0, nodes = 0, unknowns = 0;
     const int first = coarsest(elements, edges);
-    x->solved = count_solved(first, elements);
+    const int most = rod->is_founded || rod->jumps.spring_count > 0 ? FULL_NODES_MAX : NODES_MAX;
+    x->solved = count_solved(first, elements, most);
     if (x->solved == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT,
                          "members: something jumps in %d places; allowed: up to %d", elements - 1,
-                         NODES_MAX / MESHES[first + 1].stages - 1);
+                         most / MESHES[first + 1].stages - 1);
     }
     for (int k = 0; k < x->solved + STRAIN_BEYOND && status == AD_OK; k++) {
         status = add_level(x, elements, edges, outputs, s, error);
@@ -100,12 +101,14 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         size_t more = strain_level_room(&x->level[k], rod);
         room = more > room ? more : room;
         nodes = (size_t)x->level[k].form->nodes;
+        const size_t sought = (size_t)x->level[k].form->unknowns;
+        unknowns = sought > unknowns ? sought : unknowns;
     }
     if (status == AD_OK) {
         x->parameters = calloc(LANES * (size_t)count + 1, sizeof *x->parameters);
         x->room = malloc(room * sizeof *x->room);
-        x->start = calloc(3 * nodes, sizeof *x->start);
-        x->before = calloc(3 * nodes, sizeof *x->before);
+        x->start = calloc(unknowns, sizeof *x->start);
+        x->before = calloc(unknowns, sizeof *x->before);
         x->placed = calloc(3 * nodes + 3, sizeof *x->placed);
         x->other = calloc(3 * nodes + 3, sizeof *x->other);
         x->values = calloc((size_t)outputs * SOLVE_MEMBERS_COLUMNS + 1, sizeof *x->values);
@@ -195,6 +198,13 @@ void strain_group_measure(const strain_form *form, lanes *length)
     measure(form, length);
 }
 
+static void drop_step(strain_form *form, int lane)
+{
+    for (int i = 0; i < form->unknowns; i++) {
+        form->right[i][lane] = 0;
+    }
+}
+
 void strain_group_step(strain_form *form, const bool *taken, lanes *length)
 {
     for (int lane = 0; lane < LANES; lane++) {
@@ -206,17 +216,8 @@ void strain_group_step(strain_form *form, const bool *taken, lanes *length)
     measure(form, length);
     for (int lane = 0; lane < LANES; lane++) {
         if (!taken[lane] || !isfinite((*length)[lane])) {
-            for (int i = 0; i < form->unknowns; i++) {
-                form->right[i][lane] = 0;
-            }
+            drop_step(form, lane);
         }
-    }
-}
-
-static void drop_step(strain_form *form, int lane)
-{
-    for (int i = 0; i < form->unknowns; i++) {
-        form->right[i][lane] = 0;
     }
 }
 
@@ -256,9 +257,9 @@ typedef struct follower {
 static void guess(strain_group *x, strain_form *form, const follower *f, int lane)
 {
     const double share = f->before < 0 ? 0 : (f->load - f->done) / (f->done - f->before);
-    for (int i = 0; i < form->elastic; i++) {
+    for (int i = 0; i < form->unknowns; i++) {
         const double at = x->start[i][lane];
-        form->at[i / 3].u[i % 3][lane] = at + share * (at - x->before[i][lane]);
+        (*strain_form_unknown(form, i))[lane] = at + share * (at - x->before[i][lane]);
     }
 }
 
@@ -298,9 +299,9 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
         f->state = ARRIVED;
         return;
     }
-    for (int i = 0; i < form->elastic; i++) {
+    for (int i = 0; i < form->unknowns; i++) {
         x->before[i][lane] = x->start[i][lane];
-        x->start[i][lane] = form->at[i / 3].u[i % 3][lane];
+        x->start[i][lane] = (*strain_form_unknown(form, i))[lane];
     }
     f->before = f->done;
     f->done = f->load;
@@ -320,8 +321,8 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         f[lane].done = 0;
         f[lane].before = -1;
         f[lane].tries = 0;
-        for (int i = 0; i < form->elastic; i++) {
-            x->start[i][lane] = form->at[i / 3].u[i % 3][lane];
+        for (int i = 0; i < form->unknowns; i++) {
+            x->start[i][lane] = (*strain_form_unknown(form, i))[lane];
         }
     }
     while (any) {

@@ -1,5 +1,6 @@
 #include "physics/solve/strain_level.h"
 
+#include "physics/solve/mesh.h"
 #include "physics/solve/strain_inline.h"
 
 #include <stdlib.h>
@@ -14,12 +15,14 @@ static size_t nodes_of(const strain_level *x)
 static bool allocate(strain_level *x, const solve_rod *rod)
 {
     size_t nodes = nodes_of(x), edges = (size_t)x->elements + 1;
+    size_t springs = (size_t)rod->jumps.spring_count;
     x->s = malloc(nodes * sizeof *x->s);
     x->loads = calloc(nodes, sizeof *x->loads);
     x->pulls = calloc(nodes * (size_t)rod->actuators + 1, sizeof *x->pulls);
     x->jumps = calloc(edges, sizeof *x->jumps);
+    x->anchors = calloc(springs + 1, sizeof *x->anchors);
     x->output = calloc((size_t)x->outputs + 1, sizeof *x->output);
-    return x->s && x->loads && x->pulls && x->jumps && x->output;
+    return x->s && x->loads && x->pulls && x->jumps && x->anchors && x->output;
 }
 
 /* Outputs lie in the element that ends at s or goes on there. */
@@ -73,7 +76,6 @@ void strain_link_free(strain_link *x)
     *x = (strain_link){.element = NULL};
 }
 
-/* Of jumps in the order of edges. */
 static void set_edges(strain_level *x, const solve_rod *rod)
 {
     bool follows = false;
@@ -82,29 +84,27 @@ static void set_edges(strain_level *x, const solve_rod *rod)
         follows = follows || rod->scene.points[i].load.frame == SCENE_FOLLOWER;
     }
     for (int e = 0; e <= x->elements && next < rod->jumps.count; e++) {
-        const solve_jump *jump = &rod->jumps.at[next];
         strain_edge *edge = &x->form->edges[e];
-        if (fabs(jump->s - x->edges[e]) < 1e-12) {
+        if (fabs(rod->jumps.at[next].s - x->edges[e]) < SOLVE_SAME_PLACE) {
             edge->loaded = true;
             edge->follows = follows;
-            edge->turns = jump->turns;
-            memcpy(edge->turn, jump->turn, sizeof edge->turn);
             next++;
         }
     }
+    strain_form_set_jumps(x->form, &rod->jumps);
 }
 
 /* ---- what is given ------------------------------------------------------------------------- */
 
-static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD, SOLVE_START,
-                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS};
+static const solve_part PARTS[] = {SOLVE_SECTIONS, SOLVE_REST,      SOLVE_LOAD,  SOLVE_START,
+                                   SOLVE_END,      SOLVE_ACTUATORS, SOLVE_JUMPS, SOLVE_FOUNDATION};
 enum { PART_COUNT = sizeof PARTS / sizeof *PARTS };
 
 /* Whether it is one of each point. */
 static bool is_along(solve_part part)
 {
     return part == SOLVE_SECTIONS || part == SOLVE_REST || part == SOLVE_LOAD ||
-           part == SOLVE_ACTUATORS;
+           part == SOLVE_ACTUATORS || part == SOLVE_FOUNDATION;
 }
 
 static void put(lanes *to, int lane, size_t count, const double *from)
@@ -122,6 +122,24 @@ static void put_actuators(strain_level *x, int node, int lane, const solve_actua
         put(x->form->actuators[at].offset, lane, 2, from[k].offset);
         put(x->form->actuators[at].slope, lane, 2, from[k].slope);
         x->pulls[at][lane] = from[k].pull;
+    }
+}
+
+/* Loads at edges, and the poses of springs. */
+static void put_jumps(strain_level *x, int lane, const double *values)
+{
+    for (int e = 0; e <= x->elements; e++) {
+        if (x->form->edges[e].loaded) {
+            put(x->jumps[e][0], lane, 12, values);
+            values += 12;
+        }
+    }
+    for (int k = 0; k < x->form->kind.springs; k++) {
+        strain_spring *spring = &x->form->springs[k];
+        const double *pose = values + 10 * (spring->given - x->springs);
+        put(x->anchors[k][1], lane, 3, pose);
+        put(x->anchors[k][0], lane, 3, pose + 3);
+        put(spring->upright, lane, 4, pose + 6);
     }
 }
 
@@ -153,12 +171,12 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
         put(x->end_force, lane, 3, end->force);
         put(x->end_moment, lane, 3, end->moment);
         break;
+    case SOLVE_FOUNDATION:
+        put(point->stiffness, lane, 3, values);
+        put(point->place, lane, 3, values + 3);
+        break;
     default:
-        for (int e = 0, next = 0; e <= x->elements; e++) {
-            if (x->form->edges[e].loaded) {
-                put(x->jumps[e][0], lane, 12, values + 12 * next++);
-            }
-        }
+        put_jumps(x, lane, values);
     }
 }
 
@@ -176,6 +194,10 @@ static void copy_part(strain_level *x, solve_part part, int node)
         break;
     case SOLVE_LOAD:
         memcpy(x->loads[node], x->loads[0], sizeof *x->loads);
+        break;
+    case SOLVE_FOUNDATION:
+        memcpy(to->stiffness, from->stiffness, sizeof to->stiffness);
+        memcpy(to->place, from->place, sizeof to->place);
         break;
     default:
         memcpy(x->form->actuators + (size_t)node * actuators, x->form->actuators,
@@ -284,6 +306,8 @@ static ad_status create_form(strain_level *x, const solve_rod *rod, bool is_rigi
                                         !scene_locks(made.strain_stiffness[1]) ||
                                         !scene_locks(made.strain_stiffness[2]),
                               .follows = rod->has_body_load,
+                              .founded = rod->is_founded,
+                              .springs = rod->jumps.spring_count,
                               .substeps = 1,
                               .is_rigid = is_rigid,
                               .end = rod->ends[1]};
@@ -295,7 +319,8 @@ ad_status strain_level_create(const solve_rod *rod, int stages, int elements, co
                               ad_error *error)
 {
     strain_level *x = result;
-    *x = (strain_level){.stages = stages, .elements = elements, .outputs = outputs};
+    *x = (strain_level){
+        .stages = stages, .elements = elements, .outputs = outputs, .springs = rod->jumps.springs};
     x->edges = malloc(((size_t)elements + 1) * sizeof *x->edges);
     if (!x->edges || !allocate(x, rod)) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a mesh");
@@ -321,6 +346,7 @@ void strain_level_free(strain_level *x)
     free(x->loads);
     free(x->pulls);
     free(x->jumps);
+    free(x->anchors);
     free(x->output);
     strain_form_free(x->form);
     *x = (strain_level){.stages = 0};
@@ -353,6 +379,12 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
     for (int e = 0; e <= x->elements; e++) {
         scale(12, x->jumps[e][0], factor, form->edges[e].load[0]);
     }
+    for (int k = 0; k < form->kind.springs; k++) { /* they do not grow; their anchors move */
+        for (int c = 0; c < 3; c++) {
+            const lanes way = x->anchors[k][1][c] - x->anchors[k][0][c];
+            form->springs[k].anchor[c] = x->anchors[k][0][c] + *factor * way;
+        }
+    }
     scale(3, x->end_force, factor, form->end_force);
     scale(3, x->end_moment, factor, form->end_moment);
 }
@@ -367,6 +399,9 @@ void strain_level_rest(strain_level *x)
     for (int i = 0; i < x->form->nodes; i++) {
         memcpy(x->form->at[i].v, x->form->points[i].rest, sizeof x->form->at[i].v);
         memcpy(x->form->at[i].u, x->form->points[i].rest + 3, sizeof x->form->at[i].u);
+    }
+    for (int i = x->form->elastic; i < x->form->unknowns; i++) {
+        *strain_form_unknown(x->form, i) = NO_LANES;
     }
 }
 
@@ -389,6 +424,19 @@ FOR_EACH_PROCESSOR static void refine(const strain_link *link, const strain_leve
 void strain_level_refine(const strain_link *link, const strain_level *from, strain_level *to)
 {
     refine(link, from, to);
+    for (int i = 0; i < to->form->nodes && to->form->push_at >= 0; i++) {
+        const strain_node *coarse = from->form->at + link->element[i] * from->stages;
+        for (int c = 0; c < 3; c++) {
+            to->form->at[i].push[c] = NO_LANES;
+            for (int j = 0; j < from->stages; j++) {
+                to->form->at[i].push[c] += link->value[i][j] * coarse[j].push[c];
+            }
+        }
+    }
+    for (int k = 0; k < to->form->kind.springs; k++) {
+        memcpy(to->form->springs[k].force, from->form->springs[k].force,
+               sizeof to->form->springs[k].force);
+    }
 }
 
 FOR_EACH_PROCESSOR static void foresee(const strain_link *link, const strain_level *from,

@@ -24,9 +24,11 @@ typedef struct strain_level {
     int stages, elements, outputs;
     double *edges, *s; /* [elements + 1], [nodes] */
     strain_form *form;
-    lanes (*loads)[4][3]; /* [nodes] at full load, as the next */
-    lanes *pulls;         /* [nodes][actuators] */
-    lanes (*jumps)[4][3]; /* [elements + 1] */
+    lanes (*loads)[4][3];        /* [nodes] at full load, as the next */
+    lanes *pulls;                /* [nodes][actuators] */
+    lanes (*jumps)[4][3];        /* [elements + 1] */
+    lanes (*anchors)[2][3];      /* [springs] of the unloaded rod, at full load */
+    const solve_spring *springs; /* of the rod */
     lanes end_force[3], end_moment[3];
     strain_output *output; /* [outputs] */
 } strain_level;

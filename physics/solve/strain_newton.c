@@ -26,13 +26,10 @@ struct strain_newton {
 
 ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
 {
-    const char *what = rod->tubes > 0       ? "tubes"
-                       : rod->lengths > 0   ? "tendons whose displacement is given"
-                       : rod->frictions > 0 ? "tendons with friction"
-                                            : NULL;
-    return what ? ad_fail(error, AD_BAD_ARGUMENT,
-                          "the strain form does not know %s; allowed: the method collocation", what)
-                : AD_OK;
+    return rod->tubes > 0
+               ? ad_fail(error, AD_BAD_ARGUMENT,
+                         "the strain form does not know tubes; allowed: the method collocation")
+               : AD_OK;
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -71,28 +68,6 @@ static strain_kind kind_of(const static_system *system)
     return kind;
 }
 
-/* Springs in the order in which edges have them. */
-static void set_springs(strain_newton *x)
-{
-    strain_form *form = x->form;
-    int k = 0;
-    for (int e = 0; e <= form->kind.elements; e++) {
-        const int jump = x->system->jump[e];
-        const static_jump *at = jump < 0 ? NULL : &x->system->jumps[jump];
-        for (int i = 0; at && i < at->springs; i++, k++) {
-            form->springs[k] = (strain_spring){.edge = e, .unknown = -1, .given = at->spring[i]};
-            if (any(3, at->spring[i]->stiffness)) {
-                form->springs[k].unknown = form->unknowns;
-                form->unknowns += 3;
-            }
-        }
-        form->edges[e].turns = at && at->turn;
-        if (form->edges[e].turns) {
-            memcpy(form->edges[e].turn, at->turn, sizeof form->edges[e].turn);
-        }
-    }
-}
-
 ad_status strain_newton_create(static_system *system, strain_newton **result, ad_error *error)
 {
     const strain_kind kind = kind_of(system);
@@ -110,7 +85,7 @@ ad_status strain_newton_create(static_system *system, strain_newton **result, ad
     x->system = system;
     ad_status status = strain_form_create(&kind, &x->form, error);
     if (status == AD_OK) {
-        set_springs(x);
+        strain_form_set_jumps(x->form, &system->rod->jumps);
         size_t count = (size_t)x->form->unknowns;
         x->step = malloc(count * sizeof *x->step);
         x->room = malloc((count + 1) * count * sizeof *x->room);
@@ -178,10 +153,8 @@ static void give_point(strain_newton *x, int i, const static_point *at)
     }
     for (int k = 0; k < at->actuation.count; k++) {
         const solve_actuator *from = &at->actuation.actuators[k];
-        const solve_extent *extent = &at->actuation.extents[k];
         strain_actuator *a = &x->form->actuators[i * at->actuation.count + k];
-        bool here = extent->start <= at->actuation.s && at->actuation.s <= extent->end;
-        double pull = here ? at->actuation.factor * from->pull : 0;
+        double pull = solve_actuation_pull(&at->actuation, k);
         spread(2, from->offset, a->offset);
         spread(2, from->slope, a->slope);
         spread(1, &pull, &a->pull);
@@ -203,7 +176,8 @@ static void give_edges(strain_newton *x)
         edge->follows = any(3, at->load.body_force) || any(3, at->load.body_moment);
         give_load(&at->load, edge->load);
         for (int i = 0; i < at->springs; i++, k++) {
-            memcpy(form->springs[k].anchor, at->anchor[i], sizeof at->anchor[i]);
+            spread(3, at->anchor[i], form->springs[k].anchor);
+            spread(4, at->spring[i]->upright, form->springs[k].upright);
         }
     }
 }
@@ -260,8 +234,8 @@ static void guess_ends(strain_newton *x, const double *y)
     }
     for (int k = 0; k < form->kind.springs; k++) {
         strain_spring *spring = &form->springs[k];
-        solve_spring_force(spring->given, spring->anchor, y + edge(system, spring->edge) + STATIC_R,
-                           world);
+        gather(3, spring->anchor, after);
+        solve_spring_force(spring->given, after, y + edge(system, spring->edge) + STATIC_R, world);
         spread(3, world, spring->force);
     }
 }

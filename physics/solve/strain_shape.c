@@ -85,11 +85,13 @@ static void turn_springs(strain_form *x)
         }
         for (int lane = 0; lane < LANES; lane++) {
             double q[4], R[3][3], moment[3], by[3][3], world[3];
+            solve_spring given = *spring->given;
             for (int i = 0; i < 4; i++) {
                 q[i] = edge->q[i][lane];
+                given.upright[i] = spring->upright[i][lane];
             }
             rotation_matrix(q, R);
-            solve_spring_moment(spring->given, q, moment, by);
+            solve_spring_moment(&given, q, moment, by);
             to_world(R, moment, world);
             for (int i = 0; i < 3; i++) {
                 edge->moment[i][lane] += world[i];

@@ -22,6 +22,7 @@ static const double PIVOT_LEAST = 0.01;
 /* A block of the matrix [n][n], column-major, and right sides [columns][n]. */
 typedef struct block {
     int n, columns;
+    bool keeps_order;             /* no row makes way */
     lanes *matrix, *right, *more; /* the first right side, the others */
     int (*swapped)[LANES];        /* [n] */
 } block;
@@ -97,7 +98,7 @@ STRAIN_INLINE void eliminate(strain_form *x, const block *b)
         for (int lane = 0; lane < LANES; lane++) {
             b->swapped[k][lane] = k;
         }
-        if (needs_pivot(from, k, n)) {
+        if (!b->keeps_order && needs_pivot(from, k, n)) {
             choose_pivots(x, b, k);
         }
         const lanes by = 1 / from[k];
@@ -377,6 +378,65 @@ STRAIN_INLINE void solve_all_again(strain_form *x, bool moves)
     turn_on(x);
 }
 
+/* ---- with forces that the shape does not give --------------------------------------------- */
+
+/* The unknowns in the order of elimination: forces of springs and of a foundation first, whose own
+ * rows they are, so that what is left for the curvatures is the second variation of all energies;
+ * last those that hold an end. */
+static int unknown_of(const strain_form *x, int place)
+{
+    const int others = x->elastic + x->holding, first = x->unknowns - others;
+    return place < first ? others + place : place - first;
+}
+
+FOR_EACH_PROCESSOR static void eliminate_full(strain_form *x, bool again)
+{
+    const block b = {.n = x->unknowns,
+                     .columns = 1,
+                     .keeps_order = true,
+                     .matrix = x->matrix,
+                     .right = x->coupled,
+                     .swapped = x->swapped};
+    if (again) {
+        eliminate_again(&b);
+    } else {
+        eliminate(x, &b);
+    }
+}
+
+/* The negative pivots are those of the second variation in directions that the ends leave: a pivot
+ * of what holds an end is negative where it takes away one in which the rod would give way (inertia
+ * of a bordered matrix: Haynsworth, Linear Algebra and its Applications 1, 1968). */
+static void solve_full(strain_form *x, bool again)
+{
+    const int n = x->unknowns;
+    lanes *right = x->coupled, *column = right + n;
+    for (int i = 0; i < n; i++) {
+        right[i] = x->right[unknown_of(x, i)];
+    }
+    for (int c = 0; c < n && !again; c++) {
+        const lanes none = NO_LANES;
+        x->direction[unknown_of(x, c)] = none + 1;
+        strain_form_apply(x, x->direction, column);
+        x->direction[unknown_of(x, c)] = none;
+        for (int i = 0; i < n; i++) {
+            x->matrix[c * n + i] = column[unknown_of(x, i)];
+        }
+    }
+    memset(x->negative, 0, again ? 0 : sizeof x->negative);
+    eliminate_full(x, again);
+    for (int i = n - x->holding; i < n && !again; i++) {
+        for (int lane = 0; lane < LANES; lane++) {
+            x->negative[lane] -= 2 * (x->matrix[i * n + i][lane] < 0);
+        }
+    }
+    for (int i = 0; i < n; i++) {
+        x->right[unknown_of(x, i)] = right[i];
+    }
+}
+
+/* ---- all together -------------------------------------------------------------------------- */
+
 /* Whether N changes with the shape. */
 static bool forces_move(const strain_form *x)
 {
@@ -402,12 +462,21 @@ FOR_EACH_PROCESSOR static void solve(strain_form *x, bool moves, bool again)
     }
 }
 
+static void solve_any(strain_form *x, bool again)
+{
+    if (x->unknowns > x->elastic) {
+        solve_full(x, again);
+    } else {
+        solve(x, forces_move(x), again);
+    }
+}
+
 void strain_form_solve(strain_form *x)
 {
-    solve(x, forces_move(x), false);
+    solve_any(x, false);
 }
 
 void strain_form_solve_again(strain_form *x)
 {
-    solve(x, forces_move(x), true);
+    solve_any(x, true);
 }
