@@ -26,7 +26,8 @@ static const char epilogue[] =
     "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
     "  cpinn-train rod.yaml --out runs/rod --resume\n"
     "\n"
-    "Ctrl-C finishes the step at hand, saves, and says how to resume.\n"
+    "Ctrl-C finishes the step at hand, or gives up one of Gauss-Newton, saves, and says how to "
+    "resume.\n"
     "\n"
     "A scene with parameters to be identified has them found from its data together with the\n"
     "network, each with its standard deviation; cpinn-solve finds them without a network.\n"
@@ -273,9 +274,16 @@ static bool stepped(void *context, const trainer_info *before)
     return !signals_caught();
 }
 
+static bool is_asked_to_stop(void *context)
+{
+    (void)context;
+    return signals_caught() != 0;
+}
+
 static ad_status train(training *t, ad_error *error)
 {
     signals_catch();
+    trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
     t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
     announce(t);
     announce_implausible(&t->progress, t->s.e->scene);

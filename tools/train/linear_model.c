@@ -206,7 +206,7 @@ static int product(void *context, const double *v, double *result)
 {
     linear_model *m = context;
     m->status = problem_normal_product(m->problem, m->x, v, result, m->error);
-    return m->status != AD_OK;
+    return m->status != AD_OK || ad_pool_stopped(m->pool);
 }
 
 /* The gradient by its own program, and where J^T J is large; of its diagonal what shows there. */
@@ -344,9 +344,8 @@ static int solve_products(linear_model *m, double damping, double *step)
     return found.code;
 }
 
-int linear_model_solve(void *context, double damping, const double *scale, double *step)
+static int solve(linear_model *m, double damping, const double *scale, double *step)
 {
-    linear_model *m = context;
     switch (m->info.form) {
     case TRAIN_MATRIX_FREE:
         return solve_products(m, damping, step);
@@ -355,4 +354,10 @@ int linear_model_solve(void *context, double damping, const double *scale, doubl
     default:
         return solve_normal_equations(m, damping, scale, step);
     }
+}
+
+int linear_model_solve(linear_model *m, double damping, const double *scale, double *step)
+{
+    const int code = solve(m, damping, scale, step);
+    return ad_pool_stopped(m->pool) ? OPTIM_OBJECTIVE_STOP : code;
 }

@@ -38,10 +38,11 @@ ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool
                               linear_model **result, ad_error *error);
 void linear_model_free(linear_model *m); /* NULL is fine */
 
-/* What optim_linear_model asks for; context of solve is the linear_model. */
+/* What optim_linear_model asks for. While the pool of threads is watched, see ad_pool_watch, what
+ * is computed may be of no meaning; solve then is OPTIM_OBJECTIVE_STOP. */
 ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
                                  double *diagonal, ad_error *error);
-int linear_model_solve(void *context, double damping, const double *scale, double *step);
+int linear_model_solve(linear_model *m, double damping, const double *scale, double *step);
 
 /* Whether J should be kept while x moves: solutions need nothing of the residuals but J^T r, and
  * J^T J is so large that computing it is most of a step. Where it is small, the quadratic

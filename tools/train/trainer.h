@@ -76,6 +76,11 @@ void trainer_free(trainer *t);
  * ends. After TRAINER_NOT_FINITE, error says which term, where, and what to try. */
 ad_status trainer_step(trainer *t, ad_error *error);
 
+/* Within a step of Gauss-Newton `asked` (NULL: nobody) is called again and again, by any thread;
+ * when it is true the step is given up: trainer_step returns AD_OK with everything as it was before
+ * it, the number of steps too. */
+void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context);
+
 /* A row of history now, beside those of every output_every steps. */
 ad_status trainer_add_row(trainer *t, ad_error *error);
 
