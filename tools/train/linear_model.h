@@ -29,6 +29,10 @@ typedef struct linear_model_info {
 ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error);
 
+/* Floating-point operations of a step whose first damping is taken, at most: J^T J or J J^T and a
+ * factor; matrix_free: of the products that there may be, each one of J and one of J^T. */
+double linear_model_flops(const linear_model_info *plan);
+
 /* matrix_free: a system is solved once its residual, by the norm of the preconditioner's inverse,
  * has fallen to this part, or after 200 products. Looser ones were measured to need more steps,
  * tighter ones more time. */
