@@ -127,7 +127,7 @@ static ad_status check_entry(const scene_checker *check, const scene_field *fiel
                             "goes beyond the rows of its table somewhere along the rod or in time; "
                             "give a table that covers them");
     }
-    if (field->bounds == SCENE_ANY && !is_number(check->scene, entry)) {
+    if (check->of_family && field->bounds == SCENE_ANY && !is_number(check->scene, entry)) {
         return scene_refuse(check, field->key, "must be finite");
     }
     const char *beyond = beyond_bounds(check->scene, field, entry);

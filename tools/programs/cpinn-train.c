@@ -45,7 +45,8 @@ static const char epilogue[] =
     "tip_over_length,\n"
     "rotation_rms_rad, rotation_max_rad} or null,\n"
     "members {fresh, median_m, within_95_m, worst_m, polished_median_m, polished_95_m,\n"
-    "polished_worst_m} (of families in the strain form), checkpoint, history, config. Numbers that "
+    "polished_worst_m} (of families at rest; polished in the strain form alone), checkpoint, "
+    "history, config. Numbers that "
     "are "
     "not\n"
     "known are null; what was not reached is not there.";
@@ -176,6 +177,14 @@ static void finish(training *t)
                  (long long)info.step, info.seconds, info.loss, info.held_out);
     if (t->s.e->targets) {
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
+    }
+    const double mm = 1e3 * scene_length(t->s.e->scene);
+    if (info.witness.compared) {
+        progress_say(&t->progress,
+                     "largest error of a shape, over %d fresh members solved classically: median "
+                     "%.2g mm, 95 %% below %.2g mm, worst %.2g mm",
+                     info.witness.compared, mm * info.witness.median, mm * info.witness.most,
+                     mm * info.witness.worst);
     }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
@@ -335,6 +344,8 @@ static ad_status write_json(const training *t, ad_error *error)
         report_reference(&to, t->s.known, &info.errors);
         if (t->s.e->targets) {
             report_members(&to, &info.members, scene_length(t->s.e->scene));
+        } else if (info.witness.compared) {
+            report_witness(&to, &info.witness, scene_length(t->s.e->scene));
         }
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

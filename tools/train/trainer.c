@@ -137,6 +137,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
     t->info.members = (targets_errors){NAN, NAN, NAN, NAN, NAN, NAN};
     t->info.balance = (learnt_balance){NAN, NAN, NAN};
+    t->info.witness = (witness){NAN, NAN, NAN, 0};
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
@@ -517,8 +518,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
-    t->info.balance = experiment_balance(t->e, NULL);
-    return AD_OK;
+    return trainer_measure_end(t, error);
 }
 
 static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)

@@ -75,6 +75,9 @@ void trainer_fuse(trainer *t);
 
 void trainer_forget_optimizer(trainer *t);
 
+/* What is measured when training is over. */
+ad_status trainer_measure_end(trainer *t, ad_error *error);
+
 /* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The
  * one before has to be forgotten. */
 ad_status trainer_start_stage(trainer *t, ad_error *error);
