@@ -243,6 +243,12 @@ int ad_pool_threads(const ad_pool *pool);
 typedef void (*ad_pool_work)(void *context, int item, int thread);
 void ad_pool_run(ad_pool *pool, int count, ad_pool_work work, void *context);
 
+/* So that long work can be given up: `asked` (NULL: nobody is) is called before every item from now
+ * on, by any thread, and once it is true items are left out. Whoever watches asks ad_pool_stopped
+ * after the runs, and throws away what they have computed if it is true. Not during a run. */
+void ad_pool_watch(ad_pool *pool, bool (*asked)(void *context), void *context);
+bool ad_pool_stopped(const ad_pool *pool);
+
 typedef struct ad_settings {
     int tile;  /* points per tile, at most 65536; 0: chosen by the size of the L2 cache */
     int piece; /* numbers per piece of an elementwise group */

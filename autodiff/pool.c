@@ -22,6 +22,9 @@ struct ad_pool {
     int count;
     ad_pool_work work;
     void *context;
+    bool (*asked)(void *context);
+    void *asked_context;
+    atomic_bool stopped; /* items have been left out since `asked` was set */
     bool quit;
 };
 
@@ -33,8 +36,24 @@ struct worker {
 static void take_items(ad_pool *pool, int thread)
 {
     for (int item; (item = atomic_fetch_add(&pool->next, 1)) < pool->count;) {
-        pool->work(pool->context, item, thread);
+        if (pool->asked && (atomic_load(&pool->stopped) || pool->asked(pool->asked_context))) {
+            atomic_store(&pool->stopped, true);
+        } else {
+            pool->work(pool->context, item, thread);
+        }
     }
+}
+
+void ad_pool_watch(ad_pool *pool, bool (*asked)(void *context), void *context)
+{
+    pool->asked = asked;
+    pool->asked_context = context;
+    atomic_store(&pool->stopped, false);
+}
+
+bool ad_pool_stopped(const ad_pool *pool)
+{
+    return atomic_load(&pool->stopped);
 }
 
 static void pause_briefly(void)

@@ -52,12 +52,13 @@ static const double HARDLY_DAMPED = 1e-12;
 struct optim_gauss_newton {
     optim_gauss_newton_settings settings;
     size_t count;
-    double *x;            /* [count] */
-    double *jtr;          /* [count] */
-    double *scale;        /* [count], diagonal of the scaling matrix */
-    double *step;         /* [count], work */
-    double *trial_x;      /* [count], work */
-    double *anchor;       /* [count], where J was computed */
+    double *x;             /* [count] */
+    double *jtr;           /* [count] */
+    double *scale;         /* [count], diagonal of the scaling matrix */
+    double *step;          /* [count], work */
+    double *trial_x;       /* [count], work */
+    double *anchor;        /* [count], where J was computed */
+    double *anchor_before; /* [count], at the start of the step at hand */
     int has_model;        /* whether the model remembers that J: not after the state was restored */
     double unit;          /* of the damping at x: the largest diagonal entry, or 1 */
     double promised;      /* decrease that the model predicts for the step */
@@ -110,6 +111,7 @@ void optim_gauss_newton_free(optim_gauss_newton *gn)
         free(gn->step);
         free(gn->trial_x);
         free(gn->anchor);
+        free(gn->anchor_before);
         free(gn);
     }
 }
@@ -127,7 +129,9 @@ static optim_gauss_newton *allocate(size_t count)
     gn->step = optim_vector_create(1, count);
     gn->trial_x = optim_vector_create(1, count);
     gn->anchor = optim_vector_create(1, count);
-    if (!gn->x || !gn->jtr || !gn->scale || !gn->step || !gn->trial_x || !gn->anchor) {
+    gn->anchor_before = optim_vector_create(1, count);
+    if (!gn->x || !gn->jtr || !gn->scale || !gn->step || !gn->trial_x || !gn->anchor ||
+        !gn->anchor_before) {
         optim_gauss_newton_free(gn);
         return NULL;
     }
@@ -325,8 +329,11 @@ typedef enum trial {
 /* One damping: its step is tried. */
 static trial try_damping(optim_gauss_newton *gn, const optim_linear_model *model, double *value)
 {
-    if (model->solve(model->context, gn->scalar[DAMPING], gn->scale, gn->step) != 0 ||
-        !optim_all_finite(gn->count, gn->step)) {
+    const int code = model->solve(model->context, gn->scalar[DAMPING], gn->scale, gn->step);
+    if (code == OPTIM_OBJECTIVE_STOP) {
+        return TRIAL_STOPPED;
+    }
+    if (code != 0 || !optim_all_finite(gn->count, gn->step)) {
         gn->scalar[UNSOLVED] += 1;
         return TRIAL_REJECTED;
     }
@@ -375,11 +382,8 @@ static const char *check_scalars(const optim_gauss_newton *gn)
     return NULL;
 }
 
-optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_model *model)
+static optim_status step(optim_gauss_newton *gn, const optim_linear_model *model)
 {
-    if (check_scalars(gn)) {
-        return OPTIM_BAD_STATE;
-    }
     optim_status status = linearize(gn, model);
     if (status != OPTIM_RUNNING) {
         return status;
@@ -415,6 +419,24 @@ optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_
     const int none_finite =
         gn->scalar[REJECTED] == finite_before && gn->scalar[NOT_FINITE] > bad_before;
     return none_finite ? OPTIM_NO_FINITE_STEP : OPTIM_DAMPING_OVERFLOW;
+}
+
+/* A step that was stopped leaves the state as it was before. */
+optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_model *model)
+{
+    if (check_scalars(gn)) {
+        return OPTIM_BAD_STATE;
+    }
+    double before[SCALAR_COUNT];
+    memcpy(before, gn->scalar, sizeof before);
+    memcpy(gn->anchor_before, gn->anchor, gn->count * sizeof *gn->anchor);
+    const optim_status status = step(gn, model);
+    if (status == OPTIM_STOPPED_BY_OBJECTIVE) {
+        memcpy(gn->scalar, before, sizeof before);
+        memcpy(gn->anchor, gn->anchor_before, gn->count * sizeof *gn->anchor);
+        gn->has_model = 0;
+    }
+    return status;
 }
 
 /* ---- looking ---- */

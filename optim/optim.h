@@ -355,7 +355,8 @@ typedef struct optim_linear_model {
     int (*linearize)(void *context, const double *x, double *value, double *jtr, double *diagonal);
 
     /* step[count] for J and r as remembered and a diagonal D = scale[count] > 0, the same for every
-     * damping until J is another. Not 0: this damping is too small for a step to be found. */
+     * damping until J is another. OPTIM_OBJECTIVE_STOP: as of an objective; another number that is
+     * not 0: this damping is too small for a step to be found. */
     int (*solve)(void *context, double damping, const double *scale, double *step);
 
     /* NULL: not to be had. As linearize, but J as remembered is kept, for a step by the chord
@@ -408,7 +409,7 @@ typedef struct optim_gauss_newton optim_gauss_newton;
 optim_gauss_newton_settings optim_gauss_newton_defaults(void);
 const char *optim_gauss_newton_check(const optim_gauss_newton_settings *settings);
 
-/* As optim_adam_create. Memory: 5 count doubles. */
+/* As optim_adam_create. Memory: 7 count doubles. */
 optim_gauss_newton *optim_gauss_newton_create(size_t count, const double *x,
                                               const optim_gauss_newton_settings *settings,
                                               const char **why);
@@ -416,7 +417,8 @@ void optim_gauss_newton_free(optim_gauss_newton *gn); /* NULL is fine */
 
 /* One step: the model at the current point, then dampings until one lowers the value. The value
  * never rises while the objective stays the same. When no damping does, OPTIM_DAMPING_OVERFLOW or,
- * when no trial was finite, OPTIM_NO_FINITE_STEP; the point has not moved then. */
+ * when no trial was finite, OPTIM_NO_FINITE_STEP; the point has not moved then. After
+ * OPTIM_STOPPED_BY_OBJECTIVE the state is that before the step, which may be taken again. */
 optim_status optim_gauss_newton_step(optim_gauss_newton *gn, const optim_linear_model *model);
 
 /* As optim_lbfgs_objective_changed; the damping stays. */

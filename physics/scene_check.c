@@ -1,5 +1,6 @@
 /* What a scene has to satisfy before physics is recorded from it. Every refusal names the YAML key
  * to blame and says what is allowed. */
+#include "physics/sampling.h"
 #include "physics/scene_internal.h"
 
 #include <math.h>
@@ -210,7 +211,8 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
-static ad_status check_member(const scene *rod_scene, const char **key, ad_error *error)
+static ad_status check_member(const scene *rod_scene, bool of_family, const char **key,
+                              ad_error *error)
 {
     static scene_check_part *const of_rods[] = {check_extent,         check_others,
                                                 scene_check_segments, scene_check_rod,
@@ -223,7 +225,7 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
         check_extent,        check_others,      scene_check_segments,
         scene_check_rod,     scene_check_lists, scene_check_beam,
         check_initial_state, check_time,        NULL};
-    const scene_checker check = {rod_scene, NULL, -1, key, error};
+    const scene_checker check = {rod_scene, NULL, -1, key, error, of_family};
     ad_status status = AD_OK;
     for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
          *part && status == AD_OK; part++) {
@@ -235,6 +237,7 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
 /* ---- families ------------------------------------------------------------------------------ */
 
 enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
+enum { SPREAD = 64 };    /* members beside these */
 
 /* What all members have to have in common. */
 static ad_status check_common(const scene *family, const char **key, ad_error *error)
@@ -297,26 +300,52 @@ static ad_status check_at(const scene *family, const double *fractions, const ch
                   : 0;
     }
     scene_member(family, values, &member);
-    ad_status status = check_member(&member, key, &reason);
+    ad_status status = check_member(&member, true, key, &reason);
     return status == AD_OK ? AD_OK
                            : ad_fail(error, status, "%s (of the member %s)", reason.message, where);
 }
 
-/* The middle, and the corners of the ranges. */
+/* Fractions of the ranges: the middle; corners, or of many parameters the middles of faces; middles
+ * of edges; and members spread over all. False: no more. */
+static bool member_to_check(int number, int count, const double *spread, double *fractions)
+{
+    const int corners = count <= CORNERS_OF ? 1 << count : 2 * count;
+    const int edges = count <= CORNERS_OF ? corners * count / 2 : 0;
+    const int corner = number - 1, edge = corner - corners, drawn = edge - edges;
+    const int along = edge >= 0 && drawn < 0 ? edge * 2 / corners : -1;
+    for (int i = 0; i < count; i++) {
+        int bit = i;
+        int of = corner;
+        if (along >= 0) { /* bits of the other parameters */
+            of = edge % (corners / 2);
+            bit = i > along ? i - 1 : i;
+        }
+        const bool of_corner = count <= CORNERS_OF && i != along;
+        fractions[i] = number == 0       ? 0.5
+                       : drawn >= 0      ? spread[i * SPREAD + drawn % SPREAD]
+                       : of_corner       ? (of >> bit) & 1
+                       : corner / 2 == i ? corner % 2
+                                         : 0.5;
+    }
+    return drawn < SPREAD;
+}
+
 static ad_status check_members(const scene *family, const char **key, ad_error *error)
 {
     const int count = family->parameter_count;
-    const int corners = count <= CORNERS_OF ? 1 << count : 2 * count;
-    double fractions[SCENE_PARAMETERS_MAX];
-    ad_status status = AD_OK;
-    for (int corner = -1; corner < corners && status == AD_OK; corner++) {
-        for (int i = 0; i < count; i++) {
-            bool of_corner = corner >= 0 && count <= CORNERS_OF, moved = corner / 2 == i;
-            fractions[i] = of_corner ? (corner >> i) & 1 : corner >= 0 && moved ? corner % 2 : 0.5;
-        }
-        status = check_at(family, fractions, key, error);
+    double fractions[SCENE_PARAMETERS_MAX], spread[SCENE_PARAMETERS_MAX * SPREAD];
+    ad_status status = sampling_fill(SAMPLING_SOBOL, NULL, count, SPREAD, spread, error);
+    ad_error reason = {AD_OK, ""}, another;
+    const char *other;
+    int checked = 0, refused = 0;
+    for (; status == AD_OK && member_to_check(checked, count, spread, fractions); checked++) {
+        refused += check_at(family, fractions, refused ? &other : key,
+                            refused ? &another : &reason) != AD_OK;
     }
-    return status;
+    return status == AD_OK && refused > 0
+               ? ad_fail(error, reason.status, "%s; %d of %d members looked at are refused",
+                         reason.message, refused, checked)
+               : status;
 }
 
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
@@ -324,7 +353,7 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
     const char *ignored = NULL;
     key = key ? key : &ignored;
     if (!scene_is_open(rod_scene)) {
-        return check_member(rod_scene, key, error);
+        return check_member(rod_scene, false, key, error);
     }
     if (scene_is_manufactured(rod_scene)) {
         *key = "manufactured";

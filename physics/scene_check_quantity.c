@@ -85,6 +85,23 @@ static const char *beyond_bounds(const scene *given, const scene_field *field, q
     return NULL;
 }
 
+/* Whether it is a number at places within, where it may be infinite at single ones. */
+static bool is_number(const scene *given, quantity q)
+{
+    enum { PLACES = 5 };
+    const bool along = quantity_depends_on(q, "s"), moves = quantity_depends_on(q, "t");
+    for (int i = 0; i < (along ? PLACES : 1); i++) {
+        for (int k = 0; k < (moves ? PLACES : 1); k++) {
+            const double value = quantity_value(q, (i + 0.5) / PLACES * scene_length(given),
+                                                (k + 0.5) / PLACES * scene_duration(given));
+            if (isnan(value) || (!along && !moves && isinf(value))) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
 static ad_status check_entry(const scene_checker *check, const scene_field *field, quantity entry)
 {
     rule_row rule = rule_of(check->scene, field);
@@ -109,6 +126,9 @@ static ad_status check_entry(const scene_checker *check, const scene_field *fiel
         return scene_refuse(check, field->key,
                             "goes beyond the rows of its table somewhere along the rod or in time; "
                             "give a table that covers them");
+    }
+    if (check->of_family && field->bounds == SCENE_ANY && !is_number(check->scene, entry)) {
+        return scene_refuse(check, field->key, "must be finite");
     }
     const char *beyond = beyond_bounds(check->scene, field, entry);
     return beyond ? scene_refuse(check, field->key, beyond) : AD_OK;

@@ -148,6 +148,10 @@ static void test_refusals(void **state)
         {FAMILY, "rod.stiffness.torsion=pull-1",
          "rod.stiffness.torsion: must be > 0; .inf locks that strain (of the member pull=0, "
          "stiff=0.5)"},
+        {FAMILY, "loads.tip.force=[0, 0, 0.1/(pull-2)*stiff]",
+         "loads.tip.force: must be finite (of the member pull="},
+        {FAMILY, "loads.tip.force=[0, 0, sqrt(abs(pull-0.7)-0.1)*stiff]",
+         " members looked at are refused"},
         {FAMILY, "parameters.pull=-s", "depends on s"},
         {"parameters: 3\n" ROD, NULL, "scene.yaml:1:13: parameters: is a single value"},
         {"parametres: {a: 1}\n" ROD, NULL, "parametres: unknown key; did you mean parameters?"},

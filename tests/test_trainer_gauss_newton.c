@@ -183,6 +183,46 @@ static void test_too_many(void **state)
     }
 }
 
+static bool is_the_last(void *context)
+{
+    long *left = context;
+    return --*left < 0;
+}
+
+/* Wherever within a step a run is told to stop, the step leaves no trace: the rows that follow, and
+ * the parameters, have the bits of a run that was never stopped. */
+static void test_given_up(void **state)
+{
+    (void)state;
+    const char *const *const forms[] = {still, kernel, products};
+    for (int form = 0; form < 3; form++) {
+        const char *path = form == 2 ? DYNAMIC : ELASTICA;
+        run whole = start(path, forms[form], 1), r = start(path, forms[form], 1);
+        long patience = 1, given_up = 0;
+        for (int i = 0; i < 60 && trainer_inspect(r.trainer).state == TRAINER_RUNNING; i++) {
+            const int64_t before = trainer_inspect(r.trainer).step;
+            long left = patience;
+            trainer_watch_stop(r.trainer, is_the_last, &left);
+            step(&r);
+            trainer_watch_stop(r.trainer, NULL, NULL);
+            const bool taken = trainer_inspect(r.trainer).step > before;
+            assert_true(taken || left < 0);
+            given_up += !taken;
+            patience = taken ? 1 : 1 + 3 * patience / 2;
+            if (taken) {
+                step(&whole);
+                const size_t bytes = r.made.e->count * sizeof(double);
+                assert_memory_equal(trainer_parameters(r.trainer),
+                                    trainer_parameters(whole.trainer), bytes);
+                assert_true(trainer_inspect(r.trainer).loss == trainer_inspect(whole.trainer).loss);
+            }
+        }
+        assert_true(given_up > 10);
+        stop(&r);
+        stop(&whole);
+    }
+}
+
 /* Next to no damping: J^T J of redundant features and of quaternions that are normalised is not
  * positive definite to rounding. The run goes on with more damping and says so. Measured: 1e-9. */
 static void test_account(void **state)
@@ -231,7 +271,7 @@ int main(void)
         cmocka_unit_test(test_moving),   cmocka_unit_test(test_adaptive),
         cmocka_unit_test(test_products), cmocka_unit_test(test_falls),
         cmocka_unit_test(test_too_many), cmocka_unit_test(test_account),
-        cmocka_unit_test(test_linear),
+        cmocka_unit_test(test_linear),   cmocka_unit_test(test_given_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

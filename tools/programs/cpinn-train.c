@@ -26,7 +26,8 @@ static const char epilogue[] =
     "  cpinn-train rod.yaml --set loads.tip.force[2]=-10 --out runs/heavier\n"
     "  cpinn-train rod.yaml --out runs/rod --resume\n"
     "\n"
-    "Ctrl-C finishes the step at hand, saves, and says how to resume.\n"
+    "Ctrl-C finishes the step at hand, or gives up one of Gauss-Newton, saves, and says how to "
+    "resume.\n"
     "\n"
     "A scene with parameters to be identified has them found from its data together with the\n"
     "network, each with its standard deviation; cpinn-solve finds them without a network.\n"
@@ -44,7 +45,8 @@ static const char epilogue[] =
     "tip_over_length,\n"
     "rotation_rms_rad, rotation_max_rad} or null,\n"
     "members {fresh, median_m, within_95_m, worst_m, polished_median_m, polished_95_m,\n"
-    "polished_worst_m} (of families in the strain form), checkpoint, history, config. Numbers that "
+    "polished_worst_m} (of families at rest; polished in the strain form alone), checkpoint, "
+    "history, config. Numbers that "
     "are "
     "not\n"
     "known are null; what was not reached is not there.";
@@ -176,6 +178,14 @@ static void finish(training *t)
     if (t->s.e->targets) {
         progress_members(&t->progress, &info.members, scene_length(t->s.e->scene));
     }
+    const double mm = 1e3 * scene_length(t->s.e->scene);
+    if (info.witness.compared) {
+        progress_say(&t->progress,
+                     "largest error of a shape, over %d fresh members solved classically: median "
+                     "%.2g mm, 95 %% below %.2g mm, worst %.2g mm",
+                     info.witness.compared, mm * info.witness.median, mm * info.witness.most,
+                     mm * info.witness.worst);
+    }
     double estimate = trainer_estimate(t->s.trainer);
     if (isfinite(estimate)) {
         progress_say(&t->progress, "estimated error %.1e of the %s", estimate,
@@ -273,9 +283,16 @@ static bool stepped(void *context, const trainer_info *before)
     return !signals_caught();
 }
 
+static bool is_asked_to_stop(void *context)
+{
+    (void)context;
+    return signals_caught() != 0;
+}
+
 static ad_status train(training *t, ad_error *error)
 {
     signals_catch();
+    trainer_watch_stop(t->s.trainer, is_asked_to_stop, NULL);
     t->progress = progress_start(stdout, t->asked->quiet, t->s.trainer);
     announce(t);
     announce_implausible(&t->progress, t->s.e->scene);
@@ -327,6 +344,8 @@ static ad_status write_json(const training *t, ad_error *error)
         report_reference(&to, t->s.known, &info.errors);
         if (t->s.e->targets) {
             report_members(&to, &info.members, scene_length(t->s.e->scene));
+        } else if (info.witness.compared) {
+            report_witness(&to, &info.witness, scene_length(t->s.e->scene));
         }
         json_text(&to, "checkpoint", t->folder.checkpoint);
         json_text(&to, "history", t->folder.history);

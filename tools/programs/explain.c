@@ -1,59 +1,12 @@
-#include "tools/programs/explain.h"
+#include "tools/programs/explain_parts.h"
 
 #include "physics/beam.h"
 #include "physics/plausible.h"
-#include "tools/files/file_bytes.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
-#include "tools/train/trainer.h"
 
 #include <math.h>
 #include <string.h>
-
-enum { EXPLAIN_WIDTH = 96 };
-
-/* ---- layout -------------------------------------------------------------------------------- */
-
-static void heading(FILE *file, const char *text)
-{
-    fprintf(file, "\n%s\n", text);
-}
-
-/* A paragraph puts words behind one another and goes on under `indent` when a line is full. */
-typedef struct paragraph {
-    FILE *file;
-    int indent, column;
-} paragraph;
-
-static paragraph paragraph_begin(FILE *file, const char *label)
-{
-    paragraph p = {file, 18, 0};
-    fprintf(file, "  %-15s ", label);
-    p.column = p.indent;
-    return p;
-}
-
-static void paragraph_add(paragraph *p, const char *text, bool comma)
-{
-    int length = (int)strlen(text) + comma;
-    if (p->column > p->indent && p->column + 1 + length > EXPLAIN_WIDTH) {
-        fprintf(p->file, "\n%*s", p->indent, "");
-        p->column = p->indent;
-    }
-    p->column +=
-        fprintf(p->file, "%s%s%s", p->column > p->indent ? " " : "", text, comma ? "," : "");
-}
-
-static void bytes_text(double bytes, char text[32])
-{
-    static const char *const units[] = {"bytes", "KiB", "MiB", "GiB"};
-    int unit = 0;
-    while (bytes >= 1024 && unit < 3) {
-        bytes /= 1024;
-        unit++;
-    }
-    snprintf(text, 32, unit ? "%.1f %s" : "%.0f %s", bytes, units[unit]);
-}
 
 /* ---- how hard it is ------------------------------------------------------------------------ */
 
@@ -162,7 +115,7 @@ static void print_beam_numbers(FILE *file, const scene *scene)
         {"shear", "kGA L^2/EI", b.shear_ratio, VERDICTS(stiff_strain), true},
         {"foundation", "k L^4/EI", b.foundation, VERDICTS(foundation), b.foundation > 0},
         {"rotary inertia", "rhoI/(rhoA L^2)", b.rotary_inertia, VERDICTS(slenderness), moving}};
-    heading(file, "How hard it is");
+    explain_heading(file, "How hard it is");
     print_rows(file, rows, sizeof rows / sizeof *rows);
     print_motion_numbers(file, scene, n.periods);
 }
@@ -194,7 +147,7 @@ static void print_numbers(FILE *file, const scene *scene)
          moving && n.strain_damping > 0},
         {"bending damping", "B w1/(2 EI)", n.curvature_damping, VERDICTS(damping),
          moving && n.curvature_damping > 0}};
-    heading(file, "How hard it is");
+    explain_heading(file, "How hard it is");
     print_rows(file, rows, sizeof rows / sizeof *rows);
     print_motion_numbers(file, scene, n.periods);
 }
@@ -202,7 +155,7 @@ static void print_numbers(FILE *file, const scene *scene)
 static void print_scales(FILE *file, const scene *scene)
 {
     rod_scales scales = rod_scales_of(scene);
-    heading(file, "Scales (1 of the dimensionless equations)");
+    explain_heading(file, "Scales (1 of the dimensionless equations)");
     fprintf(file, "  length %.5g m", scales.length);
     if (scene_is_dynamic(scene)) {
         fprintf(file, "   time %.5g s", scales.time);
@@ -346,18 +299,18 @@ static void print_fields(FILE *file, const scene *scene, const problem *p)
 
 static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 {
-    heading(file, "Unknowns and equations");
+    explain_heading(file, "Unknowns and equations");
     if (e->targets) {
         print_members(file, e);
     } else {
         print_fields(file, e->scene, p);
     }
-    paragraph terms = paragraph_begin(file, "loss terms");
+    paragraph terms = explain_paragraph_begin(file, "loss terms");
     for (int i = 0; i < problem_terms(p); i++) {
         char text[64];
         snprintf(text, sizeof text, "%s (weight %g)", problem_term_name(p, i),
                  problem_term_weight(p, i));
-        paragraph_add(&terms, text, i + 1 < problem_terms(p));
+        explain_paragraph_add(&terms, text, i + 1 < problem_terms(p));
     }
     fputc('\n', file);
 }
@@ -366,7 +319,7 @@ static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 static void print_left_out(FILE *file, const rod_term *terms, int count, int first)
 {
     char text[96];
-    paragraph line = paragraph_begin(file, "left out");
+    paragraph line = explain_paragraph_begin(file, "left out");
     for (int i = first; i < count; i++) {
         bool same = !terms[i].present && strcmp(terms[i].reason, terms[first].reason) == 0;
         if (same) {
@@ -376,10 +329,10 @@ static void print_left_out(FILE *file, const rod_term *terms, int count, int fir
                           (!terms[k].present && strcmp(terms[k].reason, terms[first].reason) == 0);
             }
             snprintf(text, sizeof text, "%s%s", terms[i].name, another ? "" : ":");
-            paragraph_add(&line, text, another);
+            explain_paragraph_add(&line, text, another);
         }
     }
-    paragraph_add(&line, terms[first].reason, false);
+    explain_paragraph_add(&line, terms[first].reason, false);
     fputc('\n', file);
 }
 
@@ -387,14 +340,14 @@ static void print_terms(FILE *file, const scene *scene)
 {
     rod_term terms[ROD_TERM_MAX];
     int count = scene_physics_of(scene)->terms(scene, terms), left = 0;
-    heading(file, "Physics");
-    paragraph line = paragraph_begin(file, "present");
+    explain_heading(file, "Physics");
+    paragraph line = explain_paragraph_begin(file, "present");
     for (int i = 0; i < count; i++) {
         left += terms[i].present;
     }
     for (int i = 0; i < count; i++) {
         if (terms[i].present) {
-            paragraph_add(&line, terms[i].name, --left > 0);
+            explain_paragraph_add(&line, terms[i].name, --left > 0);
         }
     }
     fputc('\n', file);
@@ -416,165 +369,17 @@ static void print_entries(FILE *file, const scene *scene)
     for (int i = 0; scene_entry_text(scene, i, text, sizeof text); i++) {
         char *rest = NULL;
         if (i == 0) {
-            heading(file, "Pieces, places and actuators (SI units)");
+            explain_heading(file, "Pieces, places and actuators (SI units)");
         }
-        paragraph line = paragraph_begin(file, strtok_r(text, ":", &rest));
+        paragraph line = explain_paragraph_begin(file, strtok_r(text, ":", &rest));
         for (char *word = strtok_r(NULL, " ", &rest); word; word = strtok_r(NULL, " ", &rest)) {
-            paragraph_add(&line, word, false);
+            explain_paragraph_add(&line, word, false);
         }
         fputc('\n', file);
     }
 }
 
-/* ---- what it costs ------------------------------------------------------------------------- */
-
-static void print_compilation(FILE *file)
-{
-    char folder[4000], compiler[4000];
-    if (!trainer_fuse_folder(folder, false)) {
-        fprintf(file, "  groups are interpreted: there is no cache folder for compiled ones\n");
-        return;
-    }
-    fprintf(file, "  groups are taken from %s, if an earlier run kept them there;\n",
-            file_bytes_shown(folder));
-    if (ad_fuse_compiler(compiler, sizeof compiler)) {
-        fprintf(file, "  after %d s of training others are compiled by %s\n", TRAINER_FUSE_AFTER,
-                file_bytes_shown(compiler));
-    } else {
-        fprintf(file, "  others are interpreted: there is no cc in PATH\n");
-    }
-}
-
-static void print_sets(FILE *file, const problem *p)
-{
-    heading(file,
-            "Point sets and their tapes: operations of value and gradient, recorded and left");
-    fprintf(file, "  %-9s%8s%9s%10s%8s%8s%8s%10s%10s\n", "set", "points", "held out", "recorded",
-            "folded", "shared", "stored", "per set", "per step");
-    for (int i = 0; i < problem_sets(p); i++) {
-        problem_set_info set = problem_set_inspect(p, i);
-        fprintf(file, "  %-9s%8zu%9zu%10zu%8zu%8zu%8zu%10zu%10zu\n", set.name, set.points,
-                set.held_out, set.tape.recorded, set.tape.folded, set.tape.shared, set.tape.stored,
-                set.fixed_instructions, set.program.instructions);
-    }
-    fprintf(file,
-            "  folded: by the algebra of 0 and 1; shared: found on the tape; per set: once for a\n"
-            "  set of points, since they depend on nothing else; per step: what is left\n");
-    fprintf(file, "  %-9s%8s%9s%10s%14s%8s%11s\n", "set", "products", "groups", "passes",
-            "flops/point", "tile", "workspace");
-    for (int i = 0; i < problem_sets(p); i++) {
-        problem_set_info set = problem_set_inspect(p, i);
-        char workspace[32];
-        bytes_text((double)set.program.workspace_bytes, workspace);
-        fprintf(file, "  %-9s%8zu%9zu%10zu%14zu%8d%11s\n", set.name, set.program.products,
-                set.program.groups, set.program.passes, set.program.flops_per_point,
-                set.program.tile, workspace);
-    }
-    print_compilation(file);
-}
-
-static void print_network(FILE *file, const experiment *e, const problem *p)
-{
-    static const char *const activations[] = {
-#define TEXT(name, text) text,
-        NN_ACTIVATION_LIST(TEXT)
-#undef TEXT
-    };
-    const nn_mlp_settings *network = &e->settings->network;
-    char bytes[32];
-    heading(file, "Network and memory");
-    fprintf(file, "  %-15s %d", "network", network->inputs);
-    if (network->fourier_features) {
-        fprintf(file, " + 2 x %d Fourier", network->fourier_features);
-    }
-    for (int i = 0; i < network->hidden_count; i++) {
-        fprintf(file, " - %d", network->hidden[i]);
-    }
-    fprintf(file, " - %d, %s, %zu parameters\n", network->outputs,
-            network->hidden_count ? activations[network->activation] : "linear", e->count);
-    bytes_text((double)problem_bytes(p), bytes);
-    fprintf(file, "  %-15s %s for the loss and its gradient, on %d thread%s\n", "memory", bytes,
-            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s");
-}
-
-/* Prints the matrices that Gauss-Newton needs beside the memory of the loss. */
-static void print_linear_algebra(FILE *file, const train_settings *settings, problem *p)
-{
-    for (int i = 0; i < settings->stage_count; i++) {
-        linear_model_info plan;
-        ad_error error = {AD_OK, ""};
-        char text[160];
-        if (settings->stages[i].optimizer != OPTIM_GAUSS_NEWTON) {
-            continue;
-        }
-        if (linear_model_plan(p, &settings->stages[i], i, &plan, &error) == AD_OK) {
-            linear_model_describe(&plan, text);
-        }
-        fprintf(file, "  %-15s %s\n", "gauss_newton", error.status == AD_OK ? text : error.message);
-    }
-}
-
-/* Prints which weights follow the training, if any do. */
-static void print_weights(FILE *file, const problem_settings *losses)
-{
-    if (losses->causal_slices) {
-        fprintf(file, "  %-15s causal: by %d slices of time, new every %d steps\n", "weights",
-                losses->causal_slices, losses->causal_update_every);
-    }
-    if (losses->balance) {
-        fprintf(file,
-                "  %-15s balanced: loss terms by the lengths of their gradients, every %d steps of "
-                "adam\n",
-                "weights", losses->balance_every);
-    }
-    if (losses->self_adaptive_rate > 0) {
-        fprintf(file, "  %-15s self-adaptive: one for every point, climbing in stages of adam\n",
-                "weights");
-    }
-}
-
-static void print_plan(FILE *file, const experiment *e, problem *p, const reference *r)
-{
-    const train_settings *settings = e->settings;
-    int windows = e->scene->windows;
-    if (windows > 1) {
-        fprintf(
-            file,
-            "  %-15s %d of %.4g s, %.3g first periods each, trained in turn; each starts where\n"
-            "  %-15s the one before ends, and has a network of its own\n",
-            "windows", windows, scene_duration(e->scene) / windows,
-            rod_numbers_of(e->scene).periods / windows, "");
-    }
-    paragraph line = paragraph_begin(file, windows > 1 ? "in each window" : "training");
-    for (int i = 0; i < settings->stage_count; i++) {
-        char text[64];
-        const train_stage *stage = &settings->stages[i];
-        snprintf(text, sizeof text, "%s %d steps%s%s", optim_method_name(stage->optimizer),
-                 stage->steps, e->targets ? ", targets " : "",
-                 e->targets ? train_targets_names()[stage->targets] : "");
-        paragraph_add(&line, text, i + 1 < settings->stage_count);
-    }
-    fputc('\n', file);
-    print_linear_algebra(file, settings, p);
-    print_weights(file, &settings->losses);
-    if (!r && e->targets) {
-        fprintf(file, "  %-15s %d fresh members\n", "reference", TARGETS_FRESH);
-        return;
-    }
-    if (!r) {
-        fprintf(file, "  %-15s none\n", "reference");
-        return;
-    }
-    fprintf(file, "  %-15s %s, %zu points", "reference", reference_name(r), reference_points(r));
-    if (reference_left_out(r)) {
-        fprintf(file, " (%zu outside the scene left out)", reference_left_out(r));
-    }
-    double estimate = reference_estimates(r).position_max;
-    if (!isnan(estimate)) {
-        fprintf(file, ", estimated error %.1e of the length", estimate);
-    }
-    fputc('\n', file);
-}
+/* ---- the page ------------------------------------------------------------------------------- */
 
 static void print_family(FILE *file, const scene *scene)
 {
@@ -635,9 +440,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
     if (scene_is_family(scene)) {
         explain_groups(file, scene, &e->settings->groups);
     }
-    print_sets(file, p);
-    print_network(file, e, p);
-    print_plan(file, e, p, r);
+    explain_costs(file, e, p, r);
 }
 
 ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error)

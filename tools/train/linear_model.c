@@ -7,8 +7,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
-static const double BYTES_MAX = 2e9;
+/* And no more than the machine has. */
+static double bytes_max(void)
+{
+    static const double most = 2e9;
+    const double pages = (double)sysconf(_SC_PHYS_PAGES), bytes = (double)sysconf(_SC_PAGESIZE);
+    return pages > 0 && bytes > 0 ? fmin(most, pages * bytes) : most;
+}
+
 enum { RANK = 80, ITERATIONS_MAX = 200 }; /* of the preconditioner; of conjugate gradients */
 
 struct linear_model {
@@ -62,6 +70,19 @@ static double bytes_of(const linear_model_info *plan, const problem_least_square
     }
 }
 
+double linear_model_flops(const linear_model_info *plan)
+{
+    const double n = (double)plan->parameters, rows = (double)plan->rows;
+    switch (plan->form) {
+    case TRAIN_MATRIX_FREE:
+        return 4 * n * rows * (double)(rank_of(plan->parameters) + ITERATIONS_MAX);
+    case TRAIN_KERNEL:
+        return rows * rows * (n + rows / 3);
+    default:
+        return n * n * (rows + n / 3);
+    }
+}
+
 /* Sizes of one form; its programs are compiled. */
 static ad_status size_up(problem *p, train_linear_algebra form, linear_model_info *plan,
                          ad_error *error)
@@ -92,18 +113,18 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                        number);
     }
     status = size_up(p, stage->linear_algebra, plan, error);
-    if (status == AD_OK && plan->bytes > BYTES_MAX && identity &&
+    if (status == AD_OK && plan->bytes > bytes_max() && identity &&
         stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC) {
         status = size_up(p, TRAIN_MATRIX_FREE, plan, error);
     }
-    if (status == AD_OK && plan->bytes > BYTES_MAX) {
+    if (status == AD_OK && plan->bytes > bytes_max()) {
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages[%d].optimizer: gauss_newton by %s keeps %.1f GB%s "
                        "for %zu parameters and %zu residuals; allowed: at most %.1f GB; make "
                        "network.hidden smaller, or take %s",
                        number, linear_model_form_name(plan->form), 1e-9 * plan->bytes,
                        plan->form == TRAIN_MATRIX_FREE ? "" : " of matrices", plan->parameters,
-                       plan->rows, 1e-9 * BYTES_MAX,
+                       plan->rows, 1e-9 * bytes_max(),
                        plan->form == TRAIN_MATRIX_FREE ? "lbfgs"
                        : identity                      ? "linear_algebra matrix_free"
                                   : "scaling identity with linear_algebra matrix_free");
@@ -206,7 +227,7 @@ static int product(void *context, const double *v, double *result)
 {
     linear_model *m = context;
     m->status = problem_normal_product(m->problem, m->x, v, result, m->error);
-    return m->status != AD_OK;
+    return m->status != AD_OK || ad_pool_stopped(m->pool);
 }
 
 /* The gradient by its own program, and where J^T J is large; of its diagonal what shows there. */
@@ -344,9 +365,8 @@ static int solve_products(linear_model *m, double damping, double *step)
     return found.code;
 }
 
-int linear_model_solve(void *context, double damping, const double *scale, double *step)
+static int solve(linear_model *m, double damping, const double *scale, double *step)
 {
-    linear_model *m = context;
     switch (m->info.form) {
     case TRAIN_MATRIX_FREE:
         return solve_products(m, damping, step);
@@ -355,4 +375,10 @@ int linear_model_solve(void *context, double damping, const double *scale, doubl
     default:
         return solve_normal_equations(m, damping, scale, step);
     }
+}
+
+int linear_model_solve(linear_model *m, double damping, const double *scale, double *step)
+{
+    const int code = solve(m, damping, scale, step);
+    return ad_pool_stopped(m->pool) ? OPTIM_OBJECTIVE_STOP : code;
 }

@@ -29,6 +29,10 @@ typedef struct linear_model_info {
 ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
                             linear_model_info *plan, ad_error *error);
 
+/* Floating-point operations of a step whose first damping is taken, at most: J^T J or J J^T and a
+ * factor; matrix_free: of the products that there may be, each one of J and one of J^T. */
+double linear_model_flops(const linear_model_info *plan);
+
 /* matrix_free: a system is solved once its residual, by the norm of the preconditioner's inverse,
  * has fallen to this part, or after 200 products. Looser ones were measured to need more steps,
  * tighter ones more time. */
@@ -38,10 +42,11 @@ ad_status linear_model_create(problem *p, const linear_model_info *plan, ad_pool
                               linear_model **result, ad_error *error);
 void linear_model_free(linear_model *m); /* NULL is fine */
 
-/* What optim_linear_model asks for; context of solve is the linear_model. */
+/* What optim_linear_model asks for. While the pool of threads is watched, see ad_pool_watch, what
+ * is computed may be of no meaning; solve then is OPTIM_OBJECTIVE_STOP. */
 ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
                                  double *diagonal, ad_error *error);
-int linear_model_solve(void *context, double damping, const double *scale, double *step);
+int linear_model_solve(linear_model *m, double damping, const double *scale, double *step);
 
 /* Whether J should be kept while x moves: solutions need nothing of the residuals but J^T r, and
  * J^T J is so large that computing it is most of a step. Where it is small, the quadratic

@@ -78,6 +78,16 @@ void report_reference(json *to, const reference *known, const reference_errors *
     json_close(to, '}');
 }
 
+void report_witness(json *to, const witness *members, double length)
+{
+    json_open(to, "members", '{');
+    json_integer(to, "fresh", members->compared);
+    json_number(to, "median_m", length * members->median);
+    json_number(to, "within_95_m", length * members->most);
+    json_number(to, "worst_m", length * members->worst);
+    json_close(to, '}');
+}
+
 void report_members(json *to, const targets_errors *errors, double length)
 {
     json_open(to, "members", '{');

@@ -10,6 +10,7 @@
 #include "tools/files/checkpoint.h"
 #include "tools/files/json.h"
 #include "tools/train/reference.h"
+#include "tools/train/witness.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -33,6 +34,9 @@ void report_reference(json *to, const reference *known, const reference_errors *
 
 /* "members": errors over the fresh members of a family in the strain form, in m. */
 void report_members(json *to, const targets_errors *errors, double length);
+
+/* The same key of a family in mixed form: fresh, median_m, within_95_m, worst_m. */
+void report_witness(json *to, const witness *members, double length);
 
 #ifdef __cplusplus
 }

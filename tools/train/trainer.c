@@ -137,6 +137,7 @@ ad_status trainer_create(experiment *e, problem *problem_, reference *known, dou
     t->info.errors = (reference_errors){NAN, NAN, NAN, NAN, NAN};
     t->info.members = (targets_errors){NAN, NAN, NAN, NAN, NAN, NAN};
     t->info.balance = (learnt_balance){NAN, NAN, NAN};
+    t->info.witness = (witness){NAN, NAN, NAN, 0};
     for (int i = 0; i < problem_sets(problem_); i++) {
         t->info.points += (double)problem_set_inspect(problem_, i).points;
     }
@@ -312,26 +313,28 @@ void trainer_watch(trainer *t, size_t row)
 
 /* ---- stepping ------------------------------------------------------------------------------ */
 
+static int code_of(trainer *t, ad_status status)
+{
+    t->info.evaluations++;
+    return ad_pool_stopped(t->e->pool) ? OPTIM_OBJECTIVE_STOP
+           : status == AD_OK           ? OPTIM_OBJECTIVE_OK
+           : status == AD_NOT_FINITE   ? OPTIM_OBJECTIVE_NOT_FINITE
+                                       : OPTIM_OBJECTIVE_STOP;
+}
+
 static int objective(void *context, const double *x, double *value, double *gradient)
 {
     trainer *t = context;
     ad_status status = problem_evaluate(t->problem, x, value, gradient, &t->failure);
-    t->info.evaluations++;
     t->evaluated = *value;
-    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
-           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
-                                     : OPTIM_OBJECTIVE_STOP;
+    return code_of(t, status);
 }
 
 static int linearize(void *context, linear_model *model, const double *x, double *value,
                      double *jtr, double *diagonal)
 {
     trainer *t = context;
-    ad_status status = linear_model_linearize(model, x, value, jtr, diagonal, &t->failure);
-    t->info.evaluations++;
-    return status == AD_OK           ? OPTIM_OBJECTIVE_OK
-           : status == AD_NOT_FINITE ? OPTIM_OBJECTIVE_NOT_FINITE
-                                     : OPTIM_OBJECTIVE_STOP;
+    return code_of(t, linear_model_linearize(model, x, value, jtr, diagonal, &t->failure));
 }
 
 static ad_status not_finite(trainer *t, optim_status why, ad_error *error)
@@ -381,10 +384,27 @@ static bool failed(optim_status status)
            status == OPTIM_STOPPED_BY_OBJECTIVE || status == OPTIM_BAD_STATE;
 }
 
-static optim_status take_step(trainer *t)
+void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context)
+{
+    t->asked = asked;
+    t->asked_context = context;
+}
+
+/* A step of Gauss-Newton may take minutes, and leaves no trace when it is given up: as long as
+ * `again`, what came before it in the trainer's step does not change anything when it is done
+ * again. Sets *given_up. */
+static optim_status take_step(trainer *t, bool again, bool *given_up)
 {
     const optimizer_objective f = {objective, linearize, t};
+    const bool watched = again && stage_of(t)->optimizer == OPTIM_GAUSS_NEWTON;
+    ad_pool_watch(t->e->pool, watched ? t->asked : NULL, t->asked_context);
     optim_status status = optimizer_step(t->optimizer, &f);
+    *given_up = ad_pool_stopped(t->e->pool);
+    ad_pool_watch(t->e->pool, NULL, NULL);
+    if (*given_up) { /* what is kept for a set of points may be half computed */
+        const ad_status restored = problem_restored(t->problem, &t->failure);
+        return restored == AD_OK ? settle(t, OPTIM_RUNNING) : OPTIM_STOPPED_BY_OBJECTIVE;
+    }
     optim_info done = optim_inspect(optimizer_method(t->optimizer));
     t->info.loss = done.value;
     t->info.gradient_norm = done.gradient_norm;
@@ -498,8 +518,7 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
         return next_window(t, error);
     }
     t->info.state = TRAINER_DONE;
-    t->info.balance = experiment_balance(t->e, NULL);
-    return AD_OK;
+    return trainer_measure_end(t, error);
 }
 
 static ad_status cannot_go_on(trainer *t, optim_status why, ad_error *error)
@@ -533,9 +552,13 @@ ad_status trainer_step(trainer *t, ad_error *error)
     if (changed || weights) {
         optim_objective_changed(optimizer_method(t->optimizer));
     }
-    optim_status result = take_step(t);
+    bool given_up;
+    optim_status result = take_step(t, !changed && !weights, &given_up);
     if (failed(result)) {
         return cannot_go_on(t, result, error);
+    }
+    if (given_up) {
+        return AD_OK;
     }
     t->info.step++;
     t->info.window_step++;

@@ -19,6 +19,7 @@
 #include "tools/train/balance.h"
 #include "tools/train/history.h"
 #include "tools/train/reference.h"
+#include "tools/train/witness.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -63,6 +64,7 @@ typedef struct trainer_info {
     bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
                              * above stop.held_out_ratio of the stage, or 100 where that is 0 */
     learnt_balance balance; /* when training is over; else NaN */
+    witness witness;        /* of a family of rods at rest in mixed form, then; else NaN */
 } trainer_info;
 
 /* `problem_` and `known` (NULL: no reference) are those of the experiment's first window; the
@@ -75,6 +77,11 @@ void trainer_free(trainer *t);
 /* One step of the optimiser of the stage at hand, then a row of history when one is due or a stage
  * ends. After TRAINER_NOT_FINITE, error says which term, where, and what to try. */
 ad_status trainer_step(trainer *t, ad_error *error);
+
+/* Within a step of Gauss-Newton `asked` (NULL: nobody) is called again and again, by any thread;
+ * when it is true the step is given up: trainer_step returns AD_OK with everything as it was before
+ * it, the number of steps too. */
+void trainer_watch_stop(trainer *t, bool (*asked)(void *context), void *context);
 
 /* A row of history now, beside those of every output_every steps. */
 ad_status trainer_add_row(trainer *t, ad_error *error);
@@ -94,9 +101,10 @@ bool trainer_fuse_folder(char *path, bool make);
 /* How the stage's optimiser computes its steps, in a few words; empty: nothing to tell. */
 void trainer_describe(const trainer *t, char text[160]);
 
-/* The error to expect of the position over the length, or of a beam's deflection over its scale,
- * from residuals at points never trained on; NaN of networks for which that was not measured: with
- * hidden layers, of the displacement form, of physics of one's own. */
+/* The error to expect of the position over the length, or of a beam's deflection over its scale: of
+ * a family at rest when training is over the worst of fresh members that are solved classically,
+ * else from residuals at points never trained on; NaN of networks for which that was not measured:
+ * with hidden layers, of the displacement form, of physics of one's own. */
 double trainer_estimate(const trainer *t);
 
 /* The verdict on training as it stands, worst reason first: unfinished; or, of training that is

@@ -23,11 +23,13 @@ struct trainer {
     int rows_apart;  /* of this stage: held-out loss far above, and no new minimum, in turn */
     char apart[128]; /* that this has been so for too long */
     char account[160];
-    double size;      /* what a large loss is relative to: trainer_measure_size */
-    double evaluated; /* loss of the last evaluation */
-    double began;     /* wall clock at which this process began to train */
-    bool lasts;       /* TRAINER_FUSE_AFTER seconds are over */
-    bool has_cache;   /* programs are compiled and kept in `compiled` */
+    double size;                  /* what a large loss is relative to: trainer_measure_size */
+    double evaluated;             /* loss of the last evaluation */
+    bool (*asked)(void *context); /* whether to stop: trainer_watch_stop */
+    void *asked_context;
+    double began;   /* wall clock at which this process began to train */
+    bool lasts;     /* TRAINER_FUSE_AFTER seconds are over */
+    bool has_cache; /* programs are compiled and kept in `compiled` */
     char compiled[4000];
     ad_error failure; /* why an evaluation failed for another reason than its numbers */
 };
@@ -72,6 +74,9 @@ int trainer_unstable_modes(const trainer *t);
 void trainer_fuse(trainer *t);
 
 void trainer_forget_optimizer(trainer *t);
+
+/* What is measured when training is over. */
+ad_status trainer_measure_end(trainer *t, ad_error *error);
 
 /* Makes the optimiser of stage info.stage at the experiment's parameters, and starts its clock. The
  * one before has to be forgotten. */

@@ -247,7 +247,7 @@ ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
         }
     }
     if (status == AD_OK && t->info.state == TRAINER_DONE) {
-        t->info.balance = experiment_balance(t->e, NULL);
+        status = trainer_measure_end(t, error);
     }
     return status;
 }

@@ -108,7 +108,20 @@ static const double ROUNDING_IN_MOTION = 1e-8;
 /* What a network that has solved a scene stays below at rest; motions have waves without end. */
 static const double BOUND_AT_REST = 5e-8, BOUND_IN_MOTION = 1e-3, BOUND_OF_FAMILY = 1e-3;
 
-double trainer_estimate(const trainer *t)
+static bool has_witness(const trainer *t)
+{
+    const scene *family = t->e->scene;
+    return t->e->model->has_scene && scene_is_family(family) && !scene_is_dynamic(family) &&
+           !scene_is_beam(family) && family->unknown_count == 0 && !t->e->targets;
+}
+
+ad_status trainer_measure_end(trainer *t, ad_error *error)
+{
+    t->info.balance = experiment_balance(t->e, NULL);
+    return has_witness(t) ? witness_members(t->e, &t->info.witness, error) : AD_OK;
+}
+
+static double estimate_by_residuals(const trainer *t)
 {
     int window = 0;
     const scene *rod_scene = t->e->scene;
@@ -125,8 +138,29 @@ double trainer_estimate(const trainer *t)
     return moves && !beam ? fmax(estimate, ROUNDING_IN_MOTION) : estimate;
 }
 
+double trainer_estimate(const trainer *t)
+{
+    return t->info.witness.compared ? t->info.witness.worst : estimate_by_residuals(t);
+}
+
+static void judge_witness(const trainer *t, verdict *result)
+{
+    const witness *w = &t->info.witness;
+    if (!(w->worst <= BOUND_OF_FAMILY)) {
+        verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
+                    "of %d fresh members, solved classically, the worst is off by %.2g of the "
+                    "length, 95 %% by less than %.2g; allowed: %.2g; try more "
+                    "network.fourier.features or losses.interior.points, or smaller ranges",
+                    w->compared, w->worst, w->most, BOUND_OF_FAMILY);
+    }
+}
+
 static void judge_estimate(const trainer *t, verdict *result)
 {
+    if (t->info.witness.compared) {
+        judge_witness(t, result);
+        return;
+    }
     bool moves = scene_is_dynamic(t->e->scene);
     double bound = moves                          ? BOUND_IN_MOTION
                    : scene_is_family(t->e->scene) ? BOUND_OF_FAMILY
@@ -146,7 +180,7 @@ static void judge_estimate(const trainer *t, verdict *result)
 /* Where errors are estimated; those of deep networks are larger. */
 static void judge_load_balance(const trainer *t, verdict *result)
 {
-    double estimate = trainer_estimate(t), balance = t->info.balance.loads;
+    double estimate = estimate_by_residuals(t), balance = t->info.balance.loads;
     const rod_weights *weights = &t->e->settings->weights; /* 0: data stand for that equation */
     bool balances = weights->force > 0 && weights->moment > 0;
     if (balances && !isnan(estimate) && !isnan(balance)) {

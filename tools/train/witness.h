@@ -1,0 +1,21 @@
+/* Fresh members of a family at rest, solved classically: how far a network of s and the parameters
+ * is from them, whatever its residuals are. */
+#ifndef TOOLS_TRAIN_WITNESS_H
+#define TOOLS_TRAIN_WITNESS_H
+
+#include "tools/train/experiment.h"
+
+enum { WITNESS_MEMBERS = 32 };
+
+/* Largest distances between shapes over the length, of members that have a solution without a
+ * warning; NaN: none has. */
+typedef struct witness {
+    double median, most, worst; /* most: 95 % are below */
+    int compared;               /* of WITNESS_MEMBERS */
+} witness;
+
+/* Of the networks with the experiment's parameters. Errors are those of a field, and AD_NO_MEMORY.
+ */
+ad_status witness_members(const experiment *e, witness *result, ad_error *error);
+
+#endif
