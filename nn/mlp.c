@@ -1,5 +1,6 @@
 /* Dense networks: hidden layers activation(W x + b), a linear last layer. */
 #include "nn/basis.h"
+#include "nn/polynomial.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +14,13 @@ static const double NN_PI = 3.14159265358979323846;
  * the residuals differentiate twice, which amplifies a needless frequency by its square. */
 static const double NN_SINE_FREQUENCY = 3.0;
 
-enum { NN_WIDTH_MAX = 4096, NN_OUTPUTS_MAX = 256, NN_FOURIER_MAX = 1024, NN_SCALARS_MAX = 64 };
+enum {
+    NN_WIDTH_MAX = 4096,
+    NN_OUTPUTS_MAX = 256,
+    NN_FOURIER_MAX = 1024,
+    NN_SCALARS_MAX = 64,
+    NN_POLYNOMIALS_MAX = 8192
+};
 
 /* Functions [rows][nn_basis_functions] that a layer without hidden ones sees; NULL: there are none.
  */
@@ -45,8 +52,27 @@ nn_mlp_settings nn_mlp_settings_default(void)
                                 .fourier_features = 0};
     for (int i = 0; i < NN_INPUTS_MAX; i++) {
         settings.fourier_bandwidth[i] = 2 * NN_PI;
+        settings.range[i] = 1;
     }
     return settings;
+}
+
+static const char *check_polynomials(const nn_mlp_settings *settings)
+{
+    if (settings->degree < 0 || settings->degree > NN_DEGREE_MAX) {
+        return "polynomial.degree: 0 to 32";
+    }
+    if (settings->hidden_count > 0 || settings->fourier_features > 0 || settings->pieces > 1) {
+        return "polynomial.degree: without hidden layers, Fourier features and windows";
+    }
+    for (int i = 0; i < settings->inputs; i++) {
+        if (!(settings->range[i] > 0 && settings->range[i] <= 1)) {
+            return "range: numbers in (0, 1]";
+        }
+    }
+    return nn_polynomial_count(settings) > NN_POLYNOMIALS_MAX
+               ? "polynomial.degree: of so many inputs more than 8192 polynomials; a smaller one"
+               : NULL;
 }
 
 const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
@@ -85,7 +111,7 @@ const char *nn_mlp_settings_check(const nn_mlp_settings *settings)
             return "fourier_bandwidth: positive numbers";
         }
     }
-    return NULL;
+    return settings->degree ? check_polynomials(settings) : NULL;
 }
 
 int nn_mlp_input_rows(const nn_mlp_settings *settings)
@@ -103,13 +129,14 @@ static void nn_mlp_add_view(nn_mlp *mlp, const char *layer, const char *part, in
     mlp->parameters += (size_t)rows * (size_t)columns;
 }
 
-/* Rows that enter the first layer: the inputs, then sin, then cos of their projections; or the
- * basis made of them. */
-static int nn_mlp_features(const nn_mlp *mlp)
+/* The inputs, then sin, then cos of their projections, or the basis made of them; or polynomials.
+ */
+int nn_mlp_features(const nn_mlp *mlp)
 {
     const nn_mlp_settings *settings = &mlp->settings;
-    return mlp->basis.coefficients ? mlp->basis.rows
-                                   : settings->inputs + 2 * settings->fourier_features;
+    return settings->degree          ? (int)nn_polynomial_count(settings)
+           : mlp->basis.coefficients ? mlp->basis.rows
+                                     : settings->inputs + 2 * settings->fourier_features;
 }
 
 static ad_status nn_mlp_draw(nn_mlp *mlp, nn_rng *rng, ad_error *error)
@@ -296,8 +323,11 @@ static ad_value nn_mlp_waves(const nn_mlp *mlp, ad_value x)
 }
 
 /* What enters the first layer, by a basis if there is one. */
-static ad_value nn_mlp_fourier_rows(const nn_mlp *mlp, const nn_basis *basis, ad_value x)
+static ad_value nn_mlp_feature_rows(const nn_mlp *mlp, const nn_basis *basis, ad_value x)
 {
+    if (mlp->settings.degree) {
+        return nn_polynomial_record(&mlp->settings, x);
+    }
     ad_value waves = nn_mlp_waves(mlp, x);
     int numbers = basis->rows * nn_basis_functions(&mlp->settings);
     return basis->coefficients ? ad_matvec(ad_constant(x.tape, numbers, basis->coefficients), waves)
@@ -313,7 +343,7 @@ static ad_value nn_view_record(const nn_view *view, ad_tape *tape, size_t offset
 static ad_value nn_mlp_record_hidden(const nn_mlp *mlp, const nn_basis *basis, ad_value x,
                                      size_t offset)
 {
-    x = nn_mlp_fourier_rows(mlp, basis, x);
+    x = nn_mlp_feature_rows(mlp, basis, x);
     for (int i = 0; i < mlp->settings.hidden_count; i++) {
         ad_value w = nn_view_record(&mlp->views[2 * i], x.tape, offset);
         ad_value b = nn_view_record(&mlp->views[2 * i + 1], x.tape, offset);
@@ -375,6 +405,14 @@ ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset)
     ad_value b = nn_view_record(&mlp->views[last + 1], input.tape, offset);
     ad_value y = ad_add(ad_matvec(w, hidden), b);
     return joined ? nn_mlp_join(mlp, input, y, nn_mlp_record_edges(mlp, x, offset)) : y;
+}
+
+ad_value nn_mlp_record_single(const nn_mlp *mlp, ad_value input, ad_value wrt[2])
+{
+    const int features = nn_mlp_features(mlp);
+    wrt[0] = ad_parameter(input.tape, "weight", features, 0);
+    wrt[1] = ad_parameter(input.tape, "bias", 1, (size_t)features);
+    return ad_add(ad_matvec(wrt[0], nn_mlp_feature_rows(mlp, &mlp->basis, input)), wrt[1]);
 }
 
 /* ---- combined ------------------------------------------------------------------------------- */

@@ -2,7 +2,8 @@
  *
  * Without hidden layers the network is linear in its parameters: the inputs and fixed random
  * Fourier features of them, and one trained layer (random features: Rahimi & Recht 2007; for
- * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022).
+ * differential equations: Dwivedi & Srinivasan 2020, Dong & Li 2021, Chen, Chi, E & Yang 2022); or
+ * polynomials of the inputs up to a weighted degree (polynomial chaos, nn/polynomial.h).
  * Features that nearly depend on one another leave least squares ill-conditioned; the trained layer
  * therefore sees an orthonormal basis of what they span, unless settings say otherwise: the basis
  * cancels twelve digits, and four derivatives of what is left are too noisy. */
@@ -16,7 +17,13 @@
 extern "C" {
 #endif
 
-enum { NN_HIDDEN_MAX = 16, NN_INPUTS_MAX = 64, NN_NAME_MAX = 48, NN_PIECES_MAX = 64 };
+enum {
+    NN_HIDDEN_MAX = 16,
+    NN_INPUTS_MAX = 64,
+    NN_NAME_MAX = 48,
+    NN_PIECES_MAX = 64,
+    NN_DEGREE_MAX = 32
+};
 
 #define NN_ACTIVATION_LIST(X)                                                                      \
     X(NN_TANH, "tanh")                                                                             \
@@ -53,10 +60,12 @@ typedef struct nn_mlp_settings {
     int fourier_features; /* pairs sin, cos of random projections of the inputs; 0: none */
     double fourier_bandwidth[NN_INPUTS_MAX]; /* largest frequency by input, radians per unit of the
                                               * input; they are drawn uniformly within */
+    int degree;                  /* of polynomials in place of Fourier features; 0: none */
+    double range[NN_INPUTS_MAX]; /* of polynomials: inputs lie within -range .. range; in (0, 1] */
 } nn_mlp_settings;
 
-/* One piece, hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi, orthonormal.
- */
+/* One piece, hidden 3 x 32, tanh, glorot, no Fourier features; their bandwidth 2 pi, orthonormal;
+ * no polynomials, ranges 1. */
 nn_mlp_settings nn_mlp_settings_default(void);
 
 /* NULL, or the name of the field that is out of range with what is allowed (static text). */
@@ -103,6 +112,12 @@ int nn_mlp_input_rows(const nn_mlp_settings *settings);
 /* Record the network on the tape of `input` (nn_mlp_input_rows; the inputs scaled to about [-1,
  * 1]): [outputs] rows. `offset`: of its first parameter in the flat vector. */
 ad_value nn_mlp_record(const nn_mlp *mlp, ad_value input, size_t offset);
+
+/* Of a network without hidden layers, in one piece: another one of one output with the same
+ * features, which the parameters [features + 1] of this one, weights and bias, are multiplied with,
+ * from offset 0 on. */
+ad_value nn_mlp_record_single(const nn_mlp *mlp, ad_value input, ad_value wrt[2]);
+int nn_mlp_features(const nn_mlp *mlp); /* what enters the first layer */
 
 /* Its scalars [settings.scalars], which come after all other parameters; of parameters as
  * nn_mlp_combine leaves them, or as they are. At least one. */

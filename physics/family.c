@@ -231,6 +231,7 @@ ad_status family_model(const family *f, const model_source *source, bool squares
     snprintf(m->symbols[FAMILY_COEFFICIENTS], sizeof m->symbols[0], "c");
     snprintf(m->symbols[FAMILY_CURVATURE], sizeof m->symbols[0], "u");
     m->call = (model_functions){.ansatz = ansatz_of_family, .input = input_of_family};
+    m->separate = squares ? f->scale : NULL;
     int members = model_add_interior(m, "members");
     m->sets[members].source = *source;
     model_add_term(m, "members", members, 1, squares ? difference : soft_difference, f);

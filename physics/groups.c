@@ -536,6 +536,11 @@ int groups_count(const groups *x)
     return x->count;
 }
 
+double groups_range(const groups *x, int input)
+{
+    return x->rows[input].scale;
+}
+
 ad_value groups_record(const groups *x, ad_value parameters, groups_turn *turn)
 {
     group_list list;

@@ -65,6 +65,7 @@ ad_status groups_find(const scene *family, const groups_settings *settings, grou
 void groups_free(groups *x); /* NULL is allowed */
 
 int groups_count(const groups *x);
+double groups_range(const groups *x, int input); /* it lies within - this .. this, up to 1 */
 
 /* How a member lies to the one of its set that the inputs are of. One row each. */
 typedef struct groups_turn {

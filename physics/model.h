@@ -135,7 +135,9 @@ struct physics_model {
     int field_rows[MODEL_FIELDS_MAX];
     int unknowns;        /* the first so many fields come from the network, the others from these */
     int inputs, outputs; /* of the network; inputs 0: the coordinates */
-    const void *own;     /* of the functions, borrowed */
+    const double *separate; /* [outputs], borrowed: the residual of the only term is separate[i]
+                             * times output i, less what the network does not count for; or NULL */
+    const void *own;        /* of the functions, borrowed */
 
     int set_count;
     model_set sets[MODEL_SETS_MAX];

@@ -185,6 +185,14 @@ ad_status problem_prepare_least_squares(problem *p, problem_least_squares *info,
 ad_status problem_normal_equations(problem *p, const double *x, double *loss, double *jtj,
                                    double *jtr, ad_error *error);
 
+/* Networks that are linear in their parameters, weights [outputs][features] and biases [outputs],
+ * and of whose outputs each has residuals of its own: the block of J^T J for output i is
+ * factors[i]^2 times one matrix [features + 1][features + 1], the last row that of the bias, and
+ * blocks of two outputs are 0. Whether that is so; its size, and the factors (NULL: not wanted). */
+bool problem_separates(const problem *p, size_t *size, double *factors);
+/* That matrix, its upper triangle (0 below). AD_NOT_FINITE as above. */
+ad_status problem_separate_matrix(problem *p, double *matrix, ad_error *error);
+
 /* The terms of measurements (sets of points that the model draws from a source), whose residuals
  * are independent numbers of variance 1: the sum of their squares, how many, and the upper triangle
  * of sum_k J_k^T J_k / v_k [parameters][parameters], with J_k their rows in the normal equations

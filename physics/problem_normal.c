@@ -138,6 +138,59 @@ ad_status problem_jacobian(problem *p, const double *x, double *loss, double *jt
     return check(*loss, entries, jtr, p->parameters, error);
 }
 
+/* ---- outputs that separate ----------------------------------------------------------------- */
+
+bool problem_separates(const problem *p, size_t *size, double *factors)
+{
+    const physics_model *m = p->model;
+    if (!m->separate || m->term_count != 1 || p->set_count != 1 || p->sets[0].point_weights ||
+        p->sets[0].balance) {
+        return false;
+    }
+    const double count = (double)p->sets[0].trained.count;
+    for (int i = 0; factors && i < m->outputs; i++) {
+        factors[i] = m->separate[i] * sqrt(p->terms[0]->weight / count);
+    }
+    *size = (size_t)nn_mlp_features(p->mlp) + 1;
+    return *size * (size_t)m->outputs == p->parameters;
+}
+
+ad_status problem_separate_matrix(problem *p, double *matrix, ad_error *error)
+{
+    const physics_model *m = p->model;
+    const domain_uniforms none = {0};
+    const problem_cloud *cloud = &p->sets[0].trained;
+    const size_t size = (size_t)nn_mlp_features(p->mlp) + 1;
+    const double *inputs[DOMAIN_COORDINATES_MAX];
+    double *zeros = calloc(2 * size, sizeof *zeros), rtr = 0;
+    ad_normal *normal = NULL;
+    ad_tape *tape = ad_tape_create();
+    ad_status status =
+        tape && zeros ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for J^T J");
+    if (status == AD_OK) {
+        ad_value wrt[2];
+        domain_place at = domain_record(&m->domain, &none, tape);
+        ad_value y = nn_mlp_record_single(p->mlp, m->call.input(m, &at), wrt);
+        status = ad_normal_compile(1, &y, 2, wrt, size, p->pool, &normal, error);
+    }
+    for (int i = 0; i < m->domain.count; i++) {
+        inputs[i] = cloud->x + (size_t)i * cloud->count;
+    }
+    if (status == AD_OK) {
+        const ad_run run = {.points = cloud->count, .inputs = inputs, .parameters = zeros};
+        memset(matrix, 0, size * size * sizeof *matrix);
+        status = ad_normal_add(normal, &run, matrix, zeros + size, &rtr, error);
+    }
+    double diagonal = 0;
+    for (size_t i = 0; status == AD_OK && i < size; i++) {
+        diagonal += matrix[i * size + i];
+    }
+    ad_normal_free(normal);
+    ad_tape_free(tape);
+    free(zeros);
+    return status == AD_OK ? check(0, diagonal, NULL, 0, error) : status;
+}
+
 /* ---- products ------------------------------------------------------------------------------ */
 
 ad_status problem_prepare_product(problem *p, problem_least_squares *info, ad_error *error)

@@ -395,9 +395,9 @@ void scene_middle(const scene *family, scene *member);
 const double *scene_middle_values(const scene *family, double *values);
 
 /* Reads "a=1, b=2" as the values [count] of these parameters. AD_BAD_INPUT: a name that is none of
- * them or comes twice, a value outside its range, a parameter without one. */
-ad_status scene_member_read(int count, const scene_parameter *parameters, const char *text,
-                            double *values, ad_error *error);
+ * them or comes twice, a value outside its range unless any will do, a parameter without one. */
+ad_status scene_member_read(int count, const scene_parameter *parameters, bool any_value,
+                            const char *text, double *values, ad_error *error);
 
 /* Needs a scene that passes scene_check. Of segments that differ it has formulas that switch from
  * one to the next at their joints, where(s - joint, behind, before): at a joint what is before. */

@@ -92,8 +92,8 @@ static int find(int count, const scene_parameter *parameters, const char *name, 
 }
 
 /* One "name=value" at the beginning of `text`; returns what follows it, NULL: an error. */
-static const char *read_one(int count, const scene_parameter *parameters, const char *text,
-                            double *values, ad_error *error)
+static const char *read_one(int count, const scene_parameter *parameters, bool any_value,
+                            const char *text, double *values, ad_error *error)
 {
     char missing[300], *end = NULL;
     const size_t length = strcspn(text, "=, ");
@@ -115,7 +115,7 @@ static const char *read_one(int count, const scene_parameter *parameters, const 
         return NULL;
     }
     const scene_parameter *parameter = &parameters[index];
-    if (!(value >= parameter->low && value <= parameter->high)) {
+    if (!any_value && !(value >= parameter->low && value <= parameter->high)) {
         ad_fail(error, AD_BAD_INPUT, "member: %s = %g is outside its range; allowed: %g to %g",
                 parameter->name, value, parameter->low, parameter->high);
         return NULL;
@@ -124,15 +124,15 @@ static const char *read_one(int count, const scene_parameter *parameters, const 
     return *next ? next + 1 : next;
 }
 
-ad_status scene_member_read(int count, const scene_parameter *parameters, const char *text,
-                            double *values, ad_error *error)
+ad_status scene_member_read(int count, const scene_parameter *parameters, bool any_value,
+                            const char *text, double *values, ad_error *error)
 {
     char missing[300];
     for (int i = 0; i < count; i++) {
         values[i] = NAN;
     }
     for (text += strspn(text, " "); *text; text += strspn(text, " ")) {
-        text = read_one(count, parameters, text, values, error);
+        text = read_one(count, parameters, any_value, text, values, error);
         if (!text) {
             return AD_BAD_INPUT;
         }

@@ -167,12 +167,14 @@ static const refusal refusals[] = {
      "scene.yaml:4:23: network.activation: is relu; allowed: one of tanh, sin, silu, gelu"},
     {BASE "network: {rotation: angles}\n", NULL,
      "scene.yaml:4:21: network.rotation: is angles; allowed: one of quaternion, vector, six"},
+    {BASE "network: {polynomial: {degree: 5}}\n", NULL,
+     "scene.yaml:4:32: network.polynomial.degree: is of families in the strain form; leave it out"},
     {BASE "network: {fourier: 16}\n", NULL,
      "scene.yaml:4:20: network.fourier: is a single value; allowed: a section with the keys "
      "features, wavenumber, parameters, frequency"},
     {BASE "network: {widths: [32]}\n", NULL,
      "scene.yaml:4:11: network.widths: unknown key; allowed in network: hidden, activation, "
-     "initialization, fourier, inputs, symmetry, rotation"},
+     "initialization, fourier, polynomial, inputs, symmetry, rotation"},
     {BASE "network: {fourier: {wavenumber: 0}}\n", NULL,
      "scene.yaml:4:33: network.fourier.wavenumber: is 0, which is out of range; allowed: a finite "
      "number > 0, in rad/m"},

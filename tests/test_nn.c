@@ -187,6 +187,84 @@ static void test_basis(void **state)
     nn_mlp_free(mlp);
 }
 
+/* Polynomials in three inputs, the third of which counts twofold: orthonormal by Gauss' rule of six
+ * points, which is exact for their products, and so many that monomials of the degree are theirs.
+ */
+static void test_polynomials(void **state)
+{
+    (void)state;
+    enum { SIDE = 6, POINTS3 = SIDE * SIDE * SIDE, DEGREE = 4, MOST = 40 };
+    static const double nodes[SIDE / 2] = {0.2386191860831969, 0.6612093864662645,
+                                           0.9324695142031521};
+    static const double weights[SIDE / 2] = {0.4679139345726910, 0.3607615730481386,
+                                             0.1713244923791704};
+    nn_mlp_settings settings = small(NN_TANH, 0);
+    settings.hidden_count = 0;
+    settings.inputs = 3;
+    settings.outputs = 1;
+    settings.degree = DEGREE;
+    settings.range[2] = 0.25;
+    nn_mlp *mlp = create(&settings, 1);
+    const int count = nn_mlp_features(mlp);
+    int expected = -1; /* but for the constant */
+    for (int i = 0; i < 125; i++) {
+        expected += i / 25 + i / 5 % 5 + 2 * (i % 5) <= DEGREE;
+    }
+    assert_int_equal(count, expected);
+    assert_int_equal(nn_mlp_parameters(mlp), count + 1);
+    double x[3 * POINTS3], w[POINTS3], *values[MOST], parameters[MOST + 1];
+    for (int p = 0; p < POINTS3; p++) {
+        w[p] = 1;
+        for (int i = 0, at = p; i < 3; i++, at /= SIDE) {
+            const int k = at % SIDE, n = k / 2;
+            x[i * POINTS3 + p] = (k % 2 ? 1 : -1) * nodes[n] * settings.range[i];
+            w[p] *= weights[n] / 2;
+        }
+    }
+    ad_tape *tape = ad_tape_create();
+    ad_value y = nn_mlp_record(mlp, ad_input(tape, "x", 3), 0);
+    for (int k = 0; k <= count; k++) { /* the bias is the constant */
+        memset(parameters, 0, sizeof parameters);
+        parameters[k] = 1;
+        values[k] = evaluate_at(y, POINTS3, x, NULL, parameters);
+    }
+    for (int i = 0; i <= count; i++) {
+        for (int j = 0; j <= i; j++) {
+            double product = 0;
+            for (int p = 0; p < POINTS3; p++) {
+                product += w[p] * values[i][p] * values[j][p];
+            }
+            assert_near(product, i == j, 1e-13);
+        }
+    }
+    for (int i = 0; i < 125; i++) { /* what their expansion leaves of a monomial */
+        const int power[3] = {i / 25, i / 5 % 5, i % 5};
+        double all = 0, monomial[POINTS3];
+        for (int p = 0; p < POINTS3; p++) {
+            monomial[p] = 1;
+            for (int k = 0; k < 3; k++) {
+                monomial[p] *= pow(x[k * POINTS3 + p] / settings.range[k], power[k]);
+            }
+            all += w[p] * monomial[p] * monomial[p];
+        }
+        double square = all;
+        for (int k = 0; k <= count; k++) {
+            double part = 0;
+            for (int p = 0; p < POINTS3; p++) {
+                part += w[p] * monomial[p] * values[k][p];
+            }
+            square -= part * part;
+        }
+        const bool has = power[0] + power[1] + 2 * power[2] <= DEGREE;
+        assert_true(has ? fabs(square) < 1e-14 : square > 1e-4 * all);
+    }
+    for (int k = 0; k <= count; k++) {
+        free(values[k]);
+    }
+    ad_tape_free(tape);
+    nn_mlp_free(mlp);
+}
+
 static double mean_square(const double *x, size_t count)
 {
     double sum = 0;
@@ -261,7 +339,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forward),        cmocka_unit_test(test_views),
         cmocka_unit_test(test_initialization), cmocka_unit_test(test_refusals),
-        cmocka_unit_test(test_basis),
+        cmocka_unit_test(test_basis),          cmocka_unit_test(test_polynomials),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

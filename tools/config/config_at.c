@@ -19,7 +19,7 @@ ad_status config_close(config *experiment, const char *at, ad_error *error)
                                               parameter->range[1], SCENE_LINEAR};
         }
     }
-    ad_status status = scene_member_read(count, open, at ? at : "", values, &reason);
+    ad_status status = scene_member_read(count, open, false, at ? at : "", values, &reason);
     if (status != AD_OK) {
         return config_blame(experiment->source, error, "parameters",
                             "%s; give them by --at or --set", reason.message);

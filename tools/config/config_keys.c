@@ -224,6 +224,10 @@ const config_key config_keys[] = {
     {"network.fourier.frequency", CONFIG_NUMBER, AT(settings.fourier_frequency), .unit = "rad/s", POSITIVE,
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
+    {"network.polynomial.degree", CONFIG_INTEGER, AT(settings.network.degree), BETWEEN(0, NN_DEGREE_MAX),
+     .fallback = "0; of families in the strain form without hidden layers and waves 7",
+     .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
+             "to this degree in all, where inputs that move the rod little count two- or threefold."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,
      .help = "Of a family whose network is of the parameters alone. groups: the dimensionless "
              "numbers of its equations, forces by EI/L^2 and so on, which --explain lists; "
@@ -399,7 +403,8 @@ const config_key config_keys[] = {
     {"training.stages[].linear_algebra", CONFIG_CHOICE, STAGE(linear_algebra),
      .names = train_linear_algebra_names, GAUSS_NEWTON,
      .help = "How steps are computed; automatic: by the numbers of parameters and residuals, "
-             "matrix_free, with scaling identity, where matrices would take more than 2 GB."},
+             "separate for linear networks in the strain form, matrix_free, with scaling identity, "
+             "where matrices would take more than 2 GB."},
     {"training.stages[].scaling", CONFIG_CHOICE, STAGE(gauss_newton.scaling),
      .names = scaling_names, GAUSS_NEWTON,
      .fallback = "identity; without hidden layers diagonal in motion and for beams",

@@ -426,7 +426,7 @@ static ad_status choose_member(evaluation *x, ad_error *error)
     const scene *scene = x->e->scene;
     experiment_member_values(x->e, x->member);
     return x->asked.family.at ? scene_member_read(scene_known_count(scene), scene->parameters,
-                                                  x->asked.family.at, x->member, error)
+                                                  false, x->asked.family.at, x->member, error)
                               : AD_OK;
 }
 

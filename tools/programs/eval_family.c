@@ -59,18 +59,6 @@ static ad_status check_range(const eval_family *x, const table_file *table, ad_e
                    where, p->name, x->parameters[member * count + (size_t)k], p->low, p->high);
 }
 
-/* Ranges are asked for later, with those of files. */
-static ad_status read_at(const scene *family, const char *text, double *values, ad_error *error)
-{
-    scene_parameter any[SCENE_PARAMETERS_MAX];
-    for (int i = 0; i < family->parameter_count; i++) {
-        any[i] = family->parameters[i];
-        any[i].low = -INFINITY;
-        any[i].high = INFINITY;
-    }
-    return scene_member_read(family->parameter_count, any, text, values, error);
-}
-
 static ad_status gather(eval_family *x, ad_error *error)
 {
     const scene *family = cpinn_family_scene(x->family);
@@ -82,8 +70,10 @@ static ad_status gather(eval_family *x, ad_error *error)
     } else {
         x->count = 1;
         x->parameters = malloc((size_t)family->parameter_count * sizeof *x->parameters);
-        status = x->parameters ? read_at(family, x->asked.at, x->parameters, error)
-                               : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
+        status = x->parameters /* ranges are asked for later, with those of files */
+                     ? scene_member_read(family->parameter_count, family->parameters, true,
+                                         x->asked.at, x->parameters, error)
+                     : ad_fail(error, AD_NO_MEMORY, "out of memory for a member");
     }
     status = status == AD_OK ? check_range(x, table, error) : status;
     table_free(table);

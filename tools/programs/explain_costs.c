@@ -109,6 +109,9 @@ static void print_network(FILE *file, const experiment *e, const problem *p)
     if (network->fourier_features) {
         fprintf(file, " + 2 x %d Fourier", network->fourier_features);
     }
+    if (network->degree) {
+        fprintf(file, ", %d polynomials of degree %d", nn_mlp_features(e->mlp), network->degree);
+    }
     for (int i = 0; i < network->hidden_count; i++) {
         fprintf(file, " - %d", network->hidden[i]);
     }

@@ -23,6 +23,10 @@ static ad_status build_family(experiment *e, ad_error *error)
     ad_status status = targets_create(e->scene, &members, e->pool, &e->targets, error);
     if (status == AD_OK) {
         const model_source source = targets_source(e->targets);
+        const groups *inputs = family_groups(targets_family(e->targets));
+        for (int i = 0; i < groups_count(inputs); i++) {
+            e->settings->network.range[i] = groups_range(inputs, i);
+        }
         status = family_model(targets_family(e->targets), &source,
                               settings->network.hidden_count == 0, &e->model, error);
     }

@@ -34,7 +34,9 @@ struct linear_model {
     double damped; /* damping of `factor`; NaN: of another matrix */
     optim_nystrom *preconditioner;
     optim_cg *cg;
-    double *x; /* matrix_free: where J is, [count] */
+    double *x;       /* matrix_free: where J is, [count] */
+    size_t outputs;  /* separate */
+    double *factors; /* separate: [outputs] */
     ad_status status;
     ad_error *error;
 };
@@ -61,6 +63,8 @@ static double bytes_of(const linear_model_info *plan, const problem_least_square
     enum { VECTORS = 7 }; /* the random numbers of the preconditioner are needed once */
     double n = (double)plan->parameters, rows = (double)plan->rows;
     switch (plan->form) {
+    case TRAIN_SEPARATE:
+        return 16 * (double)plan->order * (double)plan->order;
     case TRAIN_MATRIX_FREE:
         return 8 * n * (3 * (double)rank_of(plan->parameters) + VECTORS) + (double)sizes->bytes;
     case TRAIN_KERNEL:
@@ -87,7 +91,13 @@ double linear_model_flops(const linear_model_info *plan)
 static ad_status size_up(problem *p, train_linear_algebra form, linear_model_info *plan,
                          ad_error *error)
 {
-    problem_least_squares sizes;
+    problem_least_squares sizes = {.rows = 0};
+    if (form == TRAIN_SEPARATE) {
+        *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
+        problem_separates(p, &plan->order, NULL);
+        plan->bytes = bytes_of(plan, &sizes);
+        return AD_OK;
+    }
     ad_status status = form == TRAIN_MATRIX_FREE ? problem_prepare_product(p, &sizes, error)
                                                  : problem_prepare_least_squares(p, &sizes, error);
     *plan = (linear_model_info){.form = form, .parameters = problem_parameters(p)};
@@ -106,13 +116,23 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
 {
     const bool identity = stage->gauss_newton.scaling == OPTIM_SCALING_IDENTITY;
     ad_status status = AD_OK;
+    size_t order;
     if (stage->linear_algebra == TRAIN_MATRIX_FREE && !identity) {
         return ad_fail(error, AD_BAD_INPUT,
                        "training.stages[%d].linear_algebra: matrix_free has no diagonal of J^T J; "
                        "allowed with it: scaling identity",
                        number);
     }
-    status = size_up(p, stage->linear_algebra, plan, error);
+    train_linear_algebra form = stage->linear_algebra;
+    const bool separates = !identity && problem_separates(p, &order, NULL);
+    if (form == TRAIN_SEPARATE && !separates) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "training.stages[%d].linear_algebra: separate is of linear networks in the "
+                       "strain form that learn from solved members alone, with scaling diagonal",
+                       number);
+    }
+    status = size_up(p, form == TRAIN_LINEAR_AUTOMATIC && separates ? TRAIN_SEPARATE : form, plan,
+                     error);
     if (status == AD_OK && plan->bytes > bytes_max() && identity &&
         stage->linear_algebra == TRAIN_LINEAR_AUTOMATIC) {
         status = size_up(p, TRAIN_MATRIX_FREE, plan, error);
@@ -134,9 +154,12 @@ ad_status linear_model_plan(problem *p, const train_stage *stage, int number,
 
 void linear_model_describe(const linear_model_info *info, char text[160])
 {
-    snprintf(text, 160, "%s for %zu parameters and %zu residuals, %.1f MiB",
-             linear_model_form_name(info->form), info->parameters, info->rows,
-             info->bytes / (1024 * 1024));
+    int n = snprintf(text, 160, "%s for %zu parameters", linear_model_form_name(info->form),
+                     info->parameters);
+    n += info->form == TRAIN_SEPARATE
+             ? snprintf(text + n, 160 - (size_t)n, ", %zu of each output", info->order)
+             : snprintf(text + n, 160 - (size_t)n, " and %zu residuals", info->rows);
+    snprintf(text + n, 160 - (size_t)n, ", %.1f MiB", info->bytes / (1024 * 1024));
 }
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -154,6 +177,7 @@ void linear_model_free(linear_model *m)
         optim_nystrom_free(m->preconditioner);
         optim_cg_free(m->cg);
         free(m->x);
+        free(m->factors);
         free(m);
     }
 }
@@ -182,6 +206,15 @@ static bool allocate(linear_model *m)
     }
     bool kernel = m->info.form == TRAIN_KERNEL;
     size_t order = kernel ? m->rows : m->count;
+    if (m->info.form == TRAIN_SEPARATE) {
+        order = m->info.order;
+        m->outputs = m->count / order;
+        m->rows = order; /* of r and z */
+        m->factors = calloc(m->outputs, sizeof *m->factors);
+        if (!m->factors) {
+            return false;
+        }
+    }
     m->jtr = calloc(m->count, sizeof *m->jtr);
     m->matrix = calloc(order, order * sizeof *m->matrix);
     m->factor = ad_dense_factor_create(order);
@@ -253,6 +286,32 @@ static ad_status linearize_products(linear_model *m, const double *x, double *va
     return AD_OK;
 }
 
+/* Where of the parameters number `i` of an output is: its weights, then its bias. */
+static size_t place_of(const linear_model *m, size_t output, size_t i)
+{
+    const size_t features = m->info.order - 1;
+    return i < features ? output * features + i : m->outputs * features + output;
+}
+
+static ad_status linearize_separate(linear_model *m, const double *x, double *value,
+                                    double *diagonal, ad_error *error)
+{
+    const size_t order = m->info.order;
+    size_t size;
+    problem_separates(m->problem, &size, m->factors);
+    ad_status status = problem_evaluate(m->problem, x, value, m->jtr, error);
+    status = status == AD_OK ? problem_separate_matrix(m->problem, m->matrix, error) : status;
+    for (size_t i = 0; status == AD_OK && i < m->count; i++) {
+        m->jtr[i] /= 2;
+    }
+    for (size_t k = 0; status == AD_OK && k < m->outputs; k++) {
+        for (size_t i = 0; i < order; i++) {
+            diagonal[place_of(m, k, i)] = m->factors[k] * m->factors[k] * m->matrix[i * order + i];
+        }
+    }
+    return status;
+}
+
 ad_status linear_model_linearize(linear_model *m, const double *x, double *value, double *jtr,
                                  double *diagonal, ad_error *error)
 {
@@ -262,7 +321,9 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
     if (m->info.form == TRAIN_MATRIX_FREE) {
         return linearize_products(m, x, value, jtr, diagonal, error);
     }
-    if (m->info.form == TRAIN_KERNEL) {
+    if (m->info.form == TRAIN_SEPARATE) {
+        status = linearize_separate(m, x, value, diagonal, error);
+    } else if (m->info.form == TRAIN_KERNEL) {
         status = problem_jacobian(m->problem, x, value, m->jt, m->r, m->jtr, diagonal, error);
     } else {
         status = problem_normal_equations(m->problem, x, value, m->matrix, m->jtr, error);
@@ -276,7 +337,10 @@ ad_status linear_model_linearize(linear_model *m, const double *x, double *value
 
 bool linear_model_keeps(const linear_model *m)
 {
-    static const double large = 5e8; /* products in J^T J: some ten milliseconds */
+    static const double large = 5e8;      /* products in J^T J: some ten milliseconds */
+    if (m->info.form == TRAIN_SEPARATE) { /* it does not depend on x */
+        return true;
+    }
     double products = (double)m->rows * (double)m->count * (double)m->count;
     return m->info.form == TRAIN_NORMAL_EQUATIONS && products > large;
 }
@@ -314,6 +378,30 @@ static int solve_normal_equations(linear_model *m, double damping, const double 
         step[i] = -m->jtr[i];
     }
     ad_dense_cholesky_solve(m->factor, step);
+    return 0;
+}
+
+/* (factor^2 (matrix + damping diagonal)) step = -J^T r of every output. */
+static int solve_separate(linear_model *m, double damping, double *step)
+{
+    const size_t order = m->info.order;
+    for (size_t i = 0; i < order && !m->scaled; i++) {
+        m->r[i] = m->matrix[i * order + i];
+    }
+    m->scaled = true;
+    if (!factor(m, order, damping, m->r)) {
+        return 1;
+    }
+    for (size_t k = 0; k < m->outputs; k++) {
+        const double square = m->factors[k] * m->factors[k];
+        for (size_t i = 0; i < order; i++) {
+            m->z[i] = square > 0 ? -m->jtr[place_of(m, k, i)] / square : 0;
+        }
+        ad_dense_cholesky_solve(m->factor, m->z);
+        for (size_t i = 0; i < order; i++) {
+            step[place_of(m, k, i)] = m->z[i];
+        }
+    }
     return 0;
 }
 
@@ -370,6 +458,8 @@ static int solve(linear_model *m, double damping, const double *scale, double *s
     switch (m->info.form) {
     case TRAIN_MATRIX_FREE:
         return solve_products(m, damping, step);
+    case TRAIN_SEPARATE:
+        return solve_separate(m, damping, step);
     case TRAIN_KERNEL:
         return solve_kernel(m, damping, scale, step);
     default:

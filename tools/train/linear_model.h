@@ -5,6 +5,9 @@
  *                      for fewer residuals than parameters
  *   matrix_free        the first by conjugate gradients, from products with J^T J alone: for any
  *                      number of parameters; D the unit matrix only
+ *   separate           the first where J^T J is the same for every output of the network but for a
+ *                      factor, as of linear networks in the strain form: one matrix for all of
+ * them, computed once; D of its diagonal
  *
  * The optimiser sees none of this: optim_linear_model. */
 #ifndef TOOLS_TRAIN_LINEAR_MODEL_H
@@ -17,6 +20,7 @@ typedef struct linear_model linear_model;
 typedef struct linear_model_info {
     train_linear_algebra form; /* never automatic */
     size_t parameters, rows;   /* rows of J: residuals times points */
+    size_t order;              /* separate: rows of the matrix of an output */
     double bytes;              /* of its matrices, or of vectors and workspaces */
     int64_t factors;           /* matrices factored */
     int64_t failed;            /* of them not positive definite */

@@ -59,6 +59,7 @@ train_settings train_settings_default(void)
                                .reference_tolerance = NAN};
     settings.network.inputs = settings.network.outputs = 1;
     settings.network.hidden_count = settings.network.fourier_features = TRAIN_OPEN;
+    settings.network.degree = TRAIN_OPEN;
     for (int i = 0; i < TRAIN_STAGES_MAX; i++) {
         settings.stages[i] = train_stage_default();
     }

@@ -32,7 +32,8 @@ enum { TRAIN_OPEN = -1 };
     X(TRAIN_LINEAR_AUTOMATIC, "automatic")                                                         \
     X(TRAIN_NORMAL_EQUATIONS, "normal_equations")                                                  \
     X(TRAIN_KERNEL, "kernel")                                                                      \
-    X(TRAIN_MATRIX_FREE, "matrix_free")
+    X(TRAIN_MATRIX_FREE, "matrix_free")                                                            \
+    X(TRAIN_SEPARATE, "separate")
 
 /* A closed form that is known to solve the scene. */
 #define TRAIN_REFERENCE_LIST(X)                                                                    \
@@ -101,8 +102,8 @@ typedef struct train_data {
 /* Texts belong to whoever fills them in and must outlive the training. */
 typedef struct train_settings {
     const char *name;          /* of the experiment; may be NULL */
-    nn_mlp_settings network;   /* inputs and outputs follow from the scene; hidden_count and
-                                * fourier_features TRAIN_OPEN: open */
+    nn_mlp_settings network;   /* inputs and outputs follow from the scene; hidden_count,
+                                * fourier_features and degree TRAIN_OPEN: open; range follows */
     double fourier_wavenumber; /* largest along s; rad/m; NaN: open */
     double fourier_frequency;  /* largest in time; rad/s; NaN: open, and in a static scene */
     double fourier_parameters; /* largest along parameters with ranges, radians in half of one (of

@@ -9,7 +9,7 @@
  * third, in as much more time; 50000 members begin to be learnt by heart, 100000 and 200000 do not.
  */
 enum { LAYERS = 3, WIDTH = 128, STEPS = 6000, WARMUP = 200, BATCH = 1024 };
-enum { MEMBERS = 131072, MEMBERS_LEAST = 16 };
+enum { MEMBERS = 131072, MEMBERS_LEAST = 16, DEGREE = 7 };
 static const double LEARNING_RATE = 8e-3;
 
 /* Rows of the history cost measurements over fresh members. */
@@ -29,6 +29,27 @@ static bool is_usual_stage(const train_settings *settings)
 static bool takes_batches(optim_method optimizer)
 {
     return optimizer == OPTIM_ADAM || optimizer == OPTIM_SOAP;
+}
+
+/* Of few parameters waves nearly depend on one another; of many a basis of them costs more than the
+ * rest of training, and saves nothing. */
+enum { FEW_PARAMETERS = 3 };
+
+static void resolve_features(train_settings *settings, const scene *family)
+{
+    nn_mlp_settings *network = &settings->network;
+    const bool linear = network->hidden_count == 0;
+    network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
+    network->orthonormal = family->parameter_count <= FEW_PARAMETERS;
+    if (network->degree == TRAIN_OPEN) {
+        network->degree = linear && network->fourier_features == 0 ? DEGREE : 0;
+    }
+    if (isnan(settings->fourier_parameters)) {
+        settings->fourier_parameters = TRAIN_OF_PARAMETER;
+    }
+    for (int i = 0; i < NN_INPUTS_MAX; i++) {
+        network->fourier_bandwidth[i] = settings->fourier_parameters;
+    }
 }
 
 static void take_usual_stage(train_stage *stage)
@@ -52,6 +73,17 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
                             "parameters with ranges, no time.duration and nothing to identify, or "
                             "take mixed");
     }
+    if (!isnan(settings->fourier_wavenumber) || !isnan(settings->fourier_frequency)) {
+        return train_refuse(key,
+                            isnan(settings->fourier_frequency) ? "network.fourier.wavenumber"
+                                                               : "network.fourier.frequency",
+                            error,
+                            "is along s or time, but this network is of the parameters alone; "
+                            "allowed: fourier.parameters");
+    }
+    if (network->hidden_count == TRAIN_OPEN && network->degree > 0) {
+        network->hidden_count = 0;
+    }
     if (network->hidden_count == TRAIN_OPEN && is_usual_stage(settings)) {
         take_usual_stage(&settings->stages[0]);
     }
@@ -61,11 +93,13 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
             network->hidden[i] = WIDTH;
         }
     }
-    network->fourier_features = network->fourier_features > 0 ? network->fourier_features : 0;
+    resolve_features(settings, family);
     settings->rotation = SCENE_QUATERNION; /* there is none */
     settings->windows = family->windows = 1;
     settings->members = settings->members > 0 ? settings->members : MEMBERS;
-    losses->interior.points = losses->interior.points > 0 ? losses->interior.points : BATCH;
+    losses->interior.points = losses->interior.points > 0  ? losses->interior.points
+                              : network->hidden_count == 0 ? settings->members
+                                                           : BATCH;
     if (takes_batches(settings->stages[0].optimizer) && losses->interior.resample_every == 0) {
         losses->interior.resample_every = 1;
     }
@@ -75,7 +109,7 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
     losses->held_out_points = losses->held_out_points > 0 ? losses->held_out_points : BATCH;
     settings->output_every = settings->output_every > 0 ? settings->output_every : OUTPUT_EVERY;
     for (int i = 0; i < settings->stage_count; i++) {
-        train_resolve_stage(&settings->stages[i], false, network->hidden_count == 0);
+        train_resolve_stage(&settings->stages[i], true, network->hidden_count == 0);
     }
     return AD_OK;
 }

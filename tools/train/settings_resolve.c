@@ -44,11 +44,10 @@ static const double LARGEST_BANDWIDTH = 1e5;
 /* By how much a step lowers the loss at least while unknowns are found. */
 static const double OF_UNKNOWNS = 1e-3;
 
-/* Of a family: along parameters, radians in half of a range; along s at rest this part of what one
- * member takes; and features at rest for one parameter, each further one doubles them. Measured on
- * a cantilever with a load up to 4 EI/L^2 and a stiffness that differs four times: of 1 to 3
- * radians and of 2 to 8 along s these are the best, by a factor of ten. */
-static const double OF_PARAMETER = 2, OF_MEMBER = 0.25;
+/* Of a family: along s at rest this part of what one member takes; and features at rest for one
+ * parameter, each further one doubles them. Measured as TRAIN_OF_PARAMETER, of 2 to 8 radians along
+ * s. */
+static const double OF_MEMBER = 0.25;
 enum { FAMILY_FEATURES = 120 };
 
 enum { FEATURES_LEAST = 80, FEATURES_MAX = 256, POINTS_PER_FUNCTION = 4 };
@@ -226,7 +225,7 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
             "is along parameters with ranges, but the scene has none; leave it out");
     }
     if (scene_is_family(rod_scene) && isnan(settings->fourier_parameters)) {
-        settings->fourier_parameters = OF_PARAMETER;
+        settings->fourier_parameters = TRAIN_OF_PARAMETER;
     }
     for (int i = 1 + dynamic; i < d->count; i++) {
         bandwidth[i] = settings->fourier_parameters;
@@ -272,6 +271,11 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, dom
         network->hidden_count =
             begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
     }
+    if (!is_open(network->degree) && network->degree > 0) {
+        return train_refuse(key, "network.polynomial.degree", error,
+                            "is of families in the strain form; leave it out");
+    }
+    network->degree = 0;
     resolve_rotation(settings, rod_scene);
     network->orthonormal = !scene_is_fourth_order(rod_scene);
     scene_breaks breaks;
@@ -484,6 +488,7 @@ ad_status train_settings_resolve_model(train_settings *settings, const physics_m
             begins_with_gauss_newton(settings) ? 0 : nn_mlp_settings_default().hidden_count;
     }
     network->orthonormal = true;
+    network->degree = network->degree > 0 ? network->degree : 0;
     settings->rotation = SCENE_QUATERNION; /* there is none */
     settings->windows = 1;
     resolve_waves(settings, &m->domain);

@@ -266,8 +266,9 @@ static void put_target(const targets *t, const model_draw *draw, size_t point, c
 static void fill_from_pool(const targets *t, const model_draw *draw)
 {
     const size_t all = t->solved.count;
-    for (size_t k = 0; k < draw->count; k++) {
-        const size_t from = (size_t)(nn_rng_uniform(draw->rng) * (double)all) % all;
+    for (size_t k = 0; k < draw->count; k++) { /* as many as there are: each once */
+        const size_t any = (size_t)(nn_rng_uniform(draw->rng) * (double)all) % all;
+        const size_t from = draw->count == all ? k : any;
         for (size_t i = 0; i < t->parameters; i++) {
             draw->x[i * draw->count + k] = t->solved.x[i * all + from];
         }
