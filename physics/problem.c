@@ -514,21 +514,24 @@ int problem_state(problem *p, problem_array *arrays, problem_generator *generato
     for (int i = 0; i < p->set_count; i++) {
         problem_set *set = &p->sets[i];
         problem_array *points = &arrays[count++];
+        const bool given = set->about->points == MODEL_GIVEN && set->about->source.draw_every == 0;
         *points = (problem_array){.data = set->trained.x,
                                   .rows = (size_t)p->model->domain.count,
-                                  .columns = set->trained.count};
+                                  .columns = set->trained.count,
+                                  .given = given};
         snprintf(points->name, sizeof points->name, "points/%s", set->about->name);
         if (set->trained.data) {
             problem_array *data = &arrays[count++];
             *data = (problem_array){.data = set->trained.data,
                                     .rows = (size_t)set->about->source.rows,
-                                    .columns = set->trained.count};
+                                    .columns = set->trained.count,
+                                    .given = given};
             snprintf(data->name, sizeof data->name, "data/%s", set->about->name);
         }
         generators[(*generator_count)++] = (problem_generator){set->about->name, &set->rng};
     }
     if (p->model->scene.unknown_count > 0) {
-        arrays[count++] = (problem_array){"unknowns/released", &p->released, 1, 1};
+        arrays[count++] = (problem_array){"unknowns/released", &p->released, 1, 1, false};
     }
     return count + problem_weights_state(p, arrays + count);
 }

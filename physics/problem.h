@@ -277,6 +277,7 @@ typedef struct problem_array {
     char name[MODEL_NAME + 24];
     double *data;
     size_t rows, columns;
+    bool given; /* as the set's source has it once and for all: a checkpoint has the same */
 } problem_array;
 
 typedef struct problem_generator {

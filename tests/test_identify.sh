@@ -38,17 +38,27 @@ run 0 cpinn-eval whole --grid 11 --out whole.csv
 run 0 cpinn-eval two --grid 11 --out two.csv
 same whole.csv two.csv
 
+# A run keeps its measurements.
+cp "$scenes/bent.yaml" "$scenes/bent_shape.csv" .
+run 3 cpinn-train bent.yaml --out kept --set training.stages[0].steps=3
+sed 's/^0.1,/0.1001,/' "$scenes/bent_shape.csv" >bent_shape.csv
+run 2 cpinn-train bent.yaml --out kept --set training.stages[0].steps=3 --resume
+said stderr.txt 'data0: the file of these measurements has other rows now'
+rm bent_shape.csv
+
 # ---- refusals ---------------------------------------------------------------------------------
 
-cp "$scenes/bent.yaml" bent.yaml
+# refuse TEXT OPTIONS: by the solver and by training, in the same line but for their names.
 refuse() {
-    local text=$1
+    local text=$1 program
     shift
-    run 2 cpinn-solve bent.yaml "$@"
-    said stderr.txt "$text"
-    check one line -- test "$(wc -l <stderr.txt)" -eq 1
+    for program in 'cpinn-solve bent.yaml' 'cpinn-train bent.yaml --out refused'; do
+        run 2 $program "$@"
+        said stderr.txt "$text"
+        check one line -- test "$(wc -l <stderr.txt)" -eq 1
+    done
 }
-refuse 'bent_shape.csv: cannot be opened'
+refuse 'bent.yaml:18:32: data\[0\].file: .*bent_shape.csv: cannot be opened'
 printf 's,x,y\n0.1,0,0\n' >bent_shape.csv
 refuse "column 'z'"
 printf 's,x,y,z\n0.3,0,0,0\n' >bent_shape.csv
@@ -59,9 +69,11 @@ printf 's,x,y,z\n' >bent_shape.csv
 refuse 'no rows'
 printf 's,x,y,z\n0.1,0,0,0.1\n' >bent_shape.csv
 refuse '3 measured numbers for 4 unknowns' --set 'rod.rest.curvature=[{identify: 0, range: [-1, 1]}, {identify: 0, range: [-1, 1]}, {identify: 0, range: [-1, 1]}]'
-refuse 'there are no measurements' --set data=null
+refuse 'are no measurements|give measurements' --set data=null
 refuse 'outside its range' --set 'rod.stiffness.torsion={identify: 1, range: [2, 3]}'
-run 2 cpinn-train bent.yaml --set data=null --out refused
-said stderr.txt 'data'
+refuse 'data\[0\].weight: is 0' --set 'data[0].weight=0'
+cp "$scenes/bent_shape.csv" .
+refuse 'data\[1\].noise: is needed' --set 'data=[{quantity: position, file: bent_shape.csv, noise: 1}, {quantity: position, file: bent_shape.csv}]'
+refuse 'data\[1\].weight: is 2, of the first entry 1' --set 'data=[{quantity: position, file: bent_shape.csv, weight: 1}, {quantity: position, file: bent_shape.csv, weight: 2}]'
 
 finish

@@ -336,7 +336,8 @@ const config_key config_keys[] = {
              "scene, L for positions."},
     {"data[].weight", CONFIG_NUMBER, AT(settings.data[0].weight), LOSS_WEIGHT,
      .fallback = "1; 1e-6 with noise, so that the equations count for more than it",
-     .help = "Weight of the mean of their squares."},
+     .help = "Weight of the mean of their squares in training. Where there are unknowns it is one for "
+             "all entries, which count by their noise."},
 
     {"training.seed", CONFIG_LONG, AT(settings.seed), BETWEEN(0, 9007199254740992), .help = "Fixes everything random."},
     {"training.stages[].optimizer", CONFIG_CHOICE, STAGE(optimizer), .names = train_optimizer_names,

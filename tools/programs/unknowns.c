@@ -41,21 +41,22 @@ static ad_status find(unknowns *x, ad_error *error)
 {
     const train_settings *settings = &x->settings->settings;
     const long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    const identify_settings asked = {.threads = processors > 0 ? (int)processors : 1,
-                                     .noise_is_scaled = !(settings->data[0].noise > 0)};
     measurements *data = NULL;
+    char key[TRAIN_KEY_MAX] = "data";
     ad_error reason = {.message = ""};
     const double start = train_seconds();
-    ad_status status =
-        measurements_read(&x->settings->scene, settings->data_count, settings->data, &data, error);
+    ad_status status = measurements_read(x->open, settings, &data, key, &reason);
     if (status == AD_OK) {
-        status = identify(&x->settings->scene, measurements_count(data), measurements_sets(data),
-                          &asked, &x->found, &reason);
-        if (status == AD_BAD_INPUT) {
-            config_refuse(x->settings, "data", reason.message, error);
-        } else if (status != AD_OK) {
-            ad_fail(error, status, "%s", reason.message);
-        }
+        const identify_settings asked = {.threads = processors > 0 ? (int)processors : 1,
+                                         .noise_is_scaled = !measurements_tell_noise(data)};
+        snprintf(key, sizeof key, "data");
+        status = identify(x->open, measurements_count(data), measurements_sets(data), &asked,
+                          &x->found, &reason);
+    }
+    if (status == AD_BAD_INPUT || status == AD_IO) {
+        config_refuse(x->settings, key, reason.message, error);
+    } else if (status != AD_OK) {
+        ad_fail(error, status, "%s", reason.message);
     }
     measurements_free(data);
     x->seconds = train_seconds() - start;

@@ -255,7 +255,9 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
                : AD_OK;
 }
 
-double identify_chi_squared_off(double chi_squared, double freedom)
+/* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
+ * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684. */
+static double off_by(double chi_squared, double freedom)
 {
     const double variance = 2 / (9 * freedom);
     return (cbrt(chi_squared / freedom) - (1 - variance)) / sqrt(variance);
@@ -265,7 +267,7 @@ static bool is_explained(const search *x, const descent *found)
 {
     const double freedom = (double)x->n - x->count;
     return found->converged && !x->noise_is_scaled && /* noise that is not known explains all */
-           (freedom <= 0 || identify_chi_squared_off(found->chi_squared, freedom) < EXPLAINED);
+           (freedom <= 0 || off_by(found->chi_squared, freedom) < EXPLAINED);
 }
 
 /* Again from those of other places where the residuals are smallest. */
@@ -334,8 +336,7 @@ static int at(search *x, const double *z)
     return code == OPTIM_OBJECTIVE_OK ? differentiate(x, z) : code;
 }
 
-static ad_status conclude(search *x, const descent *found, bool scaled, identified *result,
-                          ad_error *error)
+static ad_status conclude(search *x, const descent *found, identified *result, ad_error *error)
 {
     double z[MAX];
     memcpy(z, found->z, sizeof z);
@@ -358,7 +359,8 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
     values_of(x, z, result->value);
     result->chi_squared = sum_of_squares(x->n, x->r);
     const double freedom = (double)x->n - free_unknowns;
-    result->noise_factor = scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
+    result->noise_factor =
+        x->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
     for (int i = 0; i < x->count * x->count; i++) {
         x->matrix[i] /= result->noise_factor * result->noise_factor;
     }
@@ -376,6 +378,18 @@ static ad_status conclude(search *x, const descent *found, bool scaled, identifi
 
 /* ---- all of it ----------------------------------------------------------------------------- */
 
+ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error)
+{
+    if (unknowns > 0 && numbers >= (size_t)unknowns + (noise_is_scaled ? 1 : 0)) {
+        return AD_OK;
+    }
+    return ad_fail(error, AD_BAD_INPUT,
+                   "%zu measured numbers for %d unknowns%s; allowed: at least as many as "
+                   "unknowns%s",
+                   numbers, unknowns, noise_is_scaled ? " and the noise" : "",
+                   noise_is_scaled ? ", and one more for the noise" : "");
+}
+
 static ad_status prepare(search *x, const identify_settings *settings, double *start,
                          identified *result, ad_error *error)
 {
@@ -390,12 +404,9 @@ static ad_status prepare(search *x, const identify_settings *settings, double *s
     result->experiments = solve_trials_experiments(x->trials);
     result->by_members = solve_trials_by_members(x->trials);
     result->scaled = settings->noise_is_scaled;
-    if (x->count == 0 || x->n < (size_t)x->count + (settings->noise_is_scaled ? 1 : 0)) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%zu measured numbers for %d unknowns%s; allowed: at least as many as "
-                       "unknowns%s",
-                       x->n, x->count, settings->noise_is_scaled ? " and the noise" : "",
-                       settings->noise_is_scaled ? ", and one more for the noise" : "");
+    ad_status status = identify_check(x->count, x->n, settings->noise_is_scaled, error);
+    if (status != AD_OK) {
+        return status;
     }
     /* of the error of central differences and that of the solutions both are then small */
     x->difference = fmin(1e-2, fmax(1e-4, cbrt(solve_trials_tolerance(x->trials))));
@@ -446,7 +457,7 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
                          *reason ? ": " : "", reason);
     }
     if (status == AD_OK) {
-        status = conclude(&x, &best, settings->noise_is_scaled, result, error);
+        status = conclude(&x, &best, result, error);
         result->solutions = x.solutions;
     }
     search_free(&x);
@@ -498,8 +509,7 @@ static void judge_untold(const identified *x, const scene *open, verdict *to)
 void identified_verdict(const identified *x, const scene *open, verdict *to)
 {
     const double freedom = (double)x->residuals - x->count;
-    const double off =
-        freedom > 0 && !x->scaled ? identify_chi_squared_off(x->chi_squared, freedom) : 0;
+    const double off = freedom > 0 && !x->scaled ? off_by(x->chi_squared, freedom) : 0;
     if (!x->converged) {
         verdict_add(to, VERDICT_NOT_CONVERGED,
                     "the search for the unknowns has not ended after %d steps", x->steps);

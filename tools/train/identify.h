@@ -47,9 +47,8 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
  * residuals that are larger or smaller than their noise, a search that has not ended. */
 void identified_verdict(const identified *x, const scene *open, verdict *result);
 
-/* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
- * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684. */
-double identify_chi_squared_off(double chi_squared, double freedom);
+/* AD_BAD_INPUT: fewer measured numbers than unknowns, among which the noise may be. */
+ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error);
 
 #ifdef __cplusplus
 }

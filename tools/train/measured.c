@@ -6,11 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One file, and its places as the model has them. */
+/* The rows of one file, and their places as the model has them. */
 typedef struct measured_set {
     const physics_model *m;
     train_quantity quantity;
-    measurements *file;
     const solve_measured *rows;
     double scale;                      /* of a residual, SI */
     size_t largest;                    /* rows in the window that has most */
@@ -19,6 +18,7 @@ typedef struct measured_set {
 
 struct measured {
     int count;
+    measurements *files;
     measured_set sets[TRAIN_DATA_MAX];
 };
 
@@ -150,44 +150,39 @@ static ad_status take_places(measured_set *set, ad_error *error)
     return AD_OK;
 }
 
-static ad_status read_set(measured_set *set, const train_data *of, ad_error *error)
+/* Where there are unknowns every row counts by its noise alone, in whichever file it is, though the
+ * loss of a term is a mean over its own rows. */
+static double share_of(const measured *x, int index)
 {
-    ad_status status = measurements_read(&set->m->scene, 1, of, &set->file, error);
-    if (status != AD_OK) {
-        return status;
+    double rows = 0;
+    for (int i = 0; i < measurements_count(x->files); i++) {
+        rows += (double)measurements_sets(x->files)[i].rows;
     }
-    set->rows = measurements_sets(set->file);
-    status = take_places(set, error);
-    for (int i = 0; status == AD_OK && i < set->m->domain.windows; i++) {
+    return x->sets[index].m->scene.unknown_count > 0 ? (double)x->sets[index].rows->rows / rows : 1;
+}
+
+static ad_status add_set(physics_model *m, measured *x, const train_data *of, int index,
+                         ad_error *error)
+{
+    char term[MODEL_NAME];
+    measured_set *set = &x->sets[index];
+    *set = (measured_set){
+        .m = m, .quantity = of->quantity, .rows = &measurements_sets(x->files)[index]};
+    ad_status status = take_places(set, error);
+    for (int i = 0; status == AD_OK && i < m->domain.windows; i++) {
         size_t rows = rows_in_window(set, i);
         set->largest = rows > set->largest ? rows : set->largest;
     }
-    return status;
-}
-
-static ad_status add_set(physics_model *m, measured_set *set, const train_data *of, int index,
-                         char *key, ad_error *error)
-{
-    char term[MODEL_NAME];
-    int first, columns;
-    *set = (measured_set){.m = m, .quantity = of->quantity};
-    if (!measurements_columns(&m->scene, of->quantity, &first, &columns)) {
-        snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
-        return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
-                       train_quantity_names()[of->quantity]);
-    }
-    snprintf(key, TRAIN_KEY_MAX, "data[%d].file", index);
-    ad_status status = read_set(set, of, error);
     if (status != AD_OK) {
         return status;
     }
     set->scale = of->noise > 0 ? of->noise : natural_scale(set);
     const model_source source = {
-        .rows = columns + 1, .fill = fill, .context = set, .points = set->largest};
+        .rows = set->rows->columns + 1, .fill = fill, .context = set, .points = set->largest};
     snprintf(term, sizeof term, "data%d", index);
     int points = model_add_given(m, term, &source);
     snprintf(term, sizeof term, "data%d_%s", index, train_quantity_names()[of->quantity]);
-    model_add_term(m, term, points, of->weight, residual, set);
+    model_add_term(m, term, points, of->weight * share_of(x, index), residual, set);
     return m->error.status == AD_OK ? AD_OK : ad_fail(error, AD_BAD_INPUT, "%s", m->error.message);
 }
 
@@ -195,10 +190,12 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
                        char key[TRAIN_KEY_MAX], ad_error *error)
 {
     measured *x = calloc(1, sizeof *x);
-    ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for data");
+    ad_status status = x ? measurements_read(&m->scene, settings, &x->files, key, error)
+                         : ad_fail(error, AD_NO_MEMORY, "out of memory for data");
     for (int i = 0; status == AD_OK && i < settings->data_count; i++) {
         x->count = i + 1;
-        status = add_set(m, &x->sets[i], &settings->data[i], i, key, error);
+        snprintf(key, TRAIN_KEY_MAX, "data[%d].file", i);
+        status = add_set(m, x, &settings->data[i], i, error);
     }
     if (status != AD_OK) {
         measured_free(x);
@@ -208,13 +205,20 @@ ad_status measured_add(physics_model *m, const train_settings *settings, measure
     return AD_OK;
 }
 
+double measured_unit(const measured *x)
+{
+    return measurements_tell_noise(x->files) ? 1 : x->sets[0].scale;
+}
+
 void measured_free(measured *x)
 {
     for (int i = 0; x && i < x->count; i++) {
         for (int k = 0; k < DOMAIN_COORDINATES_MAX; k++) {
             free(x->sets[i].x[k]);
         }
-        measurements_free(x->sets[i].file);
+    }
+    if (x) {
+        measurements_free(x->files);
     }
     free(x);
 }

@@ -1,6 +1,7 @@
 #include "tools/train/measurements.h"
 
 #include "tools/files/table_file.h"
+#include "tools/train/identify.h"
 #include "tools/train/reference.h"
 
 #include <math.h>
@@ -11,6 +12,7 @@ struct measurements {
     int count;
     solve_measured set[TRAIN_DATA_MAX];
     double *numbers[TRAIN_DATA_MAX]; /* all of a set */
+    bool tells_noise;
 };
 
 /* A file being read. */
@@ -23,6 +25,11 @@ typedef struct reading {
 int measurements_count(const measurements *x)
 {
     return x->count;
+}
+
+bool measurements_tell_noise(const measurements *x)
+{
+    return x->tells_noise;
 }
 
 const solve_measured *measurements_sets(const measurements *x)
@@ -179,16 +186,18 @@ static ad_status check_rotations(const reading *r, const solve_measured *set, ad
     return AD_OK;
 }
 
-static ad_status read_file(const scene *open, const train_data *file, measurements *x,
-                           ad_error *error)
+static ad_status read_file(const scene *open, const train_data *file, int index, measurements *x,
+                           char *key, ad_error *error)
 {
     int first;
     table_file *table = NULL;
     solve_measured *set = &x->set[x->count];
     if (!measurements_columns(open, file->quantity, &first, &set->columns)) {
-        return ad_fail(error, AD_BAD_INPUT, "%s: this scene has no %s", file->file,
+        snprintf(key, TRAIN_KEY_MAX, "data[%d].quantity", index);
+        return ad_fail(error, AD_BAD_INPUT, "this scene has no %s",
                        train_quantity_names()[file->quantity]);
     }
+    snprintf(key, TRAIN_KEY_MAX, "data[%d].file", index);
     for (int c = 0; c < set->columns; c++) {
         set->column[c] = first + c;
         set->noise[c] = file->noise > 0 ? file->noise : 1;
@@ -212,30 +221,48 @@ static ad_status read_file(const scene *open, const train_data *file, measuremen
     return status;
 }
 
-/* One noise that is not known can be found, several cannot. */
-static ad_status check_noise(int count, const train_data *files, ad_error *error)
+/* Unknowns are found from all files at once. One noise that is not known can be found, several
+ * cannot; how much a number counts is its noise. */
+static ad_status check_unknowns(const scene *open, const measurements *x, const train_data *files,
+                                char *key, ad_error *error)
 {
-    for (int i = 0; i < count; i++) {
+    size_t numbers = 0;
+    for (int i = 0; i < x->count; i++) {
+        const solve_measured *set = &x->set[i];
+        const bool quaternion =
+            files[i].quantity == TRAIN_ROTATION && set->columns == 4; /* three numbers */
+        numbers += set->rows * (size_t)(set->columns - quaternion);
         if ((files[i].noise > 0) != (files[0].noise > 0) ||
             (!(files[i].noise > 0) && files[i].quantity != files[0].quantity)) {
+            snprintf(key, TRAIN_KEY_MAX, "data[%d].noise", files[i].noise > 0 ? 0 : i);
             return ad_fail(error, AD_BAD_INPUT,
-                           "%s: the noise is needed; it may be left out where nothing but one "
-                           "quantity is measured, and then of all files",
-                           files[files[i].noise > 0 ? 0 : i].file);
+                           "is needed to find unknowns; it may be left out where nothing but one "
+                           "quantity is measured, and then of all entries");
+        }
+        if (!(files[i].weight > 0) || files[i].weight != files[0].weight) {
+            snprintf(key, TRAIN_KEY_MAX, "data[%d].weight", i);
+            return ad_fail(error, AD_BAD_INPUT,
+                           "is %g, of the first entry %g; allowed where there are unknowns: one "
+                           "weight for all, above 0, since how much numbers count is their noise",
+                           files[i].weight, files[0].weight);
         }
     }
-    return AD_OK;
+    snprintf(key, TRAIN_KEY_MAX, "data");
+    return identify_check(open->unknown_count, numbers, !x->tells_noise, error);
 }
 
-ad_status measurements_read(const scene *open, int count, const train_data *files,
-                            measurements **result, ad_error *error)
+ad_status measurements_read(const scene *open, const train_settings *settings,
+                            measurements **result, char key[TRAIN_KEY_MAX], ad_error *error)
 {
     measurements *x = calloc(1, sizeof *x);
-    ad_status status = x ? check_noise(count, files, error)
-                         : ad_fail(error, AD_NO_MEMORY, "out of memory for measurements");
+    ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for measurements");
     *result = NULL;
-    for (int i = 0; i < count && status == AD_OK; i++) {
-        status = read_file(open, &files[i], x, error);
+    for (int i = 0; i < settings->data_count && status == AD_OK; i++) {
+        x->tells_noise = settings->data[0].noise > 0;
+        status = read_file(open, &settings->data[i], i, x, key, error);
+    }
+    if (status == AD_OK && open->unknown_count > 0) {
+        status = check_unknowns(open, x, settings->data, key, error);
     }
     if (status != AD_OK) {
         measurements_free(x);

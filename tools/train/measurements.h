@@ -13,15 +13,18 @@ extern "C" {
 
 typedef struct measurements measurements;
 
-/* One set for each file; its noise is 1 where none is given. AD_BAD_INPUT with the file, and where
- * it is one row its line: columns missing, no rows, places off the rod, times beyond the duration,
- * known values out of their range, numbers that are not finite; a quantity that the scene has not,
- * noise given of some files and not of others. AD_IO, AD_NO_MEMORY. */
-ad_status measurements_read(const scene *open, int count, const train_data *files,
-                            measurements **result, ad_error *error);
+/* One set for each entry of the settings' list; its noise is 1 where none is given. AD_BAD_INPUT,
+ * AD_IO: `key` receives the key to blame, and the error has the file, and where it is one row its
+ * line: columns missing, no rows, places off the rod, times beyond the duration, known values out
+ * of their range, numbers that are not finite; a quantity that the scene has not. Of a scene with
+ * unknowns also: noise given of some files and not of others, weights that differ, fewer numbers
+ * than unknowns. AD_NO_MEMORY. */
+ad_status measurements_read(const scene *open, const train_settings *settings,
+                            measurements **result, char key[TRAIN_KEY_MAX], ad_error *error);
 void measurements_free(measurements *x); /* NULL is allowed */
 
 int measurements_count(const measurements *x);
+bool measurements_tell_noise(const measurements *x); /* of all is given how large it is */
 const solve_measured *measurements_sets(const measurements *x); /* [measurements_count] */
 
 /* The columns of a quantity among those of the scene's model; false: this scene has none. */

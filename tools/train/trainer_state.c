@@ -5,6 +5,8 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
 /* ---- saving -------------------------------------------------------------------------------- */
 
@@ -102,6 +104,25 @@ static ad_status restore_optimizer(trainer *t, const checkpoint *file, ad_error 
     return status == AD_OK && why ? ad_fail(error, AD_BAD_INPUT, "checkpoint: %s", why) : status;
 }
 
+/* What a file of measurements says is not restored: it has to say the same as before. */
+static ad_status check_given(const checkpoint *file, const problem_array *now, ad_error *error)
+{
+    const size_t count = now->rows * now->columns;
+    double *before = malloc((count + 1) * sizeof *before);
+    if (!before) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for measurements");
+    }
+    ad_status status = checkpoint_get_doubles(file, now->name, before, count, error);
+    if (status != AD_OK || memcmp(before, now->data, count * sizeof *before) != 0) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "checkpoint: %s: the file of these measurements has other rows now; a run "
+                         "keeps its scene, network and points, or choose another folder with --out",
+                         now->name);
+    }
+    free(before);
+    return status;
+}
+
 static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *error)
 {
     problem_array points[PROBLEM_STATE_MAX];
@@ -109,8 +130,10 @@ static ad_status restore_problem(trainer *t, const checkpoint *file, ad_error *e
     int generator_count, count = problem_state(t->problem, points, generators, &generator_count);
     ad_status status = AD_OK;
     for (int i = 0; status == AD_OK && i < count; i++) {
-        status = checkpoint_get_doubles(file, points[i].name, points[i].data,
-                                        points[i].rows * points[i].columns, error);
+        const problem_array *now = &points[i];
+        status = now->given ? check_given(file, now, error)
+                            : checkpoint_get_doubles(file, now->name, now->data,
+                                                     now->rows * now->columns, error);
     }
     for (int i = 0; status == AD_OK && i < generator_count; i++) {
         char name[NAME_MAX_];
