@@ -91,16 +91,34 @@ typedef struct strain_shape {
 strain_shape strain_rod_shape(const strain_rod *rod, ad_value curvature, int places,
                               const double *s);
 
-/* What a change of the curvature changes, by the derivatives that physics/solve/strain_matrix.c
- * has, which leave out what Magnus' steps of finite length add. */
-typedef struct strain_change {
-    ad_value residual;  /* [3 nodes] */
-    ad_value places[3]; /* of r, at all points and at the end: [nodes + 1] */
-} strain_change;
+/* What a change du of the curvature changes, as physics/solve/strain_matrix.c has it, which leaves
+ * out what Magnus' steps of finite length add. At a point, with turn = the integral of R du from
+ * s = 0, and the changes of N and M as integrals from s = 1 of `load` and `rate` and of what acts
+ * at edges. Those from LOAD on matter where forces follow the rod. */
+enum {
+    STRAIN_ROTATION,      /* R */
+    STRAIN_SLOPE_BY_TURN, /* of r' */
+    STRAIN_SLOPE_BY_CURVATURE,
+    STRAIN_RATE_BY_TURN, /* of -M' */
+    STRAIN_RATE_BY_CURVATURE,
+    STRAIN_MISSING_BY_TURN, /* of the residual */
+    STRAIN_MISSING_BY_CURVATURE,
+    STRAIN_MISSING_BY_MOMENT,
+    STRAIN_LOAD_BY_TURN, /* of -N' */
+    STRAIN_SLOPE_BY_FORCE,
+    STRAIN_RATE_BY_FORCE,
+    STRAIN_MISSING_BY_FORCE,
+    STRAIN_BLOCKS
+};
 
-/* In a direction [3 nodes], which may be of more points than the curvature: what is the same for
- * all directions is computed once where that is a value of members. */
-strain_change strain_rod_change(const strain_rod *rod, ad_value curvature, ad_value direction);
+typedef struct strain_blocks {
+    ad_value residual; /* [3 nodes], as strain_rod_residual */
+    bool follows;      /* a change of the curvature changes N */
+    ad_value blocks;   /* [STRAIN_BLOCKS, or LOAD_BY_TURN without `follows`][3][3][nodes] */
+    ad_value edges; /* [elements][2][3][3]: of force and moment at an element's end, by its turn */
+} strain_blocks;
+
+strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,5 @@
 /* What a change of the curvature changes: at each point the derivatives of what is local there by
- * the turn of the section, by N, u and M, from the tape; along the rod their integrals. */
+ * the turn of the section, by N, u and M, from the tape. */
 #include "physics/strain_internal.h"
 
 #include <string.h>
@@ -88,54 +88,65 @@ static void differentiate_edge(const strain_rod *rod, const strain_state *state,
     differentiate(changes, 1, 2, acting, by);
 }
 
-static along add_changed(along sum, const along_matrix *by, along cause)
+/* [3][3][nodes] */
+static ad_value points_of(const strain_rod *rod, const along_matrix *by)
 {
-    return strain_add(sum, strain_to_world(by, cause));
-}
-
-/* An effect of all that changes at points. */
-static along effect_of(const strain_rod *rod, const local_changes *local, int effect,
-                       const along *causes, int count)
-{
-    along sum = strain_zeros(rod->tape);
-    for (int k = 0; k < count; k++) {
-        sum = add_changed(sum, &local->by[k][effect], causes[k]);
+    ad_value all[9];
+    for (int i = 0; i < 9; i++) {
+        ad_value x = by->x[i / 3][i % 3];
+        all[i] = ad_rows(x) == 1 ? ad_repeat(x, rod->nodes) : x;
     }
-    return sum;
+    return ad_stack(9, all);
 }
 
-strain_change strain_rod_change(const strain_rod *rod, ad_value curvature, ad_value direction)
+static bool is_nothing(const along_matrix *by)
 {
-    const int elements = rod->mesh.elements;
+    bool nothing = true;
+    for (int i = 0; i < 9; i++) {
+        nothing = nothing && ad_is_constant(by->x[i / 3][i % 3], 0);
+    }
+    return nothing;
+}
+
+strain_blocks strain_rod_blocks(const strain_rod *rod, ad_value curvature)
+{
+    static const int of[STRAIN_BLOCKS][2] = {
+        [STRAIN_SLOPE_BY_TURN] = {TURN, OF_SLOPE},
+        [STRAIN_SLOPE_BY_CURVATURE] = {CURVATURE, OF_SLOPE},
+        [STRAIN_RATE_BY_TURN] = {TURN, OF_RATE},
+        [STRAIN_RATE_BY_CURVATURE] = {CURVATURE, OF_RATE},
+        [STRAIN_MISSING_BY_TURN] = {TURN, OF_MISSING},
+        [STRAIN_MISSING_BY_CURVATURE] = {CURVATURE, OF_MISSING},
+        [STRAIN_MISSING_BY_MOMENT] = {MOMENT, OF_MISSING},
+        [STRAIN_LOAD_BY_TURN] = {TURN, OF_LOAD},
+        [STRAIN_SLOPE_BY_FORCE] = {FORCE, OF_SLOPE},
+        [STRAIN_RATE_BY_FORCE] = {FORCE, OF_RATE},
+        [STRAIN_MISSING_BY_FORCE] = {FORCE, OF_MISSING}};
     const ad_value changes = ad_input(rod->tape, "change", CHANGES);
-    const along none = strain_zeros(rod->tape);
     strain_state state;
     local_changes local;
-    along causes[CAUSES], edges[STRAIN_ELEMENTS_MAX + 1], acting[2][STRAIN_ELEMENTS_MAX + 1];
+    ad_value blocks[STRAIN_BLOCKS], edges[18 * STRAIN_ELEMENTS_MAX];
     strain_state_of(rod, curvature, &state);
     differentiate_points(rod, &state, changes, &local);
-    causes[CURVATURE] = strain_of_points(rod->nodes, direction);
-    causes[FORCE] = causes[MOMENT] = none;
-    causes[TURN] = strain_integrate_on(rod, strain_to_world(&state.R, causes[CURVATURE]), edges);
-    for (int e = 0; e <= elements; e++) {
+    blocks[STRAIN_ROTATION] = points_of(rod, &state.R);
+    for (int i = 1; i < STRAIN_BLOCKS; i++) {
+        blocks[i] = points_of(rod, &local.by[of[i][0]][of[i][1]]);
+    }
+    bool follows = !is_nothing(&local.by[TURN][OF_LOAD]);
+    for (int e = 1; e <= rod->mesh.elements; e++) {
         along_matrix by[1][EFFECTS];
         memset(by, 0, sizeof by);
         differentiate_edge(rod, &state, e, changes, by);
-        acting[0][e] = add_changed(none, &by[0][0], edges[e]);
-        acting[1][e] = add_changed(none, &by[0][1], edges[e]);
+        follows = follows || !is_nothing(&by[0][0]);
+        for (int i = 0; i < 18; i++) {
+            edges[18 * (e - 1) + i] = by[0][i / 9].x[i % 9 / 3][i % 3];
+        }
     }
-    causes[FORCE] = strain_integrate_back(rod, effect_of(rod, &local, OF_LOAD, causes, CAUSES),
-                                          acting[0], edges);
-    const along slope = effect_of(rod, &local, OF_SLOPE, causes, CAUSES);
-    causes[MOMENT] = strain_integrate_back(rod, effect_of(rod, &local, OF_RATE, causes, CAUSES),
-                                           acting[1], edges);
-    const along missing = effect_of(rod, &local, OF_MISSING, causes, CAUSES);
-    const along moved = strain_integrate_on(rod, slope, edges);
-    strain_change result = {.residual = strain_points(rod->nodes, missing)};
-    for (int c = 0; c < 3; c++) {
-        ad_value at = moved.x[c], end = edges[elements].x[c];
-        at = ad_rows(at) == 1 ? ad_repeat(at, rod->nodes) : at;
-        result.places[c] = ad_stack(2, (ad_value[]){at, end});
-    }
-    return result;
+    const along missing =
+        strain_missing(rod, &state.R, state.strain, state.curvature, state.moment);
+    return (strain_blocks){.residual = strain_points(rod->nodes, missing),
+                           .follows = follows,
+                           .blocks =
+                               ad_stack(follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN, blocks),
+                           .edges = ad_stack(18 * rod->mesh.elements, edges)};
 }

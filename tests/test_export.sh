@@ -98,10 +98,11 @@ exported beam 1e-10
 cat >family.yaml <<'END'
 parameters: {pull: {range: [0, 2]}, side: {range: [-0.1, 0.1]}}
 formulation: strain
-rod: {length: 0.2, section: {shape: circle, radius: 0.5e-3},
-      material: {youngs_modulus: 60e9, poissons_ratio: 0.3, density: 6450}}
-loads: {tip: {force: [0, side, 0]}}
-tendons: [{offset: [8e-3, 0], tension: pull}]
+rod: {section: {shape: circle, radius: 8e-3},
+      material: {youngs_modulus: 1e6, poissons_ratio: 0.45, density: 1000}}
+segments: [{length: 0.1}, {length: 0.1, turn: [0, 0.3, 0], section: {shape: circle, radius: 6e-3}}]
+loads: {tip: {force: [0, side, 0], frame: follower}, points: [{at: 0.06, force: [0, 0, side]}]}
+tendons: [{offset: [4e-3, 0], tension: pull}]
 members: {solved: 256}
 network: {hidden: [8]}
 training: {stages: [{optimizer: adam, steps: 100}]}

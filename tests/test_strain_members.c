@@ -264,6 +264,22 @@ typedef struct answers {
     solve_answer answers[MEMBERS];
 } answers;
 
+/* Without answers the values [MEMBERS][POINTS] are the same, where the mesh resolves the shape. */
+static void check_quick(solve_members *x, const double *members, const double *curvature, int steps,
+                        const double *values)
+{
+    enum { COUNT = MEMBERS * POINTS * SOLVE_MEMBERS_COLUMNS };
+    double quick[COUNT];
+    ad_error error = {.message = ""};
+    assert_good(
+        solve_members_refine(x, MEMBERS, members, curvature, steps, quick, NULL, NULL, &error),
+        &error);
+    for (int i = 0; i < COUNT && values; i++) {
+        const double unit = i % SOLVE_MEMBERS_COLUMNS < 10 ? 1 : 0.25; /* of curvature */
+        assert_near(unit * quick[i], unit * values[i], 1e-9);
+    }
+}
+
 /* From the curvature of each member, bent by a smooth wave of `size` over the length. */
 static answers *ask(int threads, int first, int steps, double size)
 {
@@ -296,6 +312,7 @@ static answers *ask(int threads, int first, int steps, double size)
     assert_good(solve_members_refine(x, MEMBERS, turned[0], found, steps, there->values[0][0],
                                      there->curvature[0][0], there->answers, &error),
                 &error);
+    check_quick(x, turned[0], found, steps, size < 0.02 ? there->values[0][0] : NULL);
     for (size_t i = 0; i < MEMBERS; i++) {
         const size_t to = (i + (size_t)first) % MEMBERS;
         memcpy(result->values[to], there->values[i], sizeof there->values[i]);

@@ -226,6 +226,9 @@ ad_status strain_group_refine(strain_group *x, size_t members, const double *par
     if (answers) {
         look_beyond(&q, steps);
     } else if (values) {
+        if (steps > 0) { /* v was that of the curvature before the step */
+            strain_form_strain(q.level->form);
+        }
         place(&q);
     }
     if (values) {

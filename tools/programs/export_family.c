@@ -1,5 +1,6 @@
 #include "tools/programs/export_family.h"
 
+#include "physics/gauss.h"
 #include "physics/rod.h"
 #include "tools/programs/cli.h"
 
@@ -10,15 +11,13 @@
 
 /* ---- what is recorded ---------------------------------------------------------------------- */
 
-/* Functions of the C: parameters p, curvature u, a direction of u for each of its numbers, and of p
- * and u for each parameter. */
+/* Functions of the C: parameters p, curvature u, directions of p and u for each parameter. */
 enum {
     NETWORK,     /* p -> u */
     NETWORK_BY,  /* p, dp -> du */
-    NEWTON,      /* p, u, directions -> residual, its changes */
+    NEWTON,      /* p, u -> residual, strain_blocks */
     RESIDUAL,    /* p, u -> residual */
     RESIDUAL_BY, /* p, u, dp -> its changes */
-    MOVED,       /* p, u, direction -> changes of places */
     SHAPE,       /* p, u -> columns at places */
     TIP,         /* the same of the end */
     TIP_BY,      /* p, u, dp, du -> its changes */
@@ -31,10 +30,9 @@ static const struct {
     bool shared;           /* p and u are those of all points */
 } functions[FUNCTIONS] = {
     {"network", false, false, false, false},  {"network_by", false, false, true, true},
-    {"newton", true, true, false, true},      {"residual", true, false, false, false},
-    {"residual_by", true, false, true, true}, {"moved", true, true, false, false},
-    {"shape", true, false, false, false},     {"tip", true, false, false, false},
-    {"tip_by", true, true, true, true}};
+    {"newton", true, false, false, false},    {"residual", true, false, false, false},
+    {"residual_by", true, false, true, true}, {"shape", true, false, false, false},
+    {"tip", true, false, false, false},       {"tip_by", true, true, true, true}};
 
 typedef struct recording {
     ad_tape *tape;
@@ -44,9 +42,7 @@ typedef struct recording {
 
 static size_t points_of(const export_family *x, int function)
 {
-    return !functions[function].shared ? 1
-           : functions[function].by_p  ? (size_t)x->open->parameter_count
-                                       : 3 * (size_t)strain_mesh_nodes(&x->mesh);
+    return functions[function].shared ? (size_t)x->open->parameter_count : 1;
 }
 
 static ad_value leaf(ad_tape *tape, const char *name, int rows, bool shared)
@@ -152,10 +148,21 @@ static ad_value change_of(const recording *r, ad_value y, bool with_u)
     return result;
 }
 
-static int record(const export_family *x, int function, const recording *r, ad_value outputs[2])
+/* [3][nodes], as the blocks are. */
+static ad_value by_component(const export_family *x, ad_value residual)
+{
+    const int nodes = strain_mesh_nodes(&x->mesh);
+    ad_value rows[3 * STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
+    for (int i = 0; i < 3 * nodes; i++) {
+        rows[i] = ad_row(residual, i % nodes * 3 + i / nodes);
+    }
+    return ad_stack(3 * nodes, rows);
+}
+
+static int record(export_family *x, int function, const recording *r, ad_value outputs[3])
 {
     const double end = 1;
-    strain_change change;
+    strain_blocks at;
     switch (function) {
     case NETWORK:
         outputs[0] = record_network(x, r);
@@ -164,19 +171,17 @@ static int record(const export_family *x, int function, const recording *r, ad_v
         outputs[0] = change_of(r, record_network(x, r), false);
         return 1;
     case NEWTON:
-        change = strain_rod_change(r->rod, r->u, r->du);
-        outputs[0] = strain_rod_residual(r->rod, r->u);
-        outputs[1] = change.residual;
-        return 2;
+        at = strain_rod_blocks(r->rod, r->u);
+        x->follows = at.follows;
+        outputs[0] = by_component(x, at.residual);
+        outputs[1] = at.blocks;
+        outputs[2] = at.edges;
+        return 3;
     case RESIDUAL:
-        outputs[0] = strain_rod_residual(r->rod, r->u);
+        outputs[0] = by_component(x, strain_rod_residual(r->rod, r->u));
         return 1;
     case RESIDUAL_BY:
-        outputs[0] = change_of(r, strain_rod_residual(r->rod, r->u), false);
-        return 1;
-    case MOVED:
-        change = strain_rod_change(r->rod, r->u, r->du);
-        outputs[0] = ad_stack(3, change.places);
+        outputs[0] = change_of(r, by_component(x, strain_rod_residual(r->rod, r->u)), false);
         return 1;
     case SHAPE:
         outputs[0] = record_shape(x, r, x->places, x->s);
@@ -190,12 +195,12 @@ static int record(const export_family *x, int function, const recording *r, ad_v
     }
 }
 
-static ad_status compile(const export_family *x, int function, ad_pool *pool, ad_program **program,
+static ad_status compile(export_family *x, int function, ad_pool *pool, ad_program **program,
                          ad_error *error)
 {
     const ad_settings settings = ad_settings_default();
     recording r;
-    ad_value outputs[2];
+    ad_value outputs[3];
     ad_status status = begin(x, function, &r, error);
     if (status == AD_OK) {
         const int count = record(x, function, &r, outputs);
@@ -243,14 +248,25 @@ static void put_numbers(const export_family *x, const char *name, size_t number,
     fprintf(file, "#define %s_%-12s %zu\n", x->name, name, number);
 }
 
-/* Of curvature, residual, matrix, and more for inputs. */
+/* Inputs of the functions: p, u, and for each parameter a direction of p and one of u. */
+static size_t inputs_of(const export_family *x)
+{
+    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
+    return p + n + p * p + n * p;
+}
+
+/* Residual and blocks. */
+static size_t linearised_of(const export_family *x)
+{
+    const size_t nodes = (size_t)strain_mesh_nodes(&x->mesh), edges = (size_t)x->mesh.elements;
+    return 3 * nodes + 9 * (x->follows ? STRAIN_BLOCKS : STRAIN_LOAD_BY_TURN) * nodes + 18 * edges;
+}
+
+/* As `room` of the C divides it. */
 static size_t memory_of(const export_family *x)
 {
     const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)x->open->parameter_count;
-    return p + n + (n * n > p * p + n * p ? n * n : p * p + n * p) /* x */
-           + n + n * n                                             /* newton */
-           + n                                                     /* curvature */
-           + n + 3 + n * p + x->workspace;
+    return inputs_of(x) + linearised_of(x) + 5 * n * n + n + n * p + x->workspace;
 }
 
 void export_family_write_header(const export_family *x, FILE *file)
@@ -299,6 +315,45 @@ static void put_list(const export_family *x, const char *name, int count, const 
     fputs("};\n", file);
 }
 
+static void put_rows(const char *name, int rows, int columns, const double *list, FILE *file)
+{
+    fprintf(file, "static const double %s[%d][%d] = {", name, rows, columns);
+    for (int i = 0; i < rows; i++) {
+        for (int k = 0; k < columns; k++) {
+            fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
+                    list[i * columns + k]);
+        }
+        fprintf(file, "}%s", i + 1 < rows ? "," : "");
+    }
+    fputs("};\n", file);
+}
+
+/* Integrals from s = 0 to points and to edges of what is at points. */
+static void write_integrals(const strain_mesh *mesh, FILE *file)
+{
+    const gauss_rule rule = solve_gauss_rule_of(mesh->stages);
+    const int nodes = strain_mesh_nodes(mesh), n = mesh->stages;
+    static const char *const names[2] = {"to_point", "to_edge"};
+    for (int k = 0; k < 2; k++) {
+        const int rows = k == 0 ? nodes : mesh->elements + 1;
+        fprintf(file, "static const double %s[%d][%d] = {", names[k], rows, nodes);
+        for (int i = 0; i < rows * nodes; i++) {
+            const int row = i / nodes, from = i % nodes / n, j = i % n;
+            const int e = k == 0 ? row / n : row;
+            const double h = mesh->edges[from + 1] - mesh->edges[from];
+            const double weight = from < e             ? rule.weights[j]
+                                  : from > e || k == 1 ? 0
+                                                       : rule.matrix[row % n][j];
+            fprintf(file, "%s%.17g",
+                    i % nodes ? i % 4 ? ", " : ",\n     "
+                    : i       ? "},\n    {"
+                              : "\n    {",
+                    h * weight);
+        }
+        fputs("}};\n", file);
+    }
+}
+
 static void write_constants(const export_family *x, FILE *file)
 {
     const int count = x->open->parameter_count;
@@ -323,11 +378,15 @@ static void write_constants(const export_family *x, FILE *file)
         fprintf(file, "\"%s", i + 1 < EXPORT_FAMILY_COLUMNS ? "," : "");
     }
     fputs("};\n\n", file);
-    const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)count;
-    fprintf(file, "enum { N = %zu, P = %zu, INPUTS = %zu };\n", n, p,
-            p + n + (n * n > p * p + n * p ? n * n : p * p + n * p));
+    fprintf(file,
+            "enum {\n    NODES = %d,\n    N = 3 * NODES,\n    P = %d,\n    ELEMENTS = %d,\n"
+            "    STAGES = %d,\n    FOLLOWS = %d, /* forces follow the rod */\n    INPUTS = %zu,\n"
+            "    LINEARISED = %zu\n};\n",
+            strain_mesh_nodes(&x->mesh), count, x->mesh.elements, x->mesh.stages, x->follows,
+            inputs_of(x), linearised_of(x));
     fprintf(file, "#define LENGTH %.17g\n#define IS_STABLE(negative) ((negative) %s)\n",
             scene_length(x->open), x->has_energy ? "== 0" : "% 2 == 0");
+    write_integrals(&x->mesh, file);
 }
 
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
@@ -363,19 +422,6 @@ ad_status export_family_write_source(export_family *x, FILE *file, ad_error *err
     }
     ad_pool_free(pool);
     return status;
-}
-
-static void put_rows(const char *name, int rows, int columns, const double *list, FILE *file)
-{
-    fprintf(file, "static const double %s[%d][%d] = {", name, rows, columns);
-    for (int i = 0; i < rows; i++) {
-        for (int k = 0; k < columns; k++) {
-            fprintf(file, "%s%.17g", k > 0 ? k % 4 ? ", " : ",\n     " : "\n    {",
-                    list[i * columns + k]);
-        }
-        fprintf(file, "}%s", i + 1 < rows ? "," : "");
-    }
-    fputs("};\n", file);
 }
 
 void export_family_write_selftest(const export_family *x, FILE *file)

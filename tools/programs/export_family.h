@@ -20,7 +20,8 @@ typedef struct export_family {
     const void *context;
     const double *weights;
     bool has_energy;  /* all loads have an energy */
-    size_t workspace; /* numbers of the functions; by export_family_write_source */
+    size_t workspace; /* numbers of the functions; by export_family_write_source, as the next */
+    bool follows;     /* forces follow the rod */
     /* Of the self-test: members, their curvature times the length after a step from the network's,
      * and positions of their tips then, m. */
     int members;

@@ -33,11 +33,175 @@ static void set_unit(int n, double *x)
     }
 }
 
-/* Gauss' elimination of a [N][N]. A pivot makes way where one below it is a hundred times as
- * large. Returns negative pivots and exchanges, -1: the matrix is singular. */
-static int eliminate(double *a, int *rows)
+/* Memory: inputs; residual [3][NODES], blocks and edges as newton leaves them; the matrix and its
+ * factors; what a change of one point does to forces, to rates and moments; curvature; changes of
+ * the curvature by parameters; workspace. */
+typedef struct room {
+    double *x, *residual, *blocks, *edges, *matrix, *lower, *force, *rate, *moment, *curvature, *by,
+        *w;
+} room;
+
+static room divide(double *memory)
 {
-    int i, j, k, negative = 0;
+    room r;
+    r.x = memory;
+    r.residual = r.x + INPUTS;
+    r.blocks = r.residual + N;
+    r.matrix = r.residual + LINEARISED;
+    r.edges = r.matrix - 18 * ELEMENTS;
+    r.lower = r.matrix + N * N;
+    r.force = r.lower + N * N;
+    r.rate = r.force + N * N;
+    r.moment = r.rate + N * N;
+    r.curvature = r.moment + N * N;
+    r.by = r.curvature + N;
+    r.w = r.by + N * P;
+    return r;
+}
+
+/* ---- the linearised equation --------------------------------------------------------------- */
+
+/* Blocks [3][3][NODES], effect by cause; the last four where forces follow. Turns, R du integrated,
+ * move the slope r', the loads, and the rate of the moment; these in turn the residual. */
+enum {
+    ROTATION,
+    SLOPE_BY_TURN,
+    SLOPE_BY_CURVATURE,
+    RATE_BY_TURN,
+    RATE_BY_CURVATURE,
+    BY_TURN,
+    BY_CURVATURE,
+    BY_MOMENT,
+    LOAD_BY_TURN,
+    SLOPE_BY_FORCE,
+    RATE_BY_FORCE,
+    BY_FORCE
+};
+
+/* Loops of few turns, whose number is known, are what compilers make vectors of. */
+enum { PART = NODES % 4 == 0 ? 4 : NODES, WIDTH = N % 8 == 0 ? 8 : N % 4 == 0 ? 4 : 3 };
+
+static const double *block(room r, int which, int i, int k)
+{
+    return r.blocks + ((which * 3 + i) * 3 + k) * NODES;
+}
+
+/* Numbers of points i that are entries [i][k] of 9 matrices [NODES][NODES]. */
+static double *entry(double *all, int i, int k, int node)
+{
+    return all + ((i * 3 + k) * NODES + node) * NODES;
+}
+
+/* sum: the integral from each point to the end of `rate`, and what acts at edges, by turns there
+ * (acting: 0 force, 1 moment). */
+static void integrate_back(room r, const double *rate, int acting, double *sum)
+{
+    int ik, i, j, k, e, n;
+    for (ik = 0; ik < 9; ik++) {
+        for (i = 0; i < NODES; i++) {
+            const int element = i / STAGES;
+            for (j = 0; j < NODES; j += PART) {
+                double part[PART] = {0};
+                for (k = element * STAGES; k < NODES; k++) {
+                    const double by = to_edge[ELEMENTS][k] - to_point[i][k];
+                    const double *from = rate + (ik * NODES + k) * NODES + j;
+                    for (n = 0; n < PART; n++) {
+                        part[n] += by * from[n];
+                    }
+                }
+                for (e = element + 1; e <= ELEMENTS; e++) {
+                    const double by = r.edges[(e - 1) * 18 + acting * 9 + ik];
+                    for (n = 0; n < PART; n++) {
+                        part[n] += by * to_edge[e][j + n];
+                    }
+                }
+                for (n = 0; n < PART; n++) {
+                    sum[(ik * NODES + i) * NODES + j + n] = part[n];
+                }
+            }
+        }
+    }
+}
+
+/* Rates of the moment at point i by a turn rate at point j; loads first, where forces follow. */
+static void find_rates(room r)
+{
+    int a, b, c, i, j;
+    for (a = 0; a < 3 && FOLLOWS; a++) {
+        for (b = 0; b < 3; b++) {
+            for (i = 0; i < NODES; i++) {
+                for (j = 0; j < NODES; j++) {
+                    entry(r.rate, a, b, i)[j] = block(r, LOAD_BY_TURN, a, b)[i] * to_point[i][j];
+                }
+            }
+        }
+    }
+    if (FOLLOWS) {
+        integrate_back(r, r.rate, 0, r.force);
+    }
+    for (a = 0; a < 3; a++) {
+        for (b = 0; b < 3; b++) {
+            for (i = 0; i < NODES; i++) {
+                const double by = block(r, RATE_BY_TURN, a, b)[i];
+                double *to = entry(r.rate, a, b, i);
+                for (j = 0; j < NODES; j++) {
+                    to[j] = by * to_point[i][j];
+                }
+                for (c = 0; c < 3 && FOLLOWS; c++) {
+                    const double by_force = block(r, RATE_BY_FORCE, a, c)[i];
+                    for (j = 0; j < NODES; j++) {
+                        to[j] += by_force * entry(r.force, c, b, i)[j];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/* Row a of point i of the matrix, columns of points j on. */
+static void fill(room r, int i, int a, int j)
+{
+    double turned[3][PART], whole[3];
+    int b, c, n;
+    for (c = 0; c < 3; c++) {
+        whole[c] = block(r, BY_MOMENT, a, c)[i];
+    }
+    for (b = 0; b < 3; b++) { /* the residual by a turn rate */
+        const double by = block(r, BY_TURN, a, b)[i];
+        const double *m0 = entry(r.moment, 0, b, i) + j, *m1 = entry(r.moment, 1, b, i) + j,
+                     *m2 = entry(r.moment, 2, b, i) + j;
+        for (n = 0; n < PART; n++) {
+            turned[b][n] =
+                by * to_point[i][j + n] + whole[0] * m0[n] + whole[1] * m1[n] + whole[2] * m2[n];
+        }
+        for (c = 0; c < 3 && FOLLOWS; c++) {
+            for (n = 0; n < PART; n++) {
+                turned[b][n] += block(r, BY_FORCE, a, c)[i] * entry(r.force, c, b, i)[j + n];
+            }
+        }
+    }
+    for (c = 0; c < 3; c++) {
+        const double *R0 = block(r, ROTATION, 0, c) + j, *R1 = block(r, ROTATION, 1, c) + j,
+                     *R2 = block(r, ROTATION, 2, c) + j;
+        const double *K0 = block(r, RATE_BY_CURVATURE, 0, c) + j,
+                     *K1 = block(r, RATE_BY_CURVATURE, 1, c) + j,
+                     *K2 = block(r, RATE_BY_CURVATURE, 2, c) + j;
+        double part[PART];
+        for (n = 0; n < PART; n++) {
+            part[n] = turned[0][n] * R0[n] + turned[1][n] * R1[n] + turned[2][n] * R2[n] +
+                      (to_edge[ELEMENTS][j + n] - to_point[i][j + n]) *
+                          (whole[0] * K0[n] + whole[1] * K1[n] + whole[2] * K2[n]);
+        }
+        copy(PART, part, r.matrix + (a * NODES + i) * N + c * NODES + j);
+    }
+}
+
+/* Gauss' elimination of the matrix. A pivot makes way where one below it is a hundred times as
+ * large. Returns negative pivots and exchanges, -1: the matrix is singular. */
+static int eliminate(double *a, double *lower, int *rows)
+{
+    double pivot[N];
+    int i, j, k, n, negative = 0;
     for (k = 0; k < N; k++) {
         int best = k;
         double by;
@@ -46,10 +210,11 @@ static int eliminate(double *a, int *rows)
         }
         rows[k] = k;
         if (fabs(a[k * N + k]) < 0.01 * fabs(a[best * N + k])) {
-            for (j = k; j < N; j++) {
-                const double held = a[k * N + j];
-                a[k * N + j] = a[best * N + j];
-                a[best * N + j] = held;
+            for (j = 0; j < N; j++) {
+                double *both = j < k ? lower : a;
+                const double held = both[k * N + j];
+                both[k * N + j] = both[best * N + j];
+                both[best * N + j] = held;
             }
             rows[k] = best;
             negative++;
@@ -59,11 +224,15 @@ static int eliminate(double *a, int *rows)
             return -1;
         }
         negative += by < 0;
+        copy(N, a + k * N, pivot);
         for (i = k + 1; i < N; i++) {
             const double factor = a[i * N + k] * by;
-            a[i * N + k] = factor;
-            for (j = k + 1; j < N; j++) {
-                a[i * N + j] -= factor * a[k * N + j];
+            lower[i * N + k] = factor;
+            for (j = k / WIDTH * WIDTH; j < N; j += WIDTH) { /* from the diagonal on is used */
+                double *to = a + i * N + j;
+                for (n = 0; n < WIDTH; n++) {
+                    to[n] -= factor * pivot[j + n];
+                }
             }
         }
     }
@@ -71,7 +240,7 @@ static int eliminate(double *a, int *rows)
 }
 
 /* x [N], its numbers `apart` from one another, becomes the solution. */
-static void solve(const double *a, const int *rows, int apart, double *x)
+static void solve(room r, const int *rows, int apart, double *x)
 {
     int i, k;
     for (k = 0; k < N; k++) {
@@ -79,58 +248,108 @@ static void solve(const double *a, const int *rows, int apart, double *x)
         x[rows[k] * apart] = x[k * apart];
         x[k * apart] = at;
         for (i = k + 1; i < N; i++) {
-            x[i * apart] -= a[i * N + k] * at;
+            x[i * apart] -= r.lower[i * N + k] * at;
         }
     }
     for (k = N - 1; k >= 0; k--) {
-        const double at = x[k * apart] / a[k * N + k];
+        const double at = x[k * apart] / r.matrix[k * N + k];
         x[k * apart] = at;
         for (i = 0; i < k; i++) {
-            x[i * apart] -= a[i * N + k] * at;
+            x[i * apart] -= r.matrix[i * N + k] * at;
         }
     }
 }
 
-/* Memory: inputs, residual and matrix (as newton leaves them), curvature, changes of places,
- * changes of the curvature by parameters, workspace. */
-typedef struct room {
-    double *x, *residual, *matrix, *curvature, *moved, *by, *w;
-} room;
-
-static room divide(double *memory)
-{
-    room r;
-    r.x = memory;
-    r.residual = r.x + INPUTS;
-    r.matrix = r.residual + N;
-    r.curvature = r.matrix + N * N;
-    r.moved = r.curvature + N;
-    r.by = r.moved + N + 3;
-    r.w = r.by + N * P;
-    return r;
-}
-
-/* Residual, and the matrix eliminated. */
+/* Residual and blocks, and the matrix eliminated. */
 static int linearise(room r, const double *curvature, int *rows)
 {
+    int i, j, a, c;
     copy(N, curvature, r.x + P);
-    set_unit(N, r.x + P + N);
     newton(r.x, r.residual, r.w);
-    return eliminate(r.matrix, rows);
+    find_rates(r);
+    integrate_back(r, r.rate, 1, r.moment);
+    for (a = 0; a < 3; a++) {
+        for (i = 0; i < NODES; i++) {
+            for (j = 0; j < NODES; j += PART) {
+                fill(r, i, a, j);
+            }
+            for (c = 0; c < 3; c++) {
+                r.matrix[(a * NODES + i) * N + c * NODES + i] += block(r, BY_CURVATURE, a, c)[i];
+            }
+        }
+    }
+    return eliminate(r.matrix, r.lower, rows);
+}
+
+/* to [3][NODES] += a block times x */
+static void add_block(room r, int which, const double *x, double *to)
+{
+    int a, c, i;
+    for (a = 0; a < 3; a++) {
+        for (c = 0; c < 3; c++) {
+            const double *by = block(r, which, a, c);
+            for (i = 0; i < NODES; i++) {
+                to[a * NODES + i] += by[i] * x[c * NODES + i];
+            }
+        }
+    }
+}
+
+/* Sum over points of row [NODES] times x. */
+static double weigh(const double *row, const double *x)
+{
+    double sum = 0;
+    int j;
+    for (j = 0; j < NODES; j++) {
+        sum += row[j] * x[j];
+    }
+    return sum;
+}
+
+/* Changes of forces by turns at points and, by their rates, at edges. */
+static void change_forces(room r, const double *turn, const double *rate, double *force)
+{
+    double load[N] = {0};
+    int a, c, i, k, e;
+    add_block(r, LOAD_BY_TURN, turn, load);
+    for (a = 0; a < 3; a++) {
+        for (i = 0; i < NODES; i++) {
+            double sum = 0;
+            for (k = 0; k < NODES; k++) {
+                sum += (to_edge[ELEMENTS][k] - to_point[i][k]) * load[a * NODES + k];
+            }
+            for (e = i / STAGES + 1; e <= ELEMENTS; e++) {
+                for (c = 0; c < 3; c++) {
+                    sum += r.edges[(e - 1) * 18 + a * 3 + c] * weigh(to_edge[e], rate + c * NODES);
+                }
+            }
+            force[a * NODES + i] = sum;
+        }
+    }
 }
 
 /* By how much a step moves the rod, m. */
-static double distance(room r, const double *curvature, const double *step)
+static double distance(room r, const double *step)
 {
-    double most = 0;
-    int i;
-    copy(N, curvature, r.x + P);
-    copy(N, step, r.x + P + N);
-    moved(r.x, r.moved, r.w);
-    for (i = 0; i < N / 3 + 1; i++) {
-        const double *m = r.moved + i;
-        const double x = m[0], y = m[N / 3 + 1], z = m[2 * (N / 3 + 1)];
-        const double square = x * x + y * y + z * z;
+    double rate[N] = {0}, turn[N], force[N], slope[N] = {0}, most = 0;
+    int c, i;
+    add_block(r, ROTATION, step, rate);
+    for (i = 0; i < N; i++) {
+        turn[i] = weigh(to_point[i % NODES], rate + i / NODES * NODES);
+    }
+    add_block(r, SLOPE_BY_TURN, turn, slope);
+    add_block(r, SLOPE_BY_CURVATURE, step, slope);
+    if (FOLLOWS) {
+        change_forces(r, turn, rate, force);
+        add_block(r, SLOPE_BY_FORCE, force, slope);
+    }
+    for (i = 0; i <= NODES; i++) {
+        double square = 0;
+        for (c = 0; c < 3; c++) {
+            const double moved =
+                weigh(i < NODES ? to_point[i] : to_edge[ELEMENTS], slope + c * NODES);
+            square += moved * moved;
+        }
         most = square <= most ? most : square; /* also what is not a number */
     }
     return LENGTH * sqrt(most);
@@ -157,16 +376,16 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
     }
     for (k = 0; k < steps || (k == 0 && answer); k++) {
         const int negative = linearise(r, curvature, rows);
-        solve(r.matrix, rows, 1, r.residual);
+        solve(r, rows, 1, r.residual);
         length = largest(r.residual);
         if (answer) {
             answer->stable = answer->stable && negative >= 0 && IS_STABLE(negative);
             if (k == 0) {
-                answer->predicted = distance(r, curvature, r.residual);
+                answer->predicted = distance(r, r.residual);
             }
         }
         for (i = 0; i < N && k < steps; i++) {
-            curvature[i] -= r.residual[i];
+            curvature[i] -= r.residual[i % 3 * NODES + i / 3];
         }
     }
     if (!answer) {
@@ -177,8 +396,8 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
         before = length;
         copy(N, curvature, r.x + P);
         residual(r.x, r.residual, r.w);
-        solve(r.matrix, rows, 1, r.residual);
-        answer->left = distance(r, curvature, r.residual);
+        solve(r, rows, 1, r.residual);
+        answer->left = distance(r, r.residual);
         answer->ratio = before > 0 ? largest(r.residual) / before : 0;
     }
     answer->trusted = answer->stable && answer->predicted <= 0.05 * LENGTH &&
@@ -242,6 +461,7 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
 {
     const room r = divide(memory);
     const int status = find(r, parameters, steps, answer);
+    double *change = r.x + P + N + P * P;
     int rows[N], i;
     tip(r.x, to, r.w);
     if (steps > 0) { /* residual (p, u) = 0 */
@@ -249,18 +469,18 @@ int model_tip_jacobian(const double *parameters, int steps, double *to, double *
         set_unit(P, r.x + P + N);
         residual_by(r.x, r.by, r.w);
         for (i = 0; i < P; i++) {
-            solve(r.matrix, rows, P, r.by + i);
+            solve(r, rows, P, r.by + i);
         }
         for (i = 0; i < N * P; i++) {
-            r.by[i] = -r.by[i];
+            change[i] = -r.by[(i / P % 3 * NODES + i / P / 3) * P + i % P];
         }
     } else {
         set_unit(P, r.x + P);
         network_by(r.x, r.by, r.w);
         copy(N, r.curvature, r.x + P);
         set_unit(P, r.x + P + N);
+        copy(N * P, r.by, change);
     }
-    copy(N * P, r.by, r.x + P + N + P * P);
     tip_by(r.x, jacobian, r.w);
     return status;
 }
