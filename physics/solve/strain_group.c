@@ -477,10 +477,11 @@ static void put_curvature(const strain_group *x, int k, int lane, double *curvat
     }
 }
 
-static void put_nothing(int count, double *values)
+/* In the numbers of a lane, values [lanes][count] or NULL. */
+static void put_nothing(double *values, size_t lane, int count)
 {
-    for (int i = 0; i < count; i++) {
-        values[i] = NAN;
+    for (size_t i = 0; values && i < (size_t)count; i++) {
+        values[lane * (size_t)count + i] = NAN;
     }
 }
 
@@ -592,9 +593,8 @@ ad_status strain_group_solve(strain_group *x, size_t members, const double *para
     }
     for (size_t lane = 0; lane < members && status == AD_OK; lane++) {
         if (wanted[lane]) {
-            put_nothing(values ? width : 0, values + (values ? lane * (size_t)width : 0));
-            put_nothing(curvature ? unknowns : 0,
-                        curvature + (curvature ? lane * (size_t)unknowns : 0));
+            put_nothing(values, lane, width);
+            put_nothing(curvature, lane, unknowns);
         }
     }
     return status;
