@@ -236,20 +236,48 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
 
 enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
 
-/* What all members have to have in common. */
-static ad_status check_common(const scene *family, const char **key, ad_error *error)
+const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which)
 {
+    const int known = scene_known_count(open);
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
-        const quantity *q = scene_field_of(family, field);
+        const quantity *q = scene_field_of(open, field);
         bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
-                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(family));
-        for (int k = 0; k < scene_known_count(family) && common; k++) {
-            if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
-                *key = field->key;
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(open));
+        for (int k = to_be_found ? known : 0;
+             k < (to_be_found ? open->parameter_count : known) && common; k++) {
+            if (quantity_any_depends_on(field->count, q, open->parameters[k].name)) {
+                *which = &open->parameters[k];
+                return field->key;
+            }
+        }
+    }
+    return NULL;
+}
+
+/* What all members have to have in common; what measurements are placed by is no unknown. */
+static ad_status check_common(const scene *family, const char **key, ad_error *error)
+{
+    const struct {
+        quantity extent;
+        const char *key;
+    } extents[] = {{family->rod.length, "rod.length"}, {family->duration, "time.duration"}};
+    const scene_parameter *which = NULL;
+    const char *common = scene_common_key(family, false, &which);
+    if (common) {
+        *key = common;
+        return ad_fail(error, AD_BAD_INPUT,
+                       "depends on %s, which has a range; allowed: one number for all members of "
+                       "a family",
+                       which->name);
+    }
+    for (int i = 0; i < 2; i++) {
+        for (int k = scene_known_count(family); k < family->parameter_count; k++) {
+            if (quantity_any_depends_on(1, &extents[i].extent, family->parameters[k].name)) {
+                *key = extents[i].key;
                 return ad_fail(error, AD_BAD_INPUT,
-                               "depends on %s, which has a range; allowed: one number for all "
-                               "members of a family",
+                               "depends on %s, which is to be identified; allowed: a number, by "
+                               "which measurements are placed",
                                family->parameters[k].name);
             }
         }
