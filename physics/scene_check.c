@@ -236,6 +236,24 @@ static ad_status check_member(const scene *rod_scene, const char **key, ad_error
 
 enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
 
+/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
+ * for all: the first of these parameters on which it depends. */
+static const scene_parameter *rest_depends(const scene *open, int from, int to)
+{
+    const scene_rest rest = scene_rest_of(open);
+    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
+    bool counts = (scene_is_dynamic(open) && !open->initial.position[0].is_given) ||
+                  open->spring_count > 0 || quantity_any_something(3, open->loads.foundation);
+    for (int i = 0; i < 3 && counts; i++) {
+        for (int k = from; k < to; k++) {
+            if (quantity_any_depends_on(3, shapes[i], open->parameters[k].name)) {
+                return &open->parameters[k];
+            }
+        }
+    }
+    return NULL;
+}
+
 const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which)
 {
     const int known = scene_known_count(open);
@@ -252,7 +270,8 @@ const char *scene_common_key(const scene *open, bool to_be_found, const scene_pa
             }
         }
     }
-    return NULL;
+    *which = to_be_found ? rest_depends(open, known, open->parameter_count) : NULL;
+    return *which ? "rod.rest" : NULL;
 }
 
 /* What all members have to have in common; what measurements are placed by is no unknown. */
@@ -285,27 +304,17 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     return AD_OK;
 }
 
-/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
- * for all. */
 static ad_status check_rest(const scene *family, const char **key, ad_error *error)
 {
-    const scene_rest rest = scene_rest_of(family);
-    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
-    bool counts = (scene_is_dynamic(family) && !family->initial.position[0].is_given) ||
-                  family->spring_count > 0 || quantity_any_something(3, family->loads.foundation);
-    for (int i = 0; i < 3 && counts; i++) {
-        for (int k = 0; k < family->parameter_count; k++) {
-            if (quantity_any_depends_on(3, shapes[i], family->parameters[k].name)) {
-                *key = "rod.rest";
-                return ad_fail(error, AD_BAD_INPUT,
-                               "depends on %s, which has a range; allowed of a family that starts "
-                               "from the unstressed shape, or has springs or a foundation: one "
-                               "shape for all",
-                               family->parameters[k].name);
-            }
-        }
+    const scene_parameter *which = rest_depends(family, 0, scene_known_count(family));
+    if (!which) {
+        return AD_OK;
     }
-    return AD_OK;
+    *key = "rod.rest";
+    return ad_fail(error, AD_BAD_INPUT,
+                   "depends on %s, which has a range; allowed of a family that starts from the "
+                   "unstressed shape, or has springs or a foundation: one shape for all",
+                   which->name);
 }
 
 /* The member at these fractions of the ranges; an error says which it was. */
