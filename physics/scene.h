@@ -370,6 +370,11 @@ void scene_defaults(scene *rod_scene);
  * YAML key that is to blame (static text), `error` the line without a place. */
 ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error);
 
+/* Of an open scene the key (static text) of what a network has as one number, as lengths, places
+ * and springs, but depends on a parameter, which of those with a range or to be found; NULL: there
+ * is none. */
+const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which);
+
 /* A scene with numbers in place of open names of its formulas, as quantity_with; and whether any of
  * its formulas depends on such a name. */
 void scene_with(const scene *open, int count, const char *const *names, const double *values,

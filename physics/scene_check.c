@@ -239,20 +239,67 @@ static ad_status check_member(const scene *rod_scene, bool of_family, const char
 enum { CORNERS_OF = 4 }; /* parameters at most: of more the middles of all faces stand for them */
 enum { SPREAD = 64 };    /* members beside these */
 
-/* What all members have to have in common. */
-static ad_status check_common(const scene *family, const char **key, ad_error *error)
+/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
+ * for all: the first of these parameters on which it depends. */
+static const scene_parameter *rest_depends(const scene *open, int from, int to)
 {
+    const scene_rest rest = scene_rest_of(open);
+    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
+    bool counts = (scene_is_dynamic(open) && !open->initial.position[0].is_given) ||
+                  open->spring_count > 0 || quantity_any_something(3, open->loads.foundation);
+    for (int i = 0; i < 3 && counts; i++) {
+        for (int k = from; k < to; k++) {
+            if (quantity_any_depends_on(3, shapes[i], open->parameters[k].name)) {
+                return &open->parameters[k];
+            }
+        }
+    }
+    return NULL;
+}
+
+const char *scene_common_key(const scene *open, bool to_be_found, const scene_parameter **which)
+{
+    const int known = scene_known_count(open);
     for (int i = 0; i < scene_field_count; i++) {
         const scene_field *field = &scene_fields[i];
-        const quantity *q = scene_field_of(family, field);
+        const quantity *q = scene_field_of(open, field);
         bool common = field->rule == SCENE_ONE_NUMBER || field->rule == SCENE_PLACE ||
-                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(family));
-        for (int k = 0; k < scene_known_count(family) && common; k++) {
-            if (quantity_any_depends_on(field->count, q, family->parameters[k].name)) {
-                *key = field->key;
+                      (field->rule == SCENE_EACH_NUMBER && scene_is_dynamic(open));
+        for (int k = to_be_found ? known : 0;
+             k < (to_be_found ? open->parameter_count : known) && common; k++) {
+            if (quantity_any_depends_on(field->count, q, open->parameters[k].name)) {
+                *which = &open->parameters[k];
+                return field->key;
+            }
+        }
+    }
+    *which = to_be_found ? rest_depends(open, known, open->parameter_count) : NULL;
+    return *which ? "rod.rest" : NULL;
+}
+
+/* What all members have to have in common; what measurements are placed by is no unknown. */
+static ad_status check_common(const scene *family, const char **key, ad_error *error)
+{
+    const struct {
+        quantity extent;
+        const char *key;
+    } extents[] = {{family->rod.length, "rod.length"}, {family->duration, "time.duration"}};
+    const scene_parameter *which = NULL;
+    const char *common = scene_common_key(family, false, &which);
+    if (common) {
+        *key = common;
+        return ad_fail(error, AD_BAD_INPUT,
+                       "depends on %s, which has a range; allowed: one number for all members of "
+                       "a family",
+                       which->name);
+    }
+    for (int i = 0; i < 2; i++) {
+        for (int k = scene_known_count(family); k < family->parameter_count; k++) {
+            if (quantity_any_depends_on(1, &extents[i].extent, family->parameters[k].name)) {
+                *key = extents[i].key;
                 return ad_fail(error, AD_BAD_INPUT,
-                               "depends on %s, which has a range; allowed: one number for all "
-                               "members of a family",
+                               "depends on %s, which is to be identified; allowed: a number, by "
+                               "which measurements are placed",
                                family->parameters[k].name);
             }
         }
@@ -260,27 +307,17 @@ static ad_status check_common(const scene *family, const char **key, ad_error *e
     return AD_OK;
 }
 
-/* Where a start is the unstressed shape, or what holds the rod is measured from it, that is one
- * for all. */
 static ad_status check_rest(const scene *family, const char **key, ad_error *error)
 {
-    const scene_rest rest = scene_rest_of(family);
-    const quantity *const shapes[] = {rest.strain, rest.curvature, rest.imperfection};
-    bool counts = (scene_is_dynamic(family) && !family->initial.position[0].is_given) ||
-                  family->spring_count > 0 || quantity_any_something(3, family->loads.foundation);
-    for (int i = 0; i < 3 && counts; i++) {
-        for (int k = 0; k < family->parameter_count; k++) {
-            if (quantity_any_depends_on(3, shapes[i], family->parameters[k].name)) {
-                *key = "rod.rest";
-                return ad_fail(error, AD_BAD_INPUT,
-                               "depends on %s, which has a range; allowed of a family that starts "
-                               "from the unstressed shape, or has springs or a foundation: one "
-                               "shape for all",
-                               family->parameters[k].name);
-            }
-        }
+    const scene_parameter *which = rest_depends(family, 0, scene_known_count(family));
+    if (!which) {
+        return AD_OK;
     }
-    return AD_OK;
+    *key = "rod.rest";
+    return ad_fail(error, AD_BAD_INPUT,
+                   "depends on %s, which has a range; allowed of a family that starts from the "
+                   "unstressed shape, or has springs or a foundation: one shape for all",
+                   which->name);
 }
 
 /* The member at these fractions of the ranges; an error says which it was. */

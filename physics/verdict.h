@@ -38,10 +38,16 @@ extern "C" {
       "the error measured is below the error of the reference itself")                             \
     X(VERDICT_NOISE_OVERSTATED, "noise_overstated", VERDICT_SOLVED,                                \
       "measurements are closer to the solution than the noise that is stated for them")            \
+    X(VERDICT_KNOWN_TOGETHER, "known_together", VERDICT_SOLVED,                                    \
+      "measurements tell a combination of unknowns much better than each of them")                 \
+    X(VERDICT_DEVIATIONS_ROUGH, "deviations_rough", VERDICT_WARNING,                               \
+      "standard deviations of unknowns are off, as what is measured is far from linear in them")   \
     X(VERDICT_AT_BOUND, "at_bound", VERDICT_WARNING,                                               \
       "the value of an unknown that suits the measurements best is an end of its range")           \
     X(VERDICT_NOT_TOLD, "not_told", VERDICT_WARNING,                                               \
       "the measurements do not tell an unknown, or a combination of several")                      \
+    X(VERDICT_SEVERAL_SOLUTIONS, "several_solutions", VERDICT_WARNING,                             \
+      "other values of the unknowns suit the measurements as well")                                \
     X(VERDICT_MISFIT, "misfit", VERDICT_WARNING,                                                   \
       "measurements are further from the solution than their noise explains")                      \
     X(VERDICT_SNAPPED, "snapped", VERDICT_WARNING,                                                 \
@@ -91,7 +97,7 @@ typedef enum verdict_reason {
         VERDICT_REASON_COUNT
 } verdict_reason;
 
-enum { VERDICT_TEXT = 512, VERDICT_FINDINGS_MAX = 4 };
+enum { VERDICT_TEXT = 512, VERDICT_FINDINGS_MAX = 6 };
 
 typedef struct verdict_finding {
     verdict_reason reason;

@@ -123,7 +123,7 @@ static void add_noise(tips *x, nn_rng *random)
     }
 }
 
-static int draws = 40; /* an argument makes it another number */
+static int draws = 20; /* an argument makes it another number */
 
 /* 68.3 % of all errors lie within one deviation, 95.4 % within two; counts may be off by four
  * deviations of their own, as may the mean of chi squared. */

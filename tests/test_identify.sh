@@ -22,6 +22,26 @@ pick() { tr -d '\n ' <"$1" | sed 's/.*"unknowns":\[{\([^}]*\)}.*/\1/' | tr ',' '
 check same value -- near "$(pick trained.json value)" "$(pick solved.json value)" 1e-4
 check same deviation -- near "$(pick trained.json standard_deviation)" "$(pick solved.json standard_deviation)" 0.02
 
+# A value at an end of its range, and noise that is not known, are said in the same way.
+range='rod.stiffness.bending[0]={identify: 0.002, range: [0.001, 0.0025]}'
+run 3 cpinn-solve "$scenes/bent.yaml" --set "$range"
+said stdout.txt 'warning \(at_bound\)'
+said stdout.txt 'deviations are those of the stated one'
+run 3 cpinn-train "$scenes/bent.yaml" --set "$range" --out bound
+said stdout.txt 'warning \(at_bound\)'
+run 0 cpinn-solve "$scenes/bent.yaml" --set 'data[0].noise=0' --json solved.json
+cpinn-train "$scenes/bent.yaml" --set 'data[0].noise=0' --set 'data[0].weight=1' --out noise --json noise.json >/dev/null
+number() { grep -o "\"$2\": [^,}]*" "$1" | cut -d: -f2; }
+check same noise -- near "$(number noise.json noise_factor)" "$(number solved.json noise_factor)" 0.02
+
+# Over powers of ten; two values that suit as well, and what is hardly told.
+run 0 cpinn-solve "$scenes/bent.yaml" --set 'rod.stiffness.bending[0]={identify: 1, range: [1e-5, 10]}' --json wide.json
+check far off -- near "$(pick wide.json value)" 0.00310284 1e-4
+run 0 cpinn-train "$scenes/bent.yaml" --set 'rod.stiffness.bending[0]={identify: 1, range: [1e-5, 10]}' --explain
+said stdout.txt 'to be found: stiffness_bending_0 from 1 on, within 1e-05 to 10 by its logarithm'
+run 3 cpinn-solve "$scenes/bent.yaml" --set 'rod.stiffness.bending=[3.1e-3, 3.1e-3]' --set 'parameters={pull: {identify: 0.05, range: [-0.2, 0.2]}, turned: {identify: 1, range: [0, 6.2]}}' --set 'loads.tip.force=[pull*cos(turned), pull*sin(turned), -0.03]'
+said stdout.txt 'warning \(several_solutions\): other values suit the measurements as well: pull = -0.0999, turned = 4.7'
+
 # Stopped in the midst and resumed, and by two threads: the same numbers.
 cpinn-train "$scenes/bent.yaml" --out parts --threads 1 --set checkpoint.every=1 >/dev/null 2>&1 &
 pid=$!
@@ -75,5 +95,10 @@ refuse 'data\[0\].weight: is 0' --set 'data[0].weight=0'
 cp "$scenes/bent_shape.csv" .
 refuse 'data\[1\].noise: is needed' --set 'data=[{quantity: position, file: bent_shape.csv, noise: 1}, {quantity: position, file: bent_shape.csv}]'
 refuse 'data\[1\].weight: is 2, of the first entry 1' --set 'data=[{quantity: position, file: bent_shape.csv, weight: 1}, {quantity: position, file: bent_shape.csv, weight: 2}]'
+
+run 2 cpinn-solve "$scenes/stiffness.yaml" --at pull=9
+said stderr.txt 'pull = 9 is outside its range'
+run 2 cpinn-train "$scenes/bent.yaml" --set 'springs=[{at: 0.2, stiffness: [0, 0, {identify: 5, range: [1, 10]}]}]' --out refused
+said stderr.txt 'springs\[0\].stiffness: is to be identified, but has to be a number for a network'
 
 finish

@@ -90,6 +90,29 @@ static void add_directions(solve_information *x, int n, const int *index, double
     }
 }
 
+static void find_valley(solve_information *x, int n, const int *index, double a[MAX][MAX])
+{
+    double scaled[MAX][MAX], v[MAX][MAX], length[MAX], square = 0;
+    int least = 0;
+    for (int i = 0; i < n; i++) {
+        length[i] = a[i][i] > 0 ? sqrt(a[i][i]) : 1;
+    }
+    for (int i = 0; i < n * n; i++) {
+        scaled[i / n][i % n] = a[i / n][i % n] / (length[i / n] * length[i % n]);
+    }
+    diagonalize(n, scaled, v);
+    for (int i = 1; i < n; i++) {
+        least = scaled[i][i] < scaled[least][least] ? i : least;
+    }
+    x->collinearity = n > 0 ? 1 / sqrt(fmax(scaled[least][least], n * DBL_EPSILON)) : 0;
+    for (int i = 0; i < n; i++) {
+        square += pow(v[least][i] / length[i], 2);
+    }
+    for (int i = 0; i < n; i++) {
+        x->valley[index[i]] = v[least][i] / (length[i] * sqrt(square));
+    }
+}
+
 solve_information solve_information_of(int count, const double *matrix, const bool *held)
 {
     solve_information x = {.count = count};
@@ -109,6 +132,7 @@ solve_information solve_information_of(int count, const double *matrix, const bo
             a[i][j] = matrix[index[i] * count + index[j]];
         }
     }
+    find_valley(&x, n, index, a);
     diagonalize(n, a, v);
     add_directions(&x, n, index, a, v, covariance);
     for (int i = 0; i < n; i++) {

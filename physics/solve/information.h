@@ -18,6 +18,10 @@ extern "C" {
  * of the range: what measurements leave more uncertain than that they do not tell. */
 static const double SOLVE_UNTOLD = 0.28867513459481287; /* 12^(-1/2) */
 
+/* Unknowns are usually called poorly identifiable above a collinearity index of 10 to 15 (Brun,
+ * Reichert & Kuensch, Water Resour. Res. 37 (2001) 1015). */
+static const double SOLVE_COLLINEAR = 15;
+
 typedef struct solve_information {
     int count;
     double deviation[SCENE_PARAMETERS_MAX]; /* standard, in parts of the range; NaN: held */
@@ -25,6 +29,9 @@ typedef struct solve_information {
     int untold; /* directions along which the standard deviation is above SOLVE_UNTOLD */
     double direction[SCENE_PARAMETERS_MAX][SCENE_PARAMETERS_MAX]; /* [untold][count], unit, the
                                                                    * least known first */
+    /* 1 over the root of the least eigenvalue of J^T J with columns of J of length 1, and its
+     * direction [count], unit: by so much is it less known than its unknowns are one by one */
+    double collinearity, valley[SCENE_PARAMETERS_MAX];
 } solve_information;
 
 /* From J^T J [count][count], both triangles; held [count] are taken as known. */

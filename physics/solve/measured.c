@@ -33,6 +33,7 @@ struct solve_trials {
     size_t *first; /* [experiments + 1] rows */
     int *nodes;    /* [experiments] of motions, kept so that solutions change smoothly; 0: open */
     bool chooses;  /* these, where one trial is run */
+    bool rough;    /* the run at hand */
     solve_members *members; /* NULL: one by one */
     size_t places;
     ad_error reason; /* why there was no solution, of the last run */
@@ -343,6 +344,8 @@ static ad_status check(const scene *member, ad_error *error)
 /* Of the tolerance, that of steps of time where nodes are chosen. */
 static const double STEPS_OF_TIME = 1e-2;
 
+enum { ROUGH_NODES = 24 };
+
 static ad_status solve_one(const solve_trials *x, size_t experiment, const double *values,
                            double *residuals, ad_error *error)
 {
@@ -366,7 +369,9 @@ static ad_status solve_one(const solve_trials *x, size_t experiment, const doubl
         settings.tolerance = x->tolerance;
         if (x->nodes && x->nodes[experiment] > 0) {
             settings.nodes = x->nodes[experiment];
-            settings.tolerance *= STEPS_OF_TIME;
+            settings.tolerance *= x->rough ? 1 : STEPS_OF_TIME;
+        } else if (x->rough && !scene_is_beam(&member)) {
+            settings.nodes = ROUGH_NODES;
         }
         status = solution_create(&member, &settings, scene_is_dynamic(&member) ? rows : 0, times,
                                  &solved, &report, error);
@@ -441,6 +446,9 @@ static ad_status run_members(trial_batch *b, size_t first, size_t trials, double
     ad_status status = solve_members_solve(x->members, count, parameters, shapes, results, error);
     for (size_t i = 0; status == AD_OK && i < count; i++) {
         const size_t trial = first + i / x->experiments, experiment = i % x->experiments;
+        if (!results[i].solved && x->rough) {
+            continue;
+        }
         if (!results[i].solved) {
             b->job[b->count++] = trial * x->experiments + experiment;
             continue;
@@ -473,8 +481,8 @@ static ad_status run_all_members(trial_batch *b, size_t count, ad_error *error)
     return status;
 }
 
-ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, double *residuals,
-                           ad_error *error)
+ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, bool rough,
+                           double *residuals, ad_error *error)
 {
     trial_batch batch = {.x = x, .values = values, .residuals = residuals};
     batch.job = malloc((count * x->experiments + 1) * sizeof *batch.job);
@@ -486,6 +494,7 @@ ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, 
     }
     x->reason = (ad_error){.message = ""};
     x->chooses = x->nodes && count == 1;
+    x->rough = rough;
     ad_status status = AD_OK;
     if (x->members) {
         status = run_all_members(&batch, count, error);

@@ -50,10 +50,11 @@ const char *solve_trials_reason(const solve_trials *x); /* why the last run left
                                                          * numbers; "": it did not, or by members */
 
 /* residuals [count][residuals], computed less measured over its noise, at values [count][unknowns]
- * in SI; not numbers where there is no solution. The same bits for any number of threads.
- * AD_BAD_ARGUMENT: a scene that no solver takes; AD_NO_MEMORY. */
-ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, double *residuals,
-                           ad_error *error);
+ * in SI; not numbers where there is no solution. Rough: not where it is hard to find either, and
+ * with a fixed, small number of nodes. The same bits for any number of threads. AD_BAD_ARGUMENT: a
+ * scene that no solver takes; AD_NO_MEMORY. */
+ad_status solve_trials_run(solve_trials *x, size_t count, const double *values, bool rough,
+                           double *residuals, ad_error *error);
 
 #ifdef __cplusplus
 }

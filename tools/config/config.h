@@ -19,13 +19,15 @@ typedef enum config_load_units { CONFIG_UNITS_SI, CONFIG_UNITS_EI } config_load_
 
 enum { CONFIG_PARAMETERS_MAX = 64, CONFIG_PARAMETER_BYTES = 48 };
 
+enum { CONFIG_SCALE_OPEN = -1 };
+
 /* A name for the formulas of the scene. One with a range stays open in them: the scene is then a
  * family (scene.parameters), and what needs one member of it asks config_read_member. */
 typedef struct config_parameter {
     char name[CONFIG_PARAMETER_BYTES];
     quantity value;  /* not given beside a range */
     double range[2]; /* NaN: a value */
-    int scale;       /* scene_scale of the range */
+    int scale;       /* scene_scale of the range; CONFIG_SCALE_OPEN: not given */
     double identify; /* where the search for an unknown begins; NaN: it is none */
     bool of_key;     /* named after a key that has a range in place of a number */
 } config_parameter;

@@ -77,6 +77,9 @@ static ad_status open_parameter(config *experiment, const config_parameter *para
                : config_blame(experiment->source, error, path, "%s", reason.message);
 }
 
+/* From so many times its lower end on the range of an unknown is meant in powers of ten. */
+static const double WIDE = 100;
+
 static ad_status define_parameter(config *experiment, config_parameter *parameter, ad_error *error)
 {
     char path[CONFIG_PATH_MAX], scale[CONFIG_PATH_MAX];
@@ -90,6 +93,11 @@ static ad_status define_parameter(config *experiment, config_parameter *paramete
                             "identify: number}");
     }
     if (open) {
+        const bool wide = !isnan(parameter->identify) && parameter->range[0] > 0 &&
+                          parameter->range[1] >= WIDE * parameter->range[0];
+        if (parameter->scale == CONFIG_SCALE_OPEN) {
+            parameter->scale = wide ? SCENE_LOG : SCENE_LINEAR;
+        }
         return open_parameter(experiment, parameter, path, error);
     }
     if (config_given(experiment->source, scale) || !isnan(parameter->identify)) {

@@ -89,7 +89,8 @@ const config_key config_keys[] = {
     {CONFIG_PARAMETER_PATH ".scale", CONFIG_CHOICE, AT(parameters[0].scale),
      .names = scene_scale_names,
      .help = "How members are spread over the range and networks see it; log: by the logarithm of "
-             "the value, for a range over powers of ten."},
+             "the value, for a range over powers of ten.",
+     .fallback = "linear; of what is to be identified log from 1:100 on"},
 
     {"tables[].name", CONFIG_TEXT, AT(tables[0].name), .fallback = "required",
      .help = "A function for the formulas, as wind(s) or 2*pull(t), that goes through the rows of a "

@@ -228,7 +228,7 @@ ad_status config_begin_parameter(config_reader *reader, const char *path, bool a
     parameter->value = (quantity){.is_given = false};
     if (anew) {
         parameter->range[0] = parameter->range[1] = parameter->identify = NAN;
-        parameter->scale = SCENE_LINEAR;
+        parameter->scale = CONFIG_SCALE_OPEN;
         parameter->of_key = false;
     }
     return AD_OK;
@@ -244,7 +244,7 @@ static void unset_parameter(config *experiment, const config_key *key, const cha
         config_parameter *end = &experiment->parameters[experiment->parameter_count--];
         memmove(parameter, parameter + 1, (size_t)(end - parameter - 1) * sizeof *parameter);
     } else if (parameter && key->type == CONFIG_CHOICE) {
-        parameter->scale = SCENE_LINEAR;
+        parameter->scale = CONFIG_SCALE_OPEN;
     } else if (parameter && key->entries_max > 0) {
         parameter->range[0] = parameter->range[1] = NAN;
     } else if (parameter) {

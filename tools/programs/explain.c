@@ -381,21 +381,6 @@ static void print_entries(FILE *file, const scene *scene)
 
 /* ---- the page ------------------------------------------------------------------------------- */
 
-static void print_family(FILE *file, const scene *scene)
-{
-    for (int i = 0; i < scene->parameter_count; i++) {
-        const scene_parameter *parameter = &scene->parameters[i];
-        fprintf(file, "%s%s %g to %g%s", i ? ", " : "  a family of members with ", parameter->name,
-                parameter->low, parameter->high,
-                parameter->scale == SCENE_LOG ? " by its logarithm" : "");
-    }
-    if (scene_is_family(scene)) {
-        fprintf(file,
-                "\n  loads are the largest of all members; shapes, masses and stiffness those "
-                "of the middle one\n");
-    }
-}
-
 static void print_place(FILE *file, const scene *scene)
 {
     char text[UNDEFORMED_TEXT];
@@ -425,7 +410,7 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
             scene_is_beam(scene) ? "beam" : "rod",
             scene_is_dynamic(scene) ? " in motion" : " at rest",
             scene_is_manufactured(scene) ? ", manufactured solution" : "");
-    print_family(file, scene);
+    explain_parameters(file, e);
     print_place(file, &middle);
     print_implausible(file, scene);
     if (scene_is_beam(scene)) {

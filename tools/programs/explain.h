@@ -13,6 +13,10 @@ void explain_print(FILE *file, const experiment *e, problem *p, const reference 
 /* What the members of a family depend on (physics/groups.h); part of the former. */
 void explain_groups(FILE *file, const scene *family, const groups_settings *settings);
 
+/* Parameters with ranges, and what is to be found from which measurements; part of the former too.
+ */
+void explain_parameters(FILE *file, const experiment *e);
+
 /* The programs that training runs, those of Gauss-Newton included. */
 ad_status explain_programs(FILE *file, const experiment *e, problem *p, ad_error *error);
 

@@ -1,4 +1,4 @@
-/* What a family depends on, in words. */
+/* Parameters of a scene, and what a family depends on, in words. */
 #include "tools/programs/explain.h"
 
 #include <string.h>
@@ -36,4 +36,42 @@ void explain_groups(FILE *file, const scene *family, const groups_settings *sett
         print_line(file, line);
     }
     groups_free(x);
+}
+
+static void print_family(FILE *file, const scene *scene)
+{
+    for (int i = 0; i < scene_known_count(scene); i++) {
+        const scene_parameter *parameter = &scene->parameters[i];
+        fprintf(file, "%s%s %g to %g%s", i ? ", " : "  a family of members with ", parameter->name,
+                parameter->low, parameter->high,
+                parameter->scale == SCENE_LOG ? " by its logarithm" : "");
+    }
+    if (scene_is_family(scene)) {
+        fprintf(file,
+                "\n  loads are the largest of all members; shapes, masses and stiffness those "
+                "of the middle one\n");
+    }
+}
+
+/* What is to be found, and what from. */
+static void print_sought(FILE *file, const experiment *e)
+{
+    const scene *scene = e->scene;
+    for (int i = scene_known_count(scene); i < scene->parameter_count; i++) {
+        const scene_parameter *parameter = &scene->parameters[i];
+        fprintf(file, "  to be found: %s from %g on, within %g to %g%s\n", parameter->name,
+                scene->guess[i], parameter->low, parameter->high,
+                parameter->scale == SCENE_LOG ? " by its logarithm" : "");
+    }
+    for (int i = 0; scene->unknown_count > 0 && i < e->settings->data_count; i++) {
+        const train_data *data = &e->settings->data[i];
+        fprintf(file, "  measured: %s of %s", train_quantity_names()[data->quantity], data->file);
+        fprintf(file, data->noise > 0 ? ", noise %g\n" : ", noise not known\n", data->noise);
+    }
+}
+
+void explain_parameters(FILE *file, const experiment *e)
+{
+    print_family(file, e->scene);
+    print_sought(file, e);
 }

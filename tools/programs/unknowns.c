@@ -63,6 +63,16 @@ static ad_status find(unknowns *x, ad_error *error)
     return status;
 }
 
+/* What was asked for by --at, and values of the unknowns. */
+static void join_at(unknowns *x, const char *at, const double *values)
+{
+    size_t used = (size_t)snprintf(x->at, sizeof x->at, "%s", at ? at : "");
+    for (int i = 0; i < x->open->unknown_count && used < sizeof x->at; i++) {
+        used += (size_t)snprintf(x->at + used, sizeof x->at - used, "%s%s=%.17g", used ? ", " : "",
+                                 unknown_of(x, i)->name, values[i]);
+    }
+}
+
 ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const char *at,
                         unknowns *x, ad_error *error)
 {
@@ -88,11 +98,19 @@ ad_status unknowns_find(const char *scene_file, const cli_list *overrides, const
                              "value by --at",
                              error);
     }
+    if (at) { /* what is wrong with it is said before the search */
+        config *member;
+        join_at(x, at, x->open->guess + scene_known_count(x->open));
+        status = config_read_member(scene_file, NULL, overrides->count, overrides->texts, x->at,
+                                    &member, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        config_free(member);
+    }
     status = find(x, error);
-    size_t used = (size_t)snprintf(x->at, sizeof x->at, "%s", at ? at : "");
-    for (int i = 0; status == AD_OK && i < x->found.count && used < sizeof x->at; i++) {
-        used += (size_t)snprintf(x->at + used, sizeof x->at - used, "%s%s=%.17g", used ? ", " : "",
-                                 unknown_of(x, i)->name, x->found.value[i]);
+    if (status == AD_OK) {
+        join_at(x, at, x->found.value);
     }
     return status;
 }
@@ -200,6 +218,17 @@ void unknowns_json(const unknowns *x, json *to)
         for (int k = 0; k < found->count; k++) {
             json_number(to, unknown_of(x, k)->name, found->information.direction[i][k]);
         }
+        json_close(to, '}');
+    }
+    json_close(to, ']');
+    json_number(to, "collinearity", found->information.collinearity);
+    json_open(to, "others", '['); /* values that suit as well */
+    for (int i = 0; i < found->others; i++) {
+        json_open(to, NULL, '{');
+        for (int k = 0; k < found->count; k++) {
+            json_number(to, unknown_of(x, k)->name, found->other[i].value[k]);
+        }
+        json_number(to, "chi_squared", found->other[i].chi_squared);
         json_close(to, '}');
     }
     json_close(to, ']');

@@ -52,6 +52,8 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
 {
     const scene *open = e->scene;
     const train_settings *settings = e->settings;
+    const scene_parameter *which = NULL;
+    const char *common = scene_common_key(open, true, &which);
     const struct {
         bool is_so;
         const char *key, *problem;
@@ -65,7 +67,9 @@ static ad_status check_unknowns(const experiment *e, ad_error *error)
          "makes a motion, of which networks were not seen to find unknowns reliably; cpinn-solve "
          "identifies them"},
         {train_names_reference(settings) && !settings->reference_file, "reference",
-         "is solved with numbers, but the scene has unknowns; allowed: file"}};
+         "is solved with numbers, but the scene has unknowns; allowed: file"},
+        {common != NULL, common,
+         "is to be identified, but has to be a number for a network; cpinn-solve identifies it"}};
     for (size_t i = 0; open->unknown_count > 0 && i < sizeof obstacles / sizeof *obstacles; i++) {
         if (obstacles[i].is_so) {
             return experiment_refuse(e, obstacles[i].key, obstacles[i].problem, error);

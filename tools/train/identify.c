@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX = SCENE_PARAMETERS_MAX, STEPS_MAX = 60, STARTS = 32, STARTS_TRIED = 3 };
+enum { MAX = SCENE_PARAMETERS_MAX, STEPS_MAX = 60, STARTS = 32, DESCENTS = 6 };
 
 /* Starts and bounds keep so far from the ends of a range, as part of it. */
 static const double EDGE = 1e-2;
@@ -17,22 +17,25 @@ static const double EDGE = 1e-2;
  * deviations; and where no step lowers it, by errors of the solutions, by 1e-1. */
 static const double SETTLED = 1e-4, STUCK = 1e-2;
 
-/* What residuals of the equations may say of unknowns beside the measurements. */
-static const double LOOSE = 0.2;
-
-/* What residuals are off by, in standard deviations, before the noise does not explain them. */
-static const double EXPLAINED = 4;
+/* Another end of the search is as good where its chi squared is larger by no more than this, and
+ * another where it is so many standard deviations away. Residuals of so small a part of what is
+ * measured are those of the solutions alone. */
+static const double AS_GOOD = 9, APART = 5, EXACT = 1e-6;
 
 /* The unknowns of the search are y = log(z / (1 - z)), z the part of the range, 0 to 1: no step
  * leaves a range. */
 typedef struct search {
     const scene *open;
     bool noise_is_scaled;
+    bool rough; /* solutions, where a rough idea is enough */
+    bool easy;  /* members were solved where this descent began: steps to where they are not, which
+                 * single solutions might reach after minutes, are too long */
     solve_trials *trials;
     ad_pool *pool;
     ad_dense_factor *factor;
     int count;
     size_t n;                           /* residuals */
+    double exact;                       /* chi squared below which residuals mean nothing */
     double difference;                  /* of z, to both sides */
     double *room;                       /* [2 count][n] residuals of trials */
     double *r;                          /* [n] at y */
@@ -68,7 +71,7 @@ static int run(search *x, size_t trials, const double *z, double *residuals)
         values_of(x, z + k * (size_t)x->count, values + k * (size_t)x->count);
     }
     x->solutions += (long)(trials * solve_trials_experiments(x->trials));
-    return solve_trials_run(x->trials, trials, values, residuals, &x->error) == AD_OK
+    return solve_trials_run(x->trials, trials, values, x->rough, residuals, &x->error) == AD_OK
                ? OPTIM_OBJECTIVE_OK
                : OPTIM_OBJECTIVE_STOP;
 }
@@ -90,11 +93,20 @@ static int evaluate(void *context, const double *y, double *value)
         z[i] = part_of(y[i]);
         x->y[i] = y[i];
     }
+    x->rough = x->easy;
     const int code = run(x, 1, z, x->r);
+    x->rough = false;
     *value = sum_of_squares(x->n, x->r);
     return code != OPTIM_OBJECTIVE_OK ? code
            : isfinite(*value)         ? OPTIM_OBJECTIVE_OK
                                       : OPTIM_OBJECTIVE_NOT_FINITE;
+}
+
+/* Of a part of a range: smaller towards its ends, where the logarithm of the distance from them
+ * counts. */
+static double difference_at(const search *x, double z)
+{
+    return x->difference * fmax(EDGE, 4 * z * (1 - z));
 }
 
 /* j by differences around z, to one side where there is no solution on the other; r is there. */
@@ -104,7 +116,7 @@ static int differentiate(search *x, const double *z)
     double trial[2 * MAX * MAX], ends[2 * MAX];
     for (size_t k = 0; k < 2 * count; k++) {
         memcpy(trial + k * count, z, count * sizeof *z);
-        ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * x->difference));
+        ends[k] = fmin(1, fmax(0, z[k / 2] + (k % 2 ? 1 : -1) * difference_at(x, z[k / 2])));
         trial[k * count + k / 2] = ends[k];
     }
     const int code = run(x, 2 * count, trial, x->room);
@@ -183,16 +195,16 @@ static int solve(void *context, double damping, const double *scale, double *ste
     return 0;
 }
 
-/* By how much a step would lower chi squared: with the damping that keeps steps along what is not
- * measured within the range. */
-static double promised(search *x)
+/* By how much a step would lower chi squared, of numbers of this variance: with the damping that
+ * keeps steps along what is not measured within the range. */
+static double promised(search *x, double variance)
 {
     static const double DAMPING = 1.0 / 16; /* (dz/dy)^2 in the middle of a range */
     double ones[MAX], step[MAX], sum = 0;
     for (int i = 0; i < x->count; i++) {
         ones[i] = 1;
     }
-    if (solve(x, DAMPING, ones, step) != 0) {
+    if (solve(x, DAMPING * variance, ones, step) != 0) {
         return INFINITY;
     }
     for (int i = 0; i < x->count; i++) {
@@ -219,7 +231,7 @@ static double variance_of(const search *x, double chi_squared)
  * infinite. */
 static ad_status descend(search *x, const double *z, descent *result, ad_error *error)
 {
-    double y[MAX];
+    double y[MAX], first;
     const char *why = NULL;
     optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
     const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
@@ -228,6 +240,10 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
     *result = (descent){.chi_squared = INFINITY};
     for (int i = 0; i < x->count; i++) {
         y[i] = logit(fmin(1 - EDGE, fmax(EDGE, z[i])));
+    }
+    x->easy = solve_trials_by_members(x->trials);
+    x->easy = x->easy && evaluate(x, y, &first) == OPTIM_OBJECTIVE_OK;
+    for (int i = 0; i < x->count && !x->easy; i++) {
         x->y[i] = NAN;
     }
     optim_gauss_newton *gn = optim_gauss_newton_create((size_t)x->count, y, &settings, &why);
@@ -239,9 +255,9 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
         status = optim_gauss_newton_step(gn, &model);
         const double variance = variance_of(x, optim_gauss_newton_get_info(gn).value);
         result->steps++;
-        result->converged = status == OPTIM_FUNCTION_TOLERANCE ||
-                            status == OPTIM_GRADIENT_TOLERANCE ||
-                            promised(x) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
+        result->converged =
+            status == OPTIM_FUNCTION_TOLERANCE || status == OPTIM_GRADIENT_TOLERANCE ||
+            promised(x, variance) < variance * (status == OPTIM_RUNNING ? SETTLED : STUCK);
     }
     if (isfinite(optim_gauss_newton_get_info(gn).value)) {
         result->chi_squared = optim_gauss_newton_get_info(gn).value;
@@ -255,60 +271,109 @@ static ad_status descend(search *x, const double *z, descent *result, ad_error *
                : AD_OK;
 }
 
-/* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
- * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684. */
-static double off_by(double chi_squared, double freedom)
-{
-    const double variance = 2 / (9 * freedom);
-    return (cbrt(chi_squared / freedom) - (1 - variance)) / sqrt(variance);
-}
-
 static bool is_explained(const search *x, const descent *found)
 {
     const double freedom = (double)x->n - x->count;
-    return found->converged && !x->noise_is_scaled && /* noise that is not known explains all */
-           (freedom <= 0 || off_by(found->chi_squared, freedom) < EXPLAINED);
+    return found->converged && (x->noise_is_scaled || freedom <= 0 ||
+                                identified_off(found->chi_squared, freedom) < IDENTIFIED_EXPLAINED);
 }
 
-/* Again from those of other places where the residuals are smallest. */
-static ad_status start_elsewhere(search *x, descent *best, ad_error *error)
+/* Starts from where the residuals are smallest within some distance, each time, which finds all
+ * minima in the limit of many points (Rinnooy Kan & Timmer, Mathematical Programming 39 (1987) 57).
+ */
+typedef struct starts {
+    int count, ends;
+    double z[STARTS][MAX], chi_squared[STARTS]; /* INFINITY: no solution, or not to be tried */
+    descent end[DESCENTS];
+} starts;
+
+static double distance(int count, const double *a, const double *b)
 {
-    double points[MAX * STARTS], starts[STARTS * MAX], chi_squared[STARTS];
-    double *residuals = malloc(STARTS * x->n * sizeof *residuals);
+    double square = 0;
+    for (int i = 0; i < count; i++) {
+        square += (a[i] - b[i]) * (a[i] - b[i]);
+    }
+    return sqrt(square);
+}
+
+/* The radius of the ball that has a part of 4 log(N)/N of the cube of all ranges. */
+static double critical(int dimensions, int points)
+{
+    const double part = fmin(1, 4 * log(points) / points);
+    return pow(tgamma(1 + dimensions / 2.0) * part, 1.0 / dimensions) / sqrt(acos(-1));
+}
+
+static ad_status try_starts(search *x, starts *all, ad_error *error)
+{
+    double points[MAX * STARTS], z[STARTS * MAX];
+    double *residuals = malloc((size_t)all->count * x->n * sizeof *residuals);
+    const int n = all->count;
     ad_status status = residuals
-                           ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, STARTS, points, error)
+                           ? sampling_fill(SAMPLING_SOBOL, NULL, x->count, (size_t)n, points, error)
                            : ad_fail(error, AD_NO_MEMORY, "out of memory for starts");
-    for (int k = 0; k < STARTS; k++) {
+    for (int k = 0; status == AD_OK && k < n; k++) {
         for (int i = 0; i < x->count; i++) {
-            starts[k * x->count + i] = points[i * STARTS + k];
+            all->z[k][i] = z[k * x->count + i] = points[i * n + k];
         }
     }
-    if (status == AD_OK && run(x, STARTS, starts, residuals) != OPTIM_OBJECTIVE_OK) {
+    x->rough = isfinite(all->end[0].chi_squared);
+    const bool failed = status == AD_OK && run(x, (size_t)n, z, residuals) != OPTIM_OBJECTIVE_OK;
+    x->rough = false;
+    if (failed) {
         status = ad_fail(error, x->error.status, "%s", x->error.message);
     }
-    for (size_t k = 0; status == AD_OK && k < STARTS; k++) {
-        chi_squared[k] = sum_of_squares(x->n, residuals + k * x->n);
+    for (int k = 0; status == AD_OK && k < n; k++) {
+        const double sum = sum_of_squares(x->n, residuals + (size_t)k * x->n);
+        all->chi_squared[k] = isfinite(sum) ? sum : INFINITY;
     }
     free(residuals);
-    for (int tried = 0; tried < STARTS_TRIED && status == AD_OK && !is_explained(x, best);
-         tried++) {
-        descent found;
-        int next = -1;
-        for (int k = 0; k < STARTS; k++) {
-            if (isfinite(chi_squared[k]) && (next < 0 || chi_squared[k] < chi_squared[next])) {
-                next = k;
-            }
+    return status;
+}
+
+/* The best point that is neither near a better one nor near an end; -1: there is none. */
+static int next_start(const search *x, const starts *all, const bool *tried)
+{
+    const double radius = critical(x->count, all->count);
+    int next = -1;
+    for (int k = 0; k < all->count; k++) {
+        bool alone = isfinite(all->chi_squared[k]) && !tried[k];
+        for (int i = 0; i < all->count && alone; i++) {
+            alone = all->chi_squared[i] >= all->chi_squared[k] ||
+                    distance(x->count, all->z[i], all->z[k]) > radius;
         }
+        for (int i = 0; i < all->ends && alone; i++) {
+            alone =
+                !all->end[i].converged || distance(x->count, all->end[i].z, all->z[k]) > radius / 4;
+        }
+        if (alone && (next < 0 || all->chi_squared[k] < all->chi_squared[next])) {
+            next = k;
+        }
+    }
+    return next;
+}
+
+/* From elsewhere, though the first end may explain the measurements: others may do so as well.
+ * Where solutions are dear there are fewer starts then. */
+static ad_status start_elsewhere(search *x, starts *all, ad_error *error)
+{
+    bool tried[STARTS] = {false};
+    const bool few = is_explained(x, &all->end[0]) && !solve_trials_by_members(x->trials);
+    const int most = few ? 3 : DESCENTS;
+    all->count = few ? STARTS / 2 : STARTS;
+    ad_status status = try_starts(x, all, error);
+    while (status == AD_OK && all->ends < most) {
+        const int next = next_start(x, all, tried);
         if (next < 0) {
             break;
         }
-        chi_squared[next] = INFINITY;
-        status = descend(x, starts + next * x->count, &found, error);
-        found.steps += best->steps;
-        if (found.chi_squared < best->chi_squared) {
-            *best = found;
-        } else {
-            best->steps = found.steps;
+        tried[next] = true;
+        status = descend(x, all->z[next], &all->end[all->ends++], error);
+    }
+    for (int i = 1; i < all->ends; i++) { /* the best first */
+        if (all->end[i].chi_squared < all->end[0].chi_squared) {
+            const descent better = all->end[i];
+            all->end[i] = all->end[0];
+            all->end[0] = better;
         }
     }
     return status;
@@ -336,8 +401,67 @@ static int at(search *x, const double *z)
     return code == OPTIM_OBJECTIVE_OK ? differentiate(x, z) : code;
 }
 
-static ad_status conclude(search *x, const descent *found, identified *result, ad_error *error)
+static void list_others(const search *x, const starts *all, double variance, identified *result)
 {
+    const descent *best = &all->end[0], *known[DESCENTS] = {best};
+    int ends = 1;
+    for (int k = 1; k < all->ends; k++) {
+        const descent *end = &all->end[k];
+        const double limit = fmax(best->chi_squared + AS_GOOD * variance, x->exact);
+        bool other = end->converged && end->chi_squared <= limit;
+        for (int i = 0; i < ends && other; i++) {
+            double square = 0; /* deviations between the two */
+            for (int a = 0; a < x->count * x->count; a++) {
+                const int row = a / x->count, column = a % x->count;
+                square += x->matrix[a] * (end->z[row] - known[i]->z[row]) *
+                          (end->z[column] - known[i]->z[column]);
+            }
+            other = square > APART * APART * fmax(variance, x->exact / (double)x->n);
+        }
+        if (other) {
+            values_of(x, end->z, result->other[ends - 1].value);
+            result->other[ends - 1].chi_squared = end->chi_squared;
+            known[ends++] = end;
+        }
+    }
+    result->others = ends - 1;
+}
+
+/* How much chi squared grows where an unknown is off by two deviations, the others as they follow,
+ * for 4: where linear formulas hold. Not looked at beyond the ranges. */
+static ad_status check_deviations(search *x, const double *z, identified *result, ad_error *error)
+{
+    static const double MOVED = 2;
+    const solve_information *known = &result->information;
+    const double variance = result->noise_factor * result->noise_factor;
+    double trial[2 * MAX * MAX];
+    bool within[2 * MAX];
+    for (int k = 0; k < 2 * x->count; k++) {
+        within[k] = !result->bounded[k / 2];
+        for (int i = 0; i < x->count; i++) {
+            const double by = result->bounded[i] || result->bounded[k / 2]
+                                  ? 0
+                                  : MOVED * known->deviation[i] * known->correlation[k / 2][i];
+            const double to = z[i] + (k % 2 ? by : -by);
+            within[k] = within[k] && to >= 0 && to <= 1;
+            trial[k * x->count + i] = fmin(1, fmax(0, to));
+        }
+    }
+    if (run(x, 2 * (size_t)x->count, trial, x->room) != OPTIM_OBJECTIVE_OK) {
+        return ad_fail(error, x->error.status, "%s", x->error.message);
+    }
+    for (int k = 0; k < 2 * x->count; k++) {
+        const double grown = sum_of_squares(x->n, x->room + (size_t)k * x->n);
+        const double part = (grown - result->chi_squared) / (variance * MOVED * MOVED);
+        const bool counts = within[k] && isfinite(grown) && result->chi_squared > x->exact;
+        result->growth[k / 2][k % 2] = counts ? part : NAN;
+    }
+    return AD_OK;
+}
+
+static ad_status conclude(search *x, const starts *all, identified *result, ad_error *error)
+{
+    const descent *found = &all->end[0];
     double z[MAX];
     memcpy(z, found->z, sizeof z);
     int code = at(x, z);
@@ -361,6 +485,7 @@ static ad_status conclude(search *x, const descent *found, identified *result, a
     const double freedom = (double)x->n - free_unknowns;
     result->noise_factor =
         x->noise_is_scaled && freedom > 0 ? sqrt(result->chi_squared / freedom) : 1;
+    list_others(x, all, result->noise_factor * result->noise_factor, result);
     for (int i = 0; i < x->count * x->count; i++) {
         x->matrix[i] /= result->noise_factor * result->noise_factor;
     }
@@ -371,9 +496,11 @@ static ad_status conclude(search *x, const descent *found, identified *result, a
             result->information.deviation[i] *
             (p->scale == SCENE_LOG ? result->value[i] * log(p->high / p->low) : p->high - p->low);
     }
-    result->steps = found->steps;
+    for (int i = 0; i < all->ends; i++) {
+        result->steps += all->end[i].steps;
+    }
     result->converged = found->converged;
-    return AD_OK;
+    return check_deviations(x, z, result, error);
 }
 
 /* ---- all of it ----------------------------------------------------------------------------- */
@@ -390,7 +517,7 @@ ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_
                    noise_is_scaled ? ", and one more for the noise" : "");
 }
 
-static ad_status prepare(search *x, const identify_settings *settings, double *start,
+static ad_status prepare(search *x, int sets, const solve_measured *measured, double *start,
                          identified *result, ad_error *error)
 {
     const int first = scene_known_count(x->open);
@@ -403,10 +530,16 @@ static ad_status prepare(search *x, const identify_settings *settings, double *s
     result->residuals = x->n = solve_trials_residuals(x->trials);
     result->experiments = solve_trials_experiments(x->trials);
     result->by_members = solve_trials_by_members(x->trials);
-    result->scaled = settings->noise_is_scaled;
-    ad_status status = identify_check(x->count, x->n, settings->noise_is_scaled, error);
+    result->scaled = x->noise_is_scaled;
+    ad_status status = identify_check(x->count, x->n, x->noise_is_scaled, error);
     if (status != AD_OK) {
         return status;
+    }
+    for (int i = 0; i < sets; i++) {
+        for (size_t k = 0; k < (size_t)measured[i].columns * measured[i].rows; k++) {
+            x->exact +=
+                pow(EXACT * measured[i].values[k] / measured[i].noise[k / measured[i].rows], 2);
+        }
     }
     /* of the error of central differences and that of the solutions both are then small */
     x->difference = fmin(1e-2, fmax(1e-4, cbrt(solve_trials_tolerance(x->trials))));
@@ -436,20 +569,21 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
 {
     search x = {.open = open, .noise_is_scaled = settings->noise_is_scaled};
     double start[MAX];
-    descent best;
+    starts all = {.count = 0};
     *result = (identified){.count = 0};
     ad_status status = solve_trials_create(open, sets, measured, settings->tolerance,
                                            settings->threads, &x.trials, error);
     if (status == AD_OK) {
-        status = prepare(&x, settings, start, result, error);
+        status = prepare(&x, sets, measured, start, result, error);
     }
     if (status == AD_OK) {
-        status = descend(&x, start, &best, error);
+        all.ends = 1;
+        status = descend(&x, start, &all.end[0], error);
     }
-    if (status == AD_OK && !is_explained(&x, &best)) {
-        status = start_elsewhere(&x, &best, error);
+    if (status == AD_OK) {
+        status = start_elsewhere(&x, &all, error);
     }
-    if (status == AD_OK && !isfinite(best.chi_squared)) {
+    if (status == AD_OK && !isfinite(all.end[0].chi_squared)) {
         const char *reason = solve_trials_reason(x.trials);
         status = ad_fail(error, AD_BAD_INPUT,
                          "there is no solution where the search starts, nor anywhere else in the "
@@ -457,76 +591,9 @@ ad_status identify(const scene *open, int sets, const solve_measured *measured,
                          *reason ? ": " : "", reason);
     }
     if (status == AD_OK) {
-        status = conclude(&x, &best, result, error);
+        status = conclude(&x, &all, result, error);
         result->solutions = x.solutions;
     }
     search_free(&x);
     return status;
-}
-
-/* ---- verdict ------------------------------------------------------------------------------- */
-
-static void judge_bounds(const identified *x, const scene *open, verdict *to)
-{
-    char names[300] = "";
-    size_t used = 0;
-    for (int i = 0; i < x->count && used < sizeof names; i++) {
-        if (x->bounded[i]) {
-            used +=
-                (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
-                                 open->parameters[scene_known_count(open) + i].name, x->value[i]);
-        }
-    }
-    if (used) {
-        verdict_add(to, VERDICT_AT_BOUND,
-                    "the best value is an end of its range, and deviations of the others hold for "
-                    "this value: %s",
-                    names);
-    }
-}
-
-static void judge_untold(const identified *x, const scene *open, verdict *to)
-{
-    const scene_parameter *parameters[MAX];
-    char text[400] = "";
-    size_t used = 0;
-    for (int i = 0; i < x->count; i++) {
-        parameters[i] = &open->parameters[scene_known_count(open) + i];
-    }
-    for (int k = 0; k < x->information.untold && used < sizeof text; k++) {
-        char one[200];
-        solve_information_text(parameters, x->count, x->value, x->information.direction[k], one,
-                               sizeof one);
-        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", k > 0 ? "; " : "", one);
-    }
-    if (used) {
-        verdict_add(to, VERDICT_NOT_TOLD,
-                    "the measurements do not tell, beyond the ranges, how large a change is of: %s",
-                    text);
-    }
-}
-
-void identified_verdict(const identified *x, const scene *open, verdict *to)
-{
-    const double freedom = (double)x->residuals - x->count;
-    const double off = freedom > 0 && !x->scaled ? off_by(x->chi_squared, freedom) : 0;
-    if (!x->converged) {
-        verdict_add(to, VERDICT_NOT_CONVERGED,
-                    "the search for the unknowns has not ended after %d steps", x->steps);
-    }
-    if (x->held_by_equations > LOOSE) {
-        verdict_add(to, VERDICT_NOT_CONVERGED,
-                    "unknowns are held by what the network leaves of the equations, more than by "
-                    "the measurements (%.0f %%): try more features or points, or a larger "
-                    "data.weight; cpinn-solve finds them without a network",
-                    100 * x->held_by_equations);
-    }
-    if (fabs(off) > EXPLAINED) {
-        verdict_add(to, off > 0 ? VERDICT_MISFIT : VERDICT_NOISE_OVERSTATED,
-                    "chi squared is %.4g of %.0f degrees of freedom: residuals are %.3g times the "
-                    "noise that is stated",
-                    x->chi_squared, freedom, sqrt(x->chi_squared / freedom));
-    }
-    judge_untold(x, open, to);
-    judge_bounds(x, open, to);
 }

@@ -18,12 +18,24 @@ typedef struct identify_settings {
                            * taken */
 } identify_settings;
 
+enum { IDENTIFIED_OTHERS = 5 };
+
+/* Values that suit the measurements as well. */
+typedef struct identified_other {
+    double value[SCENE_PARAMETERS_MAX], chi_squared;
+} identified_other;
+
 typedef struct identified {
     int count; /* of unknowns: the scene's last parameters */
     double value[SCENE_PARAMETERS_MAX];
     double deviation[SCENE_PARAMETERS_MAX]; /* standard, of the value; NaN at a bound */
     bool bounded[SCENE_PARAMETERS_MAX];     /* the value is an end of its range */
     solve_information information;
+    /* of how chi squared grows by two deviations down and up, the part that it should: 1; NaN: not
+     * looked at */
+    double growth[SCENE_PARAMETERS_MAX][2];
+    int others; /* as good as the values */
+    identified_other other[IDENTIFIED_OTHERS];
     double chi_squared;  /* sum of squared residuals, each over its noise */
     double noise_factor; /* by which the noise was scaled, else 1 */
     size_t residuals;    /* numbers that were measured */
@@ -37,15 +49,22 @@ typedef struct identified {
                                * equations add to the measurements; 0: they are met exactly */
 } identified;
 
-/* The search starts where the scene's parameters say; where it ends with residuals that the noise
- * does not explain, it starts again elsewhere. Errors as of solve_trials_create, and AD_BAD_INPUT:
+/* The search starts where the scene's parameters say, and then elsewhere in the ranges, which is
+ * how other values that suit as well are seen. Errors as of solve_trials_create, and AD_BAD_INPUT:
  * fewer measured numbers than unknowns, or no solution anywhere it starts. */
 ad_status identify(const scene *open, int sets, const solve_measured *measured,
                    const identify_settings *settings, identified *result, ad_error *error);
 
-/* What speaks against it: values at the ends of their ranges, what the measurements do not tell,
- * residuals that are larger or smaller than their noise, a search that has not ended. */
+/* What speaks against it: values at the ends of their ranges, others that are as good, what the
+ * measurements do not tell, deviations that formulas get wrong, residuals that are larger or
+ * smaller than their noise, a search that has not ended. */
 void identified_verdict(const identified *x, const scene *open, verdict *result);
+
+/* By how many standard deviations a chi squared of so many degrees of freedom is off, by the normal
+ * approximation of Wilson and Hilferty, Proc. Natl. Acad. Sci. 17 (1931) 684; up to
+ * IDENTIFIED_EXPLAINED the noise explains it. */
+static const double IDENTIFIED_EXPLAINED = 4;
+double identified_off(double chi_squared, double freedom);
 
 /* AD_BAD_INPUT: fewer measured numbers than unknowns, among which the noise may be. */
 ad_status identify_check(int unknowns, size_t numbers, bool noise_is_scaled, ad_error *error);

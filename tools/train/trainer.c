@@ -439,7 +439,10 @@ static const char *reason_to_end(trainer *t, optim_status status)
     if (stage->stop_seconds > 0 && train_seconds() - t->stage_started > stage->stop_seconds) {
         return "stop.seconds reached";
     }
-    return t->info.stage_step >= stage->steps ? "steps done" : NULL;
+    const bool holds =
+        problem_holds_unknowns(t->problem) && t->info.stage + 1 == t->e->settings->stage_count;
+    return t->info.stage_step >= (holds ? (stage->steps + 1) / 2 : stage->steps) ? "steps done"
+                                                                                 : NULL;
 }
 
 ad_status trainer_enter_window(trainer *t, int from, ad_error *error)
@@ -502,9 +505,9 @@ static ad_status end_stage(trainer *t, const char *why, optim_status result, ad_
     }
     if (problem_holds_unknowns(t->problem) &&
         (t->info.solved || t->info.stage + 1 == t->e->settings->stage_count)) {
-        problem_release_unknowns(t->problem); /* the last stage again, or what is left of all */
+        problem_release_unknowns(t->problem); /* for what is left of the steps */
         t->best_held_out = INFINITY;
-        t->info.stage_step = t->rows_apart = 0;
+        t->rows_apart = 0;
         return trainer_start_stage(t, error);
     }
     t->info.stage++;

@@ -1,6 +1,7 @@
 #include "tools/train/trainer_unknowns.h"
 
 #include "autodiff/dense.h"
+#include "tools/train/measured.h"
 #include "tools/train/trainer_internal.h"
 
 #include <math.h>
@@ -82,7 +83,6 @@ static void conclude(const trainer *t, const double *slope, const double *invers
 {
     const scene *open = t->e->scene;
     const size_t count = (size_t)result->count;
-    const bool held[MAX] = {false};
     double a[MAX * MAX], x[MAX * MAX], information[MAX * MAX];
     int pivots[MAX];
     for (size_t i = 0; i < count * count; i++) {
@@ -93,7 +93,8 @@ static void conclude(const trainer *t, const double *slope, const double *invers
     result->held_by_equations = 0;
     for (size_t i = 0; i < count; i++) {
         const double share = 1 - variance * x[i * count + i] / a[i * count + i];
-        result->held_by_equations = fmax(result->held_by_equations, share);
+        result->held_by_equations =
+            result->bounded[i] ? result->held_by_equations : fmax(result->held_by_equations, share);
     }
     if (ad_dense_lu(count, a, pivots) == 0) { /* symmetric, but for rounding */
         ad_dense_lu_solve(count, count, a, pivots, x);
@@ -105,7 +106,7 @@ static void conclude(const trainer *t, const double *slope, const double *invers
     for (size_t i = 0; i < count * count; i++) {
         information[i] /= result->noise_factor * result->noise_factor;
     }
-    result->information = solve_information_of(result->count, information, held);
+    result->information = solve_information_of(result->count, information, result->bounded);
     for (int i = 0; i < result->count; i++) {
         const scene_parameter *p = &open->parameters[scene_known_count(open) + i];
         const double width =
@@ -114,11 +115,20 @@ static void conclude(const trainer *t, const double *slope, const double *invers
     }
 }
 
+/* Whether an unknown that never reaches an end of its range goes there: it is close, and what the
+ * normal equations would still change of it leads beyond. */
+static bool is_at_bound(double z, double step)
+{
+    static const double CLOSE = 1e-2, ALMOST = 1e-3;
+    const double left = fmin(z, 1 - z);
+    return left < ALMOST || (left < CLOSE && (z < 0.5 ? -step : step) >= left);
+}
+
 ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
 {
     const scene *open = t->e->scene;
     const size_t count = (size_t)open->unknown_count;
-    double inverse[MAX * MAX], covariance[MAX * MAX], values[MAX], slope[MAX], step[MAX];
+    double inverse[MAX * MAX], covariance[MAX * MAX], values[MAX], slope[MAX], step[MAX], z[MAX];
     problem_noise noise;
     *result = (identified){.count = (int)count, .converged = true, .experiments = 1};
     if (count == 0) {
@@ -127,26 +137,34 @@ ad_status trainer_unknowns(trainer *t, identified *result, ad_error *error)
     experiment_member_values(t->e, values);
     for (size_t i = 0; i < count; i++) {
         const size_t k = (size_t)scene_known_count(open) + i;
-        const double z = scene_parameter_fraction(&open->parameters[k], values[k]);
+        z[i] = scene_parameter_fraction(&open->parameters[k], values[k]);
         result->value[i] = values[k];
-        slope[i] = z * (1 - z);
+        result->growth[i][0] = result->growth[i][1] = NAN;
+        slope[i] = z[i] * (1 - z[i]);
     }
     ad_status status = covariance_of(t, count, inverse, covariance, step, &noise, error);
     if (status != AD_OK) {
         return status;
     }
+    for (size_t i = 0; i < count; i++) {
+        result->bounded[i] = is_at_bound(z[i], step[i] * slope[i]);
+    }
     result->steps = (int)t->info.step;
     result->chi_squared = noise.chi_squared;
     result->residuals = noise.numbers;
-    result->scaled = t->e->settings->data_count == 0 || !(t->e->settings->data[0].noise > 0);
+    result->scaled = !(t->e->settings->data[0].noise > 0);
     result->noise_factor = 1;
     if (result->scaled && noise.numbers > count) {
         result->noise_factor = sqrt(noise.chi_squared / (double)(noise.numbers - count));
     }
     conclude(t, slope, inverse, covariance, noise.variance, result);
+    const double unit = measured_unit(t->e->measured); /* from that of the terms to the SI */
+    result->noise_factor *= unit;
+    result->chi_squared *= unit * unit;
     for (size_t i = 0; i < count; i++) { /* parts of the ranges, as both are */
         const double left = fabs(step[i] * slope[i]);
-        result->converged = result->converged && left <= result->information.deviation[i];
+        result->converged =
+            result->converged && (result->bounded[i] || left <= result->information.deviation[i]);
     }
     return AD_OK;
 }

@@ -1,0 +1,145 @@
+#include "tools/train/identify.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { MAX = SCENE_PARAMETERS_MAX };
+
+/* What residuals of the equations may say of unknowns beside the measurements. */
+static const double LOOSE = 0.2;
+
+/* Of standard deviations, by the growth of chi squared: half and twice what is said. */
+static const double ROUGH = 4;
+
+double identified_off(double chi_squared, double freedom)
+{
+    const double variance = 2 / (9 * freedom);
+    return (cbrt(chi_squared / freedom) - (1 - variance)) / sqrt(variance);
+}
+
+static void judge_bounds(const identified *x, const scene *open, verdict *to)
+{
+    char names[300] = "";
+    size_t used = 0;
+    for (int i = 0; i < x->count && used < sizeof names; i++) {
+        if (x->bounded[i]) {
+            used +=
+                (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
+                                 open->parameters[scene_known_count(open) + i].name, x->value[i]);
+        }
+    }
+    if (used) {
+        verdict_add(to, VERDICT_AT_BOUND,
+                    "the best value is an end of its range, and deviations of the others hold for "
+                    "this value: %s",
+                    names);
+    }
+}
+
+static void judge_others(const identified *x, const scene *open, verdict *to)
+{
+    char text[400] = "";
+    size_t used = 0;
+    for (int k = 0; k < x->others && used < sizeof text; k++) {
+        for (int i = 0; i < x->count && used < sizeof text; i++) {
+            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s = %.4g",
+                                     i   ? ", "
+                                     : k ? "; or "
+                                         : "",
+                                     open->parameters[scene_known_count(open) + i].name,
+                                     x->other[k].value[i]);
+        }
+    }
+    if (used) {
+        verdict_add(to, VERDICT_SEVERAL_SOLUTIONS,
+                    "other values suit the measurements as well: %s; narrow the range, or measure "
+                    "what tells them apart",
+                    text);
+    }
+}
+
+/* Where two deviations do not change chi squared by about 4. */
+static void judge_growth(const identified *x, const scene *open, verdict *to)
+{
+    int worst = -1, side = 0;
+    double by = ROUGH;
+    for (int k = 0; k < 2 * x->count; k++) {
+        const double part = x->growth[k / 2][k % 2];
+        const double off = part > 0 ? fmax(part, 1 / part) : INFINITY;
+        if (!isnan(part) && off > by) {
+            worst = k / 2;
+            side = k % 2;
+            by = off;
+        }
+    }
+    if (worst >= 0) {
+        verdict_add(to, VERDICT_DEVIATIONS_ROUGH,
+                    "deviations are rough: two of %s %s change chi squared by %.3g, where 4 is "
+                    "meant; more or better measurements make them hold",
+                    open->parameters[scene_known_count(open) + worst].name,
+                    side ? "upwards" : "downwards", 4 * x->growth[worst][side]);
+    }
+}
+
+/* A valley: what is known of a combination, but hardly of each by itself. */
+static void judge_valley(const identified *x, const scene_parameter *const *parameters, verdict *to)
+{
+    char text[200];
+    if (x->information.collinearity > SOLVE_COLLINEAR && x->information.untold == 0) {
+        solve_information_text(parameters, x->count, x->value, x->information.valley, text,
+                               sizeof text);
+        verdict_add(to, VERDICT_KNOWN_TOGETHER,
+                    "the measurements hardly tell, as the deviations say, how large a change is "
+                    "of: %s; each alone would be known %.0f times as well",
+                    text, x->information.collinearity);
+    }
+}
+
+static void judge_untold(const identified *x, const scene *open, verdict *to)
+{
+    const scene_parameter *parameters[MAX];
+    char text[400] = "";
+    size_t used = 0;
+    for (int i = 0; i < x->count; i++) {
+        parameters[i] = &open->parameters[scene_known_count(open) + i];
+    }
+    for (int k = 0; k < x->information.untold && used < sizeof text; k++) {
+        char one[200];
+        solve_information_text(parameters, x->count, x->value, x->information.direction[k], one,
+                               sizeof one);
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s", k > 0 ? "; " : "", one);
+    }
+    if (used) {
+        verdict_add(to, VERDICT_NOT_TOLD,
+                    "the measurements do not tell, beyond the ranges, how large a change is of: %s",
+                    text);
+    }
+    judge_valley(x, parameters, to);
+}
+
+void identified_verdict(const identified *x, const scene *open, verdict *to)
+{
+    const double freedom = (double)x->residuals - x->count;
+    const double off = freedom > 0 && !x->scaled ? identified_off(x->chi_squared, freedom) : 0;
+    if (!x->converged) {
+        verdict_add(to, VERDICT_NOT_CONVERGED,
+                    "the search for the unknowns has not ended after %d steps", x->steps);
+    }
+    if (x->held_by_equations > LOOSE) {
+        verdict_add(to, VERDICT_NOT_CONVERGED,
+                    "unknowns are held by what the network leaves of the equations, more than by "
+                    "the measurements (%.0f %%): try more features or points, or a larger "
+                    "data.weight; cpinn-solve finds them without a network",
+                    100 * x->held_by_equations);
+    }
+    if (fabs(off) > IDENTIFIED_EXPLAINED) {
+        verdict_add(to, off > 0 ? VERDICT_MISFIT : VERDICT_NOISE_OVERSTATED,
+                    "chi squared is %.4g of %.0f degrees of freedom: residuals are %.3g times the "
+                    "noise that is stated; deviations are those of the stated one",
+                    x->chi_squared, freedom, sqrt(x->chi_squared / freedom));
+    }
+    judge_untold(x, open, to);
+    judge_bounds(x, open, to);
+    judge_others(x, open, to);
+    judge_growth(x, open, to);
+}
