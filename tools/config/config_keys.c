@@ -189,6 +189,10 @@ const config_key config_keys[] = {
      .fallback = "131072 in the strain form, else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
              "before training, 16 at least."},
+    {"members.file", CONFIG_TEXT, AT(settings.members_file),
+     .help = "Or CSV/HDF5 with a column for every parameter, such as measured actuations: these members "
+             "are solved and learnt, without hidden layers all at once; held-out and fresh ones are "
+             "drawn from the ranges none the less. Relative to this file."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -250,8 +254,9 @@ const config_key config_keys[] = {
      .help = "Collocation points of the balance and kinematic equations."},
     {"losses.interior.sampler", CONFIG_CHOICE, AT(settings.losses.interior.sampler),
      .names = sampler_names,
-     .fallback = "sobol; chebyshev_lobatto without hidden layers",
-     .help = "Where they lie."},
+     .fallback = "sobol; chebyshev_lobatto without hidden layers; of members uniform",
+     .help = "Where they lie; of a family in the strain form, how its members are drawn from the "
+             "ranges: uniform, latin_hypercube or sobol."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
     {"losses.interior.adaptive.kind", CONFIG_CHOICE, AT(settings.losses.adaptive.kind),
