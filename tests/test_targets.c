@@ -275,23 +275,29 @@ static void test_separate(void **state)
     }
 }
 
-/* What solved members have begun goes on by physics, without them. */
+/* What solved members have begun goes on by physics, without them or with half of them. */
 static void test_physics(void **state)
 {
     (void)state;
-    session s = begin("{optimizer: soap, steps: 100, learning_rate: 0.01, warmup_steps: 20}, "
-                      "{optimizer: soap, steps: 300, learning_rate: 0.01, warmup_steps: 20, "
-                      "targets: physics}",
-                      1);
-    steps(&s, 100);
-    const double before = trainer_inspect(s.trainer).members.median;
-    steps(&s, 300);
-    const trainer_info after = trainer_inspect(s.trainer);
-    assert_int_equal(after.state, TRAINER_DONE);
-    if (!(after.members.median < 0.5 * before && after.members.median < 3e-4)) {
-        fail_msg("%.2e, then %.2e", before, after.members.median);
+    static const char *const kinds[] = {"physics", "both"};
+    for (int i = 0; i < 2; i++) {
+        char stages[240];
+        snprintf(
+            stages, sizeof stages,
+            "{optimizer: soap, steps: 100, learning_rate: 0.01, warmup_steps: 20}, "
+            "{optimizer: soap, steps: 300, learning_rate: 0.01, warmup_steps: 20, targets: %s}",
+            kinds[i]);
+        session s = begin(stages, 1);
+        steps(&s, 100);
+        const double before = trainer_inspect(s.trainer).members.median;
+        steps(&s, 300);
+        const trainer_info after = trainer_inspect(s.trainer);
+        assert_int_equal(after.state, TRAINER_DONE);
+        if (!(after.members.median < 0.5 * before && after.members.median < 3e-4)) {
+            fail_msg("%s: %.2e, then %.2e", kinds[i], before, after.members.median);
+        }
+        session_free(&s);
     }
-    session_free(&s);
 }
 
 /* From a checkpoint in either kind of targets, by another number of threads. */
@@ -301,7 +307,7 @@ static void test_resume(void **state)
     static const char stages[] =
         "{optimizer: soap, steps: 30, learning_rate: 0.01, warmup_steps: 5}, "
         "{optimizer: soap, steps: 30, learning_rate: 0.01, targets: physics}, "
-        "{optimizer: adam, steps: 10}";
+        "{optimizer: adam, steps: 10, targets: both}";
     for (int at = 13; at < 70; at += 30) {
         session whole = begin(stages, 1), part = begin(stages, 2), rest = begin(stages, 2);
         steps(&whole, 70);
@@ -424,6 +430,7 @@ static void test_refused(void **state)
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
         {"loads.foundation=[10, 10, 10]", "a foundation"},
         {"reference.analytic=elastica", "reference: is of one scene"},
+        {"data=[{quantity: position, file: a.csv}]", "data: are of places along the rod"},
         {"losses.interior.sampler=grid", "losses.interior.sampler: is grid"},
         {"members.file=a.csv", "members.solved: is beside members.file"},
         {"network.fourier.wavenumber=5", "network.fourier.wavenumber: is along s"},

@@ -429,7 +429,8 @@ const config_key config_keys[] = {
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
     {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
      .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
-             "members in every step, by a step of Newton's method from what the network says."},
+             "members in every step, by a step of Newton's method from what the network says; both: half "
+             "of a step's members of either kind."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,

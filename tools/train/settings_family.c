@@ -138,6 +138,13 @@ ad_status train_check_family(const train_settings *settings, const scene *family
                             "latin_hypercube, sobol",
                             sampling_kind_text(settings->losses.interior.sampler));
     }
+    if (settings->data_count > 0) {
+        return train_refuse(
+            key, "data", error,
+            "are of places along the rod, but the unknown of the strain form is the "
+            "curvature of members; allowed: formulation: mixed, which takes data "
+            "with a column for every parameter");
+    }
     if (!settings->members_file && settings->members < MEMBERS_LEAST) {
         return train_refuse(key, "members.solved", error, "is %d; allowed: from %d on",
                             settings->members, MEMBERS_LEAST);
@@ -147,6 +154,7 @@ ad_status train_check_family(const train_settings *settings, const scene *family
         const char *moves = settings->losses.interior.resample_every > 0
                                 ? "losses.interior.resample_every"
                             : stage->targets == TARGETS_PHYSICS ? "targets: physics"
+                            : stage->targets == TARGETS_BOTH    ? "targets: both"
                                                                 : NULL;
         if (moves && !takes_batches(stage->optimizer)) {
             return train_refuse_stage(key, i, "optimizer", error,

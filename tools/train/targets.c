@@ -324,12 +324,13 @@ static void put_target(const targets *t, const model_draw *draw, size_t point, c
     }
 }
 
-static void fill_from_pool(const targets *t, const model_draw *draw)
+/* The first `count` points. */
+static void fill_from_pool(const targets *t, const model_draw *draw, size_t count)
 {
     const size_t all = t->solved.count;
-    for (size_t k = 0; k < draw->count; k++) { /* as many as there are: each once */
+    for (size_t k = 0; k < count; k++) { /* as many as there are: each once */
         const size_t any = (size_t)(nn_rng_uniform(draw->rng) * (double)all) % all;
-        const size_t from = draw->count == all ? k : any;
+        const size_t from = count == all ? k : any;
         for (size_t i = 0; i < t->parameters; i++) {
             draw->x[i * draw->count + k] = t->solved.x[i * all + from];
         }
@@ -398,10 +399,10 @@ static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t
     return status;
 }
 
-static ad_status fill_by_physics(targets *t, const model_draw *draw, ad_error *error)
+static ad_status fill_by_physics(targets *t, const model_draw *draw, size_t from, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t first = 0; first < draw->count && status == AD_OK; first += BATCH - 1) {
+    for (size_t first = from; first < draw->count && status == AD_OK; first += BATCH - 1) {
         const size_t left = draw->count - first;
         status = refine(t, draw, first, left < BATCH - 1 ? left : BATCH - 1, error);
     }
@@ -414,16 +415,16 @@ static ad_status fill(void *context, const model_draw *draw, ad_error *error)
     if (draw->held_out) {
         return fill_fresh(t, draw, error);
     }
-    if (draw->fields) {
-        return fill_by_physics(t, draw, error);
-    }
-    fill_from_pool(t, draw);
-    return AD_OK;
+    const size_t from_pool = !draw->fields             ? draw->count
+                             : t->kind == TARGETS_BOTH ? draw->count / 2
+                                                       : 0;
+    fill_from_pool(t, draw, from_pool);
+    return fill_by_physics(t, draw, from_pool, error);
 }
 
 static bool follows(const void *context)
 {
-    return ((const targets *)context)->kind == TARGETS_PHYSICS;
+    return ((const targets *)context)->kind != TARGETS_SOLVED;
 }
 
 model_source targets_source(targets *t)

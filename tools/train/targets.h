@@ -5,6 +5,7 @@
  *   physics   members that are new in every step: from what the network says of them a step of
  *             Newton's method, that is, its residual preconditioned by its Jacobian; the few for
  *             which that is not trusted are solved
+ *   both      half of each step's members of either kind
  *
  * Members of the pool are drawn from the ranges by the scales of the parameters, or those of a
  * file; fresh and held-out ones, by which a network is measured, uniformly from the ranges. Those
@@ -22,7 +23,8 @@ extern "C" {
 
 #define TARGETS_LIST(X)                                                                            \
     X(TARGETS_SOLVED, "solved")                                                                    \
-    X(TARGETS_PHYSICS, "physics")
+    X(TARGETS_PHYSICS, "physics")                                                                  \
+    X(TARGETS_BOTH, "both")
 
 typedef enum targets_kind {
 #define TARGETS_ENUM(name, text) name,
