@@ -384,6 +384,7 @@ bool scene_uses(const scene *rod_scene, const char *name);
 /* The value of a parameter at a fraction of its range, 0 to 1, by its scale, and back. */
 double scene_parameter_at(const scene_parameter *parameter, double fraction);
 double scene_parameter_fraction(const scene_parameter *parameter, double value);
+bool scene_parameter_holds(const scene_parameter *parameter, double value); /* but for rounding */
 
 /* Training finds a number y for an unknown: its fraction is 1/(1 + exp(-y - y0)), never an end of
  * the range, with this y0 where it begins, of a guess at an end close to it. */

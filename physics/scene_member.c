@@ -13,6 +13,12 @@ double scene_parameter_at(const scene_parameter *parameter, double fraction)
                : parameter->low + (parameter->high - parameter->low) * fraction;
 }
 
+bool scene_parameter_holds(const scene_parameter *parameter, double value)
+{
+    const double slack = 1e-12 * fmax(fabs(parameter->low), fabs(parameter->high));
+    return value >= parameter->low - slack && value <= parameter->high + slack;
+}
+
 double scene_parameter_fraction(const scene_parameter *parameter, double value)
 {
     return parameter->scale == SCENE_LOG
@@ -115,7 +121,7 @@ static const char *read_one(int count, const scene_parameter *parameters, bool a
         return NULL;
     }
     const scene_parameter *parameter = &parameters[index];
-    if (!any_value && !(value >= parameter->low && value <= parameter->high)) {
+    if (!any_value && !scene_parameter_holds(parameter, value)) {
         ad_fail(error, AD_BAD_INPUT, "member: %s = %g is outside its range; allowed: %g to %g",
                 parameter->name, value, parameter->low, parameter->high);
         return NULL;

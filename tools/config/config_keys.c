@@ -190,6 +190,10 @@ const config_key config_keys[] = {
      .fallback = "131072 in the strain form, else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
              "before training, 16 at least."},
+    {"members.file", CONFIG_TEXT, AT(settings.members_file),
+     .help = "Or CSV/HDF5 with a column for every parameter, such as measured actuations: these members "
+             "are solved and learnt, without hidden layers all at once; held-out and fresh ones are "
+             "drawn from the ranges none the less. Relative to this file."},
     {"motion", CONFIG_CHOICE, AT(scene.motion), .names = scene_motion_names,
      .help = "automatic: in a plane where the scene keeps the rod in one by symmetry (6 unknowns in "
              "place of 13), else in space; planar: or an error; spatial: always in space, say for a "
@@ -251,8 +255,9 @@ const config_key config_keys[] = {
      .help = "Collocation points of the balance and kinematic equations."},
     {"losses.interior.sampler", CONFIG_CHOICE, AT(settings.losses.interior.sampler),
      .names = sampler_names,
-     .fallback = "sobol; chebyshev_lobatto without hidden layers",
-     .help = "Where they lie."},
+     .fallback = "sobol; chebyshev_lobatto without hidden layers; of members uniform",
+     .help = "Where they lie; of a family in the strain form, how its members are drawn from the "
+             "ranges: uniform, latin_hypercube or sobol."},
     {"losses.interior.resample_every", CONFIG_INTEGER, AT(settings.losses.interior.resample_every),
      .unit = "steps", BETWEEN(0, 1e9), .help = "New points so often; 0: never."},
     {"losses.interior.adaptive.kind", CONFIG_CHOICE, AT(settings.losses.adaptive.kind),
@@ -426,7 +431,8 @@ const config_key config_keys[] = {
      .help = "Factor after one that lowered it as predicted; a root of it after a smaller fall."},
     {"training.stages[].targets", CONFIG_CHOICE, STAGE(targets), .names = train_targets_names,
      .help = "Of a family in the strain form. solved: members of members.solved; physics: new "
-             "members in every step, by a step of Newton's method from what the network says."},
+             "members in every step, by a step of Newton's method from what the network says; both: half "
+             "of a step's members of either kind."},
     {"training.stages[].stop.loss", CONFIG_NUMBER, STAGE(stop_loss), NOT_NEGATIVE,
      .help = "The stage ends when the loss falls below; 0: never."},
     {"training.stages[].stop.error", CONFIG_NUMBER, STAGE(stop_error), NOT_NEGATIVE,

@@ -309,6 +309,10 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
         snprintf(path, sizeof path, "data[%d].file", i);
         status = config_absolute(experiment, path, &experiment->settings.data[i].file, error);
     }
+    if (status == AD_OK) {
+        status =
+            config_absolute(experiment, "members.file", &experiment->settings.members_file, error);
+    }
     return status == AD_OK ? config_absolute(experiment, "reference.file",
                                              &experiment->settings.reference_file, error)
                            : status;

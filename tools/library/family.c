@@ -336,19 +336,13 @@ const double *cpinn_family_t(const cpinn_family *x)
 /* ---- the range ----------------------------------------------------------------------------- */
 
 /* Ends of a range are allowed as they are after a conversion of units. */
-static bool is_outside(const scene_parameter *p, double value)
-{
-    const double slack = 1e-12 * fmax(fabs(p->low), fabs(p->high));
-    return !(value >= p->low - slack && value <= p->high + slack);
-}
-
 bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
                           size_t *member, int *parameter)
 {
     for (size_t i = 0; i < members; i++) {
         for (int k = 0; k < x->count; k++) {
             const double value = parameters[i * (size_t)x->count + (size_t)k];
-            const bool outside = is_outside(&x->open.parameters[k], value);
+            const bool outside = !scene_parameter_holds(&x->open.parameters[k], value);
             if (!isfinite(value) || (outside && !x->extrapolate)) {
                 *member = i;
                 *parameter = k;
@@ -377,7 +371,7 @@ static bool any_outside(const cpinn_family *x, const double *parameters)
 {
     bool result = false;
     for (int k = 0; k < x->count; k++) {
-        result = result || is_outside(&x->open.parameters[k], parameters[k]);
+        result = result || !scene_parameter_holds(&x->open.parameters[k], parameters[k]);
     }
     return result;
 }

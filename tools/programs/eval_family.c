@@ -3,8 +3,8 @@
 #include "tools/config/config.h"
 #include "tools/library/family.h"
 #include "tools/programs/cli.h"
-#include "tools/programs/members_given.h"
 #include "tools/train/clock.h"
+#include "tools/train/members_given.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -38,25 +38,23 @@ const char *eval_family_conflict(const eval_family_options *asked)
 
 /* ---- answers ------------------------------------------------------------------------------- */
 
-/* Says which line of the file, or that it is --at. */
+static const char OR_ELSE[] = ", or with --extrapolate";
+
 static ad_status check_range(const eval_family *x, const table_file *table, ad_error *error)
 {
     size_t member;
     int k;
+    if (table && !x->asked.extrapolate) {
+        return train_members_check(cpinn_family_scene(x->family), x->asked.members, table,
+                                   x->parameters, OR_ELSE, error);
+    }
     if (!cpinn_family_refuses(x->family, x->count, x->parameters, &member, &k)) {
         return AD_OK;
     }
-    char where[512] = "--at";
     const scene_parameter *p = cpinn_family_parameter(x->family, k);
-    const size_t count = (size_t)cpinn_family_parameters(x->family);
-    if (table) {
-        const size_t line = table_line(table, member);
-        snprintf(where, sizeof where, line ? "%s:%zu" : "%s: row %zu", x->asked.members,
-                 line ? line : member + 1);
-    }
-    return ad_fail(error, table ? AD_BAD_INPUT : AD_BAD_ARGUMENT,
-                   "%s: %s = %.10g is outside its range; allowed: %g to %g, or with --extrapolate",
-                   where, p->name, x->parameters[member * count + (size_t)k], p->low, p->high);
+    return ad_fail(error, AD_BAD_ARGUMENT,
+                   "--at: %s = %.10g is outside its range; allowed: %g to %g%s", p->name,
+                   x->parameters[k], p->low, p->high, OR_ELSE);
 }
 
 static ad_status gather(eval_family *x, ad_error *error)
@@ -65,7 +63,7 @@ static ad_status gather(eval_family *x, ad_error *error)
     table_file *table = NULL;
     ad_status status;
     if (x->asked.members) {
-        status = members_read(family, x->asked.members, &x->parameters, &table, error);
+        status = train_members_read(family, x->asked.members, &x->parameters, &table, error);
         x->count = table ? table_rows(table) : 0;
     } else {
         x->count = 1;

@@ -260,26 +260,6 @@ static void print_form(FILE *file, const scene *scene)
     fprintf(file, " of s%s\n", moving ? " and t" : "");
 }
 
-/* Of a family in the strain form. */
-static void print_members(FILE *file, const experiment *e)
-{
-    const targets_account drawn = targets_drawn(e->targets);
-    const family *f = targets_family(e->targets);
-    fprintf(file,
-            "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
-            "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
-            "form", family_nodes(f), e->scene->parameter_count, "");
-    fprintf(file,
-            "  %-15s %d principal components of what is not affine in the inputs, %.2g of the\n"
-            "  %-15s length; all others are worth %.1g of it\n",
-            "modes", family_modes(f), family_spread(f), "", family_missed(f));
-    fprintf(file,
-            "  %-15s %zu drawn and solved in %.2g s, %.2g us each on %d thread%s; %zu without a\n"
-            "  %-15s stable equilibrium that continues the unstressed rod, left out\n",
-            "members", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
-            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "");
-}
-
 static void print_fields(FILE *file, const scene *scene, const problem *p)
 {
     print_form(file, scene);
@@ -301,7 +281,7 @@ static void print_unknowns(FILE *file, const experiment *e, const problem *p)
 {
     explain_heading(file, "Unknowns and equations");
     if (e->targets) {
-        print_members(file, e);
+        explain_members(file, e);
     } else {
         print_fields(file, e->scene, p);
     }

@@ -10,8 +10,10 @@
 /* Prints lines of at most 100 columns. r is NULL where the scene names no reference. */
 void explain_print(FILE *file, const experiment *e, problem *p, const reference *r);
 
-/* What the members of a family depend on (physics/groups.h); part of the former. */
+/* What the members of a family depend on (physics/groups.h), and which ones a network in the strain
+ * form is trained by; part of the former. */
 void explain_groups(FILE *file, const scene *family, const groups_settings *settings);
+void explain_members(FILE *file, const experiment *e);
 
 /* Parameters with ranges, and what is to be found from which measurements; part of the former too.
  */

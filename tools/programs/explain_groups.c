@@ -1,4 +1,4 @@
-/* Parameters of a scene, and what a family depends on, in words. */
+/* Parameters of a scene, what a family depends on and what it is learnt from, in words. */
 #include "tools/programs/explain.h"
 
 #include <string.h>
@@ -74,4 +74,28 @@ void explain_parameters(FILE *file, const experiment *e)
 {
     print_family(file, e->scene);
     print_sought(file, e);
+}
+
+void explain_members(FILE *file, const experiment *e)
+{
+    const targets_account drawn = targets_drawn(e->targets);
+    const family *f = targets_family(e->targets);
+    const train_settings *settings = e->settings;
+    const char *given = settings->members_file;
+    fprintf(file,
+            "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
+            "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
+            "form", family_nodes(f), e->scene->parameter_count, "");
+    fprintf(file,
+            "  %-15s %d principal components of what is not affine in the inputs, %.2g of the\n"
+            "  %-15s length; all others are worth %.1g of it\n",
+            "modes", family_modes(f), family_spread(f), "", family_missed(f));
+    fprintf(file, "  %-15s %zu to learn, %s %s; %d others are drawn by uniform to measure by\n",
+            "members", drawn.solved, given ? "of" : "drawn by",
+            given ? given : sampling_kind_text(settings->losses.interior.sampler), TARGETS_FRESH);
+    fprintf(file,
+            "  %-15s %zu solved in %.2g s, %.2g us each on %d thread%s; %zu without a\n"
+            "  %-15s stable equilibrium that continues the unstressed rod, left out\n",
+            "", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
+            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "");
 }

@@ -19,7 +19,10 @@ static int thread_count(int threads)
 static ad_status build_family(experiment *e, ad_error *error)
 {
     const train_settings *settings = e->settings;
-    const targets_settings members = {.solved = settings->members, .inputs = settings->groups};
+    const targets_settings members = {.solved = settings->members,
+                                      .file = settings->members_file,
+                                      .sampler = settings->losses.interior.sampler,
+                                      .inputs = settings->groups};
     ad_status status = targets_create(e->scene, &members, e->pool, &e->targets, error);
     if (status == AD_OK) {
         const model_source source = targets_source(e->targets);
@@ -243,12 +246,29 @@ static ad_status add_data(experiment *e, ad_error *error)
                                   : AD_OK;
 }
 
+/* Members of a file are as many as they are: least squares take them all. */
+static ad_status draw_targets(experiment *e, ad_error *error)
+{
+    train_settings *settings = e->settings;
+    ad_error reason;
+    ad_status status = targets_draw(e->targets, settings->seed, &reason);
+    if (status != AD_OK) {
+        return settings->members_file && status == AD_BAD_INPUT
+                   ? experiment_refuse(e, "members.file", reason.message, error)
+                   : ad_fail(error, status, "%s", reason.message);
+    }
+    if (settings->members_file && settings->network.hidden_count == 0) {
+        settings->losses.interior.points = (int)targets_drawn(e->targets).solved;
+    }
+    return AD_OK;
+}
+
 ad_status experiment_problem(experiment *e, problem **result, ad_error *error)
 {
     bool reads = e->settings->data_count > 0 && !e->measured;
     ad_status status = reads ? add_data(e, error) : AD_OK;
     if (status == AD_OK && e->targets) {
-        status = targets_draw(e->targets, e->settings->seed, error);
+        status = draw_targets(e, error);
     }
     return status == AD_OK ? problem_create(e->model, e->mlp, &e->settings->losses,
                                             e->settings->seed, e->pool, result, error)

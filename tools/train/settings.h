@@ -116,6 +116,7 @@ typedef struct train_settings {
                                 * adaptive.every 0, the sampler
                                 * of the interior TRAIN_OPEN: open */
     int members;               /* solved ones of a family in the strain form; 0: open */
+    const char *members_file;  /* or a table of them, a column for each parameter; NULL: none */
     int data_count;
     train_data data[TRAIN_DATA_MAX];
     uint64_t seed; /* fixes everything random */

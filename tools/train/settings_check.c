@@ -385,8 +385,8 @@ ad_status train_settings_check(const train_settings *settings, const scene *rod_
         ad_status status = train_check_family(settings, rod_scene, key, error);
         return status == AD_OK ? check_stages(settings, key, error) : status;
     }
-    if (settings->members > 0) {
-        return train_refuse(key, "members.solved", error,
+    if (settings->members > 0 || settings->members_file) {
+        return train_refuse(key, settings->members > 0 ? "members.solved" : "members.file", error,
                             "belongs to families in the strain form; leave it out");
     }
     if (settings->losses.causal_slices > 0 && !scene_is_dynamic(rod_scene)) {

@@ -96,14 +96,23 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
     resolve_features(settings, family);
     settings->rotation = SCENE_QUATERNION; /* there is none */
     settings->windows = family->windows = 1;
-    settings->members = settings->members > 0 ? settings->members : MEMBERS;
-    losses->interior.points = losses->interior.points > 0  ? losses->interior.points
-                              : network->hidden_count == 0 ? settings->members
-                                                           : BATCH;
+    if (settings->members_file && settings->members > 0) {
+        return train_refuse(key, "members.solved", error,
+                            "is beside members.file, which has its own; leave one of them out");
+    }
+    if (!settings->members_file && settings->members == 0) {
+        settings->members = MEMBERS;
+    }
+    losses->interior.points = losses->interior.points > 0 ? losses->interior.points
+                              : network->hidden_count == 0 && settings->members > 0
+                                  ? settings->members
+                                  : BATCH;
     if (takes_batches(settings->stages[0].optimizer) && losses->interior.resample_every == 0) {
         losses->interior.resample_every = 1;
     }
-    losses->interior.sampler = SAMPLING_UNIFORM;
+    if ((int)losses->interior.sampler == TRAIN_OPEN) {
+        losses->interior.sampler = SAMPLING_UNIFORM;
+    }
     losses->adaptive.every = losses->adaptive.every > 0 ? losses->adaptive.every : BATCH;
     losses->boundary.points = losses->boundary.points > 0 ? losses->boundary.points : 1;
     losses->held_out_points = losses->held_out_points > 0 ? losses->held_out_points : BATCH;
@@ -123,7 +132,20 @@ ad_status train_check_family(const train_settings *settings, const scene *family
                             "is of one scene; a family in the strain form is measured by fresh "
                             "members, leave it out");
     }
-    if (settings->members < MEMBERS_LEAST) {
+    if (sampling_kind_is_tensor(settings->losses.interior.sampler)) {
+        return train_refuse(key, "losses.interior.sampler", error,
+                            "is %s, a grid, but there are many parameters; allowed: uniform, "
+                            "latin_hypercube, sobol",
+                            sampling_kind_text(settings->losses.interior.sampler));
+    }
+    if (settings->data_count > 0) {
+        return train_refuse(
+            key, "data", error,
+            "are of places along the rod, but the unknown of the strain form is the "
+            "curvature of members; allowed: formulation: mixed, which takes data "
+            "with a column for every parameter");
+    }
+    if (!settings->members_file && settings->members < MEMBERS_LEAST) {
         return train_refuse(key, "members.solved", error, "is %d; allowed: from %d on",
                             settings->members, MEMBERS_LEAST);
     }
@@ -132,6 +154,7 @@ ad_status train_check_family(const train_settings *settings, const scene *family
         const char *moves = settings->losses.interior.resample_every > 0
                                 ? "losses.interior.resample_every"
                             : stage->targets == TARGETS_PHYSICS ? "targets: physics"
+                            : stage->targets == TARGETS_BOTH    ? "targets: both"
                                                                 : NULL;
         if (moves && !takes_batches(stage->optimizer)) {
             return train_refuse_stage(key, i, "optimizer", error,

@@ -1,6 +1,7 @@
 #include "tools/train/targets.h"
 
 #include "tools/train/clock.h"
+#include "tools/train/members_given.h"
 
 #include <assert.h>
 #include <math.h>
@@ -180,32 +181,46 @@ static ad_status solve_batch(targets *t, size_t count, const double *x, members 
     return status;
 }
 
-static void draw_places(targets *t, size_t count, nn_rng *rng, double *x)
+/* So many members at places x [parameters][count], a batch at a time; drawn: how many have been
+ * drawn so far, NULL: these are given. */
+static ad_status solve_places(targets *t, size_t count, const double *x, members *to, size_t *done,
+                              size_t *drawn, ad_error *error)
 {
-    for (size_t k = 0; k < count; k++) {
-        for (size_t i = 0; i < t->parameters; i++) {
-            x[i * count + k] = nn_rng_uniform(rng);
-        }
-    }
-}
-
-static ad_status draw_members(targets *t, nn_rng *rng, members *to, ad_error *error)
-{
-    size_t done = 0, drawn = 0;
     ad_status status = AD_OK;
-    while (done < to->count && status == AD_OK) {
-        const size_t count = to->count - done < BATCH ? to->count - done : BATCH;
-        draw_places(t, count, rng, t->x);
-        status = solve_batch(t, count, t->x, to, &done, error);
-        drawn += count;
-        if (status == AD_OK && drawn >= BATCH / 4 && (double)done < LEAST_SOLVED * (double)drawn) {
+    for (size_t first = 0; first < count && status == AD_OK; first += BATCH) {
+        const size_t size = count - first < BATCH ? count - first : BATCH;
+        for (size_t i = 0; i < t->parameters; i++) {
+            memcpy(t->x + i * size, x + i * count + first, size * sizeof *x);
+        }
+        status = solve_batch(t, size, t->x, to, done, error);
+        if (drawn) {
+            *drawn += size;
+        }
+        if (status == AD_OK && drawn && *drawn >= BATCH / 4 &&
+            (double)*done < LEAST_SOLVED * (double)*drawn) {
             status = ad_fail(error, AD_BAD_INPUT,
                              "parameters: of %zu members drawn from these ranges only %zu have a "
                              "stable equilibrium that continues the unstressed rod; allowed: a "
                              "tenth at least",
-                             drawn, done);
+                             *drawn, *done);
         }
     }
+    return status;
+}
+
+/* Those without a solution are made up for by others. */
+static ad_status draw_members(targets *t, sampling_kind sampler, nn_rng *rng, members *to,
+                              ad_error *error)
+{
+    size_t done = 0, drawn = 0;
+    double *x = malloc(t->parameters * to->count * sizeof *x);
+    ad_status status = x ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for members");
+    while (done < to->count && status == AD_OK) {
+        const size_t count = to->count - done;
+        status = sampling_fill(sampler, rng, (int)t->parameters, count, x, error);
+        status = status == AD_OK ? solve_places(t, count, x, to, &done, &drawn, error) : status;
+    }
+    free(x);
     return status;
 }
 
@@ -217,6 +232,54 @@ static bool make_members(const targets *t, size_t count, bool with_values, membe
     m->curvature = malloc(t->rows * count * sizeof *m->curvature);
     m->values = with_values ? malloc(width * count * sizeof *m->values) : NULL;
     return m->x && m->curvature && (m->values || !with_values);
+}
+
+/* The pool of a file; what has no solution is left out. */
+static ad_status read_members(targets *t, ad_error *error)
+{
+    table_file *table = NULL;
+    double *si = NULL, *x = NULL;
+    size_t done = 0, count = 0;
+    ad_status status = train_members_read(t->open, t->settings.file, &si, &table, error);
+    if (status == AD_OK) {
+        count = table_rows(table);
+        status = train_members_check(t->open, t->settings.file, table, si, "", error);
+        x = malloc(t->parameters * count * sizeof *x);
+    }
+    if (status == AD_OK && !(x && make_members(t, count, false, &t->solved))) {
+        status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", count);
+    }
+    for (size_t i = 0; i < t->parameters * count && status == AD_OK; i++) {
+        x[i % t->parameters * count + i / t->parameters] =
+            scene_parameter_fraction(&t->open->parameters[i % t->parameters], si[i]);
+    }
+    status = status == AD_OK ? solve_places(t, count, x, &t->solved, &done, NULL, error) : status;
+    for (size_t i = 1; i < t->parameters && status == AD_OK; i++) { /* closes up */
+        memmove(t->solved.x + i * done, t->solved.x + i * count, done * sizeof *x);
+    }
+    t->solved.count = done;
+    if (status == AD_OK && done <= (size_t)groups_count(family_groups(t->family))) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: %zu of %zu members have a solution; allowed: more than the %d inputs "
+                         "of the network",
+                         t->settings.file, done, count, groups_count(family_groups(t->family)));
+    }
+    table_free(table);
+    free(si);
+    free(x);
+    return status;
+}
+
+static ad_status make_pool(targets *t, uint64_t seed, ad_error *error)
+{
+    nn_rng rng = nn_rng_split(seed, "members/solved");
+    if (t->settings.file) {
+        return read_members(t, error);
+    }
+    return make_members(t, (size_t)t->settings.solved, false, &t->solved)
+               ? draw_members(t, t->settings.sampler, &rng, &t->solved, error)
+               : ad_fail(error, AD_NO_MEMORY, "out of memory for %d solved members",
+                         t->settings.solved);
 }
 
 /* The first of the pool. */
@@ -238,16 +301,14 @@ static ad_status fit(targets *t, ad_error *error)
 ad_status targets_draw(targets *t, uint64_t seed, ad_error *error)
 {
     const double began = train_seconds();
-    nn_rng solved = nn_rng_split(seed, "members/solved"),
-           fresh = nn_rng_split(seed, "members/fresh");
-    if (!make_members(t, (size_t)t->settings.solved, false, &t->solved) ||
-        !make_members(t, TARGETS_FRESH, true, &t->fresh)) {
-        return ad_fail(error, AD_NO_MEMORY, "out of memory for %d solved members",
-                       t->settings.solved);
+    nn_rng fresh = nn_rng_split(seed, "members/fresh");
+    if (!make_members(t, TARGETS_FRESH, true, &t->fresh)) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for fresh members");
     }
-    ad_status status = draw_members(t, &solved, &t->solved, error);
-    status = status == AD_OK ? draw_members(t, &fresh, &t->fresh, error) : status;
+    ad_status status = make_pool(t, seed, error);
+    status = status == AD_OK ? draw_members(t, SAMPLING_UNIFORM, &fresh, &t->fresh, error) : status;
     status = status == AD_OK ? fit(t, error) : status;
+    t->account.solved = t->solved.count;
     t->account.seconds = train_seconds() - began;
     return status;
 }
@@ -263,12 +324,13 @@ static void put_target(const targets *t, const model_draw *draw, size_t point, c
     }
 }
 
-static void fill_from_pool(const targets *t, const model_draw *draw)
+/* The first `count` points. */
+static void fill_from_pool(const targets *t, const model_draw *draw, size_t count)
 {
     const size_t all = t->solved.count;
-    for (size_t k = 0; k < draw->count; k++) { /* as many as there are: each once */
+    for (size_t k = 0; k < count; k++) { /* as many as there are: each once */
         const size_t any = (size_t)(nn_rng_uniform(draw->rng) * (double)all) % all;
-        const size_t from = draw->count == all ? k : any;
+        const size_t from = count == all ? k : any;
         for (size_t i = 0; i < t->parameters; i++) {
             draw->x[i * draw->count + k] = t->solved.x[i * all + from];
         }
@@ -282,7 +344,7 @@ static ad_status fill_fresh(targets *t, const model_draw *draw, ad_error *error)
     members own;
     ad_status status = AD_OK;
     if (make_members(t, draw->count, false, &own)) {
-        status = draw_members(t, draw->rng, &own, error);
+        status = draw_members(t, SAMPLING_UNIFORM, draw->rng, &own, error);
     } else {
         status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu members", draw->count);
     }
@@ -337,10 +399,10 @@ static ad_status refine(targets *t, const model_draw *draw, size_t first, size_t
     return status;
 }
 
-static ad_status fill_by_physics(targets *t, const model_draw *draw, ad_error *error)
+static ad_status fill_by_physics(targets *t, const model_draw *draw, size_t from, ad_error *error)
 {
     ad_status status = AD_OK;
-    for (size_t first = 0; first < draw->count && status == AD_OK; first += BATCH - 1) {
+    for (size_t first = from; first < draw->count && status == AD_OK; first += BATCH - 1) {
         const size_t left = draw->count - first;
         status = refine(t, draw, first, left < BATCH - 1 ? left : BATCH - 1, error);
     }
@@ -353,16 +415,16 @@ static ad_status fill(void *context, const model_draw *draw, ad_error *error)
     if (draw->held_out) {
         return fill_fresh(t, draw, error);
     }
-    if (draw->fields) {
-        return fill_by_physics(t, draw, error);
-    }
-    fill_from_pool(t, draw);
-    return AD_OK;
+    const size_t from_pool = !draw->fields             ? draw->count
+                             : t->kind == TARGETS_BOTH ? draw->count / 2
+                                                       : 0;
+    fill_from_pool(t, draw, from_pool);
+    return fill_by_physics(t, draw, from_pool, error);
 }
 
 static bool follows(const void *context)
 {
-    return ((const targets *)context)->kind == TARGETS_PHYSICS;
+    return ((const targets *)context)->kind != TARGETS_SOLVED;
 }
 
 model_source targets_source(targets *t)

@@ -5,13 +5,16 @@
  *   physics   members that are new in every step: from what the network says of them a step of
  *             Newton's method, that is, its residual preconditioned by its Jacobian; the few for
  *             which that is not trusted are solved
+ *   both      half of each step's members of either kind
  *
- * Members are drawn uniformly over the ranges by the scales of the parameters. Those without a
- * stable equilibrium that continues the unstressed rod are left out. */
+ * Members of the pool are drawn from the ranges by the scales of the parameters, or those of a
+ * file; fresh and held-out ones, by which a network is measured, uniformly from the ranges. Those
+ * without a stable equilibrium that continues the unstressed rod are left out. */
 #ifndef TOOLS_TRAIN_TARGETS_H
 #define TOOLS_TRAIN_TARGETS_H
 
 #include "physics/family.h"
+#include "physics/sampling.h"
 #include "physics/solve/members.h"
 
 #ifdef __cplusplus
@@ -20,7 +23,8 @@ extern "C" {
 
 #define TARGETS_LIST(X)                                                                            \
     X(TARGETS_SOLVED, "solved")                                                                    \
-    X(TARGETS_PHYSICS, "physics")
+    X(TARGETS_PHYSICS, "physics")                                                                  \
+    X(TARGETS_BOTH, "both")
 
 typedef enum targets_kind {
 #define TARGETS_ENUM(name, text) name,
@@ -33,7 +37,9 @@ typedef enum targets_kind {
 enum { TARGETS_FRESH = 1024, TARGETS_POINTS = 21 };
 
 typedef struct targets_settings {
-    int solved; /* members of the pool */
+    int solved;            /* members of the pool */
+    const char *file;      /* or a table of them (tools/train/members_given.h); NULL: none */
+    sampling_kind sampler; /* of the pool; no grid */
     groups_settings inputs;
 } targets_settings;
 
@@ -46,7 +52,7 @@ ad_status targets_create(const scene *family, const targets_settings *settings, 
 void targets_free(targets *t); /* NULL is allowed */
 
 /* Draws and solves pool and fresh members, and fits the family to them; every random number follows
- * from the seed. AD_BAD_INPUT: hardly any member has a solution. */
+ * from the seed. AD_BAD_INPUT: hardly any member has a solution; the file. */
 ad_status targets_draw(targets *t, uint64_t seed, ad_error *error);
 
 family *targets_family(targets *t);
@@ -56,9 +62,10 @@ solve_members *targets_solver(targets *t);
 model_source targets_source(targets *t);
 void targets_use(targets *t, targets_kind kind);
 
-/* What drawing took and how many of the members drawn had no solution. */
+/* What drawing took, how many of the members drawn had no solution, and how many are in the pool.
+ */
 typedef struct targets_account {
-    size_t drawn, unsolved;
+    size_t drawn, unsolved, solved;
     double seconds;
 } targets_account;
 

@@ -50,7 +50,7 @@ static bool fixed_loss(const train_settings *settings)
 {
     const problem_settings *losses = &settings->losses;
     for (int i = 0; i < settings->stage_count; i++) {
-        if (settings->stages[i].targets == TARGETS_PHYSICS) {
+        if (settings->stages[i].targets != TARGETS_SOLVED) {
             return false;
         }
     }

@@ -1,12 +1,10 @@
-#include "tools/programs/members_given.h"
-
-#include "tools/config/config.h"
+#include "tools/train/members_given.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { NAMES_BYTES = SCENE_PARAMETERS_MAX * CONFIG_PARAMETER_BYTES };
+enum { NAMES_BYTES = 1024 };
 
 /* "a, b, c" */
 static const char *list_names(const scene *family, char text[NAMES_BYTES])
@@ -54,8 +52,8 @@ static ad_status check_columns(const scene *family, const char *path, const tabl
     return AD_OK;
 }
 
-ad_status members_read(const scene *family, const char *path, double **parameters,
-                       table_file **table, ad_error *error)
+ad_status train_members_read(const scene *family, const char *path, double **parameters,
+                             table_file **table, ad_error *error)
 {
     const size_t count = (size_t)family->parameter_count;
     *parameters = NULL;
@@ -79,4 +77,21 @@ ad_status members_read(const scene *family, const char *path, double **parameter
         *table = NULL;
     }
     return status;
+}
+
+ad_status train_members_check(const scene *family, const char *path, const table_file *table,
+                              const double *parameters, const char *or_else, ad_error *error)
+{
+    const size_t count = (size_t)family->parameter_count;
+    for (size_t i = 0; i < table_rows(table) * count; i++) {
+        const scene_parameter *p = &family->parameters[i % count];
+        const size_t line = table_line(table, i / count);
+        if (!scene_parameter_holds(p, parameters[i])) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s:%s%zu: %s = %.10g is outside its range; allowed: %g to %g%s", path,
+                           line ? "" : " row ", line ? line : i / count + 1, p->name, parameters[i],
+                           p->low, p->high, or_else);
+        }
+    }
+    return AD_OK;
 }
