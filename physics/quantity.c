@@ -199,6 +199,24 @@ quantity quantities_find(const quantities *names, const char *name, size_t lengt
     return (quantity){.is_given = false};
 }
 
+void quantities_use(quantities *names, const char *name, size_t length)
+{
+    for (int i = 0; i < names->count; i++) {
+        names->names[i].used |= strlen(names->names[i].text) == length &&
+                                strncmp(names->names[i].text, name, length) == 0;
+    }
+}
+
+bool quantities_used(const quantities *names, const char *name)
+{
+    for (int i = 0; i < names->count; i++) {
+        if (strcmp(names->names[i].text, name) == 0) {
+            return names->names[i].used;
+        }
+    }
+    return false;
+}
+
 int quantities_count(const quantities *names)
 {
     return names->count;

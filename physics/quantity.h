@@ -57,6 +57,9 @@ void quantities_free(quantities *names);
  * name: letters, digits, _, up to 40, and not one that formulas know already. */
 ad_status quantities_define(quantities *names, const char *name, quantity value, ad_error *error);
 
+/* Whether a formula that was parsed has used the name. */
+bool quantities_used(const quantities *names, const char *name);
+
 /* Add another open name beside s and t, a coordinate of a domain. */
 enum { QUANTITY_OPEN_MAX = 16 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);

@@ -75,10 +75,12 @@ typedef struct quantity_node {
 typedef struct quantity_name {
     char text[QUANTITY_NAME_MAX + 1];
     quantity value;
+    bool used; /* by a formula that was parsed */
 } quantity_name;
 
 /* The value of a name `length` long, not given when there is none; and the names by number. */
 quantity quantities_find(const quantities *names, const char *name, size_t length);
+void quantities_use(quantities *names, const char *name, size_t length);
 int quantities_count(const quantities *names);
 const char *quantities_name(const quantities *names, int i);
 

@@ -229,6 +229,7 @@ static quantity parse_name(quantity_parser *parser)
     if (table) {
         return parse_table(parser, at, table);
     }
+    quantities_use(parser->names, name, length);
     quantity known = quantities_find(parser->names, name, length);
     return known.is_given ? known : unknown_name(parser, at, name, length);
 }

@@ -14,8 +14,9 @@
     "  length: 1\n"                                                                                \
     "  stiffness: {shear: [5, 5], axial: 9, bending: [stiff, stiff], torsion: half}\n"             \
     "loads: {tip: {force: [0, pull, 0]}}\n"
-#define LOADED                                                                                     \
-    "parameters: {load: 0.3, twice: 2*load, ramp: \"twice*s\"}\n" ROD                              \
+#define LOADED LOADED_WITH("")
+#define LOADED_WITH(more)                                                                          \
+    "parameters: {" more "load: 0.3, twice: 2*load, ramp: \"twice*s\"}\n" ROD                      \
     "loads: {force: [0, -ramp, load], tip: {force: [0, 0, \"-load*(1 + twice)\"]}}\n"
 
 /* The physics alone. */
@@ -68,8 +69,7 @@ static void test_round_trip(void **state)
     assert_int_equal(config_continues(experiment, other, 0, &error), AD_BAD_INPUT);
     assert_non_null(strstr(error.message, "loads.force: [0, \"(-1)*(0.6*s)\", 0.3] in the "
                                           "checkpoint, [0, \"(-1)*(1*s)\""));
-    static const char *const unused[] = {"parameters.unused=0.5"};
-    config *same = read_text(first, 1, unused);
+    config *same = read_text(LOADED_WITH("unused: 0.5, "), 0, NULL);
     assert_int_equal(config_continues(experiment, same, 0, NULL), AD_OK);
     config_free(experiment);
     config_free(again);
@@ -152,6 +152,8 @@ static void test_refusals(void **state)
          "loads.tip.force: must be finite (of the member pull="},
         {FAMILY, "loads.tip.force=[0, 0, sqrt(abs(pull-0.7)-0.1)*stiff]",
          " members looked at are refused"},
+        {FAMILY, "parameters.pul=3",
+         "--set parameters.pul=3: parameters.pul: no formula of the scene uses it"},
         {FAMILY, "parameters.pull=-s", "depends on s"},
         {"parameters: 3\n" ROD, NULL, "scene.yaml:1:13: parameters: is a single value"},
         {"parametres: {a: 1}\n" ROD, NULL, "parametres: unknown key; did you mean parameters?"},

@@ -148,6 +148,14 @@ static ad_status check_uses(const config *experiment, ad_error *error)
                                 "has a range, but no formula of the scene uses it");
         }
     }
+    for (int i = 0; i < experiment->parameter_count; i++) {
+        const config_parameter *set = &experiment->parameters[i];
+        snprintf(path, sizeof path, "parameters.%s", set->name);
+        if (config_overridden(experiment->source, path) &&
+            !quantities_used(experiment->names, set->name)) {
+            return config_blame(experiment->source, error, path, "no formula of the scene uses it");
+        }
+    }
     return AD_OK;
 }
 

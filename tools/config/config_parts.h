@@ -33,6 +33,9 @@ void config_unplace(config_source *source, const char *path);
 /* Whether `path` itself was given. */
 bool config_given(const config_source *source, const char *path);
 
+/* The same, by --set. */
+bool config_overridden(const config_source *source, const char *path);
+
 /* Write "file:line:column: path: message" to error, the place that of `path` or of the nearest
  * section that has one; returns AD_BAD_INPUT. */
 ad_status config_blame(const config_source *source, ad_error *error, const char *path,

@@ -129,6 +129,12 @@ bool config_given(const config_source *source, const char *path)
     return find(source, path) != NULL;
 }
 
+bool config_overridden(const config_source *source, const char *path)
+{
+    const place *found = find(source, path);
+    return found && found->override;
+}
+
 /* The place of the path or of the nearest section around it. */
 static const place *find_nearest(const config_source *source, const char *path)
 {

@@ -338,6 +338,10 @@ static void print_report(const evaluation *x)
         return;
     }
     print_tip(x);
+    if (x->asked.family.at) {
+        puts("not trusted: the error of one member is not estimated of a motion or a beam; "
+             "cpinn-solve --at solves it");
+    }
     if (isfinite(x->balance.loads)) {
         printf("loads: out of balance by %.1e\n", x->balance.loads);
     }
@@ -515,6 +519,13 @@ static ad_status run(evaluation *x, ad_error *error)
                          "--at, --members, --verify, --extrapolate: the scene is no family: no "
                          "parameter of it has a range");
     }
+    if (status == AD_OK && (f->extrapolate || f->polish >= 0 || f->seed >= 0)) {
+        status = ad_fail(error, AD_BAD_ARGUMENT, "%s",
+                         f->seed >= 0     ? "--seed: of the members that --verify draws"
+                         : f->polish >= 0 ? "--polish: of members of a family of rods at rest"
+                                          : "--extrapolate: of a motion or a beam, of --members "
+                                            "alone");
+    }
     if (status == AD_OK) {
         status = open_field(x, error);
     }
@@ -533,7 +544,7 @@ static ad_status run(evaluation *x, ad_error *error)
 
 int main(int argc, char **argv)
 {
-    evaluation x = {.asked.family = {.polish = 2, .seed = 1}, .rate = NAN};
+    evaluation x = {.asked.family = {.polish = -1, .seed = -1}, .rate = NAN};
     eval_family_options *f = &x.asked.family;
     const cli_option list[] = {
         {"--out", "FILE", CLI_TEXT, &x.asked.out, 0, 0,

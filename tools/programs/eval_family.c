@@ -12,6 +12,8 @@
 
 static const double MM = 1e3;
 
+enum { POLISH = 2, SEED = 1 }; /* where nothing is said */
+
 void eval_family_free(eval_family *x)
 {
     cpinn_family_free(x->family);
@@ -33,7 +35,8 @@ const char *eval_family_conflict(const eval_family_options *asked)
                                            "or --members too"
            : !(asked->at || asked->members) && asked->extrapolate
                ? "--extrapolate: of --at or --members"
-               : NULL;
+           : asked->seed >= 0 && asked->verify == 0 ? "--seed: of the members that --verify draws"
+                                                    : NULL;
 }
 
 /* ---- answers ------------------------------------------------------------------------------- */
@@ -80,7 +83,7 @@ static ad_status gather(eval_family *x, ad_error *error)
 
 static ad_status answer(eval_family *x, ad_error *error)
 {
-    const cpinn_polish polish = {.steps = x->asked.polish};
+    const cpinn_polish polish = {.steps = x->asked.polish < 0 ? POLISH : x->asked.polish};
     const size_t width = x->points->count * (size_t)cpinn_family_columns(x->family);
     x->values = malloc((x->count * width + 1) * sizeof *x->values);
     x->answers = malloc((x->count + 1) * sizeof *x->answers);
@@ -190,10 +193,17 @@ ad_status eval_family_run(const eval_family_options *asked, const experiment *e,
                                             .s = points->s,
                                             .t = points->t};
     *result = (eval_family){.asked = *asked, .points = points};
+    result->asked.seed = asked->seed < 0 ? SEED : asked->seed;
     ad_status status = cpinn_family_of(e, &settings, &result->family, error);
+    const char *why = status != AD_OK || asked->polish < 0 ? ""
+                      : asked->verify > 0                  ? "--verify measures 0, 1 and 2 steps"
+                                          : cpinn_family_without_error(result->family);
+    if (*why) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "--polish: of no effect: %s", why);
+    }
     if (status == AD_OK && asked->verify > 0) {
-        return cpinn_family_verify(result->family, (size_t)asked->verify, (uint64_t)asked->seed,
-                                   &result->check, error);
+        return cpinn_family_verify(result->family, (size_t)asked->verify,
+                                   (uint64_t)result->asked.seed, &result->check, error);
     }
     if (status != AD_OK || !(asked->at || asked->members)) {
         return status;
@@ -310,9 +320,13 @@ static void print_answer(const eval_family *x)
 static void print_members(const eval_family *x)
 {
     const tally of = count(x);
-    printf("%zu members: %zu trusted, with errors of up to %.2g mm; from the network %zu, solved "
+    char errors[64] = "";
+    if (of.trusted > 0) {
+        snprintf(errors, sizeof errors, ", with errors of up to %.2g mm", MM * of.worst);
+    }
+    printf("%zu members: %zu trusted%s; from the network %zu, solved "
            "%zu, without an equilibrium %zu; %.3g us a shape\n",
-           x->count, of.trusted, MM * of.worst, of.sources[CPINN_FROM_NETWORK],
+           x->count, of.trusted, errors, of.sources[CPINN_FROM_NETWORK],
            of.sources[CPINN_FROM_MEMBERS] + of.sources[CPINN_FROM_SOLVER],
            of.sources[CPINN_FROM_NOTHING], 1e6 * x->seconds / (double)x->count);
 }

@@ -147,11 +147,18 @@ void progress_say(progress *p, const char *format, ...)
 void progress_members(progress *p, const targets_errors *errors, double length)
 {
     const double mm = 1e3 * length;
+    if (isnan(errors->median)) {
+        progress_say(p, "none of %d fresh members can be compared", TARGETS_FRESH);
+        return;
+    }
     progress_say(
         p,
         "largest error of a shape, over %d fresh members: median %.2g mm, 95 %% below %.2g "
         "mm, worst %.2g mm",
         TARGETS_FRESH, mm * errors->median, mm * errors->most, mm * errors->worst);
+    if (isnan(errors->polished_median)) {
+        return;
+    }
     progress_say(p,
                  "after one step of Newton's method: median %.1e mm, 95 %% below %.1e mm, worst "
                  "%.2g mm",

@@ -50,6 +50,10 @@ static const double OF_UNKNOWNS = 1e-3;
 static const double OF_MEMBER = 0.25;
 enum { FAMILY_FEATURES = 120 };
 
+/* The same of motions, radians along parameters and in half the length. Each window multiplies the
+ * error of the one before, so that few windows and smooth waves are best. */
+static const double OF_PARAMETER_IN_MOTION = 0.5, FAMILY_IN_MOTION = 4;
+
 enum { FEATURES_LEAST = 80, FEATURES_MAX = 256, POINTS_PER_FUNCTION = 4 };
 
 /* ---- blame --------------------------------------------------------------------------------- */
@@ -225,7 +229,7 @@ static ad_status resolve_bandwidth(train_settings *settings, const scene *rod_sc
             "is along parameters with ranges, but the scene has none; leave it out");
     }
     if (scene_is_family(rod_scene) && isnan(settings->fourier_parameters)) {
-        settings->fourier_parameters = TRAIN_OF_PARAMETER;
+        settings->fourier_parameters = dynamic ? OF_PARAMETER_IN_MOTION : TRAIN_OF_PARAMETER;
     }
     for (int i = 1 + dynamic; i < d->count; i++) {
         bandwidth[i] = settings->fourier_parameters;
@@ -281,8 +285,10 @@ static ad_status resolve_network(train_settings *settings, scene *rod_scene, dom
     scene_breaks breaks;
     ad_status status = scene_breaks_of(rod_scene, "t", &breaks, error);
     pace changes = {false, WINDOW, IN_MOTION};
-    if (status == AD_OK && network->hidden_count == 0 && scene_is_dynamic(rod_scene) &&
-        !scene_is_beam(rod_scene)) {
+    if (scene_is_family(rod_scene)) {
+        changes.waves = FAMILY_IN_MOTION;
+    } else if (status == AD_OK && network->hidden_count == 0 && scene_is_dynamic(rod_scene) &&
+               !scene_is_beam(rod_scene)) {
         changes = pace_of(rod_scene, &breaks);
     }
     if (status == AD_OK) {
@@ -449,6 +455,11 @@ ad_status train_settings_resolve(train_settings *settings, scene *rod_scene,
     for (int i = 0; rod_scene->unknown_count > 0 && i < settings->stage_count; i++) {
         double *least = &settings->stages[i].lbfgs.descent.function_tolerance;
         *least = fmin(*least, OF_UNKNOWNS); /* they come last, slowly */
+    }
+    if (scene_is_family(rod_scene) && dynamic && settings->network.hidden_count == 0) {
+        const int functions = 1 + 2 * settings->network.fourier_features;
+        resolve_count(&settings->losses.interior.points,
+                      2 * domain_pieces(&d) * POINTS_PER_FUNCTION * functions);
     }
     return resolve_training(settings, d.count, domain_pieces(&d),
                             dynamic || scene_is_beam(rod_scene), key, error);
