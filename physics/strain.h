@@ -48,10 +48,6 @@ void strain_mesh_places(const strain_mesh *mesh, double *s);
 /* AD_OK, or AD_BAD_ARGUMENT with what of the scene is not known here. */
 ad_status strain_check(const scene *one, ad_error *error);
 
-/* Whether all loads of a scene have an energy, so that at its minima all pivots of the residual's
- * matrix are positive: moments in space have none, nor have followers. */
-bool strain_has_energy(const scene *given);
-
 typedef struct strain_settings {
     const scene *open;        /* which passes its checks with the numbers below; copied */
     int count;                /* of open names */

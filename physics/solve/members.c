@@ -132,10 +132,10 @@ static ad_status create_groups(solve_members *x, const scene *one,
     for (int i = 0; i < x->threads && status == AD_OK; i++) {
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
-        status = status == AD_OK ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
-                                                       settings->tolerance, elements, edges,
-                                                       (int)x->points, s, &x->groups[i], error)
-                                 : status;
+        status = status == AD_OK
+                     ? strain_group_create(rod, x->count, settings->tolerance, elements, edges,
+                                           (int)x->points, s, &x->groups[i], error)
+                     : status;
     }
     free(s);
     return status;

@@ -326,8 +326,7 @@ static void write_constants(const export_family *x, FILE *file)
     const size_t n = 3 * (size_t)strain_mesh_nodes(&x->mesh), p = (size_t)count;
     fprintf(file, "enum { N = %zu, P = %zu, INPUTS = %zu };\n", n, p,
             p + n + (n * n > p * p + n * p ? n * n : p * p + n * p));
-    fprintf(file, "#define LENGTH %.17g\n#define IS_STABLE(negative) ((negative) %s)\n",
-            scene_length(x->open), x->has_energy ? "== 0" : "% 2 == 0");
+    fprintf(file, "#define LENGTH %.17g\n", scene_length(x->open));
 }
 
 ad_status export_family_write_source(export_family *x, FILE *file, ad_error *error)
