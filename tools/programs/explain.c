@@ -63,10 +63,11 @@ typedef struct meaning {
     const char *text;
 } meaning;
 
-static const meaning stiff_strain[] = {{0, "soft: this strain matters for the shape"},
-                                       {1e2, "stiff against bending"},
-                                       {1e4, "very stiff: not for the displacement form; or lock it"},
-                                       {INFINITY, "locked: this strain is no unknown"}};
+static const meaning stiff_strain[] = {
+    {0, "soft: this strain matters for the shape"},
+    {1e2, "stiff against bending"},
+    {1e4, "very stiff: not for the displacement form; or lock it"},
+    {INFINITY, "locked: this strain is no unknown"}};
 static const meaning twist_ratio[] = {{0, "twists easily"},
                                       {0.2, "of the order of bending"},
                                       {5, "hard to twist"},
@@ -312,6 +313,8 @@ static void print_members(FILE *file, const experiment *e)
 {
     const targets_account drawn = targets_drawn(e->targets);
     const family *f = targets_family(e->targets);
+    char where[512];
+    targets_unsolved_text(e->targets, where, sizeof where);
     fprintf(file,
             "  %-15s strain, static: u[3] curvature at %zu places, of %d parameters alone;\n"
             "  %-15s rotation and position follow exactly, the clamp is met exactly\n",
@@ -322,9 +325,10 @@ static void print_members(FILE *file, const experiment *e)
             "modes", family_modes(f), family_spread(f), "", family_missed(f));
     fprintf(file,
             "  %-15s %zu drawn and solved in %.2g s, %.2g us each on %d thread%s; %zu without a\n"
-            "  %-15s stable equilibrium that continues the unstressed rod, left out\n",
+            "  %-15s stable equilibrium that continues the unstressed rod, left out%s\n",
             "members", drawn.drawn, drawn.seconds, 1e6 * drawn.seconds / (double)drawn.drawn,
-            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "");
+            ad_pool_threads(e->pool), ad_pool_threads(e->pool) == 1 ? "" : "s", drawn.unsolved, "",
+            where);
 }
 
 static void print_fields(FILE *file, const scene *scene, const problem *p)
