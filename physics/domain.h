@@ -15,7 +15,7 @@ extern "C" {
 #endif
 
 enum {
-    DOMAIN_COORDINATES_MAX = 16, /* as many as formulas have open names */
+    DOMAIN_COORDINATES_MAX = 26, /* as many as formulas have open names */
     DOMAIN_NAME = 48,
     DOMAIN_WINDOWS_MAX = 1024,
     DOMAIN_PIECES_MAX = 64 /* NN_PIECES_MAX */

@@ -61,7 +61,7 @@ ad_status quantities_define(quantities *names, const char *name, quantity value,
 bool quantities_used(const quantities *names, const char *name);
 
 /* Add another open name beside s and t, a coordinate of a domain. */
-enum { QUANTITY_OPEN_MAX = 16 }; /* with these two */
+enum { QUANTITY_OPEN_MAX = 26 }; /* with these two */
 ad_status quantities_coordinate(quantities *names, const char *name, ad_error *error);
 
 /* The same of one within a range, of which `usual` stands for it where one number is asked for

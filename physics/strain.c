@@ -101,18 +101,6 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
                : AD_OK;
 }
 
-bool strain_has_energy(const scene *given)
-{
-    bool result = given->loads.frame == SCENE_DEAD && given->loads.tip.frame == SCENE_DEAD &&
-                  !quantity_any_something(3, given->loads.moment) &&
-                  !quantity_any_something(3, given->loads.tip.moment);
-    for (int i = 0; i < given->point_count; i++) {
-        result = result && given->points[i].load.frame == SCENE_DEAD &&
-                 !quantity_any_something(3, given->points[i].load.moment);
-    }
-    return result;
-}
-
 static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
 {
     bool ok = mesh->stages >= STRAIN_STAGES_MIN && mesh->stages <= STRAIN_STAGES_MAX &&

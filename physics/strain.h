@@ -49,10 +49,6 @@ void strain_mesh_places(const strain_mesh *mesh, double *s);
  * solve_members. */
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error);
 
-/* Whether all loads of a scene have an energy, so that at its minima all pivots of the residual's
- * matrix are positive: moments in space have none, nor have followers. */
-bool strain_has_energy(const scene *given);
-
 typedef struct strain_settings {
     const scene *open;        /* which passes its checks with the numbers below; copied */
     int count;                /* of open names */

@@ -212,8 +212,7 @@ static void check_family(const char *text)
                        .s = places,
                        .network = record,
                        .context = &n,
-                       .weights = n.weights,
-                       .has_energy = text == plain};
+                       .weights = n.weights};
     assert_good(strain_mesh_at(&one, nodes, points, &x.mesh, &error), &error);
     write_c(&x);
     if (text == plain) {

@@ -91,9 +91,8 @@ static ad_status create_groups(solve_members *x, const scene *one,
         solve_rod *rod;
         status = solve_rod_create_open(&x->open, &x->parameters, &rod, error);
         status = status == AD_OK
-                     ? strain_group_create(rod, strain_has_energy(&x->open), x->count,
-                                           settings->tolerance, pieces.elements, pieces.edges,
-                                           (int)x->points, s, &x->groups[i], error)
+                     ? strain_group_create(rod, x->count, settings->tolerance, pieces.elements,
+                                           pieces.edges, (int)x->points, s, &x->groups[i], error)
                      : status;
     }
     free(s);

@@ -107,12 +107,12 @@ typedef enum solve_doubt {
  * the shape to that of one more step, linearised where the last was; the mesh's own error is in
  * them. */
 typedef struct solve_answer {
-    double predicted; /* of what was given */
-    double left;      /* of what is returned */
-    double ratio;     /* of the last two steps; NaN: none was taken */
-    bool stable;      /* no pivot is negative where all loads have an energy, else an even number */
-    bool trusted;     /* predicted and left are what they say, and the equilibrium is that of
-                       * solve_members_solve */
+    double predicted;   /* of what was given */
+    double left;        /* of what is returned */
+    double ratio;       /* of the last two steps; NaN: none was taken */
+    bool stable;        /* no pivot is negative */
+    bool trusted;       /* predicted and left are what they say, and the equilibrium is that of
+                         * solve_members_solve */
     solve_doubt reason; /* else */
 } solve_answer;
 

@@ -103,10 +103,7 @@ static void step(question *q, int k, bool stays)
     memset(all, true, sizeof all);
     strain_group_step(form, all, &length);
     for (int lane = 0; lane < LANES; lane++) {
-        const int negative = form->negative[lane];
-        q->stable[lane] = q->stable[lane] &&
-                          (q->group->has_energy ? negative == 0 : negative % 2 == 0) &&
-                          isfinite(length[lane]);
+        q->stable[lane] = q->stable[lane] && form->negative[lane] == 0 && isfinite(length[lane]);
     }
     if (k > 0) {
         q->ratio = length / q->length;

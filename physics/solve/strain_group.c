@@ -72,8 +72,8 @@ static ad_status add_level(strain_group *x, int elements, const double *edges, i
     return status;
 }
 
-ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double tolerance,
-                              int elements, const double *edges, int outputs, const double *s,
+ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
+                              const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error)
 {
     strain_group *x = calloc(1, sizeof *x);
@@ -82,8 +82,7 @@ ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double
         solve_rod_free(rod);
         return ad_fail(error, AD_NO_MEMORY, "out of memory for members");
     }
-    *x = (strain_group){
-        .rod = rod, .count = count, .tolerance = tolerance, .has_energy = has_energy};
+    *x = (strain_group){.rod = rod, .count = count, .tolerance = tolerance};
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0, unknowns = 0;
     const int first = coarsest(elements, edges);
@@ -234,9 +233,10 @@ static void move(strain_form *form)
  * of two steps and those that follow, or where a pivot of elimination is negative. Where loads have
  * an energy the matrix is that of its second variation, with positive factors: pivots are positive
  * as long as the equilibrium is a minimum, and so it stays on the path from the unstressed rod
- * until that loses its stability. Elsewhere the number of negative ones stays even on the way. Of
- * 16,000 members under strong loads (tools/bench/members.c) a ratio of 0.05 alone leads two to
- * other equilibria; with the pivots none, also with 0.5. */
+ * until that loses its stability. Elsewhere only the parity of negative ones is known to stay, but
+ * a round rod that buckles has two at once: none is taken, either. Of 16,000 members under strong
+ * loads (tools/bench/members.c) a ratio of 0.05 alone leads two to other equilibria; with the
+ * pivots none, also with 0.5. */
 static const double FIRST_RATIO = 0.4, RATIO = 0.5;
 
 /* How exactly equilibria on the way are found, curvature times length; shortest step of the load.
@@ -333,8 +333,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         strain_level_load(level, &load);
         strain_group_step(form, following, &length);
         for (int lane = 0; lane < LANES; lane++) {
-            const int negative = form->negative[lane];
-            bool is_stable = x->has_energy ? negative == 0 : negative % 2 == 0;
+            const bool is_stable = form->negative[lane] == 0;
             f[lane].fell = f[lane].fell || (following[lane] && !is_stable);
             following[lane] = following[lane] && is_good(&f[lane], length[lane], is_stable);
             if (!following[lane]) {

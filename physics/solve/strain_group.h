@@ -15,7 +15,6 @@ typedef struct strain_group {
     solve_rod *rod;
     int count; /* of parameters */
     double tolerance;
-    bool has_energy;                       /* all loads do: the matrix is that of an energy */
     int levels, solved;                    /* solved: of them, those with equations */
     strain_level level[STRAIN_LEVELS_MAX]; /* from coarse to fine */
     strain_link link[STRAIN_LEVELS_MAX];   /* to each from the one before */
@@ -31,8 +30,8 @@ typedef struct strain_group {
 
 /* Meshes between edges [elements + 1] within [0, 1], for shapes at s [outputs] there. The rod is
  * the group's from then on, also after an error. AD_NO_MEMORY, errors of formulas. */
-ad_status strain_group_create(solve_rod *rod, bool has_energy, int count, double tolerance,
-                              int elements, const double *edges, int outputs, const double *s,
+ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int elements,
+                              const double *edges, int outputs, const double *s,
                               strain_group **result, ad_error *error);
 void strain_group_free(strain_group *x);
 

@@ -187,7 +187,7 @@ const config_key config_keys[] = {
              "unknowns r, q and the strains v, u, that of the pose being residuals, N and m by the "
              "constitutive law."},
     {"members.solved", CONFIG_INTEGER, AT(settings.members), BETWEEN(0, 100000000),
-     .fallback = "131072 in the strain form, else 0",
+     .fallback = "in the strain form 131072, of one parameter 8192, of two 32768; else 0",
      .help = "Of a family in the strain form: members that are drawn from the ranges and solved "
              "before training, 16 at least."},
     {"members.file", CONFIG_TEXT, AT(settings.members_file),

@@ -10,7 +10,7 @@
 
 /* Members of one batch; of those that are asked for alone; times that a batch is; of members that
  * both solvers solve. */
-enum { BATCH = 512, ALONE = 100, ROUNDS = 5, COMPARED = 10 };
+enum { BATCH = 512, ALONE = 100, ROUNDS = 5, COMPARED = 30 };
 
 /* The tolerance of the truth over CPINN_TOLERANCE, and the estimate with which it is taken where
  * that is not met; errors as many times the former are compared with the predicted ones, if they

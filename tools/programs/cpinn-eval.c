@@ -52,8 +52,9 @@ static const char epilogue[] =
     "that\n"
     "of cpinn-train. Exit status: 0, whatever it says; of a family 3 if a shape is not trusted, or "
     "with\n"
-    "--verify one that is trusted is wrong; 1 if what was printed could not be written; 2 with one "
-    "line\n"
+    "--verify one that is trusted is wrong or solvers disagree; 1 if what was printed could not "
+    "be\n"
+    "written; 2 with one line\n"
     "that says what is wrong with the input.";
 
 /* Repeated evaluations are timed over at least this long, in batches of at least so many points. */

@@ -16,10 +16,11 @@ typedef struct meaning {
     const char *text;
 } meaning;
 
-static const meaning stiff_strain[] = {{0, "soft: this strain matters for the shape"},
-                                       {1e2, "stiff against bending"},
-                                       {1e4, "very stiff: take the mixed form, or lock it"},
-                                       {INFINITY, "locked: this strain is no unknown"}};
+static const meaning stiff_strain[] = {
+    {0, "soft: this strain matters for the shape"},
+    {1e2, "stiff against bending"},
+    {1e4, "very stiff: not for the displacement form; or lock it"},
+    {INFINITY, "locked: this strain is no unknown"}};
 static const meaning twist_ratio[] = {{0, "twists easily"},
                                       {0.2, "of the order of bending"},
                                       {5, "hard to twist"},

@@ -19,7 +19,6 @@ typedef struct export_family {
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
     const void *context;
     const double *weights;
-    bool has_energy;  /* all loads have an energy */
     size_t workspace; /* numbers of the functions; by export_family_write_source, as the next */
     bool follows;     /* forces follow the rod */
     /* Of the self-test: members, their curvature times the length after a step from the network's,

@@ -142,7 +142,6 @@ ad_status export_open_family(export_model *x, const char *places, ad_error *erro
                          .network = record_network,
                          .context = x,
                          .weights = experiment_parameters(x->e),
-                         .has_energy = strain_has_energy(x->e->scene),
                          .members = MEMBERS};
     ad_status status = find_mesh(f, solver, error);
     if (status == AD_OK && !allocate(x, &n)) {

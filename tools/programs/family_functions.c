@@ -379,7 +379,7 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
         solve(r, rows, 1, r.residual);
         length = largest(r.residual);
         if (answer) {
-            answer->stable = answer->stable && negative >= 0 && IS_STABLE(negative);
+            answer->stable = answer->stable && negative == 0;
             if (k == 0) {
                 answer->predicted = distance(r, r.residual);
             }

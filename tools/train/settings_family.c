@@ -9,7 +9,7 @@
  * third, in as much more time; 50000 members begin to be learnt by heart, 100000 and 200000 do not.
  */
 enum { LAYERS = 3, WIDTH = 128, STEPS = 6000, WARMUP = 200, BATCH = 1024 };
-enum { MEMBERS = 131072, MEMBERS_LEAST = 16, DEGREE = 7 };
+enum { MEMBERS = 131072, MEMBERS_FEW = 8192, MEMBERS_LEAST = 16, DEGREE = 7 };
 static const double LEARNING_RATE = 8e-3;
 
 /* Rows of the history cost measurements over fresh members. */
@@ -23,6 +23,17 @@ static bool is_usual_stage(const train_settings *settings)
     return settings->stage_count == usual.stage_count && stage->optimizer == other->optimizer &&
            stage->steps == other->steps &&
            stage->lbfgs.descent.function_tolerance == other->lbfgs.descent.function_tolerance;
+}
+
+/* Of one parameter a few fill its range, and of each further one four times as many do: members
+ * near where equilibria end take a hundred times as long as others. */
+static int usual_members(const scene *family)
+{
+    int members = MEMBERS_FEW;
+    for (int i = 1; i < family->parameter_count && members < MEMBERS; i++) {
+        members *= 4;
+    }
+    return members < MEMBERS ? members : MEMBERS;
 }
 
 /* Some of the members in every step; the others need one function. */
@@ -101,7 +112,7 @@ ad_status train_resolve_family(train_settings *settings, scene *family, char key
                             "is beside members.file, which has its own; leave one of them out");
     }
     if (!settings->members_file && settings->members == 0) {
-        settings->members = MEMBERS;
+        settings->members = usual_members(family);
     }
     losses->interior.points = losses->interior.points > 0 ? losses->interior.points
                               : network->hidden_count == 0 && settings->members > 0

@@ -5,6 +5,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,6 +37,8 @@ struct targets {
     double length;
     members solved, fresh;
     targets_account account;
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX]; /* of those without a solution,
+                                                                   * in parts of the ranges */
     family_network *network; /* made by the first measurement */
 
     /* room for BATCH members */
@@ -84,6 +87,9 @@ ad_status targets_create(const scene *family, const targets_settings *settings, 
     t->settings = *settings;
     t->pool = pool;
     t->parameters = (size_t)family->parameter_count;
+    for (size_t i = 0; i < t->parameters; i++) {
+        t->low[i] = 1;
+    }
     t->length = scene_length(family);
     for (int i = 0; i < TARGETS_POINTS; i++) {
         s[i] = t->length * i / (TARGETS_POINTS - 1);
@@ -146,6 +152,21 @@ targets_account targets_drawn(const targets *t)
     return t->account;
 }
 
+void targets_unsolved_text(const targets *t, char *text, size_t size)
+{
+    static const double most = 0.9;
+    size_t used = 0;
+    text[0] = 0;
+    for (size_t i = 0; i < t->parameters && t->account.unsolved > 0 && used < size; i++) {
+        const scene_parameter *p = &t->open->parameters[i];
+        if (t->high[i] - t->low[i] < most) {
+            used += (size_t)snprintf(
+                text + used, size - used, "%s %s %.3g to %.3g", used > 0 ? "," : ": all with",
+                p->name, scene_parameter_at(p, t->low[i]), scene_parameter_at(p, t->high[i]));
+        }
+    }
+}
+
 void targets_use(targets *t, targets_kind kind)
 {
     t->kind = kind;
@@ -166,6 +187,10 @@ static ad_status solve_batch(targets *t, size_t count, const double *x, members 
         t->account.drawn++;
         t->account.unsolved += !t->results[k].solved;
         if (!t->results[k].solved) {
+            for (size_t i = 0; i < t->parameters; i++) {
+                t->low[i] = fmin(t->low[i], x[i * count + k]);
+                t->high[i] = fmax(t->high[i], x[i * count + k]);
+            }
             continue;
         }
         for (size_t i = 0; i < t->parameters; i++) {
