@@ -384,8 +384,10 @@ static void write_constants(const export_family *x, FILE *file)
             "    LINEARISED = %zu\n};\n",
             strain_mesh_nodes(&x->mesh), count, x->mesh.elements, x->mesh.stages, x->follows,
             inputs_of(x), linearised_of(x));
-    fprintf(file, "#define LENGTH %.17g\n#define IS_STABLE(negative) ((negative) %s)\n",
-            scene_length(x->open), x->has_energy ? "== 0" : "% 2 == 0");
+    fprintf(
+        file,
+        "#define LENGTH %.17g\n#define MESH %.3g\n#define IS_STABLE(negative) ((negative) %s)\n",
+        scene_length(x->open), x->mesh_error, x->has_energy ? "== 0" : "% 2 == 0");
     write_integrals(&x->mesh, file);
 }
 
