@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 64, VECTOR_BYTES = 32 };
+enum { BLOCK_ROWS = 32, BLOCK_NUMBERS = 160, TERMS = 4, TERMS_NUMBERS = 64 };
 
 /* ---- products and sums ---------------------------------------------------------------------- */
 
@@ -17,20 +17,13 @@ static void row_text(int offset, const char *row, int stride, char *text)
     snprintf(text, C_OPERAND, stride == 1 ? "%d + %s" : "%d + %s * %d", offset, row, stride);
 }
 
-static int vector_of(const c_function *f)
-{
-    return VECTOR_BYTES / (int)(*f->w.suffix ? sizeof(float) : sizeof(double));
-}
-
 /* A block of sums that fits into registers: rows i .. i + rows - 1 of a product, one point, for k
  * from `from` on, `terms` of them at a time, each into sums of its own, so that one addition does
- * not wait for another. Loops over rows are of one vector: sums then stay in registers also where
- * the compiler does not unroll loops, as gcc -O2. */
+ * not wait for another. */
 static void write_terms(c_function *f, const instruction *i, int rows, int terms, int from, int to,
                         const char *matrix)
 {
-    const int m = i->out.rows, k = i->in[1].rows;
-    const int vector = vector_of(f);
+    int m = i->out.rows, k = i->in[1].rows;
     bool turned = ad_c_is_known(f, i->in[0]) || i->op == OP_MATVEC_TRANSPOSED;
     char row[C_OPERAND], at[24];
     if (from == to) {
@@ -44,24 +37,20 @@ static void write_terms(c_function *f, const instruction *i, int rows, int terms
             fprintf(f->w.file, "            const %s x%d_%d = w[%s];\n", f->w.type, c, q, row);
         }
     }
-    for (int first = 0; first < rows; first += vector) {
-        const int last = first + vector < rows ? first + vector : rows;
-        fprintf(f->w.file, "            for (int n = %d; n < %d; n++) {\n", first, last);
-        for (int q = 0; q < terms; q++) {
-            snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
-            fprintf(f->w.file, "                const %s a%d = %s", f->w.type, q, matrix);
-            if (turned) {
-                fprintf(f->w.file, "%s * %d + i + n];\n", at, m);
-            } else {
-                fprintf(f->w.file, "(i + n) * %d + %s];\n", k, at);
-            }
-            for (int c = 0; c < i->columns; c++) {
-                fprintf(f->w.file, "                sum%d_%d[n] += a%d * x%d_%d;\n", c, q, q, c, q);
-            }
+    fprintf(f->w.file, "            AD_UNROLL\n            for (int n = 0; n < %d; n++) {\n", rows);
+    for (int q = 0; q < terms; q++) {
+        snprintf(at, sizeof at, terms > 1 ? "(k + %d)" : "k", q);
+        fprintf(f->w.file, "                const %s a%d = %s", f->w.type, q, matrix);
+        if (turned) {
+            fprintf(f->w.file, "%s * %d + i + n];\n", at, m);
+        } else {
+            fprintf(f->w.file, "(i + n) * %d + %s];\n", k, at);
         }
-        fputs("            }\n", f->w.file);
+        for (int c = 0; c < i->columns; c++) {
+            fprintf(f->w.file, "                sum%d_%d[n] += a%d * x%d_%d;\n", c, q, q, c, q);
+        }
     }
-    fputs("        }\n", f->w.file);
+    fputs("            }\n        }\n", f->w.file);
 }
 
 /* Of `rows` rows from `first` on, `block` at a time. Columns are written out, so that the innermost
@@ -69,8 +58,7 @@ static void write_terms(c_function *f, const instruction *i, int rows, int terms
 static void write_block(c_function *f, const instruction *i, int first, int rows, int block,
                         const char *matrix)
 {
-    const int k = i->in[1].rows, vector = vector_of(f);
-    int terms = 1;
+    int k = i->in[1].rows, terms = 1;
     char row[C_OPERAND];
     while (terms < TERMS && 2 * terms * block * i->columns <= TERMS_NUMBERS && 2 * terms <= k) {
         terms *= 2;
@@ -82,21 +70,16 @@ static void write_block(c_function *f, const instruction *i, int first, int rows
     }
     write_terms(f, i, block, terms, 0, k / terms * terms, matrix);
     write_terms(f, i, block, 1, k / terms * terms, k, matrix);
-    for (int from = 0; from < block; from += vector) {
-        fprintf(f->w.file, "        for (int n = %d; n < %d; n++) {\n", from,
-                from + vector < block ? from + vector : block);
-        for (int c = 0; c < i->columns; c++) {
-            row_text(i->out.offset + c, i->out.stride == 1 ? "i + n" : "(i + n)", i->out.stride,
-                     row);
-            fprintf(f->w.file, "            w[%s] = ", row);
-            for (int q = 0; q < terms; q++) {
-                fprintf(f->w.file, "%ssum%d_%d[n]", q ? " + " : "", c, q);
-            }
-            fputs(";\n", f->w.file);
+    fprintf(f->w.file, "        AD_UNROLL\n        for (int n = 0; n < %d; n++) {\n", block);
+    for (int c = 0; c < i->columns; c++) {
+        row_text(i->out.offset + c, i->out.stride == 1 ? "i + n" : "(i + n)", i->out.stride, row);
+        fprintf(f->w.file, "            w[%s] = ", row);
+        for (int q = 0; q < terms; q++) {
+            fprintf(f->w.file, "%ssum%d_%d[n]", q ? " + " : "", c, q);
         }
-        fputs("        }\n", f->w.file);
+        fputs(";\n", f->w.file);
     }
-    fputs("    }\n", f->w.file);
+    fputs("        }\n    }\n", f->w.file);
 }
 
 /* Columns of several points lie side by side. */
@@ -483,6 +466,11 @@ static void write_texts(const char *code, FILE *file)
                  {"ad_sine_single(", ad_text_sine_single}, {"ad_exp_number(", ad_text_exp},
                  {"ad_exp_single(", ad_text_exp_single}};
     fputs("#include <math.h>\n\n", file);
+    if (strstr(code, "AD_UNROLL")) { /* gcc -O2 makes vectors of loops but leaves them loops */
+        fputs("#if defined(__GNUC__) && __GNUC__ >= 8 && !defined(__clang__)\n"
+              "#define AD_UNROLL _Pragma(\"GCC unroll 8\")\n#else\n#define AD_UNROLL\n#endif\n\n",
+              file);
+    }
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         if (strstr(code, texts[i].name)) {
             ad_c_text(texts[i].lines, file);

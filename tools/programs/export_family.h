@@ -19,8 +19,9 @@ typedef struct export_family {
     ad_value (*network)(const void *context, ad_tape *tape, const ad_value *x);
     const void *context;
     const double *weights;
-    size_t workspace; /* numbers of the functions; by export_family_write_source, as the next */
-    bool follows;     /* forces follow the rod */
+    double mesh_error; /* m, of equilibria on the mesh: comes to each distance */
+    size_t workspace;  /* numbers of the functions; by export_family_write_source, as the next */
+    bool follows;      /* forces follow the rod */
     /* Of the self-test: members, their curvature times the length after a step from the network's,
      * and positions of their tips then, m. */
     int members;

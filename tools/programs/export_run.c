@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12 };
+/* Members of the self-test are the first of those by which the mesh is judged. */
+enum { PLACES = 21, PLACES_MAX = 200, MEMBERS = 12, JUDGED = 64 };
 
 /* Curvature [3][nodes] times the length, as the run's network says it. */
 static ad_value record_network(const void *context, ad_tape *tape, const ad_value *x)
@@ -60,56 +61,55 @@ static bool allocate(export_model *x, numbers *n)
     const size_t count = (size_t)x->family.open->parameter_count;
     const size_t rows = 3 * (size_t)strain_mesh_nodes(&x->family.mesh);
     const size_t shape = TARGETS_POINTS * SOLVE_MEMBERS_COLUMNS;
-    x->family_numbers =
-        calloc(PLACES_MAX + MEMBERS * (count + 2 * rows + 3 + shape), sizeof *x->family_numbers);
+    x->family_numbers = calloc(PLACES_MAX + JUDGED * (count + 2 * rows) + MEMBERS * (3 + shape),
+                               sizeof *x->family_numbers);
     n->s = x->family_numbers;
     n->parameters = n->s ? n->s + PLACES_MAX : NULL;
-    n->said = n->s ? n->parameters + MEMBERS * count : NULL;
-    n->polished = n->s ? n->said + MEMBERS * rows : NULL;
-    n->tips = n->s ? n->polished + MEMBERS * rows : NULL;
+    n->said = n->s ? n->parameters + JUDGED * count : NULL;
+    n->polished = n->s ? n->said + JUDGED * rows : NULL;
+    n->tips = n->s ? n->polished + JUDGED * rows : NULL;
     n->values = n->s ? n->tips + MEMBERS * 3 : NULL;
     return n->s != NULL;
 }
 
-/* said [MEMBERS][nodes][3], 1/m: the network's curvature of members over the ranges (a sequence of
+/* said [JUDGED][nodes][3], 1/m: the network's curvature of members over the ranges (a sequence of
  * Kronecker's, by the roots of primes). */
 static ad_status ask_network(export_model *x, numbers *n, ad_error *error)
 {
     static const double primes[] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43};
-    const int count = x->family.open->parameter_count, nodes = strain_mesh_nodes(&x->family.mesh);
-    double at[SCENE_PARAMETERS_MAX][MEMBERS];
-    const double *inputs[SCENE_PARAMETERS_MAX];
-    ad_value p[SCENE_PARAMETERS_MAX], y;
-    ad_program *program = NULL;
-    ad_tape *tape = ad_tape_create();
-    double *out = calloc((size_t)(3 * nodes) * MEMBERS, sizeof *out);
-    ad_status status =
-        tape && out ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a self-test");
-    for (int i = 0; i < count && status == AD_OK; i++) {
-        inputs[i] = at[i];
-        p[i] = ad_input(tape, x->family.open->parameters[i].name, 1);
-        for (int k = 0; k < MEMBERS; k++) {
-            at[i][k] = fmod((k + 1) * sqrt(primes[i]), 1);
-            n->parameters[k * count + i] =
-                scene_parameter_at(&x->family.open->parameters[i], at[i][k]);
+    const int count = x->family.open->parameter_count;
+    family_network *network = NULL;
+    for (int i = 0; i < count * JUDGED; i++) {
+        n->parameters[i] = scene_parameter_at(&x->family.open->parameters[i % count],
+                                              fmod((i / count + 1) * sqrt(primes[i % count]), 1));
+    }
+    ad_status status = family_network_create(targets_family(x->e->targets), x->e->mlp, x->e->pool,
+                                             &network, error);
+    if (status == AD_OK) {
+        status =
+            family_network_run(network, x->family.weights, JUDGED, n->parameters, n->said, error);
+    }
+    family_network_free(network);
+    return status;
+}
+
+/* What Newton's method leaves when it has settled is the error of the mesh. `polished` is room. */
+static ad_status judge_mesh(export_model *x, const numbers *n, ad_error *error)
+{
+    solve_members *solver = targets_solver(x->e->targets);
+    solve_answer answers[JUDGED];
+    ad_status status = solve_members_refine(solver, JUDGED, n->parameters, n->said, 2, NULL,
+                                            n->polished, NULL, error);
+    if (status == AD_OK) {
+        status = solve_members_refine(solver, JUDGED, n->parameters, n->polished, 1, NULL, NULL,
+                                      answers, error);
+    }
+    x->family.mesh_error = 0;
+    for (int i = 0; i < JUDGED && status == AD_OK; i++) {
+        if (answers[i].trusted) {
+            x->family.mesh_error = fmax(x->family.mesh_error, answers[i].left);
         }
     }
-    if (status == AD_OK) {
-        y = record_network(x, tape, p);
-        status = ad_compile(1, &y, NULL, x->e->pool, &program, error);
-    }
-    if (status == AD_OK) {
-        const ad_run run = {
-            .points = MEMBERS, .inputs = inputs, .parameters = x->family.weights, .outputs = &out};
-        status = ad_execute(program, &run, error);
-    }
-    for (int i = 0; i < 3 * nodes * MEMBERS && status == AD_OK; i++) {
-        const int member = i / (3 * nodes), row = i % 3 * nodes + i / 3 % nodes;
-        n->said[i] = out[row * MEMBERS + member] / scene_length(x->family.open);
-    }
-    ad_program_free(program);
-    ad_tape_free(tape);
-    free(out);
     return status;
 }
 
@@ -149,6 +149,7 @@ ad_status export_open_family(export_model *x, const char *places, ad_error *erro
     }
     status = status == AD_OK ? list_places(f, places, n.s, error) : status;
     status = status == AD_OK ? ask_network(x, &n, error) : status;
+    status = status == AD_OK ? judge_mesh(x, &n, error) : status;
     if (status == AD_OK) {
         status = solve_members_refine(solver, MEMBERS, n.parameters, n.said, 1, n.values,
                                       n.polished, NULL, error);

@@ -369,7 +369,7 @@ static double largest(const double *x)
 static void polish(room r, int steps, double *curvature, model_answer *answer)
 {
     int rows[N], i, k;
-    double length = 0, before = 0;
+    double length = 0, before = 0, left = 0;
     if (answer) {
         answer->stable = 1;
         answer->ratio = -1;
@@ -381,7 +381,8 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
         if (answer) {
             answer->stable = answer->stable && negative == 0;
             if (k == 0) {
-                answer->predicted = distance(r, r.residual);
+                left = distance(r, r.residual);
+                answer->predicted = left + MESH;
             }
         }
         for (i = 0; i < N && k < steps; i++) {
@@ -391,17 +392,17 @@ static void polish(room r, int steps, double *curvature, model_answer *answer)
     if (!answer) {
         return;
     }
-    answer->left = answer->predicted;
     if (steps > 0) { /* one more, with the last matrix */
         before = length;
         copy(N, curvature, r.x + P);
         residual(r.x, r.residual, r.w);
         solve(r, rows, 1, r.residual);
-        answer->left = distance(r, r.residual);
+        left = distance(r, r.residual);
         answer->ratio = before > 0 ? largest(r.residual) / before : 0;
     }
+    answer->left = left + MESH;
     answer->trusted = answer->stable && answer->predicted <= 0.05 * LENGTH &&
-                      (answer->ratio <= 0.25 || answer->left <= 1e-9 * LENGTH);
+                      (answer->ratio <= 0.25 || left <= 1e-9 * LENGTH);
 }
 
 int model_network(const double *parameters, double *curvature, double *memory)

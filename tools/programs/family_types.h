@@ -7,8 +7,8 @@
  * that at the nearer end of the range (of what is not a number: at its lower end). */
 
 /* What is known of an answer. Distances are the largest over the rod, in m, to where one more
- * step, linearised, leads; the error of the mesh, which is that of a converged solution, comes
- * to them. trusted: the equilibrium is stable or may be by its pivots, `predicted` is at most a
+ * step, linearised, leads, and what the mesh leaves of any member when steps have settled, the
+ * most of 64. trusted: the equilibrium is stable or may be by its pivots, `predicted` is at most a
  * twentieth of the length, and the last step is at most a quarter of that before. */
 typedef struct model_answer {
     double predicted; /* of the network */
