@@ -82,11 +82,14 @@ void strain_mesh_places(const strain_mesh *mesh, double *s)
 
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
 {
-    const char *why = scene_is_beam(one)                   ? "a beam of small deflection"
-                      : scene_is_dynamic(one)              ? "a motion"
-                      : scene_is_manufactured(one)         ? "a manufactured solution"
-                      : one->start.type != SCENE_CLAMPED   ? "a start that is not clamped"
-                      : scene_end_is_placed(one->end.type) ? "an end that is held"
+    const char *why = scene_is_beam(one)                 ? "a beam of small deflection"
+                      : scene_is_dynamic(one)            ? "a motion"
+                      : scene_is_manufactured(one)       ? "a manufactured solution"
+                      : one->start.type != SCENE_CLAMPED ? "a start that is not clamped"
+                      : on_tape && one->end.type != SCENE_FREE && one->end.type != SCENE_LOADED
+                          ? "an end that is held"
+                      : quantity_any_given(3, one->end.rotation_vector) || one->end.twist.is_given
+                          ? "an end that is turned by an angle"
                       : on_tape && one->spring_count > 0   ? "springs"
                       : one->tube_count > 0                ? "tubes"
                       : scene_has_displaced_tendons(one)   ? "tendons of given displacement"
@@ -96,8 +99,9 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
                                                            : NULL;
     return why ? ad_fail(error, AD_BAD_ARGUMENT,
                          "strain form%s: the scene has %s; allowed: a rod at rest, clamped at its "
-                         "start and free or loaded at its end",
-                         on_tape ? " on a tape" : "", why)
+                         "start%s",
+                         on_tape ? " on a tape" : "", why,
+                         on_tape ? " and free or loaded at its end" : "")
                : AD_OK;
 }
 

@@ -305,6 +305,9 @@ static void check_derivatives(strain_kind kind, bool follow, const solve_end *st
     fill_edges(x, follow);
     fill_end(&x->start, start);
     fill_end(&x->last, &kind.end);
+    spread(3, x->last.position, x->held_r);
+    spread(4, x->last.rotation, x->held_q);
+    spread(3, x->last.force, x->held_force);
     fill(3, 1, x->end_force);
     fill(3, 1, x->end_moment);
     fill(3, 1, x->start_r);

@@ -13,7 +13,9 @@
  * pulls grow together from 0, as long as that is stable. One that is not solved may still have an
  * equilibrium, which solution_create with its numbers (scene_member) looks for. Places where
  * something jumps cut the rod into pieces, and the time is that of a piece times their number; with
- * springs or a foundation, which do not grow with the loads, that of a full matrix. */
+ * springs or a foundation, which do not grow with the loads, or an end that is held, which moves to
+ * its place with them, that of a full matrix.
+ */
 #ifndef PHYSICS_SOLVE_MEMBERS_H
 #define PHYSICS_SOLVE_MEMBERS_H
 
@@ -60,8 +62,8 @@ typedef struct solve_members solve_members;
 
 /* Of a scene with parameters, or without any. AD_BAD_INPUT: a scene that the checks refuse, or a
  * parameter where it has one number for all; AD_BAD_ARGUMENT: what only solution_create solves:
- * motions, beams, ends that are not clamped at s = 0 and free or loaded at s = length, tubes,
- * tendons with friction or of given displacement. AD_NO_MEMORY. The scene is copied, its formulas
+ * motions, beams, starts that are not clamped, ends that an angle turns, tubes, tendons with
+ * friction or of given displacement. AD_NO_MEMORY. The scene is copied, its formulas
  * must outlive the members. */
 ad_status solve_members_create(const scene *open, const solve_members_settings *settings,
                                solve_members **result, ad_error *error);

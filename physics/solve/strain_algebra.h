@@ -133,13 +133,18 @@ STRAIN_INLINE void exponential(const lanes vector[3], lanes q[4])
     }
 }
 
+STRAIN_INLINE void in_all_lanes(int count, const double *from, lanes *to)
+{
+    for (int i = 0; i < count; i++) {
+        to[i] = NO_LANES + from[i];
+    }
+}
+
 /* vec (p* q) of numbers p. */
 STRAIN_INLINE void turned_from(const double p[4], const lanes q[4], lanes vector[3])
 {
     lanes from[4], turn[4];
-    for (int i = 0; i < 4; i++) {
-        from[i] = NO_LANES + p[i];
-    }
+    in_all_lanes(4, p, from);
     lanes_quaternion_quotient(from, q, turn);
     memcpy(vector, turn + 1, 3 * sizeof *vector);
 }

@@ -1,5 +1,6 @@
 /* What a curvature from elsewhere is worth (members.h): Newton's steps from there, and how far the
  * rod is from its equilibrium. */
+#include "autodiff/dense.h"
 #include "physics/solve/strain_algebra.h"
 #include "physics/solve/strain_group.h"
 
@@ -30,6 +31,41 @@ static void set_curvature(question *q, const double *curvature)
     }
 }
 
+/* Forces that hold the end are those with which the equations are met best. */
+static void guess_end(strain_form *form)
+{
+    enum { MOST = 6 };
+    const int n = form->elastic, count = form->holding;
+    lanes *columns = form->matrix, *there = form->coupled, *rest = columns + count * n;
+    strain_form_shape(form);
+    memcpy(rest, form->right, (size_t)n * sizeof *rest);
+    strain_form_linearise(form);
+    for (int c = 0; c < count; c++) {
+        form->direction[n + c] = NO_LANES + 1;
+        strain_form_apply(form, form->direction, there);
+        form->direction[n + c] = NO_LANES;
+        memcpy(columns + c * n, there, (size_t)n * sizeof *columns);
+    }
+    for (int lane = 0; lane < LANES && count > 0; lane++) {
+        double normal[MOST * MOST], right[MOST];
+        int pivots[MOST];
+        for (int i = 0; i < count * (count + 1); i++) {
+            const int a = i / (count + 1), b = i % (count + 1);
+            double sum = 0;
+            for (int k = 0; k < n; k++) {
+                sum += columns[a * n + k][lane] * columns[b * n + k][lane];
+            }
+            *(b < count ? &normal[b * count + a] : &right[a]) = sum + (a == b ? 1e-12 : 0);
+        }
+        if (ad_dense_lu((size_t)count, normal, pivots) == 0) {
+            ad_dense_lu_solve((size_t)count, 1, normal, pivots, right);
+            for (int c = 0; c < count; c++) {
+                (*strain_form_unknown(form, n + c))[lane] -= right[c];
+            }
+        }
+    }
+}
+
 /* Forces that the shape does not give by itself are sought from those of the shape that the
  * curvature has without stretch. */
 static void guess_forces(strain_form *form)
@@ -37,6 +73,7 @@ static void guess_forces(strain_form *form)
     if (form->unknowns == form->elastic) {
         return;
     }
+    guess_end(form);
     strain_form_place(form);
     for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
         const strain_point *point = &form->points[i];
@@ -132,6 +169,8 @@ static void look_beyond(question *q, int steps)
         strain_level_sample(&x->back, q->fine, q->level, fine->right + fine->push_at,
                             form->right + form->push_at);
     }
+    memcpy(form->right + form->elastic, fine->right + fine->elastic,
+           (size_t)form->holding * sizeof *form->right);
     for (int k = 0; k < form->kind.springs; k++) {
         const int to = form->springs[k].unknown, from = fine->springs[k].unknown;
         if (to >= 0) {

@@ -101,8 +101,9 @@ typedef struct strain_form {
     strain_edge *edges;         /* [elements + 1] */
     strain_spring *springs;     /* [kind.springs] */
     lanes start_r[3], start_q[4];
-    static_end start, last;            /* what the ends are held to, where that is not by lanes */
-    lanes end_force[3], end_moment[3]; /* given, of an end that gives them; else sought */
+    static_end start, last; /* what the ends are held to, where that is not by lanes; s = 1: */
+    lanes held_r[3], held_q[4], held_force[3]; /* the last in directions that are free */
+    lanes end_force[3], end_moment[3];         /* given, of an end that gives them; else sought */
     /* First unknowns of three each; -1: there are none. */
     int force_at, moment_at, shift_at, turn_at, push_at;
     lanes by_end[2][3][3];         /* changes of N and M at s = 1 by a turn */

@@ -20,7 +20,7 @@ static const double LONGEST[] = {0.35, 0.65};
 
 /* Where a path that is lost on the coarsest mesh is followed anew, and once more, if it is lost
  * without a pivot that is negative: a step of Magnus turns the rod by at most 3 rad. Most nodes of
- * a mesh with equations, and where springs or a foundation make the matrix a full one. */
+ * a mesh with equations, and where the matrix is a full one. */
 static const int SAFE_LEVELS[] = {2, 4};
 enum { NODES_MAX = 400, FULL_NODES_MAX = 100 };
 
@@ -86,7 +86,10 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
     ad_status status = AD_OK;
     size_t room = 0, nodes = 0, unknowns = 0;
     const int first = coarsest(elements, edges);
-    const int most = rod->is_founded || rod->jumps.spring_count > 0 ? FULL_NODES_MAX : NODES_MAX;
+    const solve_end *end = &rod->ends[1];
+    const bool is_full = rod->is_founded || rod->jumps.spring_count > 0 ||
+                         end->hold.directions > 0 || end->holds_rotation;
+    const int most = is_full ? FULL_NODES_MAX : NODES_MAX;
     x->solved = count_solved(first, elements, most);
     if (x->solved == 0) {
         status = ad_fail(error, AD_BAD_ARGUMENT,

@@ -170,6 +170,8 @@ static void put_part(strain_level *x, solve_part part, int node, int lane, const
     case SOLVE_END:
         put(x->end_force, lane, 3, end->force);
         put(x->end_moment, lane, 3, end->moment);
+        put(x->full_r, lane, 3, end->position);
+        put(x->full_q, lane, 4, end->rotation);
         break;
     case SOLVE_FOUNDATION:
         put(point->stiffness, lane, 3, values);
@@ -361,6 +363,27 @@ STRAIN_INLINE void scale(size_t count, const lanes *from, const lanes *factor, l
     }
 }
 
+/* Where the end is on the way from where the unstressed rod has it. */
+STRAIN_INLINE void hold(strain_level *x, const lanes *factor)
+{
+    lanes *q = x->form->held_q, square = NO_LANES, dot = NO_LANES, by;
+    for (int i = 0; i < 3; i++) {
+        x->form->held_r[i] = x->bare_r[i] + *factor * (x->full_r[i] - x->bare_r[i]);
+    }
+    for (int i = 0; i < 4; i++) {
+        dot += x->bare_q[i] * x->full_q[i];
+    }
+    const lanes sign = 1 + 2 * __builtin_convertvector(dot < 0, lanes);
+    for (int i = 0; i < 4; i++) {
+        q[i] = (1 - *factor) * sign * x->bare_q[i] + *factor * x->full_q[i];
+        square += q[i] * q[i];
+    }
+    inverse_root(&square, &by);
+    for (int i = 0; i < 4; i++) {
+        q[i] *= by;
+    }
+}
+
 FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
 {
     strain_form *form = x->form;
@@ -385,8 +408,13 @@ FOR_EACH_PROCESSOR static void load(strain_level *x, const lanes *factor)
             form->springs[k].anchor[c] = x->anchors[k][0][c] + *factor * way;
         }
     }
-    scale(3, x->end_force, factor, form->end_force);
-    scale(3, x->end_moment, factor, form->end_moment);
+    scale(3, x->end_force, factor, form->force_at < 0 ? form->end_force : form->held_force);
+    if (form->moment_at < 0) {
+        scale(3, x->end_moment, factor, form->end_moment);
+    }
+    if (form->holding > 0) {
+        hold(x, factor);
+    }
 }
 
 void strain_level_load(strain_level *x, const lanes *factor)
@@ -402,6 +430,12 @@ void strain_level_rest(strain_level *x)
     }
     for (int i = x->form->elastic; i < x->form->unknowns; i++) {
         *strain_form_unknown(x->form, i) = NO_LANES;
+    }
+    if (x->form->holding > 0) {
+        const strain_edge *end = &x->form->edges[x->elements];
+        strain_form_place(x->form);
+        memcpy(x->bare_r, end->r, sizeof x->bare_r);
+        memcpy(x->bare_q, end->q, sizeof x->bare_q);
     }
 }
 
@@ -436,6 +470,12 @@ void strain_level_refine(const strain_link *link, const strain_level *from, stra
     for (int k = 0; k < to->form->kind.springs; k++) {
         memcpy(to->form->springs[k].force, from->form->springs[k].force,
                sizeof to->form->springs[k].force);
+    }
+    if (to->form->force_at >= 0) {
+        memcpy(to->form->end_force, from->form->end_force, sizeof to->form->end_force);
+    }
+    if (to->form->moment_at >= 0) {
+        memcpy(to->form->end_moment, from->form->end_moment, sizeof to->form->end_moment);
     }
 }
 

@@ -30,7 +30,8 @@ typedef struct strain_level {
     lanes (*anchors)[2][3];      /* [springs] of the unloaded rod, at full load */
     const solve_spring *springs; /* of the rod */
     lanes end_force[3], end_moment[3];
-    strain_output *output; /* [outputs] */
+    lanes bare_r[3], bare_q[4], full_r[3], full_q[4]; /* s = 1 of the unstressed rod; held */
+    strain_output *output;                            /* [outputs] */
 } strain_level;
 
 /* On `elements` elements between edges, of a rod with open names; s [outputs] within [0, 1].

@@ -118,17 +118,13 @@ STRAIN_INLINE void differentiate_point(strain_form *x, int node)
 /* ---- ends ---------------------------------------------------------------------------------- */
 
 /* 2 vec(p* q) by a turn of q in the world: dq = (0, phi) q/2. */
-STRAIN_INLINE void quotient_by_turn(const double p[4], const lanes q[4], lanes by[3][3])
+STRAIN_INLINE void quotient_by_turn(const lanes p[4], const lanes q[4], lanes by[3][3])
 {
-    lanes from[4];
-    for (int i = 0; i < 4; i++) {
-        from[i] = NO_LANES + (i == 0 ? p[i] : -p[i]);
-    }
     for (int c = 0; c < 3; c++) {
         lanes unit[4] = {NO_LANES, NO_LANES, NO_LANES, NO_LANES}, turned[4], both[4];
         unit[1 + c] += 1;
         lanes_quaternion_product(unit, q, turned);
-        lanes_quaternion_product(from, turned, both);
+        lanes_quaternion_quotient(p, turned, both);
         for (int i = 0; i < 3; i++) {
             by[i][c] = both[1 + i];
         }
@@ -140,23 +136,26 @@ STRAIN_INLINE void differentiate_end(strain_form *x)
 {
     strain_edge *edge = &x->edges[x->kind.elements];
     const solve_end *end = &x->kind.end;
-    lanes given[3], world[3], turn[3], by[3][3];
+    lanes given[3], world[3], turn[3], by[3][3], R[3][3], upright[4];
     memset(x->by_end, 0, sizeof x->by_end);
     if (end->force_is_body) { /* of a held end in the directions that are free */
         for (int i = 0; i < 3; i++) {
             given[i] = x->end_force[i];
             if (x->force_at >= 0) {
-                given[i] = NO_LANES + x->last.force[i];
+                given[i] = x->held_force[i];
             }
         }
         lanes_to_world(edge->R, given, world);
         cross_matrix(world, -1, x->by_end[0]);
     }
     if (x->moment_at >= 0) {
-        quotient_by_turn(x->last.rotation, edge->q, x->held);
+        quotient_by_turn(x->held_q, edge->q, by);
+        lanes_rotation_matrix(x->held_q, R);
+        multiply(R, by, x->held);
         return;
     }
-    quotient_by_turn(x->last.upright, edge->q, by); /* M = R (given - spring 2 vec(p* q)) */
+    in_all_lanes(4, x->last.upright, upright); /* M = R (given - spring 2 vec(p* q)) */
+    quotient_by_turn(upright, edge->q, by);
     turned_from(x->last.upright, edge->q, turn);
     for (int i = 0; i < 3; i++) {
         given[i] = -2 * x->last.spring[i] * turn[i];
@@ -176,8 +175,9 @@ STRAIN_INLINE void differentiate_end(strain_form *x)
 STRAIN_INLINE void differentiate_start(strain_form *x)
 {
     strain_edge *edge = &x->edges[0];
-    lanes by[3][3], beyond[3], cross[3][3];
-    quotient_by_turn(x->start.upright, edge->q, by);
+    lanes by[3][3], beyond[3], cross[3][3], upright[4];
+    in_all_lanes(4, x->start.upright, upright);
+    quotient_by_turn(upright, edge->q, by);
     for (int i = 0; i < 3; i++) {
         beyond[i] = edge->M[i] - (x->start.kind.moment_is_body ? 0 : x->start.moment[i]);
     }

@@ -187,6 +187,9 @@ static void give(strain_newton *x)
     strain_form *form = x->form;
     form->start = x->system->ends[0];
     form->last = x->system->ends[1];
+    spread(3, form->last.position, form->held_r);
+    spread(4, form->last.rotation, form->held_q);
+    spread(3, form->last.force, form->held_force);
     if (form->shift_at < 0) {
         spread(3, form->start.position, form->start_r);
     }

@@ -344,8 +344,8 @@ STRAIN_INLINE void miss_end(strain_form *x)
     if (x->force_at >= 0) {
         lanes off[3], beyond[3], given[3], turned[3];
         for (int i = 0; i < 3; i++) {
-            off[i] = edge->r[i] - x->last.position[i];
-            given[i] = NO_LANES + x->last.force[i];
+            off[i] = edge->r[i] - x->held_r[i];
+            given[i] = x->held_force[i];
         }
         lanes_to_world(edge->R, given, turned);
         for (int i = 0; i < 3; i++) {
@@ -354,10 +354,12 @@ STRAIN_INLINE void miss_end(strain_form *x)
         hold_row(&x->kind.end.hold, off, beyond, x->right + x->force_at);
     }
     if (x->moment_at >= 0) {
-        lanes turn[3];
-        turned_from(x->last.rotation, edge->q, turn);
+        lanes turn[4], R[3][3], world[3];
+        lanes_quaternion_quotient(x->held_q, edge->q, turn);
+        lanes_rotation_matrix(x->held_q, R);
+        lanes_to_world(R, turn + 1, world);
         for (int i = 0; i < 3; i++) {
-            x->right[x->moment_at + i] = 2 * turn[i];
+            x->right[x->moment_at + i] = 2 * world[i];
         }
     }
 }
