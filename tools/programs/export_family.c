@@ -384,7 +384,8 @@ static void write_constants(const export_family *x, FILE *file)
             "    LINEARISED = %zu\n};\n",
             strain_mesh_nodes(&x->mesh), count, x->mesh.elements, x->mesh.stages, x->follows,
             inputs_of(x), linearised_of(x));
-    fprintf(file, "#define LENGTH %.17g\n#define MESH %.3g\n", scene_length(x->open), x->mesh_error);
+    fprintf(file, "#define LENGTH %.17g\n#define MESH %.3g\n", scene_length(x->open),
+            x->mesh_error);
     write_integrals(&x->mesh, file);
 }
 
