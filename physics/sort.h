@@ -1,13 +1,18 @@
-/* Numbers in ascending order; not for others. */
+/* Numbers in ascending order, those that are not a number last. */
 #ifndef PHYSICS_SORT_H
 #define PHYSICS_SORT_H
 
+#include <math.h>
 #include <stdlib.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
 
 static inline int sort_compare(const void *a, const void *b)
 {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
+    const double x = *(const double *)a, y = *(const double *)b;
+    return isnan(x) ? !isnan(y) : isnan(y) ? -1 : (x > y) - (x < y);
 }
 
 static inline void sort_ascending(size_t count, double *x)
@@ -21,5 +26,9 @@ static inline double sort_median(size_t count, double *x)
     sort_ascending(count, x);
     return x[count / 2];
 }
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -78,6 +78,19 @@ void strain_mesh_places(const strain_mesh *mesh, double *s)
     }
 }
 
+void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *weights)
+{
+    const gauss_rule rule = solve_gauss_rule_of(mesh->stages);
+    const int n = mesh->stages, whole = to_edge ? i : i / n; /* elements before it */
+    for (int from = 0; from < strain_mesh_nodes(mesh); from++) {
+        const int e = from / n, j = from % n;
+        const double part = e < whole              ? rule.weights[j]
+                            : e > whole || to_edge ? 0
+                                                   : rule.matrix[i % n][j];
+        weights[from] = part * (mesh->edges[e + 1] - mesh->edges[e]);
+    }
+}
+
 /* ---- what is known of a scene -------------------------------------------------------------- */
 
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error)

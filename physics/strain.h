@@ -45,6 +45,10 @@ ad_status strain_mesh_at(const scene *one, int nodes, const double *s, strain_me
 int strain_mesh_nodes(const strain_mesh *mesh);
 void strain_mesh_places(const strain_mesh *mesh, double *s);
 
+/* Of the integral from 0 to a point, or to an edge, of what has values at the points: their weights
+ * [strain_mesh_nodes], of the length. */
+void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *weights);
+
 /* AD_OK, or AD_BAD_ARGUMENT with what of the scene the strain form does not know, on a tape or for
  * solve_members. */
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error);

@@ -396,11 +396,8 @@ static void test_without_errors(void **state)
     (void)state;
     robot r;
     make_robot(&r);
-    r.scene.spring_count = 1;
-    r.scene.springs[0].at = quantity_number(LENGTH);
-    for (int i = 0; i < 3; i++) {
-        r.scene.springs[0].stiffness[i] = quantity_number(1);
-    }
+    r.scene.tendons[0].tension = (quantity){.is_given = false};
+    r.scene.tendons[0].displacement = quantity_number(1e-4);
     const cpinn_family_settings settings = settings_of(&r.scene, 1);
     static double values[POINTS * MODEL_COLUMNS_MAX];
     const double member[COUNT] = {1, 0.05, 0, 1};
@@ -409,7 +406,7 @@ static void test_without_errors(void **state)
     cpinn_family *x = NULL;
     ad_error error = {.message = ""};
     assert_good(cpinn_family_prepare(&r.scene, &settings, &x, &error), &error);
-    assert_non_null(strstr(cpinn_family_without_error(x), "springs"));
+    assert_non_null(strstr(cpinn_family_without_error(x), "displacement"));
     const cpinn_family_network network = {.values = zeros};
     cpinn_family_attach(x, &network);
     assert_good(cpinn_family_evaluate(x, &polish, 1, member, values, &said, &error), &error);

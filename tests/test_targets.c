@@ -428,7 +428,7 @@ static void test_refused(void **state)
         {"time.duration=1", "formulation: strain learns a family"},
         {"training.stages=[{optimizer: lbfgs, steps: 5}]", NULL},
         {"losses.interior.resample_every=2", "gauss_newton needs the same members"},
-        {"loads.foundation=[10, 10, 10]", "a foundation"},
+        {"tendons[0].friction=0.1", "tendons with friction"},
         {"reference.analytic=elastica", "reference: is of one scene"},
         {"data=[{quantity: position, file: a.csv}]", "data: are of places along the rod"},
         {"losses.interior.sampler=grid", "losses.interior.sampler: is grid"},

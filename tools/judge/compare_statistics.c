@@ -1,23 +1,19 @@
 /* Medians and spreads over seeds. */
 #include "tools/judge/compare.h"
 
+#include "physics/sort.h"
+
 #include <math.h>
 #include <stdlib.h>
 
 const double compare_limits[COMPARE_LIMITS] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
-
-static int by_size(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 compare_spread compare_spread_of(double *values, size_t count)
 {
     if (count == 0) {
         return (compare_spread){NAN, NAN, NAN};
     }
-    qsort(values, count, sizeof *values, by_size);
+    sort_ascending(count, values);
     double low = values[(count - 1) / 2], high = values[count / 2];
     return (compare_spread){low == high ? low : low + (high - low) / 2, values[0],
                             values[count - 1]};

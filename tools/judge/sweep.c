@@ -1,5 +1,6 @@
 #include "tools/judge/sweep.h"
 
+#include "physics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -10,12 +11,6 @@ enum { REPEATS = 5 };
 static const int at_rest[] = {2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96, 128, 192, 256};
 static const int moving[] = {5, 7, 9, 11, 13, 17, 21};
 static const double rounding = 1e-14;
-
-static int ascending(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 /* Everything counts, the scene's formulas included. */
 static ad_status solve_repeatedly(const scene *rod_scene, const solve_settings *settings,
@@ -31,7 +26,7 @@ static ad_status solve_repeatedly(const scene *rod_scene, const solve_settings *
         status = solution_create(rod_scene, settings, count, times, solved, report, error);
         seconds[i] = train_seconds() - start;
     }
-    qsort(seconds, (size_t)repeats, sizeof *seconds, ascending);
+    sort_ascending((size_t)repeats, seconds);
     *median = seconds[repeats / 2];
     return status;
 }

@@ -2,6 +2,7 @@
 #include "tools/library/family.h"
 
 #include "nn/rng.h"
+#include "physics/sort.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -199,12 +200,6 @@ static ad_status answer_batch(verifying *x, size_t first, size_t now, cpinn_way 
 
 /* ---- times --------------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* What is timed: the ways, the network without its errors, and the solver. */
 enum { BARE = CPINN_WAY_COUNT, SOLVER, TIMED };
 
@@ -231,7 +226,7 @@ static ad_status measure(verifying *x, int what, size_t members, double *result,
         status = work(x, what, members > 1 ? 0 : i, members, error);
         seconds[i] = (train_seconds() - start) / (double)members;
     }
-    qsort(seconds, rounds, sizeof *seconds, ascending);
+    sort_ascending(rounds, seconds);
     *result = what == SOLVER && !cpinn_family_solver(x->family) ? NAN : seconds[rounds / 2];
     return status;
 }
@@ -265,7 +260,7 @@ static size_t sort_numbers(size_t count, double *x)
             x[kept++] = x[i];
         }
     }
-    qsort(x, kept, sizeof *x, ascending);
+    sort_ascending(kept, x);
     return kept;
 }
 

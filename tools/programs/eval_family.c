@@ -361,7 +361,8 @@ static void print_times(const char *name, double alone, double batch)
 /* Whether the two solvers are further apart than by their tolerances. */
 static bool are_apart(const eval_family *x)
 {
-    return x->check.apart > CPINN_ENOUGH * scene_length(cpinn_family_scene(x->family));
+    return x->check.compared > 0 &&
+           x->check.apart > CPINN_ENOUGH * scene_length(cpinn_family_scene(x->family));
 }
 
 static void print_check(const eval_family *x)

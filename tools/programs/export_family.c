@@ -1,6 +1,5 @@
 #include "tools/programs/export_family.h"
 
-#include "physics/gauss.h"
 #include "physics/rod.h"
 #include "tools/programs/cli.h"
 
@@ -331,24 +330,18 @@ static void put_rows(const char *name, int rows, int columns, const double *list
 /* Integrals from s = 0 to points and to edges of what is at points. */
 static void write_integrals(const strain_mesh *mesh, FILE *file)
 {
-    const gauss_rule rule = solve_gauss_rule_of(mesh->stages);
-    const int nodes = strain_mesh_nodes(mesh), n = mesh->stages;
     static const char *const names[2] = {"to_point", "to_edge"};
+    double weights[STRAIN_ELEMENTS_MAX * STRAIN_STAGES_MAX];
+    const int nodes = strain_mesh_nodes(mesh);
     for (int k = 0; k < 2; k++) {
         const int rows = k == 0 ? nodes : mesh->elements + 1;
         fprintf(file, "static const double %s[%d][%d] = {", names[k], rows, nodes);
-        for (int i = 0; i < rows * nodes; i++) {
-            const int row = i / nodes, from = i % nodes / n, j = i % n;
-            const int e = k == 0 ? row / n : row;
-            const double h = mesh->edges[from + 1] - mesh->edges[from];
-            const double weight = from < e             ? rule.weights[j]
-                                  : from > e || k == 1 ? 0
-                                                       : rule.matrix[row % n][j];
-            fprintf(file, "%s%.17g",
-                    i % nodes ? i % 4 ? ", " : ",\n     "
-                    : i       ? "},\n    {"
-                              : "\n    {",
-                    h * weight);
+        for (int i = 0; i < rows; i++) {
+            strain_mesh_integral(mesh, k == 1, i, weights);
+            fputs(i ? "},\n    {" : "\n    {", file);
+            for (int j = 0; j < nodes; j++) {
+                fprintf(file, "%s%.17g", j == 0 ? "" : j % 4 ? ", " : ",\n     ", weights[j]);
+            }
         }
         fputs("}};\n", file);
     }

@@ -36,7 +36,7 @@ void report_reference(json *to, const reference *known, const reference_errors *
 void report_members(json *to, const targets_errors *errors, double length);
 
 /* The same key of a family in mixed form: fresh, median_m, within_95_m, worst_m. */
-void report_witness(json *to, const witness *members, double length);
+void report_witness(json *to, const witness_errors *members, double length);
 
 #ifdef __cplusplus
 }

@@ -1,5 +1,6 @@
 #include "tools/train/targets.h"
 
+#include "physics/sort.h"
 #include "tools/train/clock.h"
 #include "tools/train/members_given.h"
 
@@ -459,12 +460,6 @@ model_source targets_source(targets *t)
 
 /* ---- measuring ----------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return isnan(x) ? !isnan(y) : isnan(y) ? -1 : (x > y) - (x < y);
-}
-
 /* Largest distances [TARGETS_FRESH] of values from those of the fresh members. */
 static void compare(const targets *t, const double *values, double *errors)
 {
@@ -481,7 +476,7 @@ static void compare(const targets *t, const double *values, double *errors)
             errors[k] = square <= errors[k] * errors[k] ? errors[k] : sqrt(square);
         }
     }
-    qsort(errors, TARGETS_FRESH, sizeof *errors, ascending);
+    sort_ascending(TARGETS_FRESH, errors);
 }
 
 static_assert((int)TARGETS_FRESH <= (int)BATCH, "fresh members are measured in one batch");

@@ -145,7 +145,7 @@ double trainer_estimate(const trainer *t)
 
 static void judge_witness(const trainer *t, verdict *result)
 {
-    const witness *w = &t->info.witness;
+    const witness_errors *w = &t->info.witness;
     if (!(w->worst <= BOUND_OF_FAMILY)) {
         verdict_add(result, VERDICT_ESTIMATE_ABOVE_TOLERANCE,
                     "of %d fresh members, solved classically, the worst is off by %.2g of the "

@@ -67,13 +67,13 @@ static ad_status compare(const experiment *e, field *network, nn_rng *rng, doubl
     return status;
 }
 
-ad_status witness_members(const experiment *e, witness *result, ad_error *error)
+ad_status witness_members(const experiment *e, witness_errors *result, ad_error *error)
 {
     double off[WITNESS_MEMBERS];
     nn_rng rng = nn_rng_split(e->settings->seed, "witness");
     field *network = NULL;
     int n = 0;
-    *result = (witness){NAN, NAN, NAN, 0};
+    *result = (witness_errors){NAN, NAN, NAN, 0};
     ad_status status = field_create(e->model, e->mlp, false, e->pool, &network, error);
     for (int m = 0; status == AD_OK && m < WITNESS_MEMBERS; m++) {
         bool found;
@@ -83,7 +83,7 @@ ad_status witness_members(const experiment *e, witness *result, ad_error *error)
     field_free(network);
     if (status == AD_OK && n > 0) {
         sort_ascending((size_t)n, off);
-        *result = (witness){off[n / 2], off[(n * 95 - 1) / 100], off[n - 1], n};
+        *result = (witness_errors){off[n / 2], off[(n * 95 - 1) / 100], off[n - 1], n};
     }
     return status;
 }

@@ -5,17 +5,25 @@
 
 #include "tools/train/experiment.h"
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 enum { WITNESS_MEMBERS = 32 };
 
 /* Largest distances between shapes over the length, of members that have a solution without a
  * warning; NaN: none has. */
-typedef struct witness {
+typedef struct witness_errors {
     double median, most, worst; /* most: 95 % are below */
     int compared;               /* of WITNESS_MEMBERS */
-} witness;
+} witness_errors;
 
 /* Of the networks with the experiment's parameters. Errors are those of a field, and AD_NO_MEMORY.
  */
-ad_status witness_members(const experiment *e, witness *result, ad_error *error);
+ad_status witness_members(const experiment *e, witness_errors *result, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif
