@@ -95,7 +95,7 @@ bool ad_c_find_lives(c_writer *w)
 {
     const pass *p = w->pass;
     size_t units = (size_t)p->units + 1;
-    bool *live = calloc(3 * units, sizeof *live), *after = live + units;
+    bool *live = calloc(3 * units, sizeof *live), *after = live ? live + units : NULL;
     for (int i = 0; live && i < p->output_count; i++) {
         mark(live, p->outputs[i].from, 1, true);
     }

@@ -53,7 +53,7 @@ ad_status static_defect(static_system *x, const solve_quadrature *quadrature, co
     size_t unknowns = static_system_unknowns(x), width = (size_t)static_system_rows(x);
     size_t stride = ((size_t)static_system_rule(x)->stages + 1) * width;
     int first = static_end_rows(static_system_rod(x), 0);
-    double *rows = malloc(2 * unknowns * sizeof *rows), *step = rows + unknowns;
+    double *rows = malloc(2 * unknowns * sizeof *rows);
     ad_status status = rows ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
     *error_of_y = INFINITY;
     if (status == AD_OK) {
@@ -64,8 +64,8 @@ ad_status static_defect(static_system *x, const solve_quadrature *quadrature, co
     }
     static_system_linearise(x, y);
     if (status == AD_OK && static_system_factor(x) == 0) {
-        static_system_solve(x, rows, step);
-        *error_of_y = largest(width, unknowns, y, step);
+        static_system_solve(x, rows, rows + unknowns);
+        *error_of_y = largest(width, unknowns, y, rows + unknowns);
     }
     free(rows);
     return status;
