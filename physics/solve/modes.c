@@ -10,14 +10,14 @@
 
 const char *modes_refusal(const scene *x)
 {
-    return scene_is_beam(x)                       ? "a beam of small deflection is linear"
-           : !scene_is_dynamic(x)                 ? "the scene is at rest"
+    return scene_is_beam(x)       ? "a beam of small deflection is linear"
+           : !scene_is_dynamic(x) ? "the scene is at rest"
            : x->start.type != SCENE_CLAMPED && x->start.type != SCENE_DRIVEN
                ? "the start is not clamped or driven"
-           : scene_end_is_placed(x->end.type)     ? "the end is held"
-           : scene_has_displaced_tendons(x)       ? "a tendon's displacement is given"
-           : scene_has_rubbing_tendons(x)         ? "a tendon has friction"
-                                                  : NULL;
+           : scene_end_is_placed(x->end.type) ? "the end is held"
+           : scene_has_displaced_tendons(x)   ? "a tendon's displacement is given"
+           : scene_has_rubbing_tendons(x)     ? "a tendon has friction"
+                                              : NULL;
 }
 
 /* ---- pieces and elements ------------------------------------------------------------------- */
@@ -31,12 +31,11 @@ typedef struct mesh {
     int elements, stages;
 } mesh;
 
-static int largest_count(const modes_counts *c)
+static int largest_count(const modes_counts *counts)
 {
-    const int all[4] = {c->bending, c->twist, c->stretch, c->shear};
     int most = 0;
-    for (int i = 0; i < 4; i++) {
-        most = all[i] > most ? all[i] : most;
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        most = counts->of[c] > most ? counts->of[c] : most;
     }
     return most;
 }
@@ -64,8 +63,8 @@ static ad_status divide(const solve_rod *rod, const modes_counts *counts, int fi
     x->elements = pieces * each;
     for (int i = 0; i <= x->elements; i++) {
         const int piece = i / each < pieces ? i / each : pieces - 1;
-        x->edges[i] = coarse[piece] +
-                      (coarse[piece + 1] - coarse[piece]) * (i - piece * each) / (double)each;
+        x->edges[i] =
+            coarse[piece] + (coarse[piece + 1] - coarse[piece]) * (i - piece * each) / (double)each;
     }
     free(coarse);
     bool done;
@@ -105,14 +104,6 @@ static void *rows(size_t count, size_t size, bool *failed)
     return memory;
 }
 
-/* How many modes a strain has; of a locked one none. */
-static int count_of(const modes_counts *counts, int strain)
-{
-    const int of[MODES_STRAINS] = {counts->shear,   counts->shear,   counts->stretch,
-                                   counts->bending, counts->bending, counts->twist};
-    return of[strain];
-}
-
 static void set_elements(modes *m, const mesh *x)
 {
     m->pieces = 0;
@@ -140,15 +131,15 @@ static void set_elements(modes *m, const mesh *x)
     }
 }
 
-/* The stiffness of each strain at the first point of an element. */
-static ad_status stiffness_of(const modes *m, int element, const solve_parameters *open,
-                              double stiffness[MODES_STRAINS], ad_error *error)
+/* The compliance of each strain at the first point of an element; 0: it is locked. */
+static ad_status compliance_of(const modes *m, int element, const solve_parameters *open,
+                               double compliance[MODES_STRAINS], ad_error *error)
 {
     solve_section made;
     ad_status status = solve_rod_part(m->rod, SOLVE_SECTIONS, 1, &m->s[element * (m->stages + 1)],
                                       0, open ? open->values : NULL, (double *)&made, error);
-    memcpy(stiffness + MODES_V, made.strain_stiffness, sizeof made.strain_stiffness);
-    memcpy(stiffness + MODES_U, made.curvature_stiffness, sizeof made.curvature_stiffness);
+    memcpy(compliance + MODES_V, made.strain_compliance, sizeof made.strain_compliance);
+    memcpy(compliance + MODES_U, made.curvature_compliance, sizeof made.curvature_compliance);
     return status;
 }
 
@@ -157,9 +148,8 @@ static ad_status stiffness_of(const modes *m, int element, const solve_parameter
 static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open, ad_error *error)
 {
     ad_status status = AD_OK;
-    double stiffness[MODES_STRAINS];
-    const int per_piece = 2 * m->counts.shear + m->counts.stretch + 2 * m->counts.bending +
-                          m->counts.twist;
+    double compliance[MODES_STRAINS];
+    const int per_piece = MODES_STRAINS * largest_count(&m->counts);
     bool failed = false;
     m->mode = rows((size_t)(per_piece * m->pieces), sizeof *m->mode, &failed);
     if (failed) {
@@ -169,10 +159,10 @@ static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open
         const int first = m->size;
         for (last = e; last + 1 < m->elements && !begins_piece(x, last + 1); last++) {
         }
-        status = stiffness_of(m, e, open, stiffness, error);
+        status = compliance_of(m, e, open, compliance, error);
         for (int c = 0; c < MODES_STRAINS && status == AD_OK; c++) {
-            m->is_locked |= isinf(stiffness[c]);
-            for (int k = 0; k < count_of(&m->counts, c) && !isinf(stiffness[c]); k++) {
+            m->is_locked |= compliance[c] == 0;
+            for (int k = 0; k < m->counts.of[c] && compliance[c] > 0; k++) {
                 m->mode[m->size++] = (modes_mode){c, k, e, last};
             }
         }
@@ -368,10 +358,10 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {m->input,   m->inputs_at, m->mode,      m->element, m->point,
-                               m->value,   m->s,         m->jump_at,   m->turn_at, m->jump_load,
-                               m->actuators, m->pull_by, m->theta,     m->rho,     m->mass,
-                               m->room};
+        void *const owned[] = {m->input,   m->inputs_at, m->mode,      m->element,
+                               m->point,   m->value,     m->s,         m->jump_at,
+                               m->turn_at, m->jump_load, m->actuators, m->pull_by,
+                               m->theta,   m->rho,       m->mass,      m->room};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
         }
@@ -382,9 +372,4 @@ void modes_free(modes *m)
 int modes_size(const modes *m)
 {
     return m->size;
-}
-
-modes_counts modes_counts_of(const modes *m)
-{
-    return m->counts;
 }

@@ -20,13 +20,16 @@
 
 typedef struct modes modes;
 
-/* Modes of each piece, for each of the two directions where there are two; 0: that strain stays as
- * it was at rest. */
+/* Modes of each piece, of v along d1, d2, d3 and of u about them; 0: that strain stays as it was at
+ * t = 0. */
 typedef struct modes_counts {
-    int bending, twist, stretch, shear;
+    int of[6];
 } modes_counts;
 
-enum { MODES_MAX = 24 }; /* of one strain and piece */
+static inline modes_counts modes_counts_of(int bending, int twist, int stretch, int shear)
+{
+    return (modes_counts){{shear, shear, stretch, bending, bending, twist}};
+}
 
 /* Why this form cannot do a rod, NULL: it can; static text. */
 const char *modes_refusal(const scene *rod_scene);
@@ -39,7 +42,10 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
                        int finer, modes **result, ad_error *error);
 void modes_free(modes *m);
 
-int modes_size(const modes *m);            /* of q; the state is q, q_t */
-modes_counts modes_counts_of(const modes *m); /* those it has */
+int modes_size(const modes *m); /* of q; the state is q, q_t */
+
+/* q, v [size] of the state that the scene starts from, with the present inputs; what modes cannot
+ * say of it is left out. AD_NOT_FINITE; AD_NO_MEMORY, errors of formulas. */
+ad_status modes_initial(modes *m, double *q, double *v, ad_error *error);
 
 #endif

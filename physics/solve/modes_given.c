@@ -35,11 +35,9 @@ static ad_status give_sections(modes *m, ad_error *error)
         }
         to->mass = to->weight * made[p].mass;
         for (int k = 0; k < 3; k++) {
-            const double stiffness[2] = {made[p].strain_stiffness[k],
-                                         made[p].curvature_stiffness[k]};
             to->inertia[k] = to->weight * made[p].rotary_inertia[k];
-            to->stiffness[MODES_V + k] = isinf(stiffness[0]) ? 0 : stiffness[0];
-            to->stiffness[MODES_U + k] = isinf(stiffness[1]) ? 0 : stiffness[1];
+            to->stiffness[MODES_V + k] = made[p].strain_stiffness[k]; /* 0: locked */
+            to->stiffness[MODES_U + k] = made[p].curvature_stiffness[k];
             to->damping[MODES_V + k] = made[p].strain_damping[k];
             to->damping[MODES_U + k] = made[p].curvature_damping[k];
         }

@@ -36,7 +36,7 @@ typedef struct modes_point {
     double strain[MODES_STRAINS], rate[MODES_STRAINS], second[MODES_STRAINS];
     double along[3], along_rate[3], along_second[3]; /* R v, R v_t, R v_tt */
     double turned_rate[3], turned_second[3];         /* R u_t, R u_tt */
-    double turning[3];                                         /* w x R v */
+    double turning[3];                               /* w x R v */
 
     /* found, by modes_forces */
     double force[3], moment[3];   /* that act here, inertia among them */
@@ -64,7 +64,7 @@ typedef struct modes_element {
 struct modes {
     solve_rod *rod;
     modes_counts counts;
-    int size, width;  /* modes; padded to fours */
+    int size, width; /* modes; padded to fours */
     int pieces;
     int elements, stages, points; /* points: elements (stages + 1) */
     int inputs;
@@ -107,6 +107,20 @@ void modes_mass(modes *m);
 /* After modes_forces (derive) and modes_mass: derivatives of the residual by q and v [size rows of
  * width]. */
 void modes_derivatives(modes *m, double *by_q, double *by_v);
+
+/* x [size]: the right side, then the solution of a positive definite matrix [size rows of width],
+ * of which the lower triangle counts and is overwritten; false: it is not. */
+bool modes_solve_positive(const modes *m, double *matrix, double *x);
+
+/* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
+bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
+
+/* At n points s [n] within [0, 1], of the shape and the forces as they are. Force and moment are
+ * those that balance what lies beyond. */
+void modes_samples(const modes *m, size_t n, const double *s, solve_state *out);
+
+/* The modes and rates [size] that come nearest to a state given at the points [points]. */
+ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);
 
 /* Time and inputs, for all that follows; AD_NOT_FINITE. */
 ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error);

@@ -81,7 +81,8 @@ INLINE void integrate_rows(const modes *m, int e, int length, const double *from
     }
 }
 
-/* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages]. */
+/* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
+ */
 INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
                         const double *beyond, double *to)
 {
@@ -366,8 +367,7 @@ INLINE void change_motion(modes *m, int e, changes *x)
     }
     memcpy(x->edge, x->spin + n * 3 * width, (size_t)(3 * width) * sizeof(double));
     memcpy(x->edge + 3 * width, x->velocity + n * 3 * width, (size_t)(3 * width) * sizeof(double));
-    memcpy(x->edge + 6 * width, x->spin_rate + n * 6 * width,
-           (size_t)(6 * width) * sizeof(double));
+    memcpy(x->edge + 6 * width, x->spin_rate + n * 6 * width, (size_t)(6 * width) * sizeof(double));
     memcpy(x->edge + 12 * width, x->acceleration + n * 6 * width,
            (size_t)(6 * width) * sizeof(double));
 }

@@ -26,8 +26,7 @@ static void strain_points(modes *m, int e, const double *q, const double *v, con
 }
 
 /* Turns of an element from each of its points to the next, LANES at a time: q of each step. */
-FOR_EACH_PROCESSOR static void turn_steps(const modes *m, int e,
-                                          double (*turn)[4])
+FOR_EACH_PROCESSOR static void turn_steps(const modes *m, int e, double (*turn)[4])
 {
     const int n = m->stages;
     const double length = m->element[e].length;
@@ -202,8 +201,7 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
         for (int lane = 0; lane < LANES && first + lane < n; lane++) {
             modes_point *to = &at[first + lane];
             double(*by)[MODES_STRAINS] =
-                (double(*)[MODES_STRAINS])m->pull_by +
-                (e * (n + 1) + first + lane) * MODES_STRAINS;
+                (double(*)[MODES_STRAINS])m->pull_by + (e * (n + 1) + first + lane) * MODES_STRAINS;
             for (int i = 0; i < 3; i++) {
                 to->pull[MODES_V + i] = sum.force[i][lane];
                 to->pull[MODES_U + i] = sum.moment[i][lane];

@@ -1,0 +1,110 @@
+/* A reduced rod between its points. */
+#include "physics/solve/modes_internal.h"
+#include "physics/solve/strain_inline.h"
+
+#include <string.h>
+
+/* Where s lies: element, and the fraction of it. */
+static int element_of(const modes *m, double s, double *fraction)
+{
+    int e = 0;
+    double from = 0;
+    while (e + 1 < m->elements && s >= m->s[(e + 1) * (m->stages + 1) - 1]) {
+        e++;
+    }
+    from = e > 0 ? m->s[e * (m->stages + 1) - 1] : 0;
+    *fraction = fmin(1, fmax(0, (s - from) / m->element[e].length));
+    return e;
+}
+
+/* Rotation before element e, behind a joint. */
+static void rotation_before(const modes *m, int e, double q[4])
+{
+    if (e == 0) {
+        memcpy(q, m->start.rotation, 4 * sizeof *q);
+        return;
+    }
+    memcpy(q, m->point[e * (m->stages + 1) - 1].q, 4 * sizeof *q);
+    if (m->turn_at[e - 1] >= 0) {
+        double next[4];
+        quaternion_product(q, m->rod->jumps.at[m->turn_at[e - 1]].turn, next);
+        memcpy(q, next, 4 * sizeof *q);
+    }
+}
+
+/* From the last point before it on. */
+FOR_EACH_PROCESSOR static void rotate(const modes *m, int e, double at, double q[4])
+{
+    const modes_point *point = m->point + e * (m->stages + 1);
+    double terms[3][GAUSS_STAGES_MAX], from = 0;
+    lanes a[3][3], turn[4];
+    int before = -1;
+    while (before + 1 < m->stages && m->rule.nodes[before + 1] <= at) {
+        before++;
+    }
+    if (before >= 0) {
+        from = m->rule.nodes[before];
+        memcpy(q, point[before].q, 4 * sizeof *q);
+    } else {
+        rotation_before(m, e, q);
+    }
+    gauss_magnus(&m->rule, from, at, terms);
+    for (int k = 0; k < 3; k++) {
+        for (int c = 0; c < 3; c++) {
+            double sum = 0;
+            for (int j = 0; j < m->stages; j++) {
+                sum += terms[k][j] * point[j].strain[MODES_U + c];
+            }
+            a[k][c] = NO_LANES + m->element[e].length * sum;
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        turn[i] = NO_LANES + q[i];
+    }
+    step_on(a, turn);
+    for (int i = 0; i < 4; i++) {
+        q[i] = turn[i][0];
+    }
+    quaternion_normalize(q);
+}
+
+static void sample(const modes *m, double s, solve_state *out)
+{
+    double at, values[GAUSS_STAGES_MAX], integrals[GAUSS_STAGES_MAX], R[3][3];
+    double spin[3] = {0}, force[3] = {0}, moment[3] = {0}, start_spin[3];
+    const int e = element_of(m, s, &at);
+    const modes_point *point = m->point + e * (m->stages + 1), *before = point - 1;
+    memset(out, 0, sizeof *out);
+    gauss_lagrange(&m->rule, at, values);
+    gauss_integral(&m->rule, at, integrals);
+    rotate(m, e, at, out->rotation);
+    rotation_matrix(m->start.rotation, R);
+    to_world(R, m->start.spin, start_spin);
+    for (int k = 0; k < 3; k++) {
+        out->position[k] = e > 0 ? before->r[k] : m->start.position[k];
+        out->velocity[k] = e > 0 ? before->velocity[k] : m->start.velocity[k];
+        spin[k] = e > 0 ? before->spin[k] : start_spin[k];
+        for (int j = 0; j < m->stages; j++) {
+            const modes_point *x = &point[j];
+            const double by = m->element[e].length * integrals[j];
+            out->position[k] += by * x->along[k];
+            out->velocity[k] += by * (x->turning[k] + x->along_rate[k]);
+            spin[k] += by * x->turned_rate[k];
+            out->strain[k] += values[j] * x->strain[MODES_V + k];
+            out->curvature[k] += values[j] * x->strain[MODES_U + k];
+            force[k] += values[j] * x->carried[0][k] / x->weight;
+            moment[k] += values[j] * x->carried[1][k] / x->weight;
+        }
+    }
+    rotation_matrix(out->rotation, R);
+    to_body(R, spin, out->spin);
+    to_body(R, force, out->force);
+    to_body(R, moment, out->moment);
+}
+
+void modes_samples(const modes *m, size_t n, const double *s, solve_state *out)
+{
+    for (size_t i = 0; i < n; i++) {
+        sample(m, s[i], &out[i]);
+    }
+}

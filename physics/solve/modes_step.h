@@ -1,0 +1,41 @@
+/* Steps of time of a reduced rod by collocation, implicit Runge-Kutta methods of high order whose
+ * unknowns are the accelerations of their stages: with a of stage i and q, v of the step's start,
+ *
+ *   v_i = v + h sum_j A_ij a_j,   q_i = q + c_i h v + h^2 sum_j (A^2)_ij a_j,
+ *   residual(q_i, v_i, a_i, t + c_i h) = 0
+ *
+ * so that no mass matrix is inverted, and a stage costs two sums along the rod. Newton's method
+ * with one matrix M + h lambda D + (h lambda)^2 K for each pair of eigenvalues of A (Butcher, BIT
+ * 16, 1976). Gauss: order 2 stages, conserves energy but for errors of the step. Radau IIA: order
+ * 2 stages - 1, damps what is too fast for its steps. */
+#ifndef PHYSICS_SOLVE_MODES_STEP_H
+#define PHYSICS_SOLVE_MODES_STEP_H
+
+#include "physics/solve/modes.h"
+
+enum { COLLOCATION_STAGES_MAX = 7 };
+
+typedef struct collocation collocation;
+
+typedef struct collocation_counts {
+    long steps, rejected, iterations, matrices;
+} collocation_counts;
+
+/* Borrows the model. stages: 3, 5 or 7. AD_NO_MEMORY. */
+ad_status collocation_create(modes *m, int stages, bool damps, collocation **result,
+                             ad_error *error);
+void collocation_free(collocation *x);
+
+/* From t to `end` with steps no error of which is estimated to be above `tolerance` in any mode;
+ * inputs as modes_at. q, v [size]: before and after. energy (NULL: not asked): work and dissipated
+ * are added to. AD_NOT_FINITE where steps become too small. */
+ad_status collocation_go(collocation *x, double t, double end, const double *inputs,
+                         double tolerance, double *q, double *v, solve_energy *energy,
+                         ad_error *error);
+
+/* Forget the last step, as after a jump of what is given. */
+void collocation_restart(collocation *x);
+
+collocation_counts collocation_counts_of(const collocation *x);
+
+#endif
