@@ -13,7 +13,7 @@ enum { S = COLLOCATION_STAGES_MAX, PAIRS = (S + 1) / 2 };
 /* A method with its eigenvalues: one that is real comes first, then one of each pair. */
 typedef struct method {
     int stages, pairs;
-    double nodes[S], weights[S], matrix[S][S], square[S][S], end[S]; /* end: q by accelerations */
+    double nodes[S], matrix[S][S], square[S][S], end[S]; /* end: q by accelerations */
     double highest[S]; /* Legendre's coefficient of the highest degree, by values at nodes */
     double complex eigenvalue[PAIRS], to[PAIRS][S], from[S][PAIRS]; /* rows of T^-1, columns of T */
 } method;
@@ -47,11 +47,10 @@ struct collocation {
 /* ---- methods ------------------------------------------------------------------------------- */
 
 /* Eigenvalues of A: those of Pade's denominator, sum_k (N - k)! s! / (N! k! (s - k)!) (-z)^k with
- * N = 2 s of Gauss' and 2 s - 1 of Radau's method, at 1/z (Hairer, Wanner, IV.3), by the method of
- * Durand and Kerner. */
-static void find_eigenvalues(int s, bool damps, double complex *all)
+ * N = 2 s - 1, at 1/z (Hairer, Wanner, IV.3), by the method of Durand and Kerner. */
+static void find_eigenvalues(int s, double complex *all)
 {
-    const int most = damps ? 2 * s - 1 : 2 * s;
+    const int most = 2 * s - 1;
     double coefficient[S + 1] = {1}; /* of lambda^(s - k) */
     for (int k = 1; k <= s; k++) {
         coefficient[k] = -coefficient[k - 1] * (s - k + 1) / (double)(k * (most - k + 1));
@@ -194,29 +193,25 @@ static void find_highest(method *by)
     }
 }
 
-static void make_method(int stages, bool damps, method *by)
+static void make_method(int stages, method *by)
 {
     const gauss_rule rule = solve_gauss_rule_of(stages);
     double complex all[S];
     *by = (method){.stages = stages};
-    memcpy(by->nodes, rule.nodes, sizeof by->nodes);
-    if (damps) {
-        radau_nodes(stages, &rule, by->nodes);
-    }
+    radau_nodes(stages, &rule, by->nodes);
     for (int i = 0; i < stages; i++) {
         integrals_to(by, by->nodes[i], by->matrix[i]);
     }
-    integrals_to(by, 1, by->weights);
     for (int j = 0; j < stages; j++) {
         for (int i = 0; i < stages; i++) {
-            by->end[j] += by->weights[i] * by->matrix[i][j];
+            by->end[j] += by->matrix[stages - 1][i] * by->matrix[i][j];
             for (int k = 0; k < stages; k++) {
                 by->square[i][j] += by->matrix[i][k] * by->matrix[k][j];
             }
         }
     }
     find_highest(by);
-    find_eigenvalues(stages, damps, all);
+    find_eigenvalues(stages, all);
     by->pairs = 1;
     for (int i = 0; i < stages; i++) {
         const bool is_real = fabs(cimag(all[i])) < 1e-9;
@@ -239,8 +234,7 @@ static void make_method(int stages, bool damps, method *by)
 
 /* ---- making -------------------------------------------------------------------------------- */
 
-ad_status collocation_create(modes *m, int stages, bool damps, collocation **result,
-                             ad_error *error)
+ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error)
 {
     collocation *x = calloc(1, sizeof *x);
     const size_t n = (size_t)m->size, each = (size_t)stages * n, square = n * (size_t)m->width;
@@ -250,7 +244,7 @@ ad_status collocation_create(modes *m, int stages, bool damps, collocation **res
     }
     x->m = m;
     x->size = m->size;
-    make_method(stages, damps, &x->by);
+    make_method(stages, &x->by);
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
     double *at = x->memory = calloc(4 * each + 4 * n + 3 * square + 2 * pairs * n * n, sizeof *at);
@@ -380,6 +374,13 @@ static void solve_factored(int n, const factors *f, double *re, double *im)
     }
 }
 
+/* Polynomials are continued for so many times the step they are of; beyond that by their last
+ * value. */
+static const double FARTHEST = 1.5;
+
+/* What a rate counts for beside a mode, in units of time. */
+static const double RATE_COUNTS = 0.1;
+
 /* ---- a step -------------------------------------------------------------------------------- */
 
 static void stage_state(collocation *x, int i, double h, const double *q, const double *v)
@@ -407,7 +408,7 @@ static void predict(collocation *x, double h)
         return;
     }
     for (int i = 0; i < s; i++) {
-        const double at = 1 + by->nodes[i] * h / x->last_step;
+        const double at = h > FARTHEST * x->last_step ? 1 : 1 + by->nodes[i] * h / x->last_step;
         memset(x->a + i * n, 0, (size_t)n * sizeof *x->a);
         for (int j = 0; j < s; j++) {
             double value = 1;
@@ -451,8 +452,8 @@ static bool refactor(collocation *x, double h)
     return done;
 }
 
-/* Newton's change of the accelerations for the residuals as they are; its largest number times
- * h^2, what it moves modes by. */
+/* Newton's change of the accelerations for the residuals as they are; what it moves modes, and
+ * their rates, by at most. Rates count, as the errors of many short steps add up in them. */
 static double improve(collocation *x, double h)
 {
     const method *by = &x->by;
@@ -477,11 +478,12 @@ static double improve(collocation *x, double h)
     }
     for (int c = 0; c < n; c++) {
         for (int i = 0; i < by->stages; i++) {
-            double moved = 0;
+            double once = 0, twice = 0;
             for (int j = 0; j < by->stages; j++) {
-                moved += by->square[i][j] * x->change[j * n + c];
+                once += by->matrix[i][j] * x->change[j * n + c];
+                twice += by->square[i][j] * x->change[j * n + c];
             }
-            const double size = h * h * fabs(moved);
+            const double size = fmax(h * h * fabs(twice), RATE_COUNTS * h * fabs(once));
             most = size > most || isnan(size) ? size : most;
         }
     }
@@ -571,15 +573,15 @@ static void finish(collocation *x, double h, double *q, double *v, solve_energy 
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
         for (int j = 0; j < by->stages; j++) {
-            once += by->weights[j] * x->a[j * n + k];
+            once += by->matrix[by->stages - 1][j] * x->a[j * n + k];
             twice += by->end[j] * x->a[j * n + k];
         }
         q[k] += h * v[k] + h * h * twice;
         v[k] += h * once;
     }
     for (int i = 0; i < by->stages && energy; i++) {
-        energy->work += h * by->weights[i] * x->load[i];
-        energy->dissipated += h * by->weights[i] * x->loss[i];
+        energy->work += h * by->matrix[by->stages - 1][i] * x->load[i];
+        energy->dissipated += h * by->matrix[by->stages - 1][i] * x->loss[i];
     }
     memcpy(x->before, x->a, (size_t)(by->stages * n) * sizeof *x->a);
     x->has_polynomial = true;

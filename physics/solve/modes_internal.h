@@ -115,9 +115,15 @@ bool modes_solve_positive(const modes *m, double *matrix, double *x);
 /* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
 
-/* At n points s [n] within [0, 1], of the shape and the forces as they are. Force and moment are
- * those that balance what lies beyond. */
-void modes_samples(const modes *m, size_t n, const double *s, solve_state *out);
+/* Where to look at a rod: s [n] within [0, 1]. AD_NO_MEMORY. */
+typedef struct modes_places modes_places;
+ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
+                              ad_error *error);
+void modes_places_free(modes_places *x);
+
+/* out [n]: of the shape and the forces as they are. Force and moment are those that balance what
+ * lies beyond. */
+void modes_samples(const modes *m, const modes_places *places, solve_state *out);
 
 /* The modes and rates [size] that come nearest to a state given at the points [points]. */
 ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);

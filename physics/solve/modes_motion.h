@@ -10,9 +10,9 @@ typedef struct modes_solution modes_solution;
 
 /* As dynamic_solve; settings->modes: those numbers, without estimate. Each solution has more modes
  * of the strains whose last ones matter, more Gauss points and shorter steps than the one before,
- * until two are within the tolerance of each other; that distance is the estimate, and the last
- * solution the result. Modes that stay 0, as those out of the plane of a motion, are left out.
- * AD_BAD_INPUT: a scene that modes cannot take. */
+ * until the last is estimated to be within the tolerance: by the distance of the last two, less
+ * where distances have fallen from one pair to the next. Modes that stay 0, as those out of the
+ * plane of a motion, are left out. AD_BAD_INPUT: a scene that modes cannot take. */
 ad_status modes_motion_solve(solve_rod *rod, const solve_settings *settings, size_t count,
                              const double *times, modes_solution **result, solve_report *report,
                              ad_error *error);

@@ -2,6 +2,7 @@
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* Where s lies: element, and the fraction of it. */
@@ -32,30 +33,64 @@ static void rotation_before(const modes *m, int e, double q[4])
     }
 }
 
-/* From the last point before it on. */
-FOR_EACH_PROCESSOR static void rotate(const modes *m, int e, double at, double q[4])
+/* ---- places -------------------------------------------------------------------------------- */
+
+struct modes_places {
+    size_t count;
+    struct place {
+        int element, before; /* the last of its points before the place; -1: none */
+        double length, values[GAUSS_STAGES_MAX], integrals[GAUSS_STAGES_MAX]; /* by points */
+        double magnus[3][GAUSS_STAGES_MAX];
+    } at[];
+};
+
+ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
+                              ad_error *error)
 {
-    const modes_point *point = m->point + e * (m->stages + 1);
-    double terms[3][GAUSS_STAGES_MAX], from = 0;
+    modes_places *x = malloc(sizeof *x + n * sizeof *x->at);
+    *result = x;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu places", n);
+    }
+    x->count = n;
+    for (size_t i = 0; i < n; i++) {
+        struct place *to = &x->at[i];
+        double at;
+        to->element = element_of(m, s[i], &at);
+        to->length = m->element[to->element].length;
+        to->before = -1;
+        while (to->before + 1 < m->stages && m->rule.nodes[to->before + 1] <= at) {
+            to->before++;
+        }
+        gauss_lagrange(&m->rule, at, to->values);
+        gauss_integral(&m->rule, at, to->integrals);
+        gauss_magnus(&m->rule, to->before >= 0 ? m->rule.nodes[to->before] : 0, at, to->magnus);
+    }
+    return AD_OK;
+}
+
+void modes_places_free(modes_places *x)
+{
+    free(x);
+}
+
+/* From the last point before it on. */
+FOR_EACH_PROCESSOR static void rotate(const modes *m, const struct place *at, double q[4])
+{
+    const modes_point *point = m->point + at->element * (m->stages + 1);
     lanes a[3][3], turn[4];
-    int before = -1;
-    while (before + 1 < m->stages && m->rule.nodes[before + 1] <= at) {
-        before++;
-    }
-    if (before >= 0) {
-        from = m->rule.nodes[before];
-        memcpy(q, point[before].q, 4 * sizeof *q);
+    if (at->before >= 0) {
+        memcpy(q, point[at->before].q, 4 * sizeof *q);
     } else {
-        rotation_before(m, e, q);
+        rotation_before(m, at->element, q);
     }
-    gauss_magnus(&m->rule, from, at, terms);
     for (int k = 0; k < 3; k++) {
         for (int c = 0; c < 3; c++) {
             double sum = 0;
             for (int j = 0; j < m->stages; j++) {
-                sum += terms[k][j] * point[j].strain[MODES_U + c];
+                sum += at->magnus[k][j] * point[j].strain[MODES_U + c];
             }
-            a[k][c] = NO_LANES + m->element[e].length * sum;
+            a[k][c] = NO_LANES + at->length * sum;
         }
     }
     for (int i = 0; i < 4; i++) {
@@ -68,16 +103,13 @@ FOR_EACH_PROCESSOR static void rotate(const modes *m, int e, double at, double q
     quaternion_normalize(q);
 }
 
-static void sample(const modes *m, double s, solve_state *out)
+static void sample(const modes *m, const struct place *at, solve_state *out)
 {
-    double at, values[GAUSS_STAGES_MAX], integrals[GAUSS_STAGES_MAX], R[3][3];
-    double spin[3] = {0}, force[3] = {0}, moment[3] = {0}, start_spin[3];
-    const int e = element_of(m, s, &at);
+    double R[3][3], spin[3] = {0}, force[3] = {0}, moment[3] = {0}, start_spin[3];
+    const int e = at->element;
     const modes_point *point = m->point + e * (m->stages + 1), *before = point - 1;
     memset(out, 0, sizeof *out);
-    gauss_lagrange(&m->rule, at, values);
-    gauss_integral(&m->rule, at, integrals);
-    rotate(m, e, at, out->rotation);
+    rotate(m, at, out->rotation);
     rotation_matrix(m->start.rotation, R);
     to_world(R, m->start.spin, start_spin);
     for (int k = 0; k < 3; k++) {
@@ -86,14 +118,14 @@ static void sample(const modes *m, double s, solve_state *out)
         spin[k] = e > 0 ? before->spin[k] : start_spin[k];
         for (int j = 0; j < m->stages; j++) {
             const modes_point *x = &point[j];
-            const double by = m->element[e].length * integrals[j];
+            const double by = at->length * at->integrals[j], value = at->values[j];
             out->position[k] += by * x->along[k];
             out->velocity[k] += by * (x->turning[k] + x->along_rate[k]);
             spin[k] += by * x->turned_rate[k];
-            out->strain[k] += values[j] * x->strain[MODES_V + k];
-            out->curvature[k] += values[j] * x->strain[MODES_U + k];
-            force[k] += values[j] * x->carried[0][k] / x->weight;
-            moment[k] += values[j] * x->carried[1][k] / x->weight;
+            out->strain[k] += value * x->strain[MODES_V + k];
+            out->curvature[k] += value * x->strain[MODES_U + k];
+            force[k] += value * x->carried[0][k] / x->weight;
+            moment[k] += value * x->carried[1][k] / x->weight;
         }
     }
     rotation_matrix(out->rotation, R);
@@ -102,9 +134,9 @@ static void sample(const modes *m, double s, solve_state *out)
     to_body(R, moment, out->moment);
 }
 
-void modes_samples(const modes *m, size_t n, const double *s, solve_state *out)
+void modes_samples(const modes *m, const modes_places *places, solve_state *out)
 {
-    for (size_t i = 0; i < n; i++) {
-        sample(m, s[i], &out[i]);
+    for (size_t i = 0; i < places->count; i++) {
+        sample(m, &places->at[i], &out[i]);
     }
 }
