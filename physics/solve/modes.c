@@ -211,6 +211,8 @@ static ad_status allocate(modes *m, ad_error *error)
     m->pull_by = rows(points * MODES_STRAINS * MODES_STRAINS, sizeof(double), &failed);
     m->inputs_at = rows(points * (size_t)m->inputs, sizeof(double), &failed);
     m->input = rows((size_t)m->inputs, sizeof(double), &failed);
+    m->center = rows((size_t)m->inputs, sizeof(double), &failed);
+    m->input_step = rows((size_t)m->inputs, sizeof(double), &failed);
     m->jump_at = rows((size_t)m->rod->jumps.count, sizeof(int), &failed);
     m->jump_load = rows((size_t)m->rod->jumps.count, sizeof *m->jump_load, &failed);
     m->turn_at = rows((size_t)m->elements, sizeof(int), &failed);
@@ -321,6 +323,7 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     }
     if (status == AD_OK) {
         m->is_pulled = m->rod->actuators > 0;
+        m->has_tendons = m->rod->scene.tendon_count > 0;
         status = modes_at(m, 0, open ? open->values : NULL, error);
     }
     solve_quadrature_free(x.places);
@@ -358,12 +361,15 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
 void modes_free(modes *m)
 {
     if (m) {
-        void *const owned[] = {m->input,   m->inputs_at, m->mode,      m->element,
-                               m->point,   m->value,     m->s,         m->jump_at,
-                               m->turn_at, m->jump_load, m->actuators, m->pull_by,
-                               m->theta,   m->rho,       m->mass,      m->room};
+        void *const owned[] = {m->center,  m->input_step, m->input,     m->inputs_at, m->mode,
+                               m->element, m->point,      m->value,     m->s,         m->jump_at,
+                               m->turn_at, m->jump_load,  m->actuators, m->pull_by,   m->theta,
+                               m->rho,     m->mass,       m->room};
         for (size_t i = 0; i < sizeof owned / sizeof *owned; i++) {
             free(owned[i]);
+        }
+        for (int i = 0; i < SOLVE_PARTS; i++) {
+            free(m->affine[i].base);
         }
         free(m);
     }

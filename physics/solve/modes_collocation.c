@@ -1,236 +1,10 @@
-#include "physics/solve/modes_internal.h"
-#include "physics/solve/modes_step.h"
+#include "physics/solve/modes_step_internal.h"
 
 #include "physics/solve/processor.h"
 
-#include <complex.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-enum { S = COLLOCATION_STAGES_MAX, PAIRS = (S + 1) / 2 };
-
-/* A method with its eigenvalues: one that is real comes first, then one of each pair. */
-typedef struct method {
-    int stages, pairs;
-    double nodes[S], matrix[S][S], square[S][S], end[S]; /* end: q by accelerations */
-    double highest[S]; /* Legendre's coefficient of the highest degree, by values at nodes */
-    double complex eigenvalue[PAIRS], to[PAIRS][S], from[S][PAIRS]; /* rows of T^-1, columns of T */
-} method;
-
-/* LU factors of M + h l D + (h l)^2 K, real and imaginary parts [size][size] apart. */
-typedef struct factors {
-    double *re, *im;
-    int *pivot;
-} factors;
-
-struct collocation {
-    modes *m;
-    method by;
-    int size;
-    double step, formed_step; /* 0: none */
-    bool has_polynomial;      /* accelerations of a last step, to go on from */
-    double last_step;
-    double *memory;
-    double *a;                 /* [stages][size] accelerations */
-    double *before;            /* [stages][size] of the last step */
-    double *residual;          /* [stages][size] */
-    double *q, *v;             /* [size] of a stage */
-    double *by_q, *by_v;       /* [size][width] */
-    double *mass;              /* [size][width] */
-    double *change, *right[2]; /* [stages][size]; [size] */
-    factors solve[PAIRS];
-    double load[S], loss[S]; /* powers of each stage */
-    collocation_counts counts;
-};
-
-/* ---- methods ------------------------------------------------------------------------------- */
-
-/* Eigenvalues of A: those of Pade's denominator, sum_k (N - k)! s! / (N! k! (s - k)!) (-z)^k with
- * N = 2 s - 1, at 1/z (Hairer, Wanner, IV.3), by the method of Durand and Kerner. */
-static void find_eigenvalues(int s, double complex *all)
-{
-    const int most = 2 * s - 1;
-    double coefficient[S + 1] = {1}; /* of lambda^(s - k) */
-    for (int k = 1; k <= s; k++) {
-        coefficient[k] = -coefficient[k - 1] * (s - k + 1) / (double)(k * (most - k + 1));
-    }
-    for (int i = 0; i < s; i++) {
-        all[i] = 0.3 * cexp(I * (0.4 + 2 * 3.14159265358979 * i / s));
-    }
-    for (int round = 0; round < 200; round++) {
-        for (int i = 0; i < s; i++) {
-            double complex value = 0, others = 1;
-            for (int k = 0; k <= s; k++) {
-                value = value * all[i] + coefficient[k];
-            }
-            for (int j = 0; j < s; j++) {
-                others *= j == i ? 1 : all[i] - all[j];
-            }
-            all[i] -= value / others;
-        }
-    }
-}
-
-/* x of A x = b, [s][s] with s + 1 columns in all, in place; small: without any care for speed. */
-static void solve_small(int s, double complex (*a)[S + 1], double complex *x)
-{
-    for (int i = 0; i < s; i++) {
-        int best = i;
-        for (int r = i + 1; r < s; r++) {
-            best = cabs(a[r][i]) > cabs(a[best][i]) ? r : best;
-        }
-        for (int c = 0; c <= s; c++) {
-            const double complex other = a[i][c];
-            a[i][c] = a[best][c];
-            a[best][c] = other;
-        }
-        for (int r = i + 1; r < s; r++) {
-            const double complex by = a[r][i] / a[i][i];
-            for (int c = i; c <= s; c++) {
-                a[r][c] -= by * a[i][c];
-            }
-        }
-    }
-    for (int i = s - 1; i >= 0; i--) {
-        x[i] = a[i][s];
-        for (int c = i + 1; c < s; c++) {
-            x[i] -= a[i][c] * x[c];
-        }
-        x[i] /= a[i][i];
-    }
-}
-
-/* Right (or of the transposed matrix) eigenvector by inverse iteration. */
-static void find_vector(const method *by, double complex value, bool transposed, double complex *x)
-{
-    const int s = by->stages;
-    for (int i = 0; i < s; i++) {
-        x[i] = 1 + 0.3 * i;
-    }
-    for (int round = 0; round < 3; round++) {
-        double complex a[S][S + 1];
-        double size = 0;
-        for (int i = 0; i < s; i++) {
-            for (int j = 0; j < s; j++) {
-                a[i][j] = transposed ? by->matrix[j][i] : by->matrix[i][j];
-                a[i][j] -= i == j ? value * (1 + 1e-11) : 0;
-            }
-            a[i][s] = x[i];
-        }
-        solve_small(s, a, x);
-        for (int i = 0; i < s; i++) {
-            size = fmax(size, cabs(x[i]));
-        }
-        for (int i = 0; i < s; i++) {
-            x[i] /= size;
-        }
-    }
-}
-
-static double legendre_at(int degree, double y)
-{
-    double before = 0, value = 1;
-    for (int k = 0; k < degree; k++) {
-        const double next = ((2 * k + 1) * y * value - k * before) / (k + 1);
-        before = value;
-        value = next;
-    }
-    return value;
-}
-
-/* Integrals of Lagrange's polynomials of the nodes from 0 to x, by Gauss' rule. */
-static void integrals_to(const method *by, double x, double *to)
-{
-    const gauss_rule rule = solve_gauss_rule_of(S);
-    for (int j = 0; j < by->stages; j++) {
-        to[j] = 0;
-        for (int k = 0; k < rule.stages; k++) {
-            double value = 1;
-            for (int i = 0; i < by->stages; i++) {
-                value *=
-                    i == j ? 1 : (x * rule.nodes[k] - by->nodes[i]) / (by->nodes[j] - by->nodes[i]);
-            }
-            to[j] += x * rule.weights[k] * value;
-        }
-    }
-}
-
-/* Radau's points: zeros of P_s - P_(s-1), those between the zeros of P_s apart from 1. */
-static void radau_nodes(int s, const gauss_rule *rule, double *nodes)
-{
-    for (int i = 0; i + 1 < s; i++) {
-        double low = rule->nodes[i], high = rule->nodes[i + 1];
-        for (int k = 0; k < 100; k++) {
-            const double middle = 0.5 * (low + high);
-            const double at_low = legendre_at(s, 2 * low - 1) - legendre_at(s - 1, 2 * low - 1);
-            const double here = legendre_at(s, 2 * middle - 1) - legendre_at(s - 1, 2 * middle - 1);
-            if ((here > 0) == (at_low > 0)) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        nodes[i] = 0.5 * (low + high);
-    }
-    nodes[s - 1] = 1;
-}
-
-/* The highest coefficient in Legendre's polynomials of the one through values at the nodes. */
-static void find_highest(method *by)
-{
-    const int s = by->stages;
-    for (int j = 0; j < s; j++) {
-        double complex a[S][S + 1], x[S];
-        for (int i = 0; i < s; i++) {
-            for (int k = 0; k < s; k++) {
-                a[i][k] = legendre_at(k, 2 * by->nodes[i] - 1);
-            }
-            a[i][s] = i == j;
-        }
-        solve_small(s, a, x);
-        by->highest[j] = creal(x[s - 1]);
-    }
-}
-
-static void make_method(int stages, method *by)
-{
-    const gauss_rule rule = solve_gauss_rule_of(stages);
-    double complex all[S];
-    *by = (method){.stages = stages};
-    radau_nodes(stages, &rule, by->nodes);
-    for (int i = 0; i < stages; i++) {
-        integrals_to(by, by->nodes[i], by->matrix[i]);
-    }
-    for (int j = 0; j < stages; j++) {
-        for (int i = 0; i < stages; i++) {
-            by->end[j] += by->matrix[stages - 1][i] * by->matrix[i][j];
-            for (int k = 0; k < stages; k++) {
-                by->square[i][j] += by->matrix[i][k] * by->matrix[k][j];
-            }
-        }
-    }
-    find_highest(by);
-    find_eigenvalues(stages, all);
-    by->pairs = 1;
-    for (int i = 0; i < stages; i++) {
-        const bool is_real = fabs(cimag(all[i])) < 1e-9;
-        if (is_real || cimag(all[i]) > 0) {
-            const int k = is_real ? 0 : by->pairs++;
-            double complex left[S], right[S], product = 0;
-            by->eigenvalue[k] = is_real ? creal(all[i]) : all[i];
-            find_vector(by, by->eigenvalue[k], true, left);
-            find_vector(by, by->eigenvalue[k], false, right);
-            for (int j = 0; j < stages; j++) {
-                product += left[j] * right[j];
-            }
-            for (int j = 0; j < stages; j++) {
-                by->to[k][j] = left[j] / product;
-                by->from[j][k] = right[j] * (is_real ? 1 : 2); /* and its conjugate */
-            }
-        }
-    }
-}
 
 /* ---- making -------------------------------------------------------------------------------- */
 
@@ -244,10 +18,11 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
     }
     x->m = m;
     x->size = m->size;
-    make_method(stages, &x->by);
+    collocation_make_method(stages, &x->by);
     const size_t pairs = (size_t)x->by.pairs;
     int *pivots = malloc(pairs * n * sizeof *pivots);
-    double *at = x->memory = calloc(4 * each + 4 * n + 3 * square + 2 * pairs * n * n, sizeof *at);
+    double *at = x->memory =
+        calloc(4 * each + 4 * n + 3 * square + 2 * pairs * n * n + each * (each + 1), sizeof *at);
     x->solve[0].pivot = pivots;
     if (!at || !pivots) {
         collocation_free(x);
@@ -261,9 +36,10 @@ ad_status collocation_create(modes *m, int stages, collocation **result, ad_erro
         at += sizes[i];
     }
     for (size_t k = 0; k < pairs; k++) {
-        x->solve[k] = (factors){at, at + n * n, pivots + k * n};
+        x->solve[k] = (collocation_factors){at, at + n * n, pivots + k * n};
         at += 2 * n * n;
     }
+    x->exact = at;
     *result = x;
     return AD_OK;
 }
@@ -301,7 +77,8 @@ FOR_EACH_PROCESSOR static void subtract(int first, int n, double re, double im, 
 }
 
 /* LU factors with row pivoting; false: singular. */
-static bool factor(const collocation *x, double h, double complex eigenvalue, factors *f)
+static bool factor(const collocation *x, double h, double complex eigenvalue,
+                   collocation_factors *f)
 {
     const int n = x->size, width = x->m->width;
     const double complex first = h * eigenvalue, second = first * first;
@@ -346,7 +123,7 @@ static bool factor(const collocation *x, double h, double complex eigenvalue, fa
 }
 
 /* re + i im [n]: the right side, then the solution. */
-static void solve_factored(int n, const factors *f, double *re, double *im)
+static void solve_factored(int n, const collocation_factors *f, double *re, double *im)
 {
     for (int i = 0; i < n; i++) {
         const int p = f->pivot[i];
@@ -383,9 +160,9 @@ static const double RATE_COUNTS = 0.1;
 
 /* ---- a step -------------------------------------------------------------------------------- */
 
-static void stage_state(collocation *x, int i, double h, const double *q, const double *v)
+void collocation_stage(collocation *x, int i, double h, const double *q, const double *v)
 {
-    const method *by = &x->by;
+    const collocation_method *by = &x->by;
     const int n = x->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
@@ -401,7 +178,7 @@ static void stage_state(collocation *x, int i, double h, const double *q, const 
 /* The polynomial of the last step's accelerations, at the stages of this one. */
 static void predict(collocation *x, double h)
 {
-    const method *by = &x->by;
+    const collocation_method *by = &x->by;
     const int n = x->size, s = by->stages;
     if (!x->has_polynomial) {
         memset(x->a, 0, (size_t)(s * n) * sizeof *x->a);
@@ -423,14 +200,14 @@ static void predict(collocation *x, double h)
 }
 
 /* Mass and derivatives in the middle of the step as it is predicted. */
-static ad_status form(collocation *x, double t, double h, const double *inputs, const double *q,
-                      const double *v, ad_error *error)
+ad_status collocation_form(collocation *x, double t, double h, const double *inputs,
+                           const double *q, const double *v, ad_error *error)
 {
     modes *m = x->m;
     const int middle = x->by.stages / 2;
     ad_status status = modes_at(m, t + x->by.nodes[middle] * h, inputs, error);
     if (status == AD_OK) {
-        stage_state(x, middle, h, q, v);
+        collocation_stage(x, middle, h, q, v);
         modes_shape(m, x->q, x->v, x->a + middle * x->size);
         modes_forces(m, true, x->residual);
         modes_mass(m);
@@ -442,7 +219,7 @@ static ad_status form(collocation *x, double t, double h, const double *inputs, 
     return status;
 }
 
-static bool refactor(collocation *x, double h)
+bool collocation_factor(collocation *x, double h)
 {
     bool done = true;
     for (int k = 0; k < x->by.pairs; k++) {
@@ -452,30 +229,12 @@ static bool refactor(collocation *x, double h)
     return done;
 }
 
-/* Newton's change of the accelerations for the residuals as they are; what it moves modes, and
- * their rates, by at most. Rates count, as the errors of many short steps add up in them. */
-static double improve(collocation *x, double h)
+/* Rates count, as the errors of many short steps add up in them. */
+double collocation_change(collocation *x, double h)
 {
-    const method *by = &x->by;
+    const collocation_method *by = &x->by;
     const int n = x->size;
-    double most = 0, *re = x->right[0], *im = x->right[1];
-    memset(x->change, 0, (size_t)(by->stages * n) * sizeof *x->change);
-    for (int k = 0; k < by->pairs; k++) {
-        for (int c = 0; c < n; c++) {
-            re[c] = im[c] = 0;
-            for (int j = 0; j < by->stages; j++) {
-                re[c] -= creal(by->to[k][j]) * x->residual[j * n + c];
-                im[c] -= cimag(by->to[k][j]) * x->residual[j * n + c];
-            }
-        }
-        solve_factored(n, &x->solve[k], re, im);
-        for (int j = 0; j < by->stages; j++) {
-            const double a = creal(by->from[j][k]), b = cimag(by->from[j][k]);
-            for (int c = 0; c < n; c++) {
-                x->change[j * n + c] += a * re[c] - b * im[c];
-            }
-        }
-    }
+    double most = 0;
     for (int c = 0; c < n; c++) {
         for (int i = 0; i < by->stages; i++) {
             double once = 0, twice = 0;
@@ -493,6 +252,32 @@ static double improve(collocation *x, double h)
     return most;
 }
 
+/* Newton's change of the accelerations for the residuals as they are. */
+static double improve(collocation *x, double h)
+{
+    const collocation_method *by = &x->by;
+    const int n = x->size;
+    double *re = x->right[0], *im = x->right[1];
+    memset(x->change, 0, (size_t)(by->stages * n) * sizeof *x->change);
+    for (int k = 0; k < by->pairs; k++) {
+        for (int c = 0; c < n; c++) {
+            re[c] = im[c] = 0;
+            for (int j = 0; j < by->stages; j++) {
+                re[c] -= creal(by->to[k][j]) * x->residual[j * n + c];
+                im[c] -= cimag(by->to[k][j]) * x->residual[j * n + c];
+            }
+        }
+        solve_factored(n, &x->solve[k], re, im);
+        for (int j = 0; j < by->stages; j++) {
+            const double a = creal(by->from[j][k]), b = cimag(by->from[j][k]);
+            for (int c = 0; c < n; c++) {
+                x->change[j * n + c] += a * re[c] - b * im[c];
+            }
+        }
+    }
+    return collocation_change(x, h);
+}
+
 static ad_status residuals(collocation *x, double t, double h, const double *inputs,
                            const double *q, const double *v, ad_error *error)
 {
@@ -500,7 +285,7 @@ static ad_status residuals(collocation *x, double t, double h, const double *inp
     for (int i = 0; i < x->by.stages && status == AD_OK; i++) {
         status = modes_at(x->m, t + x->by.nodes[i] * h, inputs, error);
         if (status == AD_OK) {
-            stage_state(x, i, h, q, v);
+            collocation_stage(x, i, h, q, v);
             modes_shape(x->m, x->q, x->v, x->a + i * x->size);
             modes_forces(x->m, false, x->residual + i * x->size);
             modes_power_now(x->m, &x->load[i], &x->loss[i]);
@@ -510,9 +295,9 @@ static ad_status residuals(collocation *x, double t, double h, const double *inp
 }
 
 /* Newton's method; *slow: it took many steps, *failed: too many. */
-static ad_status iterate(collocation *x, double t, double h, const double *inputs, double tolerance,
-                         const double *q, const double *v, bool *slow, bool *failed,
-                         ad_error *error)
+ad_status collocation_iterate(collocation *x, double t, double h, const double *inputs,
+                              double tolerance, const double *q, const double *v, bool *slow,
+                              bool *failed, ad_error *error)
 {
     const int most = 10;
     double before = INFINITY;
@@ -543,7 +328,7 @@ static ad_status iterate(collocation *x, double t, double h, const double *input
  * for the step: of order stages + 1. */
 static double estimate(collocation *x, double h)
 {
-    const method *by = &x->by;
+    const collocation_method *by = &x->by;
     const int n = x->size, width = x->m->width;
     double most = 0, *re = x->right[0], *im = x->right[1];
     for (int c = 0; c < n; c++) {
@@ -566,9 +351,9 @@ static double estimate(collocation *x, double h)
     return most * 0.25 / by->stages / by->stages; /* twice integrated */
 }
 
-static void finish(collocation *x, double h, double *q, double *v, solve_energy *energy)
+void collocation_finish(const collocation *x, double h, double *q, double *v)
 {
-    const method *by = &x->by;
+    const collocation_method *by = &x->by;
     const int n = x->size;
     for (int k = 0; k < n; k++) {
         double once = 0, twice = 0;
@@ -579,11 +364,16 @@ static void finish(collocation *x, double h, double *q, double *v, solve_energy 
         q[k] += h * v[k] + h * h * twice;
         v[k] += h * once;
     }
+}
+
+static void keep(collocation *x, double h, solve_energy *energy)
+{
+    const collocation_method *by = &x->by;
     for (int i = 0; i < by->stages && energy; i++) {
         energy->work += h * by->matrix[by->stages - 1][i] * x->load[i];
         energy->dissipated += h * by->matrix[by->stages - 1][i] * x->loss[i];
     }
-    memcpy(x->before, x->a, (size_t)(by->stages * n) * sizeof *x->a);
+    memcpy(x->before, x->a, (size_t)(by->stages * x->size) * sizeof *x->a);
     x->has_polynomial = true;
     x->last_step = h;
     x->counts.steps++;
@@ -605,13 +395,14 @@ ad_status collocation_go(collocation *x, double t, double end, const double *inp
         ad_status status = AD_OK;
         predict(x, h);
         if (must_form) {
-            status = form(x, t, h, inputs, q, v, error);
+            status = collocation_form(x, t, h, inputs, q, v, error);
         }
         if (status == AD_OK && x->formed_step != h) {
-            failed = !refactor(x, h);
+            failed = !collocation_factor(x, h);
         }
         if (status == AD_OK && !failed) {
-            status = iterate(x, t, h, inputs, of_newton * tolerance, q, v, &slow, &failed, error);
+            status = collocation_iterate(x, t, h, inputs, of_newton * tolerance, q, v, &slow,
+                                         &failed, error);
         }
         if (status != AD_OK) {
             return status;
@@ -633,7 +424,8 @@ ad_status collocation_go(collocation *x, double t, double end, const double *inp
             }
             continue;
         }
-        finish(x, h, q, v, energy);
+        collocation_finish(x, h, q, v);
+        keep(x, h, energy);
         t = clipped ? end : t + h;
         factor = factor > 0.9 && factor < 1.3 ? 1 : factor; /* keeps the factors */
         x->step = clipped ? fmax(x->step, h * factor) : h * factor;

@@ -2,6 +2,7 @@
 #include "physics/solve/modes_internal.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Whether a part has to be taken again; at first all do. */
@@ -14,8 +15,19 @@ static bool is_due(const modes *m, solve_part part, bool time_moved, bool input_
 static ad_status part(modes *m, solve_part which, size_t n, const double *s, double *out,
                       ad_error *error)
 {
-    return solve_rod_part(m->rod, which, n, s, m->time, m->inputs > 0 ? m->inputs_at : NULL, out,
-                          error);
+    const struct modes_affine *sum = &m->affine[which];
+    if (!sum->base) {
+        return solve_rod_part(m->rod, which, n, s, m->time, m->inputs > 0 ? m->inputs_at : NULL,
+                              out, error);
+    }
+    memcpy(out, sum->base, sum->count * sizeof *out);
+    for (int k = 0; k < m->inputs; k++) {
+        const double by = m->input[k] - m->center[k], *slope = sum->slope + (size_t)k * sum->count;
+        for (size_t i = 0; i < sum->count; i++) {
+            out[i] += by * slope[i];
+        }
+    }
+    return AD_OK;
 }
 
 /* Room for a part at all points is that of the matrices, which are not in use now. */
@@ -182,4 +194,109 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     }
     m->has_given = status == AD_OK;
     return status;
+}
+
+/* ---- inputs -------------------------------------------------------------------------------- */
+
+/* The part at inputs on a line through their ranges; out [count]. */
+static ad_status part_at(const modes *m, solve_part which, size_t n, const double *s,
+                         const double *inputs, double *room, double *out, ad_error *error)
+{
+    for (size_t p = 0; p < n; p++) {
+        memcpy(room + p * (size_t)m->inputs, inputs, (size_t)m->inputs * sizeof *room);
+    }
+    return solve_rod_part(m->rod, which, n, s, m->time, room, out, error);
+}
+
+/* Slopes by the ends of each range, and whether the sum is met at other inputs. */
+static ad_status find_affine(modes *m, solve_part which, size_t n, const double *s,
+                             const double *low, const double *high, bool *met, ad_error *error)
+{
+    enum { CHECKS = 12 };
+    const size_t count = n * solve_rod_part_kind(m->rod, which).width, inputs = (size_t)m->inputs;
+    struct modes_affine *to = &m->affine[which];
+    double at[SCENE_PARAMETERS_MAX];
+    double *room = malloc((n * inputs + count + 1) * sizeof *room), *now = room + n * inputs;
+    double *base = malloc((1 + inputs) * count * sizeof *base);
+    ad_status status = room && base ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    *to = (struct modes_affine){count, base, base ? base + count : NULL};
+    *met = true;
+    memcpy(at, m->center, inputs * sizeof *at);
+    status = status == AD_OK ? part_at(m, which, n, s, at, room, base, error) : status;
+    for (size_t k = 0; k < inputs && status == AD_OK; k++) {
+        at[k] = high[k];
+        status = part_at(m, which, n, s, at, room, now, error);
+        for (size_t i = 0; i < count && status == AD_OK; i++) {
+            to->slope[k * count + i] = (now[i] - base[i]) / (high[k] - m->center[k]);
+        }
+        at[k] = m->center[k];
+    }
+    for (int check = 0; check < CHECKS && status == AD_OK && *met; check++) {
+        for (size_t k = 0; k < inputs; k++) { /* corners, and places without a pattern */
+            const double off = 0.618034 * (double)((size_t)check * inputs + k + 1);
+            const double part = check < 2 ? check : off - floor(off);
+            at[k] = low[k] + part * (high[k] - low[k]);
+        }
+        status = part_at(m, which, n, s, at, room, now, error);
+        for (size_t i = 0; i < count && status == AD_OK; i++) {
+            double sum = base[i], size = fabs(base[i]) + fabs(now[i]);
+            for (size_t k = 0; k < inputs; k++) {
+                sum += (at[k] - m->center[k]) * to->slope[k * count + i];
+            }
+            *met &= now[i] == sum || fabs(now[i] - sum) <= 1e-12 * size;
+        }
+    }
+    free(room);
+    if (status != AD_OK || !*met) {
+        free(base);
+        *to = (struct modes_affine){0};
+    }
+    return status;
+}
+
+ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error)
+{
+    const double ends[2] = {0, 1};
+    ad_status status = AD_OK;
+    for (int k = 0; k < m->inputs; k++) {
+        m->center[k] = 0.5 * (low[k] + high[k]);
+        m->input_step[k] = 1e-4 * (high[k] - low[k]);
+    }
+    for (int i = 0; i < SOLVE_PARTS && status == AD_OK; i++) {
+        const solve_part_kind kind = solve_rod_part_kind(m->rod, (solve_part)i);
+        const bool single = i == SOLVE_START || i == SOLVE_END || i == SOLVE_JUMPS;
+        bool met;
+        if (kind.width > 0 && kind.by_parameters && !kind.by_t && i != SOLVE_INITIAL) {
+            status = find_affine(m, (solve_part)i, single ? 1 : (size_t)m->points,
+                                 single ? &ends[i == SOLVE_END] : m->s, low, high, &met, error);
+        }
+    }
+    return status;
+}
+
+ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, const double *a,
+                          double *by_inputs, ad_error *error)
+{
+    const int n = m->size;
+    double inputs[SCENE_PARAMETERS_MAX], *residual = m->room;
+    const bool moves = solve_rod_part_kind(m->rod, SOLVE_START).by_parameters;
+    ad_status status = AD_OK;
+    memcpy(inputs, m->input, (size_t)m->inputs * sizeof *inputs);
+    for (int k = 0; k < m->inputs && status == AD_OK; k++) {
+        for (int side = 0; side < 2 && status == AD_OK; side++) {
+            const double sign = side ? 1 : -1, by = 2 * m->input_step[k];
+            inputs[k] += sign * m->input_step[k];
+            status = modes_at(m, t, inputs, error);
+            inputs[k] -= sign * m->input_step[k];
+            if (status == AD_OK && moves) {
+                modes_shape(m, q, v, a);
+            }
+            modes_forces(m, false, residual);
+            for (int i = 0; i < n; i++) {
+                double *to = &by_inputs[i * m->inputs + k];
+                *to = (side ? *to : 0) + sign * residual[i] / by;
+            }
+        }
+    }
+    return status == AD_OK ? modes_at(m, t, inputs, error) : status;
 }

@@ -70,7 +70,13 @@ struct modes {
     int inputs;
     double time;
     double *input, *inputs_at; /* [inputs], [points][inputs] */
-    bool has_given, is_pulled, is_locked;
+    double *input_step;        /* [inputs] for difference quotients */
+    struct modes_affine {      /* values [count]: base + sum_k slope_k (input_k - center_k) */
+        size_t count;
+        double *base, *slope; /* [count], [inputs][count]; NULL: not known to be of this form */
+    } affine[SOLVE_PARTS];
+    double *center; /* [inputs] */
+    bool has_given, is_pulled, has_tendons, is_locked;
     double magnus[GAUSS_STAGES_MAX + 1][3][GAUSS_STAGES_MAX]; /* times the length of an element */
     gauss_rule rule;
 
@@ -108,9 +114,24 @@ void modes_mass(modes *m);
  * width]. */
 void modes_derivatives(modes *m, double *by_q, double *by_v);
 
+/* Ranges of the inputs: parts that are affine in them everywhere, as far as samples tell, and do
+ * not depend on t are taken as sums from now on. AD_NO_MEMORY, errors of formulas. */
+ad_status modes_set_ranges(modes *m, const double *low, const double *high, ad_error *error);
+
+/* Derivatives [size][inputs] of the residual of a state by the inputs, which stay as they are. */
+ad_status modes_by_inputs(modes *m, double t, const double *q, const double *v, const double *a,
+                          double *by_inputs, ad_error *error);
+
 /* x [size]: the right side, then the solution of a positive definite matrix [size rows of width],
  * of which the lower triangle counts and is overwritten; false: it is not. */
 bool modes_solve_positive(const modes *m, double *matrix, double *x);
+
+/* The same with its factor. */
+void modes_solve_factored(const modes *m, const double *matrix, double *x);
+
+/* x [n]: the right side, then the solution of a matrix [n rows of width], which is overwritten;
+ * the largest number of the solution, not a number where there is none. */
+double modes_solve_general(int n, int width, double *matrix, double *x);
 
 /* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
@@ -124,6 +145,10 @@ void modes_places_free(modes_places *x);
 /* out [n]: of the shape and the forces as they are. Force and moment are those that balance what
  * lies beyond. */
 void modes_samples(const modes *m, const modes_places *places, solve_state *out);
+
+/* Of the shape as it is, after modes_mass: derivatives [places][12][2 size] of position, turn
+ * (world), velocity and spin (body) by q and v. */
+void modes_sample_derivatives(const modes *m, const modes_places *places, double *by);
 
 /* The modes and rates [size] that come nearest to a state given at the points [points]. */
 ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);

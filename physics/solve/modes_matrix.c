@@ -509,13 +509,15 @@ static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
         (const double(*)[MODES_STRAINS])m->pull_by + p * MODES_STRAINS;
     for (int b = element->own; b < element->end; b++) {
         const int row = m->mode[b].strain;
+        const double by = at->weight * value[b];
         for (int a = element->own; a < element->end; a++) {
             const int c = m->mode[a].strain;
-            const double both = at->weight * value[a] * value[b];
-            by_q[b * m->width + a] += m->is_pulled ? both * pull[row][c] : 0;
             if (row == c) {
-                by_q[b * m->width + a] += both * at->stiffness[c];
-                by_v[b * m->width + a] += both * at->damping[c];
+                by_q[b * m->width + a] += by * value[a] * at->stiffness[c];
+                by_v[b * m->width + a] += by * value[a] * at->damping[c];
+            }
+            if (m->has_tendons) {
+                by_q[b * m->width + a] += by * value[a] * pull[row][c];
             }
         }
     }
@@ -596,8 +598,8 @@ INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
 FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *by_v)
 {
     const int width = m->width, n = m->stages;
-    changes x = changes_of(m);
-    memset(x.edge, 0, (size_t)(18 * width) * sizeof *x.edge);
+    changes x = changes_of(m); /* columns that an element does not use stay 0 */
+    memset(x.spin, 0, (size_t)(x.edge + 18 * width - x.spin) * sizeof *x.spin);
     memset(by_q, 0, (size_t)(m->size * width) * sizeof *by_q);
     memset(by_v, 0, (size_t)(m->size * width) * sizeof *by_v);
     for (int e = 0; e < m->elements; e++) {

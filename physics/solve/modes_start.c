@@ -51,6 +51,44 @@ bool modes_solve_positive(const modes *m, double *matrix, double *x)
     return done;
 }
 
+void modes_solve_factored(const modes *m, const double *matrix, double *x)
+{
+    solve(m->size, m->width, matrix, x);
+}
+
+double modes_solve_general(int n, int width, double *A, double *x)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int r = i + 1; r < n; r++) {
+            best = fabs(A[r * width + i]) > fabs(A[best * width + i]) ? r : best;
+        }
+        for (int c = 0; c <= n && best != i; c++) {
+            double *a = c < n ? &A[i * width + c] : &x[i];
+            double *b = c < n ? &A[best * width + c] : &x[best];
+            const double other = *a;
+            *a = *b;
+            *b = other;
+        }
+        for (int r = i + 1; r < n; r++) {
+            const double by = A[r * width + i] / A[i * width + i];
+            for (int c = i; c < n; c++) {
+                A[r * width + c] -= by * A[i * width + c];
+            }
+            x[r] -= by * x[i];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int c = i + 1; c < n; c++) {
+            x[i] -= A[i * width + c] * x[c];
+        }
+        x[i] /= A[i * width + i];
+        most = fabs(x[i]) > most || isnan(x[i]) ? fabs(x[i]) : most;
+    }
+    return most;
+}
+
 /* By how much a point is off in displacement and turn (or velocity and spin), world. */
 static double point_off(const modes_point *at, const solve_initial *given, bool moving,
                         double off[6])
