@@ -66,88 +66,115 @@ collocation_counts collocation_counts_of(const collocation *x)
 
 /* ---- linear systems ------------------------------------------------------------------------ */
 
-/* row -= by pivot_row, from column `first` on. */
-FOR_EACH_PROCESSOR static void subtract(int first, int n, double re, double im, const double *a,
-                                        const double *b, double *to_a, double *to_b)
+/* M + h l D + (h l)^2 K */
+static void set_system(const collocation *x, double h, double complex eigenvalue,
+                       collocation_factors *f)
 {
-    for (int c = first; c < n; c++) {
-        to_a[c] -= re * a[c] - im * b[c];
-        to_b[c] -= re * b[c] + im * a[c];
+    const int n = x->size, width = x->m->width;
+    const double complex first = h * eigenvalue, second = first * first;
+    const double a = creal(first), b = cimag(first), c = creal(second), d = cimag(second);
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j < n; j++) {
+            const double K = x->by_q[i * width + j], D = x->by_v[i * width + j];
+            f->re[i * n + j] = x->mass[i * width + j] + a * D + c * K;
+            f->im[i * n + j] = b * D + d * K;
+        }
+    }
+}
+
+static void swap_rows(int n, int i, int j, double *rows)
+{
+    for (int c = 0; c < n && i != j; c++) {
+        const double other = rows[i * n + c];
+        rows[i * n + c] = rows[j * n + c];
+        rows[j * n + c] = other;
     }
 }
 
 /* LU factors with row pivoting; false: singular. */
-static bool factor(const collocation *x, double h, double complex eigenvalue,
-                   collocation_factors *f)
+FOR_EACH_PROCESSOR static bool factor(int n, collocation_factors *f)
 {
-    const int n = x->size, width = x->m->width;
-    const double complex first = h * eigenvalue, second = first * first;
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            const double K = x->by_q[i * width + j], D = x->by_v[i * width + j];
-            f->re[i * n + j] = x->mass[i * width + j] + creal(first) * D + creal(second) * K;
-            f->im[i * n + j] = cimag(first) * D + cimag(second) * K;
-        }
-    }
     for (int i = 0; i < n; i++) {
         int best = i;
         double most = -1;
         for (int r = i; r < n; r++) {
-            const double size = hypot(f->re[r * n + i], f->im[r * n + i]);
-            if (size > most) {
-                most = size;
-                best = r;
-            }
+            const double re = f->re[r * n + i], im = f->im[r * n + i], size = re * re + im * im;
+            best = size > most ? r : best;
+            most = size > most ? size : most;
         }
         f->pivot[i] = best;
-        for (int c = 0; c < n && best != i; c++) {
-            const double re = f->re[i * n + c], im = f->im[i * n + c];
-            f->re[i * n + c] = f->re[best * n + c];
-            f->im[i * n + c] = f->im[best * n + c];
-            f->re[best * n + c] = re;
-            f->im[best * n + c] = im;
-        }
+        swap_rows(n, i, best, f->re);
+        swap_rows(n, i, best, f->im);
         if (!(most > 0)) {
             return false;
         }
-        const double a = f->re[i * n + i] / (most * most), b = -f->im[i * n + i] / (most * most);
+        const double *top_re = f->re + i * n, *top_im = f->im + i * n;
+        const double a = top_re[i] / most, b = -top_im[i] / most;
         for (int r = i + 1; r < n; r++) {
             double *re = f->re + r * n, *im = f->im + r * n;
             const double by_re = re[i] * a - im[i] * b, by_im = re[i] * b + im[i] * a;
             re[i] = by_re;
             im[i] = by_im;
-            subtract(i + 1, n, by_re, by_im, f->re + i * n, f->im + i * n, re, im);
+            for (int c = i + 1; c < n; c++) {
+                re[c] -= by_re * top_re[c] - by_im * top_im[c];
+                im[c] -= by_re * top_im[c] + by_im * top_re[c];
+            }
         }
     }
     return true;
 }
 
-/* re + i im [n]: the right side, then the solution. */
-static void solve_factored(int n, const collocation_factors *f, double *re, double *im)
+/* sum of (re + i im) (x + i y) over `count`, four at a time. */
+static inline __attribute__((always_inline)) void dot(int count, const double *re, const double *im,
+                                                      const double *x, const double *y,
+                                                      double *sum_re, double *sum_im)
 {
+    quad a, b, u, v, real = {0}, imaginary = {0};
+    int c = 0;
+    for (; c + QUAD <= count; c += QUAD) {
+        memcpy(&a, re + c, sizeof a);
+        memcpy(&b, im + c, sizeof b);
+        memcpy(&u, x + c, sizeof u);
+        memcpy(&v, y + c, sizeof v);
+        real += a * u - b * v;
+        imaginary += a * v + b * u;
+    }
+    *sum_re = (real[0] + real[1]) + (real[2] + real[3]);
+    *sum_im = (imaginary[0] + imaginary[1]) + (imaginary[2] + imaginary[3]);
+    for (; c < count; c++) {
+        *sum_re += re[c] * x[c] - im[c] * y[c];
+        *sum_im += re[c] * y[c] + im[c] * x[c];
+    }
+}
+
+/* re + i im [n]: the right side, then the solution. */
+FOR_EACH_PROCESSOR static void solve_factored(int n, const collocation_factors *f, double *re,
+                                              double *im)
+{
+    double a, b;
     for (int i = 0; i < n; i++) {
         const int p = f->pivot[i];
-        const double a = re[i], b = im[i];
+        a = re[i];
+        b = im[i];
         re[i] = re[p];
         im[i] = im[p];
         re[p] = a;
         im[p] = b;
     }
     for (int i = 0; i < n; i++) {
-        for (int c = 0; c < i; c++) {
-            re[i] -= f->re[i * n + c] * re[c] - f->im[i * n + c] * im[c];
-            im[i] -= f->re[i * n + c] * im[c] + f->im[i * n + c] * re[c];
-        }
+        dot(i, f->re + i * n, f->im + i * n, re, im, &a, &b);
+        re[i] -= a;
+        im[i] -= b;
     }
     for (int i = n - 1; i >= 0; i--) {
-        for (int c = i + 1; c < n; c++) {
-            re[i] -= f->re[i * n + c] * re[c] - f->im[i * n + c] * im[c];
-            im[i] -= f->re[i * n + c] * im[c] + f->im[i * n + c] * re[c];
-        }
-        const double a = f->re[i * n + i], b = f->im[i * n + i], size = a * a + b * b;
-        const double x = re[i], y = im[i];
-        re[i] = (x * a + y * b) / size;
-        im[i] = (y * a - x * b) / size;
+        const int after = i + 1;
+        dot(n - after, f->re + i * n + after, f->im + i * n + after, re + after, im + after, &a,
+            &b);
+        const double x = re[i] - a, y = im[i] - b;
+        a = f->re[i * n + i];
+        b = f->im[i * n + i];
+        re[i] = (x * a + y * b) / (a * a + b * b);
+        im[i] = (y * a - x * b) / (a * a + b * b);
     }
 }
 
@@ -223,7 +250,8 @@ bool collocation_factor(collocation *x, double h)
 {
     bool done = true;
     for (int k = 0; k < x->by.pairs; k++) {
-        done &= factor(x, h, x->by.eigenvalue[k], &x->solve[k]);
+        set_system(x, h, x->by.eigenvalue[k], &x->solve[k]);
+        done &= factor(x->size, &x->solve[k]);
     }
     x->formed_step = h;
     return done;

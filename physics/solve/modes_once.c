@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* Of Newton's method, in modes and rates: errors of a step are larger. */
-static const double NEWTON = 1e-6;
+static const double NEWTON = 1e-5;
 
 /* ---- linear systems ------------------------------------------------------------------------ */
 
