@@ -150,7 +150,8 @@ void modes_samples(const modes *m, const modes_places *places, solve_state *out)
  * (world), velocity and spin (body) by q and v. */
 void modes_sample_derivatives(const modes *m, const modes_places *places, double *by);
 
-/* The modes and rates [size] that come nearest to a state given at the points [points]. */
+/* The modes and rates [size] that come nearest to a state given at the points [points], from modes
+ * q that are not far off. */
 ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error);
 
 /* Time and inputs, for all that follows; AD_NOT_FINITE. */

@@ -157,7 +157,6 @@ ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, 
     if (!done) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
     }
-    memset(q, 0, (size_t)n * sizeof *q);
     memset(v, 0, (size_t)n * sizeof *v);
     for (int step = 0; step < STEPS && done; step++) {
         modes_shape(m, q, v, NULL);
@@ -184,19 +183,65 @@ ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, 
                 : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
 }
 
+/* Strains between states just before and behind each point, and the modes nearest to them:
+ * Legendre's polynomials are orthogonal in the sums of Gauss. */
+static void project(const modes *m, const solve_initial *before, const solve_initial *behind,
+                    const double *distance, double *q)
+{
+    double *size = m->room;
+    memset(q, 0, (size_t)m->size * sizeof *q);
+    memset(size, 0, (size_t)m->size * sizeof *size);
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        double strain[MODES_STRAINS], step[3], turn[4], mid[4], R[3][3];
+        for (int k = 0; k < 4; k++) {
+            mid[k] = before[p].rotation[k] + behind[p].rotation[k];
+        }
+        quaternion_normalize(mid);
+        rotation_matrix(mid, R);
+        for (int k = 0; k < 3; k++) {
+            step[k] = (behind[p].position[k] - before[p].position[k]) / distance[p];
+        }
+        to_body(R, step, strain + MODES_V);
+        quaternion_quotient(before[p].rotation, behind[p].rotation, turn);
+        for (int k = 0; k < 3; k++) {
+            strain[MODES_U + k] = 2 * turn[1 + k] / distance[p];
+        }
+        for (int a = 0; a < m->size && at->weight > 0; a++) {
+            const double value = at->weight * m->value[p * m->width + a];
+            const int c = m->mode[a].strain;
+            q[a] += value * (strain[c] - at->origin[c]);
+            size[a] += value * m->value[p * m->width + a];
+        }
+    }
+    for (int a = 0; a < m->size; a++) {
+        q[a] /= size[a];
+    }
+}
+
 ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
 {
-    solve_initial *given = calloc((size_t)m->points, sizeof *given);
-    ad_status status = given ? modes_at(m, 0, m->input, error)
-                             : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
-    if (status == AD_OK) {
-        status = solve_rod_part(m->rod, SOLVE_INITIAL, (size_t)m->points, m->s, 0,
-                                m->inputs > 0 ? m->inputs_at : NULL, (double *)given, error);
+    const double step = 1e-4; /* of an element, to either side */
+    const size_t n = (size_t)m->points;
+    solve_initial *given = calloc(3 * n, sizeof *given);
+    double *s = malloc(2 * n * sizeof *s), *distance = s + n;
+    ad_status status = given && s ? modes_at(m, 0, m->input, error)
+                                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
+        for (size_t p = 0; p < n; p++) {
+            const double off = step * m->element[p / ((size_t)m->stages + 1)].length;
+            s[p] = m->s[p] + (side == 0 ? 0 : side == 1 ? -off : off);
+            distance[p] = 2 * off;
+        }
+        status = solve_rod_part(m->rod, SOLVE_INITIAL, n, s, 0, m->inputs > 0 ? m->inputs_at : NULL,
+                                (double *)(given + (size_t)side * n), error);
     }
     if (status == AD_OK) {
+        project(m, given + n, given + 2 * n, distance, q);
         status = modes_fit(m, given, q, v, error);
     }
     free(given);
+    free(s);
     return status;
 }
 
