@@ -400,12 +400,35 @@ static void test_reduced(void **state)
     config_free(given);
 }
 
+/* Without memory there is an error and no leak. */
+static void test_memory(void **state)
+{
+    (void)state;
+    const double tip = 1;
+    const reduced_settings settings = {.modes = {1, 1, 1, 1}, .count = 1, .s = &tip};
+    ad_error error = {.message = ""};
+    ad_status status = AD_NO_MEMORY;
+    config *given;
+    reduced_rod *rod = NULL;
+    assert_int_equal(config_read("everything.yaml", everything, 0, NULL, &given, &error), AD_OK);
+    for (long n = 1; status == AD_NO_MEMORY && n < 100000; n += 1 + n / 20) {
+        allocations = 0;
+        failing_allocation = n;
+        status = reduced_create(&given->scene, &settings, &rod, &error);
+        failing_allocation = 0;
+        assert_true(status == AD_OK || (status == AD_NO_MEMORY && !rod));
+    }
+    assert_int_equal(status, AD_OK);
+    reduced_free(rod);
+    config_free(given);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_frequencies),
         cmocka_unit_test(test_full_solver), cmocka_unit_test(test_energy),
-        cmocka_unit_test(test_reduced),
+        cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
