@@ -23,7 +23,7 @@ const char *modes_refusal(const scene *x)
 /* ---- pieces and elements ------------------------------------------------------------------- */
 
 /* Points of each piece: so many more than modes of a strain, of which shapes are no polynomials. */
-enum { MORE_POINTS = 5, STAGES = 10, DIVISIONS = 64 };
+enum { MORE_POINTS = 4, STAGES = 10, DIVISIONS = 64 };
 
 typedef struct mesh {
     solve_quadrature *places;
@@ -126,8 +126,12 @@ static void set_elements(modes *m, const mesh *x)
         }
     }
     for (int i = 0; i <= m->stages; i++) {
+        double terms[3][GAUSS_STAGES_MAX];
         gauss_magnus(&m->rule, i > 0 ? m->rule.nodes[i - 1] : 0,
-                     i < m->stages ? m->rule.nodes[i] : 1, m->magnus[i]);
+                     i < m->stages ? m->rule.nodes[i] : 1, terms);
+        for (int j = 0; j < 3 * m->stages; j++) {
+            m->magnus[j % 3][j / 3][i] = terms[j % 3][j / 3];
+        }
     }
 }
 

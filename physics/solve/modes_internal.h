@@ -4,6 +4,7 @@
 
 #include "physics/gauss.h"
 #include "physics/solve/modes.h"
+#include "physics/solve/processor.h"
 #include "physics/solve/quaternion.h"
 #include "physics/solve/rod_model.h"
 
@@ -45,6 +46,10 @@ typedef struct modes_point {
     double stress[MODES_STRAINS]; /* n, m, body; not times the weight */
 } modes_point;
 
+/* Steps from point to point of an element, in whole vectors of lanes. */
+enum { MODES_STEPS = 16 };
+_Static_assert(GAUSS_STAGES_MAX + 1 <= MODES_STEPS && MODES_STEPS % LANES == 0, "whole vectors");
+
 /* Rows [width] of work at each point, and of an element. */
 enum { MODES_ROWS = 12, MODES_ROOM = 600 };
 
@@ -77,7 +82,7 @@ struct modes {
     } affine[SOLVE_PARTS];
     double *center; /* [inputs] */
     bool has_given, is_pulled, has_tendons, is_locked;
-    double magnus[GAUSS_STAGES_MAX + 1][3][GAUSS_STAGES_MAX]; /* times the length of an element */
+    double magnus[3][GAUSS_STAGES_MAX][MODES_STEPS]; /* of the steps from point to point, padded */
     gauss_rule rule;
 
     modes_mode *mode;       /* [size] */

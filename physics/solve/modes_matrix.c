@@ -560,9 +560,16 @@ INLINE void collect_rows(modes *m, int e, const double *forces, const double *mo
             const int c = m->mode[b].strain;
             const double *row = sections + (c / 3 * 6 + c % 3) * width;
             const double value = m->value[p * width + b];
-            for (int a = 0; a < width; a++) {
-                by_q[b * width + a] -= value * row[a];
-                by_v[b * width + a] -= value * row[3 * width + a];
+            for (int a = 0; a < width; a += QUAD) {
+                quad q, v, change[2];
+                memcpy(&q, by_q + b * width + a, sizeof q);
+                memcpy(&v, by_v + b * width + a, sizeof v);
+                memcpy(&change[0], row + a, sizeof change[0]);
+                memcpy(&change[1], row + 3 * width + a, sizeof change[1]);
+                q -= value * change[0];
+                v -= value * change[1];
+                memcpy(by_q + b * width + a, &q, sizeof q);
+                memcpy(by_v + b * width + a, &v, sizeof v);
             }
         }
         add_stress(m, e, p, by_q, by_v);

@@ -311,7 +311,7 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
     ad_status status = AD_OK;
     for (int i = 0; i < SOLUTIONS_MAX && status == AD_OK; i++) {
         const double before = at->work;
-        status = solve_once(at, &counts, FINER * i, tolerance, report, error);
+        status = solve_once(at, &counts, FINER * (is_given ? 2 : i), tolerance, report, error);
         if (status != AD_OK || is_given) {
             break;
         }

@@ -35,14 +35,12 @@ FOR_EACH_PROCESSOR static void turn_steps(const modes *m, int e, double (*turn)[
         lanes terms[3][3], q[4] = {NO_LANES + 1, NO_LANES, NO_LANES, NO_LANES};
         for (int k = 0; k < 3; k++) {
             for (int c = 0; c < 3; c++) {
-                for (int lane = 0; lane < LANES; lane++) {
-                    const int i = first + lane <= n ? first + lane : n;
-                    double sum = 0;
-                    for (int j = 0; j < n; j++) {
-                        sum += m->magnus[i][k][j] * at[j].strain[MODES_U + c];
-                    }
-                    terms[k][c][lane] = length * sum;
+                lanes sum = NO_LANES, of_steps;
+                for (int j = 0; j < n; j++) {
+                    memcpy(&of_steps, &m->magnus[k][j][first], sizeof of_steps);
+                    sum += of_steps * at[j].strain[MODES_U + c];
                 }
+                terms[k][c] = length * sum;
             }
         }
         step_on(terms, q);
