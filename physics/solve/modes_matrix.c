@@ -1,90 +1,10 @@
-/* Changes of a reduced rod by each of its modes, side by side: mass, stiffness and damping. */
-#include "physics/solve/modes_internal.h"
-#include "physics/solve/processor.h"
-
-#include <string.h>
-
-#define INLINE static inline __attribute__((always_inline))
-
-#define NUMBER         quad
-#define ALGEBRA(name)  quad_##name
-#define ALGEBRA_INLINE static inline __attribute__((always_inline, unused))
-#include "physics/solve/quaternion_algebra.h"
-#undef NUMBER
-#undef ALGEBRA
-#undef ALGEBRA_INLINE
-
-/* Rows are `width` doubles apart; four columns of three of them. */
-INLINE void load_rows(const double *rows, int width, quad x[3])
-{
-    for (int k = 0; k < 3; k++) {
-        memcpy(&x[k], rows + k * width, sizeof x[k]);
-    }
-}
-
-INLINE void store_rows(const quad x[3], int width, double *rows)
-{
-    for (int k = 0; k < 3; k++) {
-        memcpy(rows + k * width, &x[k], sizeof x[k]);
-    }
-}
-
-/* to += a x b, to += b x a: a the same for all columns. */
-INLINE void add_cross(const double a[3], const quad b[3], quad to[3])
-{
-    to[0] += a[1] * b[2] - a[2] * b[1];
-    to[1] += a[2] * b[0] - a[0] * b[2];
-    to[2] += a[0] * b[1] - a[1] * b[0];
-}
-
-INLINE void add_crossed(const quad b[3], const double a[3], quad to[3])
-{
-    to[0] += b[1] * a[2] - b[2] * a[1];
-    to[1] += b[2] * a[0] - b[0] * a[2];
-    to[2] += b[0] * a[1] - b[1] * a[0];
-}
-
-INLINE void add_applied(double A[3][3], double factor, const quad x[3], quad to[3])
-{
-    for (int i = 0; i < 3; i++) {
-        to[i] += factor * (A[i][0] * x[0] + A[i][1] * x[1] + A[i][2] * x[2]);
-    }
-}
-
-INLINE void add_scaled(double factor, const quad x[3], quad to[3])
-{
-    for (int i = 0; i < 3; i++) {
-        to[i] += factor * x[i];
-    }
-}
-
-/* ---- sums over the points of an element ---------------------------------------------------- */
-
-/* to [stages + 1] = from + matrix rate [stages]: rows of `length` doubles, multiple of QUAD, those
- * of rates and of results as far apart as their strides. */
-INLINE void integrate_rows(const modes *m, int e, int length, const double *from,
-                           const double *rate, int rate_stride, double *to, int stride)
-{
-    const modes_element *element = &m->element[e];
-    const int n = m->stages;
-    for (int i = 0; i <= n; i++) {
-        const double *by = element->matrix[i];
-        for (int c = 0; c < length; c += QUAD) {
-            quad sum, x;
-            memcpy(&sum, from + c, sizeof sum);
-            for (int j = 0; j < n; j++) {
-                memcpy(&x, rate + j * rate_stride + c, sizeof x);
-                sum += by[j] * x;
-            }
-            memcpy(to + i * stride + c, &sum, sizeof sum);
-        }
-    }
-}
+/* Changes of a reduced rod by each of its modes, side by side: stiffness and damping. */
+#include "physics/solve/modes_rows.h"
 
 /* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
  */
-INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
-                        const double *beyond, double *to)
+MODES_INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
+                              const double *beyond, double *to)
 {
     const modes_element *element = &m->element[e];
     const int n = m->stages;
@@ -106,134 +26,14 @@ INLINE void gather_rows(const modes *m, int e, int length, const double *x, int 
 }
 
 /* beyond += x [stages + 1] */
-INLINE void add_beyond(const modes *m, int length, const double *x, int stride, double *beyond)
+MODES_INLINE void add_beyond(const modes *m, int length, const double *x, int stride,
+                             double *beyond)
 {
     for (int i = 0; i <= m->stages; i++) {
         for (int c = 0; c < length; c++) {
             beyond[c] += x[i * stride + c];
         }
     }
-}
-
-/* R e P of each own mode of v, u: [2][3] rows, zeros elsewhere. */
-INLINE void own_rows(const modes *m, int e, int p, int width, double *rows)
-{
-    const modes_element *element = &m->element[e];
-    const modes_point *at = &m->point[p];
-    memset(rows, 0, (size_t)(6 * width) * sizeof *rows);
-    for (int a = element->own; a < element->end; a++) {
-        const int c = m->mode[a].strain;
-        const double value = m->value[p * m->width + a];
-        for (int k = 0; k < 3; k++) {
-            rows[(c / 3 * 3 + k) * width + a] = value * at->R[k][c % 3];
-        }
-    }
-}
-
-/* ---- turn and displacement by each mode, mass ---------------------------------------------- */
-
-INLINE void move_rows(modes *m, int e)
-{
-    const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
-    double *rate = m->room, *own = rate + n * 3 * width, *none = own + n * 6 * width;
-    const double *before = e > 0 ? m->theta + (first - 1) * 3 * width : none;
-    const double *moved = e > 0 ? m->rho + (first - 1) * 3 * width : none;
-    memset(none, 0, (size_t)(3 * width) * sizeof *none);
-    for (int i = 0; i < n; i++) {
-        own_rows(m, e, first + i, width, own + i * 6 * width);
-    }
-    for (int k = 0; k < 3; k++) {
-        integrate_rows(m, e, used, before + k * width, own + (3 + k) * width, 6 * width,
-                       m->theta + (first * 3 + k) * width, 3 * width);
-    }
-    for (int i = 0; i < n; i++) {
-        const modes_point *at = &m->point[first + i];
-        for (int c = 0; c < used; c += QUAD) {
-            quad theta[3], by_v[3];
-            load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
-            load_rows(own + i * 6 * width + c, width, by_v);
-            add_crossed(theta, at->along, by_v);
-            store_rows(by_v, width, rate + i * 3 * width + c);
-        }
-    }
-    for (int k = 0; k < 3; k++) {
-        integrate_rows(m, e, used, moved + k * width, rate + k * width, 3 * width,
-                       m->rho + (first * 3 + k) * width, 3 * width);
-    }
-}
-
-/* R diag(inertia) R^T */
-INLINE void world_inertia(const modes_point *at, double J[3][3])
-{
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            J[i][j] = 0;
-            for (int k = 0; k < 3; k++) {
-                J[i][j] += at->R[i][k] * at->inertia[k] * at->R[j][k];
-            }
-        }
-    }
-}
-
-/* Four rows and four columns of x^T y, rows [count] of `width`. */
-INLINE void product_block(int count, int width, const double *x, const double *y, double *to)
-{
-    quad sum[QUAD] = {{0}}, right;
-    for (int r = 0; r < count; r++) {
-        memcpy(&right, y + r * width, sizeof right);
-        for (int i = 0; i < QUAD; i++) {
-            sum[i] += x[r * width + i] * right;
-        }
-    }
-    for (int i = 0; i < QUAD; i++) {
-        memcpy(to + i * width, &sum[i], sizeof sum[i]);
-    }
-}
-
-/* The sum over points of rho^T mass rho + theta^T J theta. */
-FOR_EACH_PROCESSOR static void find_mass(modes *m)
-{
-    const int width = m->width;
-    double *x = m->room, *y = x + m->points * 6 * width;
-    int count = 0;
-    for (int e = 0; e < m->elements; e++) {
-        move_rows(m, e);
-    }
-    for (int p = 0; p < m->points; p++) {
-        const modes_point *at = &m->point[p];
-        double J[3][3];
-        if (at->mass == 0) {
-            continue;
-        }
-        world_inertia(at, J);
-        for (int c = 0; c < width; c += QUAD) {
-            quad theta[3], rho[3], turned[3] = {{0}}, moved[3] = {{0}};
-            load_rows(m->theta + p * 3 * width + c, width, theta);
-            load_rows(m->rho + p * 3 * width + c, width, rho);
-            add_applied(J, 1, theta, turned);
-            add_scaled(at->mass, rho, moved);
-            store_rows(theta, width, x + count * width + c);
-            store_rows(rho, width, x + (count + 3) * width + c);
-            store_rows(turned, width, y + count * width + c);
-            store_rows(moved, width, y + (count + 3) * width + c);
-        }
-        count += 6;
-    }
-    for (int a = 0; a < width; a += QUAD) {
-        for (int b = 0; b <= a; b += QUAD) {
-            product_block(count, width, x + a, y + b, m->mass + a * width + b);
-        }
-    }
-    for (int a = 0; a < m->size; a++) {
-        for (int b = 0; b < a; b++) {
-            m->mass[b * width + a] = m->mass[a * width + b];
-        }
-    }
-}
-
-void modes_mass(modes *m)
-{
-    find_mass(m);
 }
 
 /* ---- derivatives of motion ----------------------------------------------------------------- */
@@ -268,7 +68,7 @@ static changes changes_of(modes *m)
 _Static_assert((GAUSS_STAGES_MAX + 1) * 36 + 18 <= MODES_ROOM, "changes have room");
 
 /* Changes of w, then of its rate and of V, then of the acceleration. */
-INLINE void change_motion(modes *m, int e, changes *x)
+MODES_INLINE void change_motion(modes *m, int e, changes *x)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i < n; i++) {
@@ -439,7 +239,7 @@ static void find_local(const modes *m, int p, local *x)
     }
 }
 
-INLINE void change_forces(modes *m, int e, changes *x)
+MODES_INLINE void change_forces(modes *m, int e, changes *x)
 {
     const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
     for (int i = 0; i <= n; i++) {
@@ -524,8 +324,8 @@ static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
 }
 
 /* Rows [6][width] of a point: R^T (changed - theta x carried), by q and by q_t. */
-INLINE void to_section(const modes *m, int p, const double carried[3], const double *rows,
-                       double *to)
+MODES_INLINE void to_section(const modes *m, int p, const double carried[3], const double *rows,
+                             double *to)
 {
     const modes_point *at = &m->point[p];
     const int width = m->width;
@@ -546,8 +346,8 @@ INLINE void to_section(const modes *m, int p, const double carried[3], const dou
 }
 
 /* forces, moments [stages][6]: what modes_point.carried changes by; sections: room [12]. */
-INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
-                         double *sections, double *by_q, double *by_v)
+MODES_INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
+                               double *sections, double *by_q, double *by_v)
 {
     const int n = m->stages, width = m->width;
     const modes_element *element = &m->element[e];
@@ -577,7 +377,7 @@ INLINE void collect_rows(modes *m, int e, const double *forces, const double *mo
 }
 
 /* Moments of the forces beyond, at Gauss points: along x force. */
-INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
+MODES_INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
 {
     const int n = m->stages, width = m->width;
     for (int i = 0; i < n; i++) {

@@ -25,7 +25,9 @@ static const char summary[] =
     "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
     "0;\n"
     "or with --method strain the curvature alone as unknown.\n"
-    "In motion: spectral elements along the rod, Runge-Kutta steps in time. Beams of small\n"
+    "In motion: spectral elements along the rod, Runge-Kutta steps in time; or with --method "
+    "modes\n"
+    "a few modes of the strains. Beams of small\n"
     "deflection: collocation along the beam and in time, one linear solve.";
 
 static const char epilogue[] =
@@ -62,7 +64,8 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, method, nodes, steps (of the load, in motion of "
+    "findings: [{reason, outcome, text}]}, method, nodes, modes (of --method modes), steps (of the "
+    "load, in motion of "
     "time),\n"
     "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
     "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
@@ -341,6 +344,9 @@ static ad_status write_json(const solving *x, ad_error *error)
         bool moves = scene_is_dynamic(x->scene);
         json_text(&to, "method", solve_method_names()[x->asked.method]);
         json_integer(&to, "nodes", r->nodes);
+        if (r->mode_count > 0) {
+            json_integer(&to, "modes", r->mode_count);
+        }
         json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
         json_integer(&to, "newton_steps", r->newton_steps);
         json_number(&to, "seconds", x->seconds);
