@@ -341,8 +341,8 @@ static void test_reduced(void **state)
     const double places[2] = {0.45, 1}, h = 1e-5, step = 0.05, t = 0.2;
     const reduced_settings settings = {.modes = {2, 1, 1, 1}, .count = 2, .s = places};
     ad_error error = {.message = ""};
-    config *given;
-    reduced_rod *rod;
+    config *given = NULL;
+    reduced_rod *rod = NULL;
     double x[STATES], inputs[INPUTS] = {170, 1.3}, rate[STATES], A[STATES * STATES];
     double B[STATES * INPUTS], S[STATES * STATES], T[STATES * INPUTS], next[STATES];
     double C[2 * 12 * STATES], ends[2][STATES], looks[2][24];
@@ -408,7 +408,7 @@ static void test_memory(void **state)
     const reduced_settings settings = {.modes = {1, 1, 1, 1}, .count = 1, .s = &tip};
     ad_error error = {.message = ""};
     ad_status status = AD_NO_MEMORY;
-    config *given;
+    config *given = NULL;
     reduced_rod *rod = NULL;
     assert_int_equal(config_read("everything.yaml", everything, 0, NULL, &given, &error), AD_OK);
     for (long n = 1; status == AD_NO_MEMORY && n < 100000; n += 1 + n / 20) {

@@ -193,7 +193,7 @@ typedef struct refined {
 } refined;
 
 /* What solutions together may cost, in operations: some 20 s. */
-static const double WORK_MOST = 4e10;
+static const double WORK_MOST = 2e11;
 
 static ad_status look(refined *at, ad_error *error)
 {
@@ -326,7 +326,7 @@ static ad_status refine(refined *at, const solve_settings *settings, solve_repor
                 break;
             }
         }
-        tolerance = fmax(tolerance / 3, 0.3 * settings->tolerance);
+        tolerance = fmax(tolerance / 10, 0.1 * settings->tolerance);
         if (!add_modes(at->best, settings->tolerance, &counts) ||
             at->work + 4 * (at->work - before) > WORK_MOST) {
             break;
