@@ -28,6 +28,7 @@ struct reduced_rod {
     double *by;          /* [states][states + inputs] */
     double *mass;        /* [width][width] */
     double *room;        /* of the derivatives of a step */
+    double *rows;        /* [count][12][states] of what is seen, then [count][6] */
     double *memory;
 };
 
@@ -103,7 +104,7 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width;
     double **const parts[] = {&x->unit, &x->q,    &x->v,  &x->a,    &x->residual, &x->start,
-                              &x->by_q, &x->by_v, &x->by, &x->mass, &x->room};
+                              &x->by_q, &x->by_v, &x->by, &x->mass, &x->room,     &x->rows};
     const size_t sizes[] = {2 * n,
                             n,
                             n,
@@ -114,7 +115,8 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
                             square,
                             2 * n * (2 * n + inputs),
                             square,
-                            collocation_derivative_room(x->step)};
+                            collocation_derivative_room(x->step),
+                            (24 * n + 6) * (size_t)x->count};
     size_t all = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         all += sizes[i];
@@ -249,6 +251,98 @@ ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double 
     }
     if (status == AD_OK && !(moved <= near)) {
         return ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
+    }
+    if (status == AD_OK) {
+        give_state(x, state);
+    }
+    return status;
+}
+
+/* Least squares of rows [count][first .. first + 5] by q (moving: q_t): the step in x->residual and
+ * its largest number, not a number where there is none. off [count][6]. */
+static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
+{
+    const double lever = 0.3, kept = 1e-10;
+    const int n = x->m->size, width = x->m->width;
+    double trace = 0, most = 0;
+    memset(x->mass, 0, (size_t)(n * width) * sizeof *x->mass);
+    memset(x->residual, 0, (size_t)n * sizeof *x->residual);
+    for (int i = 0; i < 6 * x->count; i++) {
+        const double by = i % 6 < 3 ? 1 : lever * lever;
+        const double *row = x->rows + (size_t)((i / 6 * 12 + i % 6) * 2 * n) +
+                            (moving ? (size_t)(6 * 2 * n + n) : 0);
+        for (int a = 0; a < n; a++) {
+            x->residual[a] += by * row[a] * off[i / 6][i % 6];
+            trace += by * row[a] * row[a];
+            for (int b = 0; b <= a; b++) {
+                x->mass[a * width + b] += by * row[a] * row[b];
+            }
+        }
+    }
+    for (int a = 0; a < n; a++) {
+        x->mass[a * width + a] += kept * trace / n;
+    }
+    if (!modes_solve_positive(x->m, x->mass, x->residual)) {
+        return NAN;
+    }
+    for (int a = 0; a < n; a++) {
+        most = fmax(most, fabs(x->residual[a]));
+    }
+    return most;
+}
+
+/* By how much places are off what is seen of them, in the model's units. */
+static void find_off(const reduced_rod *x, const reduced_place *seen, bool moving, double (*off)[6])
+{
+    const rod_scales *scales = &x->rod->scales;
+    for (int i = 0; i < x->count; i++) {
+        const solve_state *here = &x->seen[i];
+        double q[4], R[3][3], turn[4], body[3];
+        memcpy(q, here->rotation, sizeof q);
+        rotation_matrix(q, R);
+        quaternion_quotient(q, seen[i].rotation, turn);
+        const double sine = sqrt(vector_dot(turn + 1, turn + 1));
+        const double by = sine > 1e-8 ? 2 * atan2(sine, fabs(turn[0])) / sine : 2;
+        for (int k = 0; k < 3; k++) {
+            off[i][k] =
+                moving ? seen[i].velocity[k] * scales->time / scales->length - here->velocity[k]
+                       : seen[i].position[k] / scales->length - here->position[k];
+            body[k] = copysign(by, turn[0]) * turn[1 + k];
+            off[i][3 + k] = seen[i].angular_velocity[k] * scales->time - here->spin[k];
+        }
+        if (!moving) {
+            to_world(R, body, off[i] + 3);
+        }
+    }
+}
+
+ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
+                          double *state, ad_error *error)
+{
+    enum { STEPS = 60 };
+    const double near = 1e-9, farthest = 0.5;
+    double moved = INFINITY,
+           (*off)[6] = (double(*)[6])(x->rows + (size_t)(24 * x->m->size * x->count));
+    ad_status status = go_to(x, t, state, inputs, error);
+    for (int step = 0; step <= STEPS && status == AD_OK; step++) {
+        const bool moving = moved <= near || step == STEPS; /* the last: q_t */
+        double *to = moving ? x->v : x->q;
+        modes_shape(x->m, x->q, x->v, NULL);
+        modes_mass(x->m);
+        modes_samples(x->m, x->places, x->seen);
+        modes_sample_derivatives(x->m, x->places, x->rows);
+        find_off(x, seen, moving, off);
+        moved = least_squares(x, moving, off);
+        const double part = moving ? 1 : fmin(1, farthest / moved);
+        for (int k = 0; k < x->m->size; k++) {
+            to[k] += part * x->residual[k];
+        }
+        if (isnan(moved)) {
+            return ad_fail(error, AD_NOT_FINITE, "no state is found near what is seen");
+        }
+        if (moving) {
+            break;
+        }
     }
     if (status == AD_OK) {
         give_state(x, state);
