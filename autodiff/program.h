@@ -161,6 +161,7 @@ typedef struct pass_plan {
 } pass_plan;
 
 bool ad_plan_layout(pass_plan *plan, pass *p);
+void ad_plan_contract(pass_plan *plan);            /* contract.c */
 bool ad_emit_pass(const pass_plan *plan, pass *p); /* emit.c */
 
 /* May the two not be worked on row by row, both on one row before the next? (emit.c) */

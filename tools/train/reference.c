@@ -2,40 +2,20 @@
 
 #include "physics/analytic.h"
 #include "physics/sampling.h"
-#include "tools/files/table_file.h"
-#include "tools/train/reference_solve.h"
+#include "tools/train/reference_internal.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41, POSE_MAX = 7 };
+enum { STATIC_POINTS = 101, DYNAMIC_POINTS = 41 };
 
 /* Of a family, that are solved, and points of each; a motion takes seconds or minutes. */
 enum { MEMBERS = 16, MOVING_MEMBERS = 4, MEMBER_POINTS = 21 };
 
-struct reference {
-    char name[256];
-    double length, duration;
-    size_t points, left_out;
-    reference_solution about; /* of a classical solution */
-    const scene_physics *model;
-    size_t pose;                         /* columns: of position, then of rotation */
-    bool rotations;                      /* known */
-    double *s, *t;                       /* [points] m, s; `s` owns everything up to `part` */
-    int members, parameters;             /* of a family; 1 and 0: one scene */
-    double *more[SCENE_PARAMETERS_MAX];  /* [parameters][points] */
-    double *poses;                       /* [pose][points] */
-    double *values;                      /* the same, of the field compared last */
-    double *part;                        /* the same, of some of the points */
-    field *candidate;                    /* of the experiment's networks */
-    int window;                          /* entered */
-    size_t first[SCENE_WINDOWS_MAX + 1]; /* points in the order of the windows; of each the first */
-};
-
 /* ---- making -------------------------------------------------------------------------------- */
 
-static ad_status allocate(reference *r, size_t points, ad_error *error)
+ad_status reference_allocate(reference *r, size_t points, ad_error *error)
 {
     r->points = points;
     r->s = calloc((2 + (size_t)r->parameters + 3 * r->pose) * points, sizeof *r->s);
@@ -57,7 +37,7 @@ static ad_status make_grid(reference *r, bool dynamic, ad_error *error)
 {
     size_t ns = r->parameters ? MEMBER_POINTS : dynamic ? DYNAMIC_POINTS : STATIC_POINTS;
     size_t nt = !dynamic ? 1 : r->parameters ? MEMBER_POINTS : DYNAMIC_POINTS;
-    ad_status status = allocate(r, (size_t)r->members * ns * nt, error);
+    ad_status status = reference_allocate(r, (size_t)r->members * ns * nt, error);
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         r->s[i] = r->length * (double)(i % ns) / (double)(ns - 1);
         r->t[i] = nt > 1 ? r->duration * (double)(i / ns % nt) / (double)(nt - 1) : 0;
@@ -87,7 +67,7 @@ static analytic_clamp clamp_of(const scene *scene)
     return clamp;
 }
 
-static void put_pose(reference *r, size_t i, const double *position, const double *rotation)
+void reference_put_pose(reference *r, size_t i, const double *position, const double *rotation)
 {
     size_t positions = (size_t)r->model->position_columns;
     for (size_t k = 0; k < r->pose; k++) {
@@ -107,7 +87,7 @@ static ad_status make_elastica(reference *r, const scene *scene, ad_error *error
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         analytic_state state;
         analytic_elastica_at(&elastica, r->s[i], &state);
-        put_pose(r, i, state.position, state.quaternion);
+        reference_put_pose(r, i, state.position, state.quaternion);
     }
     return status;
 }
@@ -126,7 +106,7 @@ static ad_status make_couple(reference *r, const scene *scene, bool planar, ad_e
                      ? analytic_rollup_at(&clamp, bending, couple, r->s[i], &state, error)
                      : analytic_helix_at(&clamp, bending, torsion, couple, r->s[i], &state, error);
         if (status == AD_OK) {
-            put_pose(r, i, state.position, state.quaternion);
+            reference_put_pose(r, i, state.position, state.quaternion);
         }
     }
     return status;
@@ -152,7 +132,7 @@ static ad_status make_deflection(reference *r, const experiment *e, ad_error *er
     for (size_t i = 0; status == AD_OK && i < r->points; i++) {
         double unknown = 0;
         double w = quantity_value(e->settings->reference_deflection, r->s[i], r->t[i]);
-        put_pose(r, i, &w, &unknown);
+        reference_put_pose(r, i, &w, &unknown);
         if (!isfinite(w)) {
             return ad_fail(error, AD_BAD_INPUT,
                            "reference.deflection: is not finite at s = %g m, t = %g s; allowed: a "
@@ -241,144 +221,6 @@ static ad_status make_analytic(reference *r, const experiment *e, ad_error *erro
     default:
         return make_couple(r, scene, kind == TRAIN_REFERENCE_ROLLUP, error);
     }
-}
-
-/* ---- a file -------------------------------------------------------------------------------- */
-
-/* Columns of the file by their place in a pose; t is NULL in a static scene. */
-typedef struct file_columns {
-    const double *s, *t, *pose[POSE_MAX];
-} file_columns;
-
-/* "x, y, z" */
-static void list_columns(const scene_physics *model, int first, int count, char text[64])
-{
-    int length = 0;
-    for (int k = first; k < first + count; k++) {
-        length += snprintf(text + length, 64 - (size_t)length, "%s%s", k > first ? ", " : "",
-                           model->columns[k].name);
-    }
-}
-
-static ad_status blame_missing(const char *path, const char *missing, const scene_physics *model,
-                               bool dynamic, ad_error *error)
-{
-    char positions[64], rotations[64];
-    list_columns(model, 0, model->position_columns, positions);
-    list_columns(model, model->position_columns, model->rotation_columns, rotations);
-    return ad_fail(error, AD_BAD_INPUT,
-                   "%s: column '%s' is missing; a reference has columns s, %s%s and, where it "
-                   "knows rotations, %s",
-                   path, missing, dynamic ? "t, " : "", positions, rotations);
-}
-
-static ad_status find_columns(reference *r, const char *path, const table_file *table, bool dynamic,
-                              file_columns *columns, ad_error *error)
-{
-    const char *missing = NULL;
-    size_t positions = (size_t)r->model->position_columns;
-    int turns = 0;
-    columns->s = table_column(table, "s");
-    columns->t = dynamic ? table_column(table, "t") : NULL;
-    missing = !columns->s ? "s" : dynamic && !columns->t ? "t" : NULL;
-    for (size_t k = 0; k < r->pose; k++) {
-        columns->pose[k] = table_column(table, r->model->columns[k].name);
-        turns += k >= positions && columns->pose[k];
-    }
-    r->rotations = turns > 0;
-    for (size_t k = 0; !missing && k < (turns ? r->pose : positions); k++) {
-        missing = columns->pose[k] ? NULL : r->model->columns[k].name;
-    }
-    if (missing) {
-        return blame_missing(path, missing, r->model, dynamic, error);
-    }
-    const double *t = dynamic ? NULL : table_column(table, "t");
-    for (size_t i = 1; t && i < table_rows(table); i++) {
-        if (t[i] != t[0]) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "%s: column 't' holds several times, but the scene is static; allowed: "
-                           "one time, or no column t",
-                           path);
-        }
-    }
-    return AD_OK;
-}
-
-static bool within(double value, double limit)
-{
-    return value >= -REFERENCE_END_TOLERANCE * limit &&
-           value <= (1 + REFERENCE_END_TOLERANCE) * limit;
-}
-
-static bool normalized(double rotation[4])
-{
-    double size = hypot(hypot(rotation[0], rotation[1]), hypot(rotation[2], rotation[3]));
-    for (int i = 0; i < 4; i++) {
-        rotation[i] /= size;
-    }
-    return size > 0;
-}
-
-/* Points outside the scene are passed over; the arrays have room for every row. */
-static ad_status take_rows(reference *r, const char *path, const file_columns *columns, size_t rows,
-                           ad_error *error)
-{
-    size_t kept = 0, positions = (size_t)r->model->position_columns;
-    bool is_quaternion = r->model->rotation_columns == 4;
-    for (size_t i = 0; i < rows; i++) {
-        double pose[POSE_MAX] = {0};
-        if (!within(columns->s[i], r->length) ||
-            (columns->t && !within(columns->t[i], r->duration))) {
-            continue;
-        }
-        for (size_t k = 0; k < r->pose; k++) {
-            pose[k] = columns->pose[k] ? columns->pose[k][i] : 0;
-        }
-        if (r->rotations && is_quaternion && !normalized(pose + positions)) {
-            return ad_fail(error, AD_BAD_INPUT,
-                           "%s: row %zu: the quaternion qw, qx, qy, qz is 0; allowed: not 0", path,
-                           i + 1);
-        }
-        r->s[kept] = columns->s[i];
-        r->t[kept] = columns->t ? columns->t[i] : 0;
-        put_pose(r, kept++, pose, pose + positions);
-    }
-    r->left_out = rows - kept;
-    if (kept == 0) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%s: none of its %zu points lies in the scene: s from 0 to %g m%s", path,
-                       rows, r->length, columns->t ? ", t within the duration" : "");
-    }
-    for (size_t k = 1; k < r->pose; k++) { /* rows of poses follow one another */
-        memmove(r->poses + k * kept, r->poses + k * r->points, kept * sizeof *r->poses);
-    }
-    r->points = kept;
-    return AD_OK;
-}
-
-static ad_status make_file(reference *r, const experiment *e, ad_error *error)
-{
-    const char *path = e->settings->reference_file;
-    const char *slash = strrchr(path, '/');
-    table_file *table = NULL;
-    file_columns columns;
-    snprintf(r->name, sizeof r->name, "%s", slash ? slash + 1 : path);
-    ad_status status = table_read(path, TABLE_FINITE, &table, error);
-    if (status == AD_OK) {
-        status = find_columns(r, path, table, scene_is_dynamic(e->scene), &columns, error);
-    }
-    if (status == AD_OK && table_rows(table) == 0) {
-        status =
-            ad_fail(error, AD_BAD_INPUT, "%s: there are no rows; at least one is needed", path);
-    }
-    if (status == AD_OK) {
-        status = allocate(r, table_rows(table), error);
-    }
-    if (status == AD_OK) {
-        status = take_rows(r, path, &columns, table_rows(table), error);
-    }
-    table_free(table);
-    return status;
 }
 
 /* ---- windows of time ----------------------------------------------------------------------- */
@@ -485,7 +327,7 @@ ad_status reference_create(const experiment *e, reference **result, ad_error *er
     r->duration = scene_duration(e->scene);
     r->about.estimate = NAN;
     r->members = 1;
-    ad_status status = settings->reference_file                  ? make_file(r, e, error)
+    ad_status status = settings->reference_file                  ? reference_read(r, e, error)
                        : settings->reference_deflection.is_given ? make_deflection(r, e, error)
                        : !isnan(settings->reference_tolerance)   ? make_solved(r, e, error)
                                                                  : make_analytic(r, e, error);
@@ -596,7 +438,7 @@ static double worse(double a, double b)
     return b <= a || isnan(a) ? a : b;
 }
 
-static void pose_at(const reference *r, const double *poses, size_t i, double pose[POSE_MAX])
+static void pose_at(const reference *r, const double *poses, size_t i, double pose[REFERENCE_POSE])
 {
     for (size_t k = 0; k < r->pose; k++) {
         pose[k] = poses[k * r->points + i];
@@ -609,7 +451,7 @@ static reference_errors measure(const reference *r, size_t points)
     double off = 0, size = 0, angles = 0, most = 0, turned = 0, tip = -1;
     int positions = r->model->position_columns;
     for (size_t i = 0; i < points; i++) {
-        double exact[POSE_MAX], found[POSE_MAX], square = 0;
+        double exact[REFERENCE_POSE], found[REFERENCE_POSE], square = 0;
         pose_at(r, r->poses, i, exact);
         pose_at(r, r->values, i, found);
         for (int k = 0; k < positions; k++) {
