@@ -299,6 +299,41 @@ static void test_plane(void **state)
     free_solved(&x);
 }
 
+/* A stiff rod that hangs from a pin and is let go level swings as a rigid one, whose period is
+ * 4 sqrt(2 L / (3 g)) K(sin(pi/4)). It bends by some 1e-6. */
+static void test_pendulum(void **state)
+{
+    (void)state;
+    static const char hanging[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1.0e5, 1.0e5], torsion: 1.0e5},\n"
+        "      inertia: {mass_per_length: 1, rotary: [1.0e-7, 1.0e-7, 2.0e-7]}}\n"
+        "boundary: {start: {type: pinned}}\n"
+        "initial: {position: [s, 0, 0], rotation: [1, 0, 1, 0]}\n"
+        "loads: {gravity: [0, 0, -9.81]}\n"
+        "time: {duration: 2, windows: 1}\n";
+    const double K = 1.8540746773013719, tip = 1, level[3] = {1, 0, 0};
+    const double period = 4 * sqrt(2 / (3 * 9.81)) * K;
+    const solve_settings settings = {.tolerance = 1e-7, .modes = {1, 0, 0, 0}};
+    ad_error error = {.message = ""};
+    modes_solution *motion = NULL;
+    solve_state found[2];
+    solved x;
+    make_rod(&x, "hanging.yaml", hanging);
+    const double times[2] = {period / 2 / x.rod->scales.time, period / x.rod->scales.time};
+    assert_int_equal(modes_motion_solve(x.rod, &settings, 2, times, &motion, &x.report, &error),
+                     AD_OK);
+    for (size_t i = 0; i < 2; i++) {
+        assert_int_equal(modes_motion_at(motion, i, 1, &tip, &found[i], &error), AD_OK);
+    }
+    const double other[3] = {-1, 0, 0};
+    print_message("pendulum: %.1e, %.1e\n", distance(found[0].position, other),
+                  distance(found[1].position, level));
+    assert_true(distance(found[0].position, other) < 1e-5);
+    assert_true(distance(found[1].position, level) < 1e-5);
+    modes_motion_free(motion);
+    free_solved(&x);
+}
+
 /* A Kirchhoff rod that swings freely for some twenty periods of its first mode: what Radau's method
  * takes is below a millionth. */
 static void test_energy(void **state)
@@ -469,8 +504,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_derivatives), cmocka_unit_test(test_frequencies),
         cmocka_unit_test(test_full_solver), cmocka_unit_test(test_plane),
-        cmocka_unit_test(test_energy),      cmocka_unit_test(test_reduced),
-        cmocka_unit_test(test_memory),
+        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

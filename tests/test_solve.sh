@@ -54,7 +54,7 @@ refused 'method modes: the scene is at rest; allowed: a rod in motion' \
     cpinn-solve "$elastica" --method modes
 refused 'method modes: a beam of small deflection is linear' \
     cpinn-solve "$ROOT/configs/beam_vibration.yaml" --method modes
-refused 'method modes: the start is not clamped or driven; allowed' \
+refused 'method modes: the start is not clamped, pinned or driven; allowed' \
     cpinn-solve "$ROOT/configs/cases/spinning.yaml" --method modes
 refused '^cpinn-solve: --modes 3,1; allowed: with --method modes, four numbers from 0 to 24' \
     cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes 3,1

@@ -12,8 +12,9 @@ const char *modes_refusal(const scene *x)
 {
     return scene_is_beam(x)       ? "a beam of small deflection is linear"
            : !scene_is_dynamic(x) ? "the scene is at rest"
-           : x->start.type != SCENE_CLAMPED && x->start.type != SCENE_DRIVEN
-               ? "the start is not clamped or driven"
+           : x->start.type != SCENE_CLAMPED && x->start.type != SCENE_DRIVEN &&
+                   x->start.type != SCENE_PINNED
+               ? "the start is not clamped, pinned or driven"
            : scene_end_is_placed(x->end.type) ? "the end is held"
            : scene_has_displaced_tendons(x)   ? "a tendon's displacement is given"
            : scene_has_rubbing_tendons(x)     ? "a tendon has friction"
@@ -95,6 +96,11 @@ static bool begins_piece(const mesh *x, int element)
     return begins;
 }
 
+/* A start that turns is three hinges in turn, as if the rod were bent and twisted over no length.
+ * Twist is the one between: beyond a quarter of a turn the other two are one. */
+enum { HINGES = 3 };
+static const int HINGE_AXIS[HINGES] = {0, 2, 1};
+
 /* ---- making -------------------------------------------------------------------------------- */
 
 static void *rows(size_t count, size_t size, bool *failed)
@@ -109,9 +115,9 @@ static void set_elements(modes *m, const mesh *x)
     m->pieces = 0;
     for (int e = 0; e < m->elements; e++) {
         modes_element *to = &m->element[e];
-        const int n = m->stages;
-        m->pieces += begins_piece(x, e);
-        to->length = x->edges[e + 1] - x->edges[e];
+        const int n = m->stages, own = e - m->hinges; /* of the mesh */
+        m->pieces += own >= 0 && begins_piece(x, own);
+        to->length = own >= 0 ? x->edges[own + 1] - x->edges[own] : 1;
         for (int j = 0; j < n; j++) {
             for (int i = 0; i < n; i++) {
                 to->matrix[i][j] = to->length * m->rule.matrix[i][j];
@@ -120,9 +126,11 @@ static void set_elements(modes *m, const mesh *x)
         }
         for (int i = 0; i <= n; i++) {
             const int p = e * (n + 1) + i;
-            m->s[p] = i < n ? x->edges[e] + to->length * m->rule.nodes[i] : x->edges[e + 1];
+            if (own >= 0) {
+                m->s[p] = i < n ? x->edges[own] + to->length * m->rule.nodes[i] : x->edges[own + 1];
+                m->point[p].weight = i < n ? to->length * m->rule.weights[i] : 0;
+            }
             m->point[p].s = m->s[p];
-            m->point[p].weight = i < n ? to->length * m->rule.weights[i] : 0;
         }
     }
     for (int i = 0; i <= m->stages; i++) {
@@ -153,15 +161,21 @@ static ad_status set_modes(modes *m, const mesh *x, const solve_parameters *open
 {
     ad_status status = AD_OK;
     double compliance[MODES_STRAINS];
-    const int per_piece = MODES_STRAINS * largest_count(&m->counts);
+    const int per_piece = MODES_STRAINS * largest_count(&m->counts), hinges = m->hinges;
     bool failed = false;
-    m->mode = rows((size_t)(per_piece * m->pieces), sizeof *m->mode, &failed);
+    m->mode = rows((size_t)(per_piece * m->pieces + hinges), sizeof *m->mode, &failed);
     if (failed) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for modes");
     }
-    for (int e = 0, last; e < m->elements && status == AD_OK; e = last + 1) {
+    for (int e = 0; e < hinges; e++) {
+        m->mode[m->size++] = (modes_mode){MODES_U + HINGE_AXIS[e], 0, e, e};
+        m->element[e].own = e;
+        m->element[e].end = m->size;
+        m->element[e].width = QUAD;
+    }
+    for (int e = hinges, last; e < m->elements && status == AD_OK; e = last + 1) {
         const int first = m->size;
-        for (last = e; last + 1 < m->elements && !begins_piece(x, last + 1); last++) {
+        for (last = e; last + 1 < m->elements && !begins_piece(x, last + 1 - hinges); last++) {
         }
         status = compliance_of(m, e, open, compliance, error);
         for (int c = 0; c < MODES_STRAINS && status == AD_OK; c++) {
@@ -189,7 +203,9 @@ static void set_values(modes *m, const mesh *x)
 {
     for (int a = 0; a < m->size; a++) {
         const modes_mode *mode = &m->mode[a];
-        const double from = x->edges[mode->first_element], to = x->edges[mode->last_element + 1];
+        const bool turns = a < m->hinges;
+        const double from = turns ? 0 : x->edges[mode->first_element - m->hinges];
+        const double to = turns ? 1 : x->edges[mode->last_element + 1 - m->hinges];
         for (int e = mode->first_element; e <= mode->last_element; e++) {
             for (int i = 0; i < m->stages; i++) {
                 const int p = e * (m->stages + 1) + i;
@@ -237,6 +253,11 @@ static ad_status set_jumps(modes *m, ad_error *error)
     for (int k = 0; k < jumps->count; k++) {
         const solve_jump *jump = &jumps->at[k];
         m->jump_at[k] = -1;
+        if (m->hinges > 0 && jump->s <= SOLVE_SAME_PLACE) {
+            return ad_fail(
+                error, AD_BAD_INPUT,
+                "method modes: something acts at a start that turns; allowed: beyond it");
+        }
         for (int e = 0; e < m->elements && jump->s > SOLVE_SAME_PLACE; e++) {
             const int p = (e + 1) * (m->stages + 1) - 1;
             if (fabs(m->s[p] - jump->s) <= SOLVE_SAME_PLACE) {
@@ -301,7 +322,8 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     ad_status status = find_mesh(m->rod, m->inputs, &m->counts, finer, &x, error);
     bool failed = false;
     if (status == AD_OK) {
-        m->elements = x.elements;
+        m->hinges = m->rod->ends[0].holds_rotation ? 0 : HINGES;
+        m->elements = x.elements + m->hinges;
         m->stages = x.stages;
         m->points = m->elements * (m->stages + 1);
         m->rule = solve_gauss_rule_of(m->stages);
@@ -341,10 +363,11 @@ ad_status modes_create(solve_rod *rod, const solve_parameters *open, const modes
     const char *why = modes_refusal(&rod->scene);
     *result = NULL;
     if (why) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "method modes: %s; allowed: a rod in motion, clamped or driven at its start "
-                       "and free or loaded at its end",
-                       why);
+        return ad_fail(
+            error, AD_BAD_INPUT,
+            "method modes: %s; allowed: a rod in motion, clamped, pinned or driven at its "
+            "start and free or loaded at its end",
+            why);
     }
     modes *m = calloc(1, sizeof *m);
     if (!m) {

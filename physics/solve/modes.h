@@ -6,7 +6,7 @@
  *   v(s, t) = v*(s, 0) + sum_a P_a(s) q_a(t),   u(s, t) = u*(s, 0) + sum_a P_a(s) q_a(t)
  *
  * (Boyer, Lebastard, Candelier, Renda, IEEE Trans. Robotics 37, 2021). Rotation, position, velocity
- * and acceleration are integrals of them from the start, which is held, on to the tip; the
+ * and acceleration are integrals of them from the start, which is held or a pin, on to the tip; the
  * equations of motion M(q) q_tt + c(q, q_t) = forces follow from the principle of virtual power,
  * so that a locked strain is one without modes. Points are Gauss', rotations those of Magnus'
  * expansion of order 6. All sums go once from the start to the tip and once back; derivatives of

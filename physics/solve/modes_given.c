@@ -67,7 +67,7 @@ static ad_status give_rest(modes *m, ad_error *error)
         memcpy(to->rest + MODES_U, rest[p].curvature, sizeof rest[p].curvature);
         memcpy(to->rest_rate + MODES_V, rest[p].strain_rate, sizeof rest[p].strain_rate);
         memcpy(to->rest_rate + MODES_U, rest[p].curvature_rate, sizeof rest[p].curvature_rate);
-        if (!m->has_given) {
+        if (!m->has_given && p >= m->hinges * (m->stages + 1)) { /* hinges have no extent */
             memcpy(to->origin, to->rest, sizeof to->origin);
         }
     }
@@ -141,12 +141,27 @@ static ad_status give_jumps(modes *m, ad_error *error)
     return status;
 }
 
+static ad_status give_upright(modes *m, ad_error *error)
+{
+    const double s = 0;
+    solve_initial start;
+    ad_status status = part(m, SOLVE_INITIAL, 1, &s, (double *)&start, error);
+    memcpy(m->upright, start.rotation, sizeof m->upright);
+    return status;
+}
+
 static ad_status give_ends(modes *m, bool first, bool last, ad_error *error)
 {
     const double s[2] = {0, 1};
     ad_status status = AD_OK;
     if (first) {
         status = part(m, SOLVE_START, 1, &s[0], (double *)&m->start, error);
+        if (m->hinges > 0) {
+            const double still[3] = {0};
+            memcpy(m->start.rotation, m->upright, sizeof m->upright);
+            memcpy(m->start.spin, still, sizeof still);
+            memcpy(m->start.spin_rate, still, sizeof still);
+        }
         quaternion_normalize(m->start.rotation);
     }
     return status == AD_OK && last ? part(m, SOLVE_END, 1, &s[1], (double *)&m->last, error)
@@ -176,7 +191,10 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
         due[i] = is_due(m, (solve_part)i, time_moved, input_moved);
     }
     due[SOLVE_JUMPS] &= m->rod->jumps.count > 0;
-    if (due[SOLVE_SECTIONS]) {
+    if (m->hinges > 0 && !m->has_given) {
+        status = give_upright(m, error);
+    }
+    if (status == AD_OK && due[SOLVE_SECTIONS]) {
         status = give_sections(m, error);
     }
     if (status == AD_OK && due[SOLVE_REST]) {

@@ -71,6 +71,8 @@ struct modes {
     modes_counts counts;
     int size, width; /* modes; padded to fours */
     int pieces;
+    int hinges; /* the first so many elements: of no extent and no mass, each turns about an axis */
+    double upright[4];            /* with hinges: rotation at s = 0 of modes that are all 0 */
     int elements, stages, points; /* points: elements (stages + 1) */
     int inputs;
     double time;

@@ -250,7 +250,7 @@ static bool add_modes(const modes_solution *x, double tolerance, modes_counts *c
     double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
     bool more = false;
     for (size_t i = 0; i < x->count; i++) {
-        for (int a = 0; a < m->size; a++) {
+        for (int a = m->hinges; a < m->size; a++) {
             const modes_mode *mode = &m->mode[a];
             const int c = mode->strain, k = mode->degree + 1;
             const double q = fabs(x->states[i * 2 * (size_t)m->size + (size_t)a]);
@@ -283,7 +283,7 @@ static void take_report(const refined *at, solve_report *report)
     }
     report->energy = largest;
     report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
-    report->nodes = x->m->points;
+    report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
     report->time = 1;
     report->mode_count = x->m->size;
     memcpy(report->modes, x->m->counts.of, sizeof report->modes);

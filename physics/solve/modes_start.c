@@ -215,7 +215,7 @@ static void project(const modes *m, const solve_initial *before, const solve_ini
         }
     }
     for (int a = 0; a < m->size; a++) {
-        q[a] /= size[a];
+        q[a] /= size[a] > 0 ? size[a] : 1; /* hinges start upright */
     }
 }
 

@@ -131,7 +131,8 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
         at += sizes[i];
     }
     for (size_t k = 0; k < n; k++) {
-        x->unit[k] = m->mode[k].strain >= MODES_U ? 1 / x->rod->scales.length : 1;
+        const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
+        x->unit[k] = bends ? 1 / x->rod->scales.length : 1;
         x->unit[n + k] = x->unit[k] / x->rod->scales.time;
     }
     return AD_OK;

@@ -9,9 +9,10 @@
  *   reduced_free(rod);
  *
  * The scene is one in motion whose `parameters` with ranges are the inputs: pressures, tensions,
- * loads, a stiffness; they are held while a step lasts. The state is first the modes, of curvature
- * (1/m) and strain, then their rates (by s): physics/solve/modes.h. Nothing is allocated after
- * reduced_create. One rod is for one thread at a time. */
+ * loads, a stiffness; they are held while a step lasts. The state is first the modes, of a
+ * pinned start three angles (rad), of curvature (1/m) and strain, then their rates (by s):
+ * physics/solve/modes.h. Nothing is allocated after reduced_create. One rod is for one thread at a
+ * time. */
 #ifndef PHYSICS_SOLVE_REDUCED_H
 #define PHYSICS_SOLVE_REDUCED_H
 
