@@ -41,6 +41,26 @@ refused 'followed by collocation alone' cpinn-solve "$elastica" --method strain 
 run 0 cpinn-solve "$elastica" --method strain --json -
 said stdout.txt '"method": *"strain"'
 
+# ---- motions by strain modes ------------------------------------------------------------------
+
+run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --tol 1e-3
+said stdout.txt 'modes \(bending [0-9, ]*, twist 0, stretch 0, shear 0, 0\), [0-9]* steps of time'
+said stdout.txt 'times real time$'
+said stdout.txt '^  tip +0\.2997[0-9]* 0 0\.002[89][0-9]* m$'
+run 0 cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes 3,1,0,0 --grid 5x3 --out m.csv
+said stdout.txt '^solved: [0-9]+ nodes, 7 modes'
+check no estimate -- test "$(grep -c estimate stdout.txt)" -eq 0
+refused 'method modes: the scene is at rest; allowed: a rod in motion' \
+    cpinn-solve "$elastica" --method modes
+refused 'method modes: a beam of small deflection is linear' \
+    cpinn-solve "$ROOT/configs/beam_vibration.yaml" --method modes
+refused 'method modes: the start is not clamped, pinned or driven; allowed' \
+    cpinn-solve "$ROOT/configs/cases/spinning.yaml" --method modes
+refused '^cpinn-solve: --modes 3,1; allowed: with --method modes, four numbers from 0 to 24' \
+    cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --modes 3,1
+refused 'method modes are given; allowed: --modes' \
+    cpinn-solve "$ROOT/configs/soft_arm.yaml" --method modes --nodes 9
+
 # ---- as a reference of a network --------------------------------------------------------------
 
 for ending in csv h5; do

@@ -9,7 +9,7 @@
 
 /* Intervals between nodes: each mesh has half as many again as the one before. Solutions are
  * compared at so many points, at the times given and at so many more. */
-enum { COARSEST = 12, FINEST = 2048, COMPARED = 33, MORE_TIMES = 8 };
+enum { COARSEST = 12, FINEST = 2048, COMPARED = MOTION_COMPARED, MORE_TIMES = 8 };
 
 struct dynamic_solution {
     motion *motion;
@@ -18,11 +18,6 @@ struct dynamic_solution {
     size_t *which;          /* [given] of those in `at` */
     solve_energy *energies; /* [given] */
 };
-
-/* Of two solutions, or an error: relative L2 over s and t, and the largest over the length. */
-typedef struct apart {
-    double l2, most;
-} apart;
 
 /* What refining has reached. */
 typedef struct refined {
@@ -34,9 +29,9 @@ typedef struct refined {
     int intervals;
     motion_steps by;
     dynamic_solution *best;
-    solve_state *seen[3]; /* [times][COMPARED] of the last solutions, the best first; NULL: none */
-    apart distance;       /* between the last two */
-    double total;         /* work of all */
+    solve_state *seen[3];  /* [times][COMPARED] of the last solutions, the best first; NULL: none */
+    motion_apart distance; /* between the last two */
+    double total;          /* work of all */
 } refined;
 
 /* ---- a solution on one mesh ---------------------------------------------------------------- */
@@ -153,9 +148,9 @@ static void take_energies(dynamic_solution *x, solve_report *report)
  * that the tolerance will be met by then, some two minutes. */
 static const double WORK_MOST = 1e9, WORK_TO_MEET = 4e9;
 
-static const apart NOTHING = {0, 0}, UNKNOWN = {INFINITY, INFINITY};
+static const motion_apart NOTHING = {0, 0}, UNKNOWN = {INFINITY, INFINITY};
 
-static bool is_within(apart error, double tolerance)
+static bool is_within(motion_apart error, double tolerance)
 {
     return error.l2 <= tolerance && error.most <= SOLVE_PEAK * tolerance;
 }
@@ -178,7 +173,7 @@ static double apart_at(const solve_state *a, const solve_state *b)
 
 /* Of what is seen of two solutions at `count` times. L2 is relative to positions as they are seen
  * from where the rod starts, so that it does not depend on where that is. */
-static apart compare(size_t count, const solve_state *x, const solve_state *y)
+motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y)
 {
     double most = 0, off = 0, size = 0;
     for (size_t i = 0; i < count * COMPARED; i++) {
@@ -189,7 +184,7 @@ static apart compare(size_t count, const solve_state *x, const solve_state *y)
         off += here * here;
         size += vector_dot(r, r);
     }
-    return (apart){off > 0 ? sqrt(off / size) : 0, most};
+    return (motion_apart){off > 0 ? sqrt(off / size) : 0, most};
 }
 
 /* Look at the best solution, and forget the third last. */
@@ -251,7 +246,7 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
         status = look(at, error);
     }
     if (status == AD_OK) {
-        at->distance = compare(next->at.count, at->seen[0], at->seen[1]);
+        at->distance = motion_compare(next->at.count, at->seen[0], at->seen[1]);
     }
     return *failed ? AD_OK : status;
 }
@@ -261,8 +256,8 @@ static ad_status solve_again(refined *at, solve_report *report, bool *failed, ad
  * error of the larger, so that it will do for all meshes. *by_time: what it leaves. Nor may steps
  * damp so many waves that the energy is out of balance. Steps that are composed of flows shorten
  * with the mesh; nothing is to be done. */
-static ad_status refine_time(refined *at, double tolerance, solve_report *report, apart *by_time,
-                             ad_error *error)
+static ad_status refine_time(refined *at, double tolerance, solve_report *report,
+                             motion_apart *by_time, ad_error *error)
 {
     /* Of time steps: rounding is not far, and nearer where it is multiplied by large stiffness. */
     const double finest = scene_locks_somewhere(&at->rod->scene) ? 1e-8 : 1e-12, of_time = 0.25;
@@ -309,8 +304,8 @@ static double left_over_at_right_angles(const refined *at)
 {
     const double safe = 1.5, least = 0.5;
     const size_t count = at->best->at.count;
-    double first = compare(count, at->seen[1], at->seen[2]).l2;
-    double over = compare(count, at->seen[0], at->seen[2]).l2;
+    double first = motion_compare(count, at->seen[1], at->seen[2]).l2;
+    double over = motion_compare(count, at->seen[0], at->seen[2]).l2;
     double last = at->distance.l2 * at->distance.l2, before = first * first;
     double of_last = last + over * over - before; /* 2 e_3^2 */
     bool points_apart = over * over < before + last;
@@ -342,9 +337,9 @@ static bool goes_on(const refined *at, double tolerance, double estimate, int co
     return total <= WORK_TO_MEET;
 }
 
-static apart sum_of(apart a, apart b)
+static motion_apart sum_of(motion_apart a, motion_apart b)
 {
-    return (apart){a.l2 + b.l2, a.most + b.most};
+    return (motion_apart){a.l2 + b.l2, a.most + b.most};
 }
 
 /* Half as many again: of what there are, where places ask for many more than were asked for. */
@@ -356,13 +351,13 @@ static int finer(const refined *at)
 }
 
 /* Meshes; FINEST is reached after 13. */
-static ad_status refine_mesh(refined *at, double tolerance, apart by_time, solve_report *report,
-                             ad_error *error)
+static ad_status refine_mesh(refined *at, double tolerance, motion_apart by_time,
+                             solve_report *report, ad_error *error)
 {
     enum { MESHES_MAX = 16 };
     const double of_first = 0.5; /* of the tolerance: how fast distances fall is not known yet */
     double l2[MESHES_MAX], most[MESHES_MAX];
-    apart estimate = UNKNOWN;
+    motion_apart estimate = UNKNOWN;
     bool failed = false, is_met = false;
     ad_status status = AD_OK;
     for (int i = 0; i < MESHES_MAX && status == AD_OK && !is_met; i++) {
@@ -406,7 +401,7 @@ static ad_status shorten(refined *at, double tolerance, solve_report *report, ad
 static ad_status solve_refined(refined *at, const solve_settings *settings, solve_report *report,
                                ad_error *error)
 {
-    apart by_time = NOTHING;
+    motion_apart by_time = NOTHING;
     ad_status status = motion_places_of(at->rod, &at->places, error);
     report->unresolved = status == AD_OK ? at->places->unresolved : NULL;
     status = status == AD_OK ? solve_once(at, &at->best, report, error) : status;

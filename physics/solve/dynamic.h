@@ -29,6 +29,16 @@ void dynamic_free(dynamic_solution *x);
 ad_status dynamic_at(const dynamic_solution *x, size_t which, size_t n, const double *s,
                      solve_state *out, ad_error *error);
 
+/* Of two motions, or an error: relative L2 over s and t, and the largest over the length. */
+typedef struct motion_apart {
+    double l2, most;
+} motion_apart;
+
+/* What is seen of each at so many equally spaced places and `count` times: x, y
+ * [count][MOTION_COMPARED]; positions, and rotations by what they move over a tenth of the rod. */
+enum { MOTION_COMPARED = 33 };
+motion_apart motion_compare(size_t count, const solve_state *x, const solve_state *y);
+
 /* [count] */
 const solve_energy *dynamic_energies(const dynamic_solution *x);
 

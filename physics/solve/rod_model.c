@@ -151,6 +151,7 @@ static ad_status add_formula(solve_rod *rod, const recording *on, solve_part par
     solve_functions *f = rod->formula;
     f->kinds[part] = (solve_part_kind){.width = (size_t)ad_rows(value),
                                        .by_s = ad_uses(1, &value, on->s),
+                                       .by_t = ad_uses(1, &value, on->t),
                                        .by_parameters = f->open && f->parameters->count > 0 &&
                                                         ad_uses(1, &value, on->parameters)};
     return solve_formula_create(value, f->open ? f->parameters->count : 0, f->pool, to, error);
@@ -449,10 +450,10 @@ solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part)
     return rod->formula->kinds[part];
 }
 
-ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s,
+ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s, double t,
                          const double *parameters, double *out, ad_error *error)
 {
-    return solve_formula_evaluate_of(formula_of(rod->formula, part), n, s, 0, parameters, out,
+    return solve_formula_evaluate_of(formula_of(rod->formula, part), n, s, t, parameters, out,
                                      error);
 }
 

@@ -151,7 +151,7 @@ typedef struct solve_initial {
 ad_status solve_rod_create(const scene *rod_scene, solve_rod **result, ad_error *error);
 void solve_rod_free(solve_rod *rod);
 
-/* Of a rod at rest whose formulas have open names beside s and t (quantities_coordinate): values
+/* Of a rod whose formulas have open names beside s and t (quantities_coordinate): values
  * [count], for which the scene passes its checks, say what its scales are and what it has at all.
  * AD_BAD_INPUT: a name stands where a scene has one number for all. */
 typedef struct solve_parameters {
@@ -180,14 +180,14 @@ typedef enum solve_part {
 
 typedef struct solve_part_kind {
     size_t width; /* doubles; 0: the rod has none */
-    bool by_s, by_parameters;
+    bool by_s, by_t, by_parameters;
 } solve_part_kind;
 
 solve_part_kind solve_rod_part_kind(const solve_rod *rod, solve_part part);
 
-/* out [n][width] at s [n], with parameters [n][count]. Allocates only when n grows; one thread at a
- * time. */
-ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s,
+/* out [n][width] at s [n] and t, with parameters [n][count]. Allocates only when n grows; one
+ * thread at a time. */
+ad_status solve_rod_part(const solve_rod *rod, solve_part part, size_t n, const double *s, double t,
                          const double *parameters, double *out, ad_error *error);
 
 /* What one unit of each double of a solve_state is in SI. */

@@ -165,7 +165,8 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
         judge_load(settings, report, result);
         return;
     }
-    if (settings->nodes == 0) {
+    const int *given = settings->modes;
+    if (settings->nodes == 0 && given[0] + given[1] + given[2] + given[3] == 0) {
         judge_estimate(rod_scene, settings, report, result);
     }
     if (report->unresolved) {

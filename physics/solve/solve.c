@@ -4,6 +4,7 @@
 #include "physics/solve/balance.h"
 #include "physics/solve/beam.h"
 #include "physics/solve/dynamic.h"
+#include "physics/solve/modes_motion.h"
 #include "physics/solve/static.h"
 #include "physics/solve/strain_newton.h"
 #include "physics/sort.h"
@@ -15,9 +16,10 @@
 struct solution {
     rod_scales scales;
     double duration; /* in units of time, as times; 0 if static */
-    solve_rod *rod;  /* of rods in space, and one of the two */
+    solve_rod *rod;  /* of rods in space, and one of the three */
     static_solution *at_rest;
     dynamic_solution *moving;
+    modes_solution *in_modes;
     solve_beam *beam; /* of beams of small deflection */
     beam_solution *bent;
     size_t count;
@@ -38,7 +40,7 @@ solve_settings solve_settings_default(const scene *rod_scene)
 
 const char *const *solve_method_names(void)
 {
-    static const char *const names[] = {"collocation", "strain", NULL};
+    static const char *const names[] = {"collocation", "strain", "modes", NULL};
     return names;
 }
 
@@ -72,7 +74,10 @@ static ad_status solve_rod_scene(solution *x, const scene *rod_scene,
     if (!x->rod->dynamic) {
         return static_solve(x->rod, settings, &x->at_rest, report, error);
     }
-    status = dynamic_solve(x->rod, settings, x->count, x->times, &x->moving, report, error);
+    status =
+        settings->method == SOLVE_MODES
+            ? modes_motion_solve(x->rod, settings, x->count, x->times, &x->in_modes, report, error)
+            : dynamic_solve(x->rod, settings, x->count, x->times, &x->moving, report, error);
     if (status != AD_BAD_INPUT) {
         return status;
     }
@@ -120,6 +125,10 @@ static ad_status solve(solution *x, const scene *rod_scene, const solve_settings
     if (settings->method == SOLVE_STRAIN && (moves || scene_is_beam(rod_scene))) {
         return ad_fail(error, AD_BAD_ARGUMENT, "method strain: %s; allowed: a rod at rest",
                        moves ? "the scene is a motion" : "a beam of small deflection is linear");
+    }
+    if (settings->method == SOLVE_MODES && (!moves || scene_is_beam(rod_scene))) {
+        return ad_fail(error, AD_BAD_ARGUMENT, "method modes: %s; allowed: a rod in motion",
+                       moves ? "a beam of small deflection is linear" : "the scene is at rest");
     }
     if (settings->branch > 0 && (moves || scene_is_beam(rod_scene))) {
         return ad_fail(error, AD_BAD_ARGUMENT, "branch %d: %s; allowed: a rod at rest",
@@ -211,6 +220,7 @@ void solution_free(solution *x)
     if (x) {
         static_free(x->at_rest);
         dynamic_free(x->moving);
+        modes_motion_free(x->in_modes);
         solve_rod_free(x->rod);
         beam_free(x->bent);
         solve_beam_free(x->beam);
@@ -257,6 +267,9 @@ static ad_status states_at(const solution *x, size_t n, const double *s, double 
         return AD_OK;
     }
     solve_state *states = (solve_state *)out;
+    if (x->in_modes) {
+        return modes_motion_at(x->in_modes, nearest_time(x, t), n, s, states, error);
+    }
     return x->at_rest ? static_at(x->at_rest, n, s, states, error)
                       : dynamic_at(x->moving, nearest_time(x, t), n, s, states, error);
 }
@@ -316,8 +329,10 @@ ad_status solution_energy(const solution *x, double t, solve_energy *energy, ad_
 {
     const rod_scales *scale = &x->rod->scales;
     double unit = scale->force * scale->length;
-    if (x->moving) {
-        *energy = dynamic_energies(x->moving)[nearest_time(x, t / scale->time)];
+    if (x->moving || x->in_modes) {
+        const solve_energy *all =
+            x->in_modes ? modes_motion_energies(x->in_modes) : dynamic_energies(x->moving);
+        *energy = all[nearest_time(x, t / scale->time)];
     } else {
         ad_status status = static_energy(x->at_rest, energy, error);
         if (status != AD_OK) {

@@ -5,9 +5,9 @@
  * at once, with parameters that differ, by physics/solve/members.h. Rods in motion: spectral
  * elements between places where something jumps; steps of time by Runge-Kutta, implicit where the
  * motion is slow, or composed of free motion and forces where every vibration has to be followed,
- * as after a sudden load. Beams of small deflection: collocation along the beam and in time,
- * linear. Stiffness, inertia and damping may vary along the rod, loads, gravity, prescribed ends
- * and the rest shape with time.
+ * as after a sudden load; or by a few modes of the strains (SOLVE_MODES). Beams of small
+ * deflection: collocation along the beam and in time, linear. Stiffness, inertia and damping may
+ * vary along the rod, loads, gravity, prescribed ends and the rest shape with time.
  *
  *   solve_settings settings = solve_settings_default(&scene);    of a scene that scene_check and
  *   solution_create(&scene, &settings, count, times,             the check of its model passed
@@ -40,13 +40,19 @@ static const double SOLVE_PEAK = 10;
  * known. And by EI/L what rounding leaves of the energy of a rod at rest. */
 static const double SOLVE_ENERGY_ALLOWED = 0.1, SOLVE_ENERGY_ROUNDING = 1e-20;
 
-/* How equilibria of rods at rest are found; names of methods in this order, NULL at the end. */
+/* How equilibria of rods at rest and, the last, motions are found; names of methods in this order,
+ * NULL at the end. */
 typedef enum solve_method {
     SOLVE_COLLOCATION, /* position, rotation, force and moment at Gauss points */
-    SOLVE_STRAIN       /* the curvature alone, of which all else are integrals; small and full
-                        * matrices. Not with tubes. */
+    SOLVE_STRAIN,      /* the curvature alone, of which all else are integrals; small and full
+                        * matrices. Not with tubes, nor with tendons of given displacement or with
+                        * friction. */
+    SOLVE_MODES        /* strain modes (physics/solve/modes.h) of a rod in motion that is held at
+                        * its start alone */
 } solve_method;
 const char *const *solve_method_names(void);
+
+enum { SOLVE_MODES_MAX = 24 }; /* of one strain and piece of the rod */
 
 typedef struct solve_settings {
     double tolerance;    /* > 0; of the position over the length, or of a beam's deflection over its
@@ -62,7 +68,9 @@ typedef struct solve_settings {
                           * finds its buckled shape. 0: none. */
     int branch; /* rods at rest: at the so many-th bifurcation, leave the path that continues
                  * the unstressed rod for the one that crosses it; 0: never */
-    solve_method method; /* rods at rest; of other scenes collocation alone */
+    solve_method method; /* rods at rest, modes in motion; of other scenes collocation alone */
+    int modes[4];        /* of SOLVE_MODES: of bending, twist, stretch, shear, each direction and
+                          * piece, without refinement; all 0: as many as the tolerance asks for */
 } solve_settings;
 
 /* What a place on a path of equilibria is. */
@@ -88,7 +96,8 @@ typedef struct solve_report {
     bool snapped;            /* static: the solution lies beyond a limit point */
     const char *unresolved;  /* a key whose formula jumps in places that are not found, or varies on
                               * lengths that meshes do not reach; static text, NULL: none */
-    bool may_buckle;         /* static: pushed from both ends, so that other equilibria may exist */
+    int mode_count, modes[6]; /* SOLVE_MODES: all, and of each strain and piece: v, u */
+    bool may_buckle; /* static: pushed from both ends, so that other equilibria may exist */
 } solve_report;
 
 /* A report of which nothing is known yet, and the whole load: numbers that may be missing are NaN.

@@ -259,7 +259,7 @@ ad_status strain_level_give(strain_level *x, const solve_rod *rod, int count,
                 memcpy(of_points + k * width, parameters + lane * width, width * sizeof *s);
             }
         }
-        status = solve_rod_part(rod, PARTS[p], LANES * points, s, of_points, values, error);
+        status = solve_rod_part(rod, PARTS[p], LANES * points, s, 0, of_points, values, error);
         if (status == AD_OK) {
             spread(x, PARTS[p], points > 1, kind.width, points * kind.width, values);
         }
@@ -282,7 +282,7 @@ static ad_status give_same(strain_level *x, const solve_rod *rod, ad_error *erro
             status = ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", points);
         } else if (kind.width > 0 && !kind.by_parameters) {
             const double end = PARTS[p] == SOLVE_END;
-            status = solve_rod_part(rod, PARTS[p], points, points > 1 ? x->s : &end,
+            status = solve_rod_part(rod, PARTS[p], points, points > 1 ? x->s : &end, 0,
                                     points > 1 ? zeros : none, values, error);
             if (status == AD_OK) {
                 spread(x, PARTS[p], points > 1, kind.width, 0, values);

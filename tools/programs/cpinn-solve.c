@@ -25,7 +25,9 @@ static const char summary[] =
     "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
     "0;\n"
     "or with --method strain the curvature alone as unknown.\n"
-    "In motion: spectral elements along the rod, Runge-Kutta steps in time. Beams of small\n"
+    "In motion: spectral elements along the rod, Runge-Kutta steps in time; or with --method "
+    "modes\n"
+    "a few modes of the strains. Beams of small\n"
     "deflection: collocation along the beam and in time, one linear solve.";
 
 static const char epilogue[] =
@@ -62,7 +64,8 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, method, nodes, steps (of the load, in motion of "
+    "findings: [{reason, outcome, text}]}, method, nodes, modes (of --method modes), steps (of the "
+    "load, in motion of "
     "time),\n"
     "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
     "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
@@ -88,6 +91,8 @@ typedef struct options {
     bool quiet;
     const char *json, *path, *method_name;
     solve_method method;
+    const char *mode_counts;
+    int modes[4]; /* of bending, twist, stretch, shear */
 } options;
 
 typedef struct solving {
@@ -160,7 +165,12 @@ static bool reached(const solving *x)
 
 static solve_settings settings_of(const options *o)
 {
-    return (solve_settings){o->tolerance, o->nodes, o->perturbation, o->branch, o->method};
+    return (solve_settings){.tolerance = o->tolerance,
+                            .nodes = o->nodes,
+                            .perturbation = o->perturbation,
+                            .branch = o->branch,
+                            .method = o->method,
+                            .modes = {o->modes[0], o->modes[1], o->modes[2], o->modes[3]}};
 }
 
 /* With --work-precision the tolerance is only that of the solution that others are compared with.
@@ -281,13 +291,22 @@ static ad_status print_report(solving *x, ad_error *error)
         return status;
     }
     printf("solved: %d nodes, ", r->nodes);
+    if (r->mode_count > 0) {
+        const int *of = r->modes; /* v, u */
+        printf("%d modes (bending %d, %d, twist %d, stretch %d, shear %d, %d), ", r->mode_count,
+               of[3], of[4], of[5], of[2], of[0], of[1]);
+    }
     if (scene_is_dynamic(x->scene)) {
         printf("%ld steps of time, ", r->time_steps);
     } else if (!scene_is_beam(x->scene)) {
         printf("load in %ld step%s, %ld Newton steps, ", r->load_steps,
                r->load_steps == 1 ? "" : "s", r->newton_steps);
     }
-    printf("%.1f ms\n", 1e3 * x->seconds);
+    printf("%.1f ms", 1e3 * x->seconds);
+    if (r->mode_count > 0) {
+        printf(", %.2g times real time", scene_duration(x->scene) / x->seconds);
+    }
+    putchar('\n');
     if (!isnan(r->estimate)) {
         printf("  %-24s %.3e %s", "estimated error", r->estimate_l2, estimate_unit(x));
         if (is_rod_in_motion(x)) {
@@ -326,6 +345,9 @@ static ad_status write_json(const solving *x, ad_error *error)
         bool moves = scene_is_dynamic(x->scene);
         json_text(&to, "method", solve_method_names()[x->asked.method]);
         json_integer(&to, "nodes", r->nodes);
+        if (r->mode_count > 0) {
+            json_integer(&to, "modes", r->mode_count);
+        }
         json_integer(&to, "steps", moves ? r->time_steps : r->load_steps);
         json_integer(&to, "newton_steps", r->newton_steps);
         json_number(&to, "seconds", x->seconds);
@@ -512,6 +534,23 @@ static bool find_method(options *o)
     return !o->method_name;
 }
 
+static bool read_modes(options *o)
+{
+    int end = 0;
+    const char *text = o->mode_counts;
+    if (!text) {
+        return true;
+    }
+    bool good = o->method == SOLVE_MODES &&
+                sscanf(text, "%d,%d,%d,%d%n", &o->modes[0], &o->modes[1], &o->modes[2],
+                       &o->modes[3], &end) == 4 &&
+                text[end] == '\0' && o->modes[0] + o->modes[1] + o->modes[2] + o->modes[3] > 0;
+    for (int i = 0; i < 4; i++) {
+        good &= o->modes[i] >= 0 && o->modes[i] <= SOLVE_MODES_MAX;
+    }
+    return good;
+}
+
 /* `error` as a verdict; what cannot be solved or written is the input's fault, but for memory. */
 static void blame(solving *x, const ad_error *error)
 {
@@ -543,7 +582,11 @@ int main(int argc, char **argv)
          "there"},
         {"--method", "NAME", CLI_TEXT, &o->method_name, 0, 0,
          "of a rod at rest: collocation of position, rotation, force and\nmoment (default), or "
-         "strain: the curvature alone is sought, and the rest follows"},
+         "strain: the curvature alone is sought, and the rest follows;\nof a rod in motion: modes "
+         "of its strains, in place of spectral elements"},
+        {"--modes", "B,T,ST,SH", CLI_TEXT, &o->mode_counts, 0, 0,
+         "with --method modes: so many of bending and of shear, in each\ndirection, of twist and "
+         "of stretch, along each piece of the rod; no estimate"},
         {"--path", "CSV", CLI_TEXT, &o->path, 0, 0,
          "of a rod at rest: follow its equilibria from the unstressed rod\nthrough limit points, "
          "write them and draw load against deflection"},
@@ -564,11 +607,23 @@ int main(int argc, char **argv)
         return status;
     }
     if (!find_method(o)) {
-        return cli_fail(program, "--method %s; allowed: collocation, strain", o->method_name);
+        return cli_fail(program, "--method %s; allowed: collocation, strain, modes",
+                        o->method_name);
+    }
+    if (!read_modes(o)) {
+        return cli_fail(program,
+                        "--modes %s; allowed: with --method modes, four numbers from 0 to "
+                        "%d, not all 0",
+                        o->mode_counts, SOLVE_MODES_MAX);
+    }
+    if (o->method == SOLVE_MODES && o->nodes > 0) {
+        return cli_fail(program, "--nodes and --method modes are given; allowed: --modes");
     }
     if (o->method != SOLVE_COLLOCATION && o->work_precision) {
-        return cli_fail(program, "--method strain and --work-precision are given; allowed: one of "
-                                 "the two");
+        return cli_fail(program,
+                        "--method %s and --work-precision are given; allowed: one of the "
+                        "two",
+                        o->method_name);
     }
     if (o->nodes > 0 && o->work_precision) {
         return cli_fail(program, "--nodes and --work-precision are given; allowed: one of the two");

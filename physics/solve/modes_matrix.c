@@ -1,0 +1,433 @@
+/* Changes of a reduced rod by each of its modes, side by side: stiffness and damping. */
+#include "physics/solve/modes_rows.h"
+
+/* What x [stages + 1] and all `beyond` do at Gauss points, by the transposed matrix: to [stages].
+ */
+MODES_INLINE void gather_rows(const modes *m, int e, int length, const double *x, int stride,
+                              const double *beyond, double *to)
+{
+    const modes_element *element = &m->element[e];
+    const int n = m->stages;
+    for (int c = 0; c < length; c += QUAD) {
+        quad at[GAUSS_STAGES_MAX + 1], more;
+        for (int i = 0; i <= n; i++) {
+            memcpy(&at[i], x + i * stride + c, sizeof at[i]);
+        }
+        memcpy(&more, beyond + c, sizeof more);
+        at[n] += more;
+        for (int j = 0; j < n; j++) {
+            quad sum = element->matrix[n][j] * at[n];
+            for (int i = 0; i < n; i++) {
+                sum += element->matrix[i][j] * at[i];
+            }
+            memcpy(to + j * length + c, &sum, sizeof sum);
+        }
+    }
+}
+
+/* beyond += x [stages + 1] */
+MODES_INLINE void add_beyond(const modes *m, int length, const double *x, int stride,
+                             double *beyond)
+{
+    for (int i = 0; i <= m->stages; i++) {
+        for (int c = 0; c < length; c++) {
+            beyond[c] += x[i * stride + c];
+        }
+    }
+}
+
+/* ---- derivatives of motion ----------------------------------------------------------------- */
+
+/* Of an element, rows: by q and then by q_t where there are six. */
+typedef struct changes {
+    double *own;          /* [stages][6] */
+    double *rate;         /* [stages][6] */
+    double *spin;         /* [stages + 1][3] by q; by q_t it is theta */
+    double *velocity;     /* [stages + 1][3] by q; by q_t it is rho */
+    double *spin_rate;    /* [stages + 1][6] */
+    double *acceleration; /* [stages + 1][6] */
+    double *edge;         /* [18] of the element before: spin, velocity, spin_rate, acceleration */
+    double *point;        /* [points][MODES_ROWS]: force, moment */
+} changes;
+
+static changes changes_of(modes *m)
+{
+    const int width = m->width, n = m->stages + 1;
+    changes x;
+    x.point = m->room;
+    x.own = x.point + m->points * MODES_ROWS * width;
+    x.rate = x.own + n * 6 * width;
+    x.spin = x.rate + n * 6 * width;
+    x.velocity = x.spin + n * 3 * width;
+    x.spin_rate = x.velocity + n * 3 * width;
+    x.acceleration = x.spin_rate + n * 6 * width;
+    x.edge = x.acceleration + n * 6 * width;
+    return x;
+}
+
+_Static_assert((GAUSS_STAGES_MAX + 1) * 36 + 18 <= MODES_ROOM, "changes have room");
+
+/* Changes of w, then of its rate and of V, then of the acceleration. */
+MODES_INLINE void change_motion(modes *m, int e, changes *x)
+{
+    const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
+    for (int i = 0; i < n; i++) {
+        const modes_point *at = &m->point[first + i];
+        own_rows(m, e, first + i, width, x->own + i * 6 * width);
+        for (int c = 0; c < used; c += QUAD) {
+            quad theta[3], to[3] = {{0}};
+            load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
+            add_crossed(theta, at->turned_rate, to);
+            store_rows(to, width, x->rate + i * 6 * width + c);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        integrate_rows(m, e, used, x->edge + k * width, x->rate + k * width, 6 * width,
+                       x->spin + k * width, 3 * width);
+    }
+    for (int i = 0; i < n; i++) {
+        const modes_point *at = &m->point[first + i];
+        for (int c = 0; c < used; c += QUAD) {
+            quad theta[3], spin[3], by_u[3], inner[3] = {{0}}, by_q[3] = {{0}}, by_v[3] = {{0}};
+            load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
+            load_rows(x->spin + i * 3 * width + c, width, spin);
+            load_rows(x->own + (i * 6 + 3) * width + c, width, by_u);
+            add_crossed(theta, at->turned_rate, inner);
+            add_crossed(spin, at->turned_rate, by_q);
+            add_cross(at->spin, inner, by_q);
+            add_crossed(theta, at->turned_second, by_q);
+            add_scaled(1, inner, by_v);
+            add_cross(at->spin, by_u, by_v);
+            store_rows(by_q, width, x->rate + i * 6 * width + c);
+            store_rows(by_v, width, x->rate + (i * 6 + 3) * width + c);
+        }
+    }
+    for (int k = 0; k < 6; k++) {
+        integrate_rows(m, e, used, x->edge + (6 + k) * width, x->rate + k * width, 6 * width,
+                       x->spin_rate + k * width, 6 * width);
+    }
+    for (int i = 0; i < n && m->rod->resists; i++) {
+        const modes_point *at = &m->point[first + i];
+        for (int c = 0; c < used; c += QUAD) {
+            quad theta[3], spin[3], along[3], to[3] = {{0}};
+            load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
+            load_rows(x->spin + i * 3 * width + c, width, spin);
+            load_rows(x->own + i * 6 * width + c, width, along);
+            add_crossed(theta, at->along, along);
+            add_crossed(spin, at->along, to);
+            add_cross(at->spin, along, to);
+            add_crossed(theta, at->along_rate, to);
+            store_rows(to, width, x->rate + i * 6 * width + c);
+        }
+    }
+    for (int k = 0; k < 3 && m->rod->resists; k++) {
+        integrate_rows(m, e, used, x->edge + (3 + k) * width, x->rate + k * width, 6 * width,
+                       x->velocity + k * width, 3 * width);
+    }
+    for (int i = 0; i < n; i++) {
+        const modes_point *at = &m->point[first + i];
+        double moving[3];
+        for (int k = 0; k < 3; k++) {
+            moving[k] = at->turning[k] + 2 * at->along_rate[k];
+        }
+        for (int c = 0; c < used; c += QUAD) {
+            quad theta[3], spin[3], second[2][3], own[3], along[3];
+            quad inner[2][3] = {{{0}}}, to[2][3] = {{{0}}};
+            load_rows(m->theta + (first + i) * 3 * width + c, width, theta);
+            load_rows(x->spin + i * 3 * width + c, width, spin);
+            load_rows(x->spin_rate + i * 6 * width + c, width, second[0]);
+            load_rows(x->spin_rate + (i * 6 + 3) * width + c, width, second[1]);
+            load_rows(x->own + i * 6 * width + c, width, own);
+            memcpy(along, own, sizeof along);
+            add_crossed(theta, at->along, along);
+            /* by q: (DA x p) + (a x P) + (DW x moving) + w x (DW x p + w x P + 2 theta x p_t)
+             * + theta x p_tt, with P the change of p = R v */
+            add_crossed(spin, at->along, inner[0]);
+            add_cross(at->spin, along, inner[0]);
+            add_crossed(theta, at->along_rate, inner[0]);
+            add_crossed(theta, at->along_rate, inner[0]);
+            add_crossed(second[0], at->along, to[0]);
+            add_cross(at->spin_rate, along, to[0]);
+            add_crossed(spin, moving, to[0]);
+            add_cross(at->spin, inner[0], to[0]);
+            add_crossed(theta, at->along_second, to[0]);
+            /* by q_t */
+            add_crossed(theta, at->along, inner[1]);
+            add_scaled(2, own, inner[1]);
+            add_crossed(second[1], at->along, to[1]);
+            add_crossed(theta, moving, to[1]);
+            add_cross(at->spin, inner[1], to[1]);
+            store_rows(to[0], width, x->rate + i * 6 * width + c);
+            store_rows(to[1], width, x->rate + (i * 6 + 3) * width + c);
+        }
+    }
+    for (int k = 0; k < 6; k++) {
+        integrate_rows(m, e, used, x->edge + (12 + k) * width, x->rate + k * width, 6 * width,
+                       x->acceleration + k * width, 6 * width);
+    }
+    memcpy(x->edge, x->spin + n * 3 * width, (size_t)(3 * width) * sizeof(double));
+    memcpy(x->edge + 3 * width, x->velocity + n * 3 * width, (size_t)(3 * width) * sizeof(double));
+    memcpy(x->edge + 6 * width, x->spin_rate + n * 6 * width, (size_t)(6 * width) * sizeof(double));
+    memcpy(x->edge + 12 * width, x->acceleration + n * 6 * width,
+           (size_t)(6 * width) * sizeof(double));
+}
+
+/* ---- derivatives of forces at points ------------------------------------------------------- */
+
+/* What a point needs of itself: world inertia, J w, J w_t, loads that follow, drag by velocity. */
+typedef struct local {
+    double J[3][3], momentum[3], change[3], force[3], moment[3], drag[3][3];
+    double turning[3][3]; /* moment of springs by theta */
+    double stiffness[3];  /* of foundation and springs */
+} local;
+
+static void add_springs(const modes *m, int p, local *x)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    const modes_point *at = &m->point[p];
+    for (int k = 0; k < jumps->count; k++) {
+        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] == p; i++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+            double moment[3], by[3][3], world[3], R[3][3];
+            memcpy(R, at->R, sizeof R);
+            solve_spring_moment(spring, at->q, moment, by);
+            to_world(R, moment, world);
+            for (int a = 0; a < 3; a++) {
+                x->stiffness[a] += spring->stiffness[a];
+                x->moment[a] += world[a];
+                for (int b = 0; b < 3; b++) {
+                    for (int c = 0; c < 3; c++) {
+                        for (int d = 0; d < 3; d++) {
+                            x->turning[a][b] += R[a][c] * by[c][d] * R[b][d];
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+static void find_local(const modes *m, int p, local *x)
+{
+    const modes_point *at = &m->point[p];
+    double R[3][3];
+    memset(x, 0, sizeof *x);
+    memcpy(R, at->R, sizeof R);
+    world_inertia(at, x->J);
+    to_world(x->J, at->spin, x->momentum);
+    to_world(x->J, at->spin_rate, x->change);
+    if (at->is_loaded) {
+        to_world(R, at->load.body_force, x->force);
+        to_world(R, at->load.body_moment, x->moment);
+    }
+    if (at->is_founded) {
+        memcpy(x->stiffness, at->foundation, sizeof x->stiffness);
+    }
+    if (at->resists) {
+        const double speed = sqrt(vector_dot(at->velocity, at->velocity));
+        for (int i = 0; i < 3; i++) {
+            for (int j = 0; j < 3; j++) {
+                x->drag[i][j] =
+                    (i == j) * (at->drag + at->quadratic_drag * speed) +
+                    (speed > 0 ? at->quadratic_drag * at->velocity[i] * at->velocity[j] / speed
+                               : 0);
+            }
+        }
+    }
+    if (m->rod->jumps.spring_count > 0 && at->weight == 0) {
+        add_springs(m, p, x);
+    }
+}
+
+MODES_INLINE void change_forces(modes *m, int e, changes *x)
+{
+    const int n = m->stages, width = m->width, used = m->element[e].width, first = e * (n + 1);
+    for (int i = 0; i <= n; i++) {
+        const int p = first + i;
+        const modes_point *at = &m->point[p];
+        double *to = x->point + p * MODES_ROWS * width;
+        local own;
+        if (used < width) {
+            memset(to, 0, (size_t)(MODES_ROWS * width) * sizeof *to);
+        }
+        find_local(m, p, &own);
+        for (int c = 0; c < used; c += QUAD) {
+            quad theta[3], rho[3], spin[3], velocity[3], second[2][3], acceleration[2][3];
+            quad force[2][3] = {{{0}}}, moment[2][3] = {{{0}}}, inner[3], outer[3] = {{0}};
+            load_rows(m->theta + p * 3 * width + c, width, theta);
+            load_rows(m->rho + p * 3 * width + c, width, rho);
+            load_rows(x->spin + i * 3 * width + c, width, spin);
+            for (int k = 0; k < 2; k++) {
+                load_rows(x->spin_rate + (i * 6 + 3 * k) * width + c, width, second[k]);
+                load_rows(x->acceleration + (i * 6 + 3 * k) * width + c, width, acceleration[k]);
+                add_scaled(-at->mass, acceleration[k], force[k]);
+            }
+            add_crossed(theta, own.force, force[0]);
+            for (int k = 0; k < 3; k++) {
+                force[0][k] -= own.stiffness[k] * rho[k];
+            }
+            if (at->resists) {
+                load_rows(x->velocity + i * 3 * width + c, width, velocity);
+                add_applied(own.drag, -1, velocity, force[0]);
+                add_applied(own.drag, -1, rho, force[1]);
+            }
+            /* J x changes by theta x J x - J (theta x x) */
+            memcpy(inner, second[0], sizeof inner);
+            add_cross(at->spin_rate, theta, inner);
+            add_applied(own.J, -1, inner, moment[0]);
+            add_cross(own.change, theta, moment[0]);
+            add_cross(own.momentum, spin, moment[0]);
+            memcpy(inner, spin, sizeof inner);
+            add_cross(at->spin, theta, inner);
+            add_applied(own.J, -1, inner, outer);
+            add_cross(own.momentum, theta, outer);
+            add_cross(at->spin, outer, moment[0]);
+            add_crossed(theta, own.moment, moment[0]);
+            add_applied(own.turning, 1, theta, moment[0]);
+            memset(outer, 0, sizeof outer);
+            add_applied(own.J, -1, second[1], moment[1]);
+            add_cross(own.momentum, theta, moment[1]);
+            add_applied(own.J, -1, theta, outer);
+            add_cross(at->spin, outer, moment[1]);
+            for (int k = 0; k < 2; k++) {
+                store_rows(force[k], width, to + 3 * k * width + c);
+                store_rows(moment[k], width, to + (6 + 3 * k) * width + c);
+            }
+        }
+    }
+}
+
+/* ---- back from the tip --------------------------------------------------------------------- */
+
+/* Adds to the derivatives what the stress at a point changes by. */
+static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
+{
+    const modes_element *element = &m->element[e];
+    const modes_point *at = &m->point[p];
+    const double *value = m->value + p * m->width;
+    const double(*pull)[MODES_STRAINS] =
+        (const double(*)[MODES_STRAINS])m->pull_by + p * MODES_STRAINS;
+    for (int b = element->own; b < element->end; b++) {
+        const int row = m->mode[b].strain;
+        const double by = at->weight * value[b];
+        for (int a = element->own; a < element->end; a++) {
+            const int c = m->mode[a].strain;
+            if (row == c) {
+                by_q[b * m->width + a] += by * value[a] * at->stiffness[c];
+                by_v[b * m->width + a] += by * value[a] * at->damping[c];
+            }
+            if (m->has_tendons) {
+                by_q[b * m->width + a] += by * value[a] * pull[row][c];
+            }
+        }
+    }
+}
+
+/* Rows [6][width] of a point: R^T (changed - theta x carried), by q and by q_t. */
+MODES_INLINE void to_section(const modes *m, int p, const double carried[3], const double *rows,
+                             double *to)
+{
+    const modes_point *at = &m->point[p];
+    const int width = m->width;
+    for (int c = 0; c < width; c += QUAD) {
+        quad theta[3], change[2][3], body[3];
+        load_rows(m->theta + p * 3 * width + c, width, theta);
+        load_rows(rows + c, width, change[0]);
+        load_rows(rows + 3 * width + c, width, change[1]);
+        add_cross(carried, theta, change[0]);
+        for (int k = 0; k < 2; k++) {
+            for (int i = 0; i < 3; i++) {
+                body[i] = at->R[0][i] * change[k][0] + at->R[1][i] * change[k][1] +
+                          at->R[2][i] * change[k][2];
+            }
+            store_rows(body, width, to + 3 * k * width + c);
+        }
+    }
+}
+
+/* forces, moments [stages][6]: what modes_point.carried changes by; sections: room [12]. */
+MODES_INLINE void collect_rows(modes *m, int e, const double *forces, const double *moments,
+                               double *sections, double *by_q, double *by_v)
+{
+    const int n = m->stages, width = m->width;
+    const modes_element *element = &m->element[e];
+    for (int i = 0; i < n; i++) {
+        const int p = e * (n + 1) + i;
+        const modes_point *at = &m->point[p];
+        to_section(m, p, at->carried[0], forces + i * 6 * width, sections);
+        to_section(m, p, at->carried[1], moments + i * 6 * width, sections + 6 * width);
+        for (int b = element->own; b < element->end; b++) {
+            const int c = m->mode[b].strain;
+            const double *row = sections + (c / 3 * 6 + c % 3) * width;
+            const double value = m->value[p * width + b];
+            for (int a = 0; a < width; a += QUAD) {
+                quad q, v, change[2];
+                memcpy(&q, by_q + b * width + a, sizeof q);
+                memcpy(&v, by_v + b * width + a, sizeof v);
+                memcpy(&change[0], row + a, sizeof change[0]);
+                memcpy(&change[1], row + 3 * width + a, sizeof change[1]);
+                q -= value * change[0];
+                v -= value * change[1];
+                memcpy(by_q + b * width + a, &q, sizeof q);
+                memcpy(by_v + b * width + a, &v, sizeof v);
+            }
+        }
+        add_stress(m, e, p, by_q, by_v);
+    }
+}
+
+/* Moments of the forces beyond, at Gauss points: along x force. */
+MODES_INLINE void add_arms(modes *m, int e, changes *x, const double *forces)
+{
+    const int n = m->stages, width = m->width;
+    for (int i = 0; i < n; i++) {
+        const int p = e * (n + 1) + i;
+        const modes_point *at = &m->point[p];
+        double *to = x->point + (p * MODES_ROWS + 6) * width;
+        own_rows(m, e, p, width, x->own);
+        for (int c = 0; c < width; c += QUAD) {
+            quad theta[3], along[3], force[2][3], moment[2][3];
+            load_rows(m->theta + p * 3 * width + c, width, theta);
+            load_rows(x->own + c, width, along);
+            add_crossed(theta, at->along, along);
+            for (int k = 0; k < 2; k++) {
+                load_rows(forces + (i * 6 + 3 * k) * width + c, width, force[k]);
+                load_rows(to + 3 * k * width + c, width, moment[k]);
+                add_cross(at->along, force[k], moment[k]);
+            }
+            add_crossed(along, at->carried[0], moment[0]);
+            store_rows(moment[0], width, to + c);
+            store_rows(moment[1], width, to + 3 * width + c);
+        }
+    }
+}
+
+FOR_EACH_PROCESSOR static void find_derivatives(modes *m, double *by_q, double *by_v)
+{
+    const int width = m->width, n = m->stages;
+    changes x = changes_of(m); /* columns that an element does not use stay 0 */
+    memset(x.spin, 0, (size_t)(x.edge + 18 * width - x.spin) * sizeof *x.spin);
+    memset(by_q, 0, (size_t)(m->size * width) * sizeof *by_q);
+    memset(by_v, 0, (size_t)(m->size * width) * sizeof *by_v);
+    for (int e = 0; e < m->elements; e++) {
+        change_motion(m, e, &x);
+        change_forces(m, e, &x);
+    }
+    double *forces = x.rate, *moments = x.spin_rate, *beyond = x.edge, *sections = x.spin;
+    memset(beyond, 0, (size_t)(12 * width) * sizeof *beyond);
+    for (int e = m->elements - 1; e >= 0; e--) {
+        const double *here = x.point + e * (n + 1) * MODES_ROWS * width;
+        gather_rows(m, e, 6 * width, here, MODES_ROWS * width, beyond, forces);
+        add_beyond(m, 6 * width, here, MODES_ROWS * width, beyond);
+        add_arms(m, e, &x, forces);
+        gather_rows(m, e, 6 * width, here + 6 * width, MODES_ROWS * width, beyond + 6 * width,
+                    moments);
+        add_beyond(m, 6 * width, here + 6 * width, MODES_ROWS * width, beyond + 6 * width);
+        collect_rows(m, e, forces, moments, sections, by_q, by_v);
+    }
+}
+
+void modes_derivatives(modes *m, double *by_q, double *by_v)
+{
+    find_derivatives(m, by_q, by_v);
+}

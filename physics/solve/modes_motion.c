@@ -1,0 +1,360 @@
+#include "physics/solve/modes_motion.h"
+
+#include "physics/solve/events.h"
+#include "physics/solve/modes_internal.h"
+#include "physics/solve/modes_step.h"
+#include "physics/sort.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Solutions are compared at the times given and at so many more. */
+enum { MORE_TIMES = 16 };
+
+/* Of a step: of order 9. With 3, of order 5, motions took as long for a tenth of the accuracy. */
+enum { STAGES = 5 };
+
+struct modes_solution {
+    modes *m;
+    size_t given, count;    /* times asked for, and those with what they are compared at */
+    double *times;          /* [count] ascending, each once */
+    size_t *which;          /* [given] of those times */
+    double *states;         /* [count][2][size]: q, q_t */
+    solve_energy *all;      /* [count] */
+    solve_energy *energies; /* [given] */
+    double *room;           /* [3][size] */
+    long steps;
+    double work, reached;
+};
+
+void modes_motion_free(modes_solution *x)
+{
+    if (x) {
+        modes_free(x->m);
+        free(x->times);
+        free(x->which);
+        free(x->states);
+        free(x->all);
+        free(x->energies);
+        free(x->room);
+        free(x);
+    }
+}
+
+const solve_energy *modes_motion_energies(const modes_solution *x)
+{
+    return x->energies;
+}
+
+/* ---- one solution -------------------------------------------------------------------------- */
+
+/* The times given, 0 and some between. */
+static void place_times(modes_solution *x, const double *times)
+{
+    const double last = x->given > 0 ? times[x->given - 1] : 0;
+    size_t count = 0;
+    for (size_t i = 0; i <= MORE_TIMES; i++) {
+        x->times[count++] = last * (double)i / MORE_TIMES;
+    }
+    memcpy(x->times + count, times, x->given * sizeof *times);
+    count += x->given;
+    sort_ascending(count, x->times);
+    for (size_t i = 0; i < count; i++) {
+        if (x->count == 0 || x->times[i] > x->times[x->count - 1]) {
+            x->times[x->count++] = x->times[i];
+        }
+    }
+    for (size_t i = 0, k = 0; i < x->given; i++) {
+        while (x->times[k] < times[i]) {
+            k++;
+        }
+        x->which[i] = k;
+    }
+}
+
+static ad_status create(solve_rod *rod, const modes_counts *counts, int finer, size_t given,
+                        const double *times, modes_solution **result, ad_error *error)
+{
+    modes_solution *x = calloc(1, sizeof *x);
+    const size_t most = given + MORE_TIMES + 1;
+    *result = x;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a motion");
+    }
+    ad_status status = modes_create(rod, NULL, counts, finer, &x->m, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const size_t size = (size_t)modes_size(x->m);
+    x->given = given;
+    x->times = malloc(most * sizeof *x->times);
+    x->which = malloc(most * sizeof *x->which);
+    x->states = malloc((2 * most * size + 1) * sizeof *x->states);
+    x->all = calloc(most, sizeof *x->all);
+    x->energies = calloc(most, sizeof *x->energies);
+    x->room = malloc((3 * size + 1) * sizeof *x->room);
+    if (!x->times || !x->which || !x->states || !x->all || !x->energies || !x->room) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu times", given);
+    }
+    place_times(x, times);
+    return AD_OK;
+}
+
+/* Where the rod is at x->times[which], with `energy` as it is then. */
+static ad_status take(modes_solution *x, size_t which, const double *q, const double *v,
+                      solve_energy *energy, ad_error *error)
+{
+    const size_t size = (size_t)modes_size(x->m);
+    double *to = x->states + which * 2 * size;
+    ad_status status = modes_at(x->m, x->times[which], NULL, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    memcpy(to, q, size * sizeof *to);
+    memcpy(to + size, v, size * sizeof *to);
+    modes_shape(x->m, q, v, NULL);
+    const solve_energy now = modes_energy_now(x->m);
+    energy->kinetic = now.kinetic;
+    energy->strain = now.strain;
+    x->all[which] = *energy;
+    x->all[which].mismatch = now.kinetic + now.strain + energy->dissipated - energy->work -
+                             x->all[0].kinetic - x->all[0].strain;
+    return AD_OK;
+}
+
+/* Through all times, with a stop at each instant that no step may pass. */
+static ad_status go(modes_solution *x, double tolerance, size_t events, const double *event,
+                    ad_error *error)
+{
+    const size_t size = (size_t)modes_size(x->m);
+    double *q = x->room, *v = q + size, t = 0;
+    solve_energy energy = {0};
+    collocation *steps = NULL;
+    ad_status status = modes_initial(x->m, q, v, error);
+    status = status == AD_OK ? collocation_create(x->m, STAGES, &steps, error) : status;
+    for (size_t i = 0, k = 0; i < x->count && status == AD_OK; i++) {
+        while (status == AD_OK && t < x->times[i]) {
+            while (k < events && event[k] <= t) {
+                k++;
+            }
+            const bool meets = k < events && event[k] < x->times[i];
+            const double end = meets ? event[k] : x->times[i];
+            status = collocation_go(steps, t, end, NULL, tolerance, q, v, &energy, error);
+            t = end;
+        }
+        status = status == AD_OK ? take(x, i, q, v, &energy, error) : status;
+        x->reached = status == AD_OK ? t : x->reached;
+    }
+    if (steps) {
+        const collocation_counts counts = collocation_counts_of(steps);
+        const double n = (double)size, points = x->m->points;
+        x->steps = counts.steps;
+        x->work =
+            (double)counts.iterations * STAGES * (400 * points + 4 * n * points + n * n) +
+            (double)counts.matrices * (600 * n * points + 12 * n * n * points + 8 * n * n * n);
+    }
+    collocation_free(steps);
+    return status;
+}
+
+ad_status modes_motion_at(const modes_solution *x, size_t which, size_t n, const double *s,
+                          solve_state *out, ad_error *error)
+{
+    const size_t size = (size_t)modes_size(x->m), at = x->which[which];
+    const double *q = x->states + at * 2 * size, *v = q + size;
+    double *a = x->room, *residual = a + size;
+    ad_status status = modes_at(x->m, x->times[at], NULL, error);
+    if (status == AD_OK && !modes_accelerations(x->m, q, v, a)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+    }
+    modes_places *places = NULL;
+    status = status == AD_OK ? modes_places_create(x->m, n, s, &places, error) : status;
+    if (status == AD_OK) {
+        modes_shape(x->m, q, v, a);
+        modes_forces(x->m, false, residual);
+        modes_samples(x->m, places, out);
+    }
+    modes_places_free(places);
+    return status;
+}
+
+/* ---- refining ------------------------------------------------------------------------------ */
+
+typedef struct refined {
+    solve_rod *rod;
+    size_t given;
+    const double *times; /* [given] */
+    size_t events;
+    double *event; /* [events] */
+    modes_solution *best;
+    solve_state *seen[2]; /* [times][MOTION_COMPARED] of the last solutions, the best first */
+    double work;
+} refined;
+
+/* What solutions together may cost, in operations: some 20 s. */
+static const double WORK_MOST = 2e11;
+
+static ad_status look(refined *at, ad_error *error)
+{
+    modes_solution *x = at->best;
+    const size_t size = (size_t)modes_size(x->m);
+    double s[MOTION_COMPARED];
+    solve_state *all = malloc(x->count * MOTION_COMPARED * sizeof *all);
+    ad_status status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for times");
+    free(at->seen[1]);
+    at->seen[1] = at->seen[0];
+    at->seen[0] = all;
+    for (int i = 0; i < MOTION_COMPARED; i++) {
+        s[i] = (double)i / (MOTION_COMPARED - 1);
+    }
+    modes_places *places = NULL;
+    status =
+        status == AD_OK ? modes_places_create(x->m, MOTION_COMPARED, s, &places, error) : status;
+    for (size_t i = 0; i < x->count && status == AD_OK; i++) {
+        const double *q = x->states + i * 2 * size;
+        status = modes_at(x->m, x->times[i], NULL, error);
+        modes_shape(x->m, q, q + size, NULL);
+        modes_samples(x->m, places, all + i * MOTION_COMPARED);
+    }
+    modes_places_free(places);
+    return status;
+}
+
+static ad_status solve_once(refined *at, const modes_counts *counts, int finer, double tolerance,
+                            solve_report *report, ad_error *error)
+{
+    modes_solution *next = NULL;
+    ad_status status = create(at->rod, counts, finer, at->given, at->times, &next, error);
+    if (status == AD_OK) {
+        status = go(next, tolerance, at->events, at->event, error);
+        at->work += next->work;
+        report->time_steps += next->steps;
+    }
+    if (status != AD_OK) {
+        report->time = next ? next->reached / at->rod->duration : 0;
+        modes_motion_free(next);
+        return status;
+    }
+    modes_motion_free(at->best);
+    at->best = next;
+    return look(at, error);
+}
+
+/* More modes of strains whose last two move the rod by more than a share of the tolerance, one of
+ * others; none of what stays 0. False: there are no more. */
+static bool add_modes(const modes_solution *x, double tolerance, modes_counts *counts)
+{
+    const double share = 0.2, nothing = 1e-13;
+    const modes *m = x->m;
+    double size[MODES_STRAINS] = {0}, tail[MODES_STRAINS] = {0};
+    bool more = false;
+    for (size_t i = 0; i < x->count; i++) {
+        for (int a = m->hinges; a < m->size; a++) {
+            const modes_mode *mode = &m->mode[a];
+            const int c = mode->strain, k = mode->degree + 1;
+            const double q = fabs(x->states[i * 2 * (size_t)m->size + (size_t)a]);
+            size[c] = fmax(size[c], q);
+            if (k + 1 >= counts->of[c]) { /* a curvature is integrated twice */
+                tail[c] = fmax(tail[c], q / (c >= MODES_U ? k * k : k));
+            }
+        }
+    }
+    for (int c = 0; c < MODES_STRAINS; c++) {
+        int *n = &counts->of[c], before = *n;
+        *n += tail[c] > share * tolerance ? (*n > 6 ? *n / 3 : 2) : 1;
+        *n = size[c] <= nothing ? 0 : *n > SOLVE_MODES_MAX ? SOLVE_MODES_MAX : *n;
+        more |= *n > before;
+    }
+    return more;
+}
+
+static void take_report(const refined *at, solve_report *report)
+{
+    const modes_solution *x = at->best;
+    double mismatch = 0, largest = 0;
+    for (size_t i = 0; i < x->count; i++) {
+        const solve_energy *e = &x->all[i];
+        mismatch = motion_larger(mismatch, fabs(e->mismatch));
+        largest = fmax(largest, fmax(e->kinetic + e->strain, fmax(fabs(e->work), e->dissipated)));
+    }
+    for (size_t i = 0; i < x->given; i++) {
+        x->energies[i] = x->all[x->which[i]];
+    }
+    report->energy = largest;
+    report->energy_mismatch = mismatch == 0 ? 0 : mismatch / largest;
+    report->nodes = x->m->points - x->m->hinges * (x->m->stages + 1);
+    report->time = 1;
+    report->mode_count = x->m->size;
+    memcpy(report->modes, x->m->counts.of, sizeof report->modes);
+}
+
+/* The error that the distance to the solution before leaves: more than 1 where distances fall
+ * slowly. */
+static double left_over(double before, double distance)
+{
+    const double largest = 0.8;
+    const double ratio = fmin(largest, distance / before);
+    return fmax(1, ratio / (1 - ratio));
+}
+
+static ad_status refine(refined *at, const solve_settings *settings, solve_report *report,
+                        ad_error *error)
+{
+    enum { SOLUTIONS_MAX = 10, FINER = 2 };
+    const int *given = settings->modes;
+    const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
+    modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
+                                   : modes_counts_of(3, 2, 2, 2);
+    double distance = INFINITY; /* of the last two */
+    double tolerance = (is_given ? 1 : 10) * settings->tolerance;
+    ad_status status = AD_OK;
+    for (int i = 0; i < SOLUTIONS_MAX && status == AD_OK; i++) {
+        const double before = at->work;
+        status = solve_once(at, &counts, FINER * (is_given ? 2 : i), tolerance, report, error);
+        if (status != AD_OK || is_given) {
+            break;
+        }
+        if (i > 0) {
+            const motion_apart apart = motion_compare(at->best->count, at->seen[0], at->seen[1]);
+            const double left = left_over(distance, apart.l2);
+            distance = apart.l2;
+            report->estimate_l2 = left * apart.l2;
+            report->estimate = left * apart.most;
+            if (report->estimate_l2 <= settings->tolerance &&
+                report->estimate <= SOLVE_PEAK * settings->tolerance) {
+                break;
+            }
+        }
+        tolerance = fmax(tolerance / 10, 0.1 * settings->tolerance);
+        if (!add_modes(at->best, settings->tolerance, &counts) ||
+            at->work + 4 * (at->work - before) > WORK_MOST) {
+            break;
+        }
+    }
+    if (status == AD_NOT_FINITE && at->best) { /* the last that came to an end */
+        status = AD_OK;
+    }
+    return status;
+}
+
+ad_status modes_motion_solve(solve_rod *rod, const solve_settings *settings, size_t count,
+                             const double *times, modes_solution **result, solve_report *report,
+                             ad_error *error)
+{
+    refined at = {.rod = rod, .given = count, .times = times};
+    *result = NULL;
+    *report = solve_report_blank();
+    ad_status status = solve_events_find(rod, &at.events, &at.event, error);
+    status = status == AD_OK ? refine(&at, settings, report, error) : status;
+    free(at.event);
+    free(at.seen[0]);
+    free(at.seen[1]);
+    if (status != AD_OK) {
+        modes_motion_free(at.best);
+        return status;
+    }
+    take_report(&at, report);
+    *result = at.best;
+    return AD_OK;
+}

@@ -1,0 +1,211 @@
+/* One step by itself, with its derivatives. */
+#include "physics/solve/modes_step_internal.h"
+
+#include "physics/solve/processor.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of Newton's method, in modes and rates: errors of a step are larger. */
+static const double NEWTON = 1e-5;
+
+/* ---- linear systems ------------------------------------------------------------------------ */
+
+/* The rows of stage i: matrix of the accelerations of all stages. Leaves the residual of the stage
+ * in x->residual and its derivatives in x->by_q, x->by_v. */
+static ad_status stage_rows(collocation *x, int i, double t, double h, const double *inputs,
+                            const double *q, const double *v, int columns, double *rows,
+                            ad_error *error)
+{
+    const collocation_method *by = &x->by;
+    modes *m = x->m;
+    const int n = x->size, width = m->width;
+    ad_status status = modes_at(m, t + by->nodes[i] * h, inputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    collocation_stage(x, i, h, q, v);
+    modes_shape(m, x->q, x->v, x->a + i * n);
+    modes_forces(m, true, x->residual);
+    modes_power_now(m, &x->load[i], &x->loss[i]);
+    modes_mass(m);
+    modes_derivatives(m, x->by_q, x->by_v);
+    for (int r = 0; r < n; r++) {
+        const double *M = m->mass + r * width, *K = x->by_q + r * width, *D = x->by_v + r * width;
+        for (int j = 0; j < by->stages; j++) {
+            const double once = h * by->matrix[i][j], twice = h * h * by->square[i][j];
+            for (int k = 0; k < n; k++) {
+                rows[r * columns + j * n + k] = (i == j ? M[k] : 0) + once * D[k] + twice * K[k];
+            }
+        }
+    }
+    return AD_OK;
+}
+
+/* The right columns of [n][columns] become the solutions of the left [n][n], by elimination. */
+FOR_EACH_PROCESSOR static bool eliminate(int n, int columns, double *rows)
+{
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int r = i + 1; r < n; r++) {
+            best = fabs(rows[r * columns + i]) > fabs(rows[best * columns + i]) ? r : best;
+        }
+        for (int c = 0; c < columns && best != i; c++) {
+            const double other = rows[i * columns + c];
+            rows[i * columns + c] = rows[best * columns + c];
+            rows[best * columns + c] = other;
+        }
+        if (!(fabs(rows[i * columns + i]) > 0)) {
+            return false;
+        }
+        for (int r = i + 1; r < n; r++) {
+            const double by = rows[r * columns + i] / rows[i * columns + i];
+            for (int c = i + 1; c < columns; c++) {
+                rows[r * columns + c] -= by * rows[i * columns + c];
+            }
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        const double by = 1 / rows[i * columns + i];
+        for (int c = n; c < columns; c++) {
+            rows[i * columns + c] *= by;
+        }
+        for (int r = 0; r < i; r++) {
+            const double factor = rows[r * columns + i];
+            for (int c = n; c < columns; c++) {
+                rows[r * columns + c] -= factor * rows[i * columns + c];
+            }
+        }
+    }
+    return true;
+}
+
+/* ---- Newton's method with the matrix of every stage ---------------------------------------- */
+
+ad_status collocation_exact(collocation *x, double t, double h, const double *inputs,
+                            double tolerance, const double *q, const double *v, bool *failed,
+                            ad_error *error)
+{
+    enum { STEPS = 8 };
+    const int n = x->size, all = x->by.stages * n, columns = all + 1;
+    *failed = true;
+    x->formed_step = 0;
+    for (int step = 0; step < STEPS && *failed; step++) {
+        for (int i = 0; i < x->by.stages; i++) {
+            double *rows = x->exact + i * n * columns;
+            ad_status status = stage_rows(x, i, t, h, inputs, q, v, columns, rows, error);
+            if (status != AD_OK) {
+                return status;
+            }
+            for (int r = 0; r < n; r++) {
+                rows[r * columns + all] = -x->residual[r];
+            }
+        }
+        x->counts.matrices += x->by.stages;
+        if (!eliminate(all, columns, x->exact)) {
+            return AD_OK;
+        }
+        for (int k = 0; k < all; k++) {
+            x->change[k] = x->exact[k * columns + all];
+        }
+        *failed = !(collocation_change(x, h) <= tolerance);
+    }
+    return AD_OK;
+}
+
+/* ---- one step ------------------------------------------------------------------------------ */
+
+/* Accelerations of a step that starts from nothing but q and v. */
+static ad_status solve_once(collocation *x, double t, double h, const double *inputs,
+                            const double *q, const double *v, ad_error *error)
+{
+    bool slow, failed = true;
+    const size_t size = (size_t)(x->by.stages * x->size) * sizeof *x->a;
+    memset(x->a, 0, size);
+    ad_status status = collocation_form(x, t, h, inputs, q, v, error);
+    if (status == AD_OK && collocation_factor(x, h)) {
+        status = collocation_iterate(x, t, h, inputs, NEWTON, q, v, &slow, &failed, error);
+    }
+    if (status == AD_OK && failed) {
+        memset(x->a, 0, size);
+        status = collocation_exact(x, t, h, inputs, NEWTON, q, v, &failed, error);
+    }
+    return status == AD_OK && failed
+               ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)
+               : status;
+}
+
+ad_status collocation_once(collocation *x, double t, double h, const double *inputs, double *q,
+                           double *v, ad_error *error)
+{
+    ad_status status = solve_once(x, t, h, inputs, q, v, error);
+    if (status == AD_OK) {
+        collocation_finish(x, h, q, v);
+    }
+    return status;
+}
+
+/* ---- derivatives --------------------------------------------------------------------------- */
+
+size_t collocation_derivative_room(const collocation *x)
+{
+    const size_t n = (size_t)x->size, all = (size_t)x->by.stages * n;
+    return all * (all + 2 * n + (size_t)x->m->inputs) + n * (size_t)x->m->inputs;
+}
+
+/* Beside the matrix: minus the derivatives of the residual by q, v, inputs. */
+static ad_status derivative_rows(collocation *x, int i, double t, double h, const double *inputs,
+                                 const double *q, const double *v, int columns, double *rows,
+                                 double *by_inputs, ad_error *error)
+{
+    modes *m = x->m;
+    const int n = x->size, width = m->width, all = x->by.stages * n;
+    const double late = x->by.nodes[i] * h;
+    ad_status status = stage_rows(x, i, t, h, inputs, q, v, columns, rows, error);
+    if (status == AD_OK && m->inputs > 0) {
+        status = modes_by_inputs(m, t + late, x->q, x->v, x->a + i * n, by_inputs, error);
+    }
+    for (int r = 0; r < n; r++) {
+        double *row = rows + r * columns + all;
+        for (int c = 0; c < n; c++) {
+            row[c] = -x->by_q[r * width + c];
+            row[n + c] = -x->by_v[r * width + c] - late * x->by_q[r * width + c];
+        }
+        for (int k = 0; k < m->inputs; k++) {
+            row[2 * n + k] = -by_inputs[r * m->inputs + k];
+        }
+    }
+    return status;
+}
+
+ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
+                                  const double *q, const double *v, double *room, double *by,
+                                  ad_error *error)
+{
+    const collocation_method *rule = &x->by;
+    const int n = x->size, all = rule->stages * n, wanted = 2 * n + x->m->inputs;
+    const int columns = all + wanted;
+    double *by_inputs = room + all * columns;
+    ad_status status = AD_OK;
+    for (int i = 0; i < rule->stages && status == AD_OK; i++) {
+        status = derivative_rows(x, i, t, h, inputs, q, v, columns, room + i * n * columns,
+                                 by_inputs, error);
+    }
+    if (status == AD_OK && !eliminate(all, columns, room)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
+    }
+    for (int k = 0; k < n && status == AD_OK; k++) {
+        double *to_q = by + k * wanted, *to_v = by + (n + k) * wanted;
+        for (int c = 0; c < wanted; c++) {
+            to_q[c] = (c == k) + (c == n + k ? h : 0);
+            to_v[c] = c == n + k;
+            for (int j = 0; j < rule->stages; j++) {
+                const double a = room[(j * n + k) * columns + all + c];
+                to_q[c] += h * h * rule->end[j] * a;
+                to_v[c] += h * rule->matrix[rule->stages - 1][j] * a;
+            }
+        }
+    }
+    return status;
+}

@@ -1,0 +1,436 @@
+/* Shape, motion and forces of a reduced rod: sums from the start to the tip and back. */
+#include "physics/solve/modes_internal.h"
+#include "physics/solve/strain_inline.h"
+
+#include <string.h>
+
+/* ---- from the start to the tip ------------------------------------------------------------- */
+
+/* Strains of an element's points from its own modes. */
+static void strain_points(modes *m, int e, const double *q, const double *v, const double *a)
+{
+    const modes_element *element = &m->element[e];
+    for (int i = 0; i < m->stages; i++) {
+        modes_point *at = &m->point[e * (m->stages + 1) + i];
+        const double *value = m->value + (e * (m->stages + 1) + i) * m->width;
+        memcpy(at->strain, at->origin, sizeof at->strain);
+        memset(at->rate, 0, sizeof at->rate);
+        memset(at->second, 0, sizeof at->second);
+        for (int k = element->own; k < element->end; k++) {
+            const int c = m->mode[k].strain;
+            at->strain[c] += value[k] * q[k];
+            at->rate[c] += value[k] * v[k];
+            at->second[c] += a ? value[k] * a[k] : 0;
+        }
+    }
+}
+
+/* Turns of an element from each of its points to the next, LANES at a time: q of each step. */
+FOR_EACH_PROCESSOR static void turn_steps(const modes *m, int e, double (*turn)[4])
+{
+    const int n = m->stages;
+    const double length = m->element[e].length;
+    const modes_point *at = m->point + e * (n + 1);
+    for (int first = 0; first <= n; first += LANES) {
+        lanes terms[3][3], q[4] = {NO_LANES + 1, NO_LANES, NO_LANES, NO_LANES};
+        for (int k = 0; k < 3; k++) {
+            for (int c = 0; c < 3; c++) {
+                lanes sum = NO_LANES, of_steps;
+                for (int j = 0; j < n; j++) {
+                    memcpy(&of_steps, &m->magnus[k][j][first], sizeof of_steps);
+                    sum += of_steps * at[j].strain[MODES_U + c];
+                }
+                terms[k][c] = length * sum;
+            }
+        }
+        step_on(terms, q);
+        for (int lane = 0; lane < LANES && first + lane <= n; lane++) {
+            for (int i = 0; i < 4; i++) {
+                turn[first + lane][i] = q[i][lane];
+            }
+        }
+    }
+}
+
+static void turn_points(modes *m, int e, double q[4])
+{
+    double turn[GAUSS_STAGES_MAX + 1][4], next[4];
+    turn_steps(m, e, turn);
+    for (int i = 0; i <= m->stages; i++) {
+        modes_point *at = &m->point[e * (m->stages + 1) + i];
+        quaternion_product(q, turn[i], next);
+        memcpy(q, next, 4 * sizeof *q);
+        if (i == m->stages) {
+            quaternion_normalize(q);
+        }
+        memcpy(at->q, q, sizeof at->q);
+        rotation_matrix(q, at->R);
+    }
+    if (m->turn_at[e] >= 0) {
+        quaternion_product(q, m->rod->jumps.at[m->turn_at[e]].turn, next);
+        memcpy(q, next, 4 * sizeof *q);
+    }
+}
+
+/* to [stages + 1] = from + integral of rate [stages], vectors of points `stride` doubles apart. */
+static void integrate(const modes *m, int e, const double from[3], const double *rate, double *to)
+{
+    const size_t stride = sizeof(modes_point) / sizeof(double);
+    const modes_element *element = &m->element[e];
+    for (int i = 0; i <= m->stages; i++) {
+        double sum[3] = {from[0], from[1], from[2]};
+        for (int j = 0; j < m->stages; j++) {
+            const double *x = rate + (size_t)j * stride, by = element->matrix[i][j];
+            for (int k = 0; k < 3; k++) {
+                sum[k] += by * x[k];
+            }
+        }
+        memcpy(to + (size_t)i * stride, sum, sizeof sum);
+    }
+}
+
+_Static_assert(sizeof(modes_point) % sizeof(double) == 0, "points are rows of doubles");
+
+/* Vectors of points that move_element integrates on from the end of one element. */
+typedef struct motion_of_edge {
+    double r[3], spin[3], velocity[3], spin_rate[3], acceleration[3];
+} motion_of_edge;
+
+/* r' = R v; w' = R u_t; V' = w x R v + R v_t; and their rates by t. */
+static void move_element(modes *m, int e, motion_of_edge *edge)
+{
+    modes_point *at = m->point + e * (m->stages + 1), *end = at + m->stages;
+    double rate[GAUSS_STAGES_MAX][sizeof(modes_point) / sizeof(double)], more[3];
+    for (int i = 0; i < m->stages; i++) {
+        to_world(at[i].R, at[i].strain + MODES_V, at[i].along);
+        to_world(at[i].R, at[i].rate + MODES_V, at[i].along_rate);
+        to_world(at[i].R, at[i].rate + MODES_U, at[i].turned_rate);
+        to_world(at[i].R, at[i].second + MODES_V, at[i].along_second);
+        to_world(at[i].R, at[i].second + MODES_U, at[i].turned_second);
+    }
+    integrate(m, e, edge->r, at->along, at->r);
+    integrate(m, e, edge->spin, at->turned_rate, at->spin);
+    for (int i = 0; i < m->stages; i++) {
+        double *to = rate[i];
+        vector_cross(at[i].spin, at[i].along, at[i].turning);
+        vector_cross(at[i].spin, at[i].turned_rate, to);
+        for (int k = 0; k < 3; k++) {
+            to[k] += at[i].turned_second[k];
+            to[3 + k] = at[i].turning[k] + at[i].along_rate[k];
+        }
+    }
+    integrate(m, e, edge->spin_rate, rate[0], at->spin_rate);
+    integrate(m, e, edge->velocity, rate[0] + 3, at->velocity);
+    for (int i = 0; i < m->stages; i++) {
+        const double twice[3] = {at[i].turning[0] + 2 * at[i].along_rate[0],
+                                 at[i].turning[1] + 2 * at[i].along_rate[1],
+                                 at[i].turning[2] + 2 * at[i].along_rate[2]};
+        vector_cross(at[i].spin_rate, at[i].along, rate[i]);
+        vector_cross(at[i].spin, twice, more);
+        for (int k = 0; k < 3; k++) {
+            rate[i][k] += more[k] + at[i].along_second[k];
+        }
+    }
+    integrate(m, e, edge->acceleration, rate[0], at->acceleration);
+    memcpy(edge->r, end->r, sizeof edge->r);
+    memcpy(edge->spin, end->spin, sizeof edge->spin);
+    memcpy(edge->velocity, end->velocity, sizeof edge->velocity);
+    memcpy(edge->spin_rate, end->spin_rate, sizeof edge->spin_rate);
+    memcpy(edge->acceleration, end->acceleration, sizeof edge->acceleration);
+}
+
+void modes_shape(modes *m, const double *q, const double *v, const double *a)
+{
+    const solve_end_state *start = &m->start;
+    motion_of_edge edge;
+    double turn[4], R[3][3];
+    memcpy(turn, start->rotation, sizeof turn);
+    rotation_matrix(turn, R);
+    memcpy(edge.r, start->position, sizeof edge.r);
+    memcpy(edge.velocity, start->velocity, sizeof edge.velocity);
+    memcpy(edge.acceleration, start->acceleration, sizeof edge.acceleration);
+    to_world(R, start->spin, edge.spin);
+    to_world(R, start->spin_rate, edge.spin_rate);
+    for (int e = 0; e < m->elements; e++) {
+        strain_points(m, e, q, v, a);
+        turn_points(m, e, turn);
+        move_element(m, e, &edge);
+    }
+}
+
+/* ---- stress -------------------------------------------------------------------------------- */
+
+/* Points of an element side by side, LANES at a time. */
+FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
+{
+    const int n = m->stages, count = m->rod->actuators;
+    modes_point *at = m->point + e * (n + 1);
+    for (int first = 0; first < n; first += LANES) {
+        lanes strain[MODES_STRAINS] = {NO_LANES};
+        pulling sum;
+        memset(&sum, 0, sizeof sum);
+        for (int lane = 0; lane < LANES; lane++) {
+            const int i = first + lane < n ? first + lane : n - 1;
+            for (int c = 0; c < MODES_STRAINS; c++) {
+                strain[c][lane] = at[i].strain[c];
+            }
+        }
+        for (int k = 0; k < count; k++) {
+            const solve_extent *extent = &m->rod->extents[k];
+            strain_actuator here = {.pull = NO_LANES};
+            for (int lane = 0; lane < LANES; lane++) {
+                const int i = first + lane < n ? first + lane : n - 1;
+                const solve_actuator *a = &m->actuators[(e * (n + 1) + i) * count + k];
+                const bool acts = extent->start <= at[i].s && at[i].s <= extent->end;
+                for (int c = 0; c < 2; c++) {
+                    here.offset[c][lane] = a->offset[c];
+                    here.slope[c][lane] = a->slope[c];
+                }
+                here.pull[lane] = acts ? a->pull : 0;
+            }
+            if (extent->is_chamber) {
+                sum.force[2] += here.pull;
+                sum.moment[0] += here.pull * here.offset[1];
+                sum.moment[1] -= here.pull * here.offset[0];
+            } else {
+                pull_tendon(&here, strain + MODES_V, strain + MODES_U, derive, &sum);
+            }
+        }
+        for (int lane = 0; lane < LANES && first + lane < n; lane++) {
+            modes_point *to = &at[first + lane];
+            double(*by)[MODES_STRAINS] =
+                (double(*)[MODES_STRAINS])m->pull_by + (e * (n + 1) + first + lane) * MODES_STRAINS;
+            for (int i = 0; i < 3; i++) {
+                to->pull[MODES_V + i] = sum.force[i][lane];
+                to->pull[MODES_U + i] = sum.moment[i][lane];
+                for (int j = 0; j < 3 && derive; j++) {
+                    by[MODES_V + i][MODES_V + j] = sum.by_v[i][j][lane];
+                    by[MODES_V + i][MODES_U + j] = sum.by_u[i][j][lane];
+                    by[MODES_U + j][MODES_V + i] = sum.by_u[i][j][lane];
+                    by[MODES_U + i][MODES_U + j] = sum.turning[i][j][lane];
+                }
+            }
+        }
+    }
+}
+
+static void stress_points(modes *m, int e, bool derive)
+{
+    if (m->is_pulled) {
+        pull_points(m, e, derive);
+    }
+    for (int i = 0; i < m->stages; i++) {
+        modes_point *at = &m->point[e * (m->stages + 1) + i];
+        for (int c = 0; c < MODES_STRAINS; c++) {
+            at->stress[c] = at->stiffness[c] * (at->strain[c] - at->rest[c]) +
+                            at->damping[c] * (at->rate[c] - at->rest_rate[c]) + at->pull[c];
+        }
+    }
+}
+
+/* ---- what acts at points ------------------------------------------------------------------- */
+
+/* R diag(inertia) R^T x */
+static void times_inertia(modes_point *at, const double x[3], double out[3])
+{
+    double body[3];
+    to_body(at->R, x, body);
+    for (int k = 0; k < 3; k++) {
+        body[k] *= at->inertia[k];
+    }
+    to_world(at->R, body, out);
+}
+
+/* -mass r_tt, -(J w_t + w x J w) */
+static void add_inertia(modes_point *at)
+{
+    double momentum[3], change[3], gyroscopic[3];
+    times_inertia(at, at->spin, momentum);
+    times_inertia(at, at->spin_rate, change);
+    vector_cross(at->spin, momentum, gyroscopic);
+    for (int k = 0; k < 3; k++) {
+        at->force[k] = -at->mass * at->acceleration[k];
+        at->moment[k] = -change[k] - gyroscopic[k];
+    }
+}
+
+static void add_loads(modes_point *at)
+{
+    if (at->is_loaded) {
+        double force[3], moment[3];
+        to_world(at->R, at->load.body_force, force);
+        to_world(at->R, at->load.body_moment, moment);
+        for (int k = 0; k < 3; k++) {
+            at->force[k] += at->load.force[k] + force[k];
+            at->moment[k] += at->load.moment[k] + moment[k];
+        }
+    }
+    for (int k = 0; k < 3 && at->is_founded; k++) {
+        at->force[k] -= at->foundation[k] * (at->r[k] - at->place[k]);
+    }
+    if (at->resists) {
+        const double by =
+            at->drag + at->quadratic_drag * sqrt(vector_dot(at->velocity, at->velocity));
+        for (int k = 0; k < 3; k++) {
+            at->force[k] -= by * at->velocity[k];
+        }
+    }
+}
+
+static void add_springs(modes *m)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    for (int k = 0; k < jumps->count && jumps->spring_count > 0; k++) {
+        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] >= 0; i++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+            modes_point *at = &m->point[m->jump_at[k]];
+            double force[3], moment[3], world[3];
+            solve_spring_force(spring, spring->anchor, at->r, force);
+            solve_spring_moment(spring, at->q, moment, NULL);
+            to_world(at->R, moment, world);
+            for (int c = 0; c < 3; c++) {
+                at->force[c] += force[c];
+                at->moment[c] += world[c];
+            }
+        }
+    }
+}
+
+/* ---- from the tip to the start ------------------------------------------------------------- */
+
+/* What forces at the points of an element and all beyond it change with the rate of one of its
+ * Gauss points; `beyond` then has this element, too. which: 0 forces, 1 moments. */
+static void carry(modes *m, int e, int which, double beyond[3])
+{
+    const int n = m->stages;
+    const modes_element *element = &m->element[e];
+    modes_point *at = m->point + e * (n + 1);
+    for (int k = 0; k < 3; k++) {
+        const double end = beyond[k] + (which ? at[n].moment[k] : at[n].force[k]);
+        double sum = end;
+        for (int j = 0; j < n; j++) {
+            double to = element->matrix[n][j] * end;
+            for (int i = 0; i < n; i++) {
+                to += element->matrix[i][j] * (which ? at[i].moment[k] : at[i].force[k]);
+            }
+            at[j].carried[which][k] = to;
+            sum += which ? at[j].moment[k] : at[j].force[k];
+        }
+        beyond[k] = sum;
+    }
+}
+
+static void collect(modes *m, int e, double *residual)
+{
+    const modes_element *element = &m->element[e];
+    for (int i = 0; i < m->stages; i++) {
+        const int p = e * (m->stages + 1) + i;
+        modes_point *at = &m->point[p];
+        double work[MODES_STRAINS];
+        to_body(at->R, at->carried[0], work + MODES_V);
+        to_body(at->R, at->carried[1], work + MODES_U);
+        for (int c = 0; c < MODES_STRAINS; c++) {
+            work[c] = at->weight * at->stress[c] - work[c];
+        }
+        for (int a = element->own; a < element->end; a++) {
+            residual[a] += m->value[p * m->width + a] * work[m->mode[a].strain];
+        }
+    }
+}
+
+void modes_forces(modes *m, bool derive, double *residual)
+{
+    double beyond[2][3] = {{0}};
+    memset(residual, 0, (size_t)m->size * sizeof *residual);
+    for (int p = 0; p < m->points; p++) {
+        add_inertia(&m->point[p]);
+        add_loads(&m->point[p]);
+    }
+    add_springs(m);
+    for (int e = m->elements - 1; e >= 0; e--) {
+        stress_points(m, e, derive);
+        carry(m, e, 0, beyond[0]);
+        for (int i = 0; i < m->stages; i++) { /* a turn moves what lies beyond along R v */
+            modes_point *at = &m->point[e * (m->stages + 1) + i];
+            double arm[3];
+            vector_cross(at->along, at->carried[0], arm);
+            for (int k = 0; k < 3; k++) {
+                at->moment[k] += arm[k];
+            }
+        }
+        carry(m, e, 1, beyond[1]);
+        collect(m, e, residual);
+    }
+    for (int k = 0; k < 3; k++) {
+        m->base[0][k] = -beyond[0][k];
+        m->base[1][k] = -beyond[1][k];
+    }
+}
+
+/* ---- energy -------------------------------------------------------------------------------- */
+
+solve_energy modes_energy_now(const modes *m)
+{
+    const solve_jumps *jumps = &m->rod->jumps;
+    solve_energy energy = {0};
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        double R[3][3], spin[3];
+        memcpy(R, at->R, sizeof R);
+        to_body(R, at->spin, spin);
+        energy.kinetic += 0.5 * at->mass * vector_dot(at->velocity, at->velocity);
+        for (int k = 0; k < 3; k++) {
+            const double off = at->r[k] - at->place[k];
+            energy.kinetic += 0.5 * at->inertia[k] * spin[k] * spin[k];
+            energy.strain += at->is_founded ? 0.5 * at->foundation[k] * off * off : 0;
+        }
+        for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
+            const double off = at->strain[c] - at->rest[c];
+            energy.strain += 0.5 * at->weight * at->stiffness[c] * off * off;
+        }
+    }
+    for (int k = 0; k < jumps->count; k++) {
+        for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] >= 0; i++) {
+            const solve_spring *spring = &jumps->springs[jumps->at[k].springs[i]];
+            const modes_point *at = &m->point[m->jump_at[k]];
+            energy.strain += solve_spring_energy(spring, spring->anchor, at->r, at->q);
+        }
+    }
+    return energy;
+}
+
+/* Of what is given in a body frame and in the world. */
+static double load_power(const modes_point *at)
+{
+    double R[3][3], force[3], moment[3];
+    memcpy(R, at->R, sizeof R);
+    to_world(R, at->load.body_force, force);
+    to_world(R, at->load.body_moment, moment);
+    return vector_dot(at->load.force, at->velocity) + vector_dot(force, at->velocity) +
+           vector_dot(at->load.moment, at->spin) + vector_dot(moment, at->spin);
+}
+
+void modes_power_now(const modes *m, double *load, double *dissipation)
+{
+    double R[3][3], q[4], spin[3];
+    memcpy(q, m->start.rotation, sizeof q);
+    rotation_matrix(q, R);
+    to_world(R, m->start.spin, spin);
+    *load = vector_dot(m->base[0], m->start.velocity) + vector_dot(m->base[1], spin);
+    *dissipation = 0;
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        *load += at->is_loaded ? load_power(at) : 0;
+        if (at->resists) {
+            const double square = vector_dot(at->velocity, at->velocity);
+            *dissipation += (at->drag + at->quadratic_drag * sqrt(square)) * square;
+        }
+        for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
+            const double rate = at->rate[c] - at->rest_rate[c];
+            const double elastic = at->stiffness[c] * (at->strain[c] - at->rest[c]);
+            *dissipation += at->weight * at->damping[c] * rate * rate;
+            *load -= at->weight * ((elastic + at->damping[c] * rate) * at->rest_rate[c] +
+                                   at->pull[c] * at->rate[c]);
+        }
+    }
+}

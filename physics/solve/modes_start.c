@@ -1,0 +1,257 @@
+/* How a reduced rod starts: modes that come nearest to a shape and its motion; equilibria. */
+#include "physics/solve/modes_internal.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What a turn counts for beside a displacement: so much by the length. */
+static const double LEVER = 0.3;
+
+/* L of a positive definite matrix [n rows of width], in place; false: it is not. */
+static bool factor(int n, int width, double *A)
+{
+    for (int i = 0; i < n; i++) {
+        for (int j = 0; j <= i; j++) {
+            double sum = A[i * width + j];
+            for (int k = 0; k < j; k++) {
+                sum -= A[i * width + k] * A[j * width + k];
+            }
+            if (i == j && !(sum > 0)) {
+                return false;
+            }
+            A[i * width + j] = i == j ? sqrt(sum) : sum / A[j * width + j];
+        }
+    }
+    return true;
+}
+
+static void solve(int n, int width, const double *L, double *x)
+{
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < i; k++) {
+            x[i] -= L[i * width + k] * x[k];
+        }
+        x[i] /= L[i * width + i];
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int k = i + 1; k < n; k++) {
+            x[i] -= L[k * width + i] * x[k];
+        }
+        x[i] /= L[i * width + i];
+    }
+}
+
+bool modes_solve_positive(const modes *m, double *matrix, double *x)
+{
+    const bool done = factor(m->size, m->width, matrix);
+    if (done) {
+        solve(m->size, m->width, matrix, x);
+    }
+    return done;
+}
+
+void modes_solve_factored(const modes *m, const double *matrix, double *x)
+{
+    solve(m->size, m->width, matrix, x);
+}
+
+double modes_solve_general(int n, int width, double *A, double *x)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++) {
+        int best = i;
+        for (int r = i + 1; r < n; r++) {
+            best = fabs(A[r * width + i]) > fabs(A[best * width + i]) ? r : best;
+        }
+        for (int c = 0; c <= n && best != i; c++) {
+            double *a = c < n ? &A[i * width + c] : &x[i];
+            double *b = c < n ? &A[best * width + c] : &x[best];
+            const double other = *a;
+            *a = *b;
+            *b = other;
+        }
+        for (int r = i + 1; r < n; r++) {
+            const double by = A[r * width + i] / A[i * width + i];
+            for (int c = i; c < n; c++) {
+                A[r * width + c] -= by * A[i * width + c];
+            }
+            x[r] -= by * x[i];
+        }
+    }
+    for (int i = n - 1; i >= 0; i--) {
+        for (int c = i + 1; c < n; c++) {
+            x[i] -= A[i * width + c] * x[c];
+        }
+        x[i] /= A[i * width + i];
+        most = fabs(x[i]) > most || isnan(x[i]) ? fabs(x[i]) : most;
+    }
+    return most;
+}
+
+/* By how much a point is off in displacement and turn (or velocity and spin), world. */
+static double point_off(const modes_point *at, const solve_initial *given, bool moving,
+                        double off[6])
+{
+    double turn[4], vector[3], R[3][3], size = 0;
+    memcpy(R, at->R, sizeof R);
+    if (moving) {
+        to_world(R, given->spin, vector);
+        for (int k = 0; k < 3; k++) {
+            off[k] = given->velocity[k] - at->velocity[k];
+            off[3 + k] = vector[k] - at->spin[k];
+        }
+    } else {
+        quaternion_quotient(at->q, given->rotation, turn);
+        const double length = sqrt(vector_dot(turn + 1, turn + 1));
+        const double by = length > 1e-8 ? 2 * atan2(length, fabs(turn[0])) / length : 2;
+        for (int k = 0; k < 3; k++) {
+            vector[k] = copysign(by, turn[0]) * turn[1 + k];
+            off[k] = given->position[k] - at->r[k];
+        }
+        to_world(R, vector, off + 3);
+    }
+    for (int k = 0; k < 6; k++) {
+        size = fmax(size, fabs(off[k]));
+    }
+    return size;
+}
+
+/* The normal equations of the points' `off`; returns the largest. */
+static double normal_equations(modes *m, const solve_initial *given, bool moving, double *matrix,
+                               double *right)
+{
+    const int n = m->size, width = m->width;
+    double most = 0;
+    memset(matrix, 0, (size_t)(n * width) * sizeof *matrix);
+    memset(right, 0, (size_t)n * sizeof *right);
+    for (int p = 0; p < m->points; p++) {
+        double off[6];
+        const double weight = m->point[p].weight;
+        const double *rho = m->rho + p * 3 * width, *theta = m->theta + p * 3 * width;
+        if (weight > 0) {
+            most = fmax(most, point_off(&m->point[p], &given[p], moving, off));
+        }
+        for (int k = 0; k < 6 && weight > 0; k++) {
+            const double *row = k < 3 ? rho + k * width : theta + (k - 3) * width;
+            const double by = weight * (k < 3 ? 1 : LEVER * LEVER);
+            for (int a = 0; a < n; a++) {
+                right[a] += by * row[a] * off[k];
+                for (int b = 0; b <= a; b++) {
+                    matrix[a * width + b] += by * row[a] * row[b];
+                }
+            }
+        }
+    }
+    return most;
+}
+
+ad_status modes_fit(modes *m, const solve_initial *given, double *q, double *v, ad_error *error)
+{
+    enum { STEPS = 30 };
+    const double near = 1e-10;
+    const int n = m->size;
+    double *matrix = calloc((size_t)((n + 2) * m->width), sizeof *matrix);
+    double *right = matrix ? matrix + n * m->width : NULL, before = INFINITY;
+    bool done = matrix != NULL;
+    if (!done) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    }
+    memset(v, 0, (size_t)n * sizeof *v);
+    for (int step = 0; step < STEPS && done; step++) {
+        modes_shape(m, q, v, NULL);
+        modes_mass(m);
+        const double off = normal_equations(m, given, false, matrix, right);
+        if (off < near || (step > 2 && off > 0.999 * before)) {
+            break;
+        }
+        before = off;
+        done = modes_solve_positive(m, matrix, right);
+        const double part = fmin(1, 0.7 / off); /* turns by less than a radian */
+        for (int a = 0; a < n && done; a++) {
+            q[a] += part * right[a];
+        }
+    }
+    modes_shape(m, q, v, NULL);
+    modes_mass(m);
+    if (done && normal_equations(m, given, true, matrix, right) > 0) {
+        done = modes_solve_positive(m, matrix, right);
+        memcpy(v, right, (size_t)n * sizeof *v);
+    }
+    free(matrix);
+    return done ? AD_OK
+                : ad_fail(error, AD_NOT_FINITE, "modes for the initial shape are not found");
+}
+
+/* Strains between states just before and behind each point, and the modes nearest to them:
+ * Legendre's polynomials are orthogonal in the sums of Gauss. */
+static void project(const modes *m, const solve_initial *before, const solve_initial *behind,
+                    const double *distance, double *q)
+{
+    double *size = m->room;
+    memset(q, 0, (size_t)m->size * sizeof *q);
+    memset(size, 0, (size_t)m->size * sizeof *size);
+    for (int p = 0; p < m->points; p++) {
+        const modes_point *at = &m->point[p];
+        double strain[MODES_STRAINS], step[3], turn[4], mid[4], R[3][3];
+        for (int k = 0; k < 4; k++) {
+            mid[k] = before[p].rotation[k] + behind[p].rotation[k];
+        }
+        quaternion_normalize(mid);
+        rotation_matrix(mid, R);
+        for (int k = 0; k < 3; k++) {
+            step[k] = (behind[p].position[k] - before[p].position[k]) / distance[p];
+        }
+        to_body(R, step, strain + MODES_V);
+        quaternion_quotient(before[p].rotation, behind[p].rotation, turn);
+        for (int k = 0; k < 3; k++) {
+            strain[MODES_U + k] = 2 * turn[1 + k] / distance[p];
+        }
+        for (int a = 0; a < m->size && at->weight > 0; a++) {
+            const double value = at->weight * m->value[p * m->width + a];
+            const int c = m->mode[a].strain;
+            q[a] += value * (strain[c] - at->origin[c]);
+            size[a] += value * m->value[p * m->width + a];
+        }
+    }
+    for (int a = 0; a < m->size; a++) {
+        q[a] /= size[a] > 0 ? size[a] : 1; /* hinges start upright */
+    }
+}
+
+ad_status modes_initial(modes *m, double *q, double *v, ad_error *error)
+{
+    const double step = 1e-4; /* of an element, to either side */
+    const size_t n = (size_t)m->points;
+    solve_initial *given = calloc(3 * n, sizeof *given);
+    double *s = malloc(2 * n * sizeof *s), *distance = s + n;
+    ad_status status = given && s ? modes_at(m, 0, m->input, error)
+                                  : ad_fail(error, AD_NO_MEMORY, "out of memory for a start");
+    for (int side = 0; side < 3 && status == AD_OK; side++) { /* there, before, behind */
+        for (size_t p = 0; p < n; p++) {
+            const double off = step * m->element[p / ((size_t)m->stages + 1)].length;
+            s[p] = m->s[p] + (side == 0 ? 0 : side == 1 ? -off : off);
+            distance[p] = 2 * off;
+        }
+        status = solve_rod_part(m->rod, SOLVE_INITIAL, n, s, 0, m->inputs > 0 ? m->inputs_at : NULL,
+                                (double *)(given + (size_t)side * n), error);
+    }
+    if (status == AD_OK) {
+        project(m, given + n, given + 2 * n, distance, q);
+        status = modes_fit(m, given, q, v, error);
+    }
+    free(given);
+    free(s);
+    return status;
+}
+
+bool modes_accelerations(modes *m, const double *q, const double *v, double *a)
+{
+    modes_shape(m, q, v, NULL);
+    modes_forces(m, false, a);
+    modes_mass(m);
+    for (int k = 0; k < m->size; k++) {
+        a[k] = -a[k];
+    }
+    return modes_solve_positive(m, m->mass, a);
+}

@@ -1,0 +1,52 @@
+/* Steps of time of a reduced rod by collocation, implicit Runge-Kutta methods of high order whose
+ * unknowns are the accelerations of their stages: with a of stage i and q, v of the step's start,
+ *
+ *   v_i = v + h sum_j A_ij a_j,   q_i = q + c_i h v + h^2 sum_j (A^2)_ij a_j,
+ *   residual(q_i, v_i, a_i, t + c_i h) = 0
+ *
+ * so that no mass matrix is inverted, and a stage costs two sums along the rod. Newton's method
+ * with one matrix M + h lambda D + (h lambda)^2 K for each pair of eigenvalues of A (Butcher, BIT
+ * 16, 1976). Radau IIA: order 2 stages - 1, damps what is too fast for its steps; Gauss' points
+ * took more steps for the same error on every motion with waves. */
+#ifndef PHYSICS_SOLVE_MODES_STEP_H
+#define PHYSICS_SOLVE_MODES_STEP_H
+
+#include "physics/solve/modes.h"
+
+enum { COLLOCATION_STAGES_MAX = 7 };
+
+typedef struct collocation collocation;
+
+typedef struct collocation_counts {
+    long steps, rejected, iterations, matrices;
+} collocation_counts;
+
+/* Borrows the model. stages: 3, 5 or 7. AD_NO_MEMORY. */
+ad_status collocation_create(modes *m, int stages, collocation **result, ad_error *error);
+void collocation_free(collocation *x);
+
+/* From t to `end` with steps no error of which is estimated to be above `tolerance` in any mode;
+ * inputs as modes_at. q, v [size]: before and after. energy (NULL: not asked): work and dissipated
+ * are added to. AD_NOT_FINITE where steps become too small. */
+ad_status collocation_go(collocation *x, double t, double end, const double *inputs,
+                         double tolerance, double *q, double *v, solve_energy *energy,
+                         ad_error *error);
+
+/* One step of length h by itself: the same whatever came before. AD_NOT_FINITE: Newton's method
+ * fails. */
+ad_status collocation_once(collocation *x, double t, double h, const double *inputs, double *q,
+                           double *v, ad_error *error);
+
+/* After it, with q, v of its start: derivatives [2 size][2 size + inputs] of q, v at its end by
+ * q, v, inputs; exact ones of the method's equations. room [collocation_derivative_room]. */
+ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
+                                  const double *q, const double *v, double *room, double *by,
+                                  ad_error *error);
+size_t collocation_derivative_room(const collocation *x);
+
+/* Forget the last step, as after a jump of what is given. */
+void collocation_restart(collocation *x);
+
+collocation_counts collocation_counts_of(const collocation *x);
+
+#endif

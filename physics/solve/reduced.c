@@ -1,0 +1,488 @@
+#include "physics/solve/reduced.h"
+
+#include "physics/solve/modes_internal.h"
+#include "physics/solve/modes_step.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Of a step: of order 5. */
+enum { STAGES = 3 };
+
+struct reduced_rod {
+    scene open;
+    const char *names[SCENE_PARAMETERS_MAX];
+    double usual[SCENE_PARAMETERS_MAX];
+    solve_rod *rod;
+    modes *m;
+    collocation *step;
+    modes_places *places;
+    solve_state *seen; /* [count] */
+    int count;
+    double *unit;        /* [states] of the state: SI by the model's */
+    double *q, *v, *a;   /* [size] each */
+    double *residual;    /* [size] */
+    double *start;       /* [states] */
+    double *by_q, *by_v; /* [size][width] */
+    double *by;          /* [states][states + inputs] */
+    double *mass;        /* [width][width] */
+    double *room;        /* of the derivatives of a step */
+    double *rows;        /* [count][12][states] of what is seen, then [count][6] */
+    double *memory;
+};
+
+/* ---- making -------------------------------------------------------------------------------- */
+
+/* Formulas that are taken with the middle of each range. */
+static ad_status check_inputs(const scene *open, ad_error *error)
+{
+    const scene_loads *loads = &open->loads;
+    for (int k = 0; k < open->parameter_count; k++) {
+        const char *name = open->parameters[k].name;
+        const char *key = quantity_any_depends_on(1, &loads->drag, name) ? "loads.drag"
+                          : quantity_any_depends_on(1, &loads->quadratic_drag, name)
+                              ? "loads.quadratic_drag"
+                          : quantity_any_depends_on(3, loads->foundation, name) ? "loads.foundation"
+                                                                                : NULL;
+        if (key) {
+            return ad_fail(error, AD_BAD_INPUT, "%s depends on %s; allowed: one that inputs leave",
+                           key, name);
+        }
+    }
+    return AD_OK;
+}
+
+static ad_status create_model(reduced_rod *x, const reduced_settings *settings, ad_error *error)
+{
+    const scene *open = &x->open;
+    const int *given = settings->modes, count = open->parameter_count;
+    const bool is_given = given[0] + given[1] + given[2] + given[3] > 0;
+    const modes_counts counts = is_given ? modes_counts_of(given[0], given[1], given[2], given[3])
+                                         : modes_counts_of(3, 1, 2, 1);
+    solve_parameters parameters = {count, x->names, x->usual};
+    double low[SCENE_PARAMETERS_MAX], high[SCENE_PARAMETERS_MAX];
+    scene_middle_values(open, x->usual);
+    for (int k = 0; k < count; k++) {
+        x->names[k] = open->parameters[k].name;
+        low[k] = open->parameters[k].low;
+        high[k] = open->parameters[k].high;
+    }
+    ad_status status = check_inputs(open, error);
+    if (status == AD_OK) {
+        status = count > 0 ? solve_rod_create_open(open, &parameters, &x->rod, error)
+                           : solve_rod_create(open, &x->rod, error);
+    }
+    if (status == AD_OK) {
+        status = modes_create(x->rod, count > 0 ? &parameters : NULL, &counts, 0, &x->m, error);
+    }
+    return status == AD_OK ? modes_set_ranges(x->m, low, high, error) : status;
+}
+
+static ad_status place(reduced_rod *x, const reduced_settings *settings, ad_error *error)
+{
+    const double length = x->rod->scales.length;
+    double *s = malloc(((size_t)settings->count + 1) * sizeof *s);
+    ad_status status = s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for places");
+    x->count = settings->count;
+    for (int i = 0; i < x->count && status == AD_OK; i++) {
+        s[i] = settings->s[i] / length;
+        if (!(s[i] >= 0 && s[i] <= 1 + 1e-12)) {
+            status = ad_fail(error, AD_BAD_ARGUMENT, "s[%d] = %g; allowed: 0 to %g", i,
+                             settings->s[i], length);
+        }
+    }
+    status = status == AD_OK ? modes_places_create(x->m, (size_t)x->count, s, &x->places, error)
+                             : status;
+    free(s);
+    return status;
+}
+
+static ad_status allocate(reduced_rod *x, ad_error *error)
+{
+    const modes *m = x->m;
+    const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
+    const size_t square = (n + QUAD) * width;
+    double **const parts[] = {&x->unit, &x->q,    &x->v,  &x->a,    &x->residual, &x->start,
+                              &x->by_q, &x->by_v, &x->by, &x->mass, &x->room,     &x->rows};
+    const size_t sizes[] = {2 * n,
+                            n,
+                            n,
+                            n,
+                            n,
+                            2 * n,
+                            square,
+                            square,
+                            2 * n * (2 * n + inputs),
+                            square,
+                            collocation_derivative_room(x->step),
+                            (24 * n + 6) * (size_t)x->count};
+    size_t all = 0;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        all += sizes[i];
+    }
+    double *at = x->memory = calloc(all, sizeof *at);
+    x->seen = calloc((size_t)x->count + 1, sizeof *x->seen);
+    if (!at || !x->seen) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
+    }
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        *parts[i] = at;
+        at += sizes[i];
+    }
+    for (size_t k = 0; k < n; k++) {
+        const bool bends = m->mode[k].strain >= MODES_U && k >= (size_t)m->hinges;
+        x->unit[k] = bends ? 1 / x->rod->scales.length : 1;
+        x->unit[n + k] = x->unit[k] / x->rod->scales.time;
+    }
+    return AD_OK;
+}
+
+ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
+                         reduced_rod **result, ad_error *error)
+{
+    reduced_rod *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
+    }
+    x->open = *rod_scene;
+    ad_status status = create_model(x, settings, error);
+    status = status == AD_OK ? collocation_create(x->m, STAGES, &x->step, error) : status;
+    status = status == AD_OK ? place(x, settings, error) : status;
+    status = status == AD_OK ? allocate(x, error) : status;
+    if (status != AD_OK) {
+        reduced_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void reduced_free(reduced_rod *x)
+{
+    if (x) {
+        modes_places_free(x->places);
+        collocation_free(x->step);
+        modes_free(x->m);
+        solve_rod_free(x->rod);
+        free(x->seen);
+        free(x->memory);
+        free(x);
+    }
+}
+
+int reduced_states(const reduced_rod *x)
+{
+    return 2 * x->m->size;
+}
+
+int reduced_inputs(const reduced_rod *x)
+{
+    return x->m->inputs;
+}
+
+int reduced_places(const reduced_rod *x)
+{
+    return x->count;
+}
+
+const scene_parameter *reduced_input(const reduced_rod *x, int i)
+{
+    return &x->open.parameters[i];
+}
+
+/* ---- states -------------------------------------------------------------------------------- */
+
+static void take_state(reduced_rod *x, const double *state)
+{
+    const int n = x->m->size;
+    for (int k = 0; k < n; k++) {
+        x->q[k] = state[k] / x->unit[k];
+        x->v[k] = state[n + k] / x->unit[n + k];
+    }
+}
+
+static void give_state(const reduced_rod *x, double *state)
+{
+    const int n = x->m->size;
+    for (int k = 0; k < n; k++) {
+        state[k] = x->q[k] * x->unit[k];
+        state[n + k] = x->v[k] * x->unit[n + k];
+    }
+}
+
+/* The model at a time and inputs, with the state in x->q, x->v. */
+static ad_status go_to(reduced_rod *x, double t, const double *state, const double *inputs,
+                       ad_error *error)
+{
+    take_state(x, state);
+    return modes_at(x->m, t / x->rod->scales.time, inputs, error);
+}
+
+ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error)
+{
+    ad_status status = modes_at(x->m, 0, inputs, error);
+    status = status == AD_OK ? modes_initial(x->m, x->q, x->v, error) : status;
+    if (status == AD_OK) {
+        give_state(x, state);
+    }
+    return status;
+}
+
+ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
+                         ad_error *error)
+{
+    enum { STEPS = 60 };
+    const double near = 1e-11, farthest = 0.5;
+    const int n = x->m->size, width = x->m->width;
+    ad_status status = go_to(x, t, state, inputs, error);
+    double moved = INFINITY;
+    memset(x->v, 0, (size_t)n * sizeof *x->v);
+    for (int step = 0; step < STEPS && status == AD_OK && moved > near; step++) {
+        modes_shape(x->m, x->q, x->v, NULL);
+        modes_forces(x->m, true, x->residual);
+        modes_mass(x->m);
+        modes_derivatives(x->m, x->by_q, x->by_v);
+        moved = modes_solve_general(n, width, x->by_q, x->residual);
+        const double part = fmin(1, farthest / moved);
+        for (int k = 0; k < n; k++) {
+            x->q[k] -= part * x->residual[k];
+        }
+    }
+    if (status == AD_OK && !(moved <= near)) {
+        return ad_fail(error, AD_NOT_FINITE, "no equilibrium is found from the state");
+    }
+    if (status == AD_OK) {
+        give_state(x, state);
+    }
+    return status;
+}
+
+/* Least squares of rows [count][first .. first + 5] by q (moving: q_t): the step in x->residual and
+ * its largest number, not a number where there is none. off [count][6]. */
+static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
+{
+    const double lever = 0.3, kept = 1e-10;
+    const int n = x->m->size, width = x->m->width;
+    double trace = 0, most = 0;
+    memset(x->mass, 0, (size_t)(n * width) * sizeof *x->mass);
+    memset(x->residual, 0, (size_t)n * sizeof *x->residual);
+    for (int i = 0; i < 6 * x->count; i++) {
+        const double by = i % 6 < 3 ? 1 : lever * lever;
+        const double *row = x->rows + (size_t)((i / 6 * 12 + i % 6) * 2 * n) +
+                            (moving ? (size_t)(6 * 2 * n + n) : 0);
+        for (int a = 0; a < n; a++) {
+            x->residual[a] += by * row[a] * off[i / 6][i % 6];
+            trace += by * row[a] * row[a];
+            for (int b = 0; b <= a; b++) {
+                x->mass[a * width + b] += by * row[a] * row[b];
+            }
+        }
+    }
+    for (int a = 0; a < n; a++) {
+        x->mass[a * width + a] += kept * trace / n;
+    }
+    if (!modes_solve_positive(x->m, x->mass, x->residual)) {
+        return NAN;
+    }
+    for (int a = 0; a < n; a++) {
+        most = fmax(most, fabs(x->residual[a]));
+    }
+    return most;
+}
+
+/* By how much places are off what is seen of them, in the model's units. */
+static void find_off(const reduced_rod *x, const reduced_place *seen, bool moving, double (*off)[6])
+{
+    const rod_scales *scales = &x->rod->scales;
+    for (int i = 0; i < x->count; i++) {
+        const solve_state *here = &x->seen[i];
+        double q[4], R[3][3], turn[4], body[3];
+        memcpy(q, here->rotation, sizeof q);
+        rotation_matrix(q, R);
+        quaternion_quotient(q, seen[i].rotation, turn);
+        const double sine = sqrt(vector_dot(turn + 1, turn + 1));
+        const double by = sine > 1e-8 ? 2 * atan2(sine, fabs(turn[0])) / sine : 2;
+        for (int k = 0; k < 3; k++) {
+            off[i][k] =
+                moving ? seen[i].velocity[k] * scales->time / scales->length - here->velocity[k]
+                       : seen[i].position[k] / scales->length - here->position[k];
+            body[k] = copysign(by, turn[0]) * turn[1 + k];
+            off[i][3 + k] = seen[i].angular_velocity[k] * scales->time - here->spin[k];
+        }
+        if (!moving) {
+            to_world(R, body, off[i] + 3);
+        }
+    }
+}
+
+ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
+                          double *state, ad_error *error)
+{
+    enum { STEPS = 60 };
+    const double near = 1e-9, farthest = 0.5;
+    double moved = INFINITY,
+           (*off)[6] = (double(*)[6])(x->rows + (size_t)(24 * x->m->size * x->count));
+    ad_status status = go_to(x, t, state, inputs, error);
+    for (int step = 0; step <= STEPS && status == AD_OK; step++) {
+        const bool moving = moved <= near || step == STEPS; /* the last: q_t */
+        double *to = moving ? x->v : x->q;
+        modes_shape(x->m, x->q, x->v, NULL);
+        modes_mass(x->m);
+        modes_samples(x->m, x->places, x->seen);
+        modes_sample_derivatives(x->m, x->places, x->rows);
+        find_off(x, seen, moving, off);
+        moved = least_squares(x, moving, off);
+        const double part = moving ? 1 : fmin(1, farthest / moved);
+        for (int k = 0; k < x->m->size; k++) {
+            to[k] += part * x->residual[k];
+        }
+        if (isnan(moved)) {
+            return ad_fail(error, AD_NOT_FINITE, "no state is found near what is seen");
+        }
+        if (moving) {
+            break;
+        }
+    }
+    if (status == AD_OK) {
+        give_state(x, state);
+    }
+    return status;
+}
+
+/* ---- rates and steps ----------------------------------------------------------------------- */
+
+/* x->by: derivatives of the accelerations by q, v, inputs, in the model's units. */
+static ad_status differentiate(reduced_rod *x, double t, ad_error *error)
+{
+    modes *m = x->m;
+    const int n = m->size, width = m->width, wanted = 2 * n + m->inputs;
+    ad_status status = AD_OK;
+    modes_shape(m, x->q, x->v, x->a);
+    modes_forces(m, true, x->residual);
+    memcpy(x->mass, m->mass, (size_t)(n * width) * sizeof *x->mass); /* its factor */
+    modes_mass(m);
+    modes_derivatives(m, x->by_q, x->by_v);
+    if (m->inputs > 0) {
+        status = modes_by_inputs(m, t / x->rod->scales.time, x->q, x->v, x->a, x->room, error);
+    }
+    for (int c = 0; c < wanted; c++) {
+        for (int r = 0; r < n; r++) {
+            x->residual[r] = -(c < n       ? x->by_q[r * width + c]
+                               : c < 2 * n ? x->by_v[r * width + c - n]
+                                           : x->room[r * m->inputs + c - 2 * n]);
+        }
+        modes_solve_factored(m, x->mass, x->residual);
+        for (int r = 0; r < n; r++) {
+            x->by[r * wanted + c] = x->residual[r];
+        }
+    }
+    return status;
+}
+
+ad_status reduced_rate(reduced_rod *x, double t, const double *state, const double *inputs,
+                       double *rate, double *by_state, double *by_inputs, ad_error *error)
+{
+    const int n = x->m->size, count = x->m->inputs, wanted = 2 * n + count;
+    const double time = x->rod->scales.time;
+    ad_status status = go_to(x, t, state, inputs, error);
+    if (status == AD_OK && !modes_accelerations(x->m, x->q, x->v, x->a)) {
+        status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
+    }
+    if (status == AD_OK && (by_state || by_inputs)) {
+        status = differentiate(x, t, error);
+    }
+    for (int r = 0; r < n && status == AD_OK; r++) {
+        const double unit = x->unit[n + r] / time;
+        rate[r] = x->v[r] * x->unit[n + r];
+        rate[n + r] = x->a[r] * unit;
+        for (int c = 0; c < 2 * n && by_state; c++) {
+            by_state[r * 2 * n + c] = c == n + r;
+            by_state[(n + r) * 2 * n + c] = x->by[r * wanted + c] * unit / x->unit[c];
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            by_inputs[r * count + c] = 0;
+            by_inputs[(n + r) * count + c] = x->by[r * wanted + 2 * n + c] * unit;
+        }
+    }
+    return status;
+}
+
+ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
+                       const double *inputs, double *next, double *by_state, double *by_inputs,
+                       ad_error *error)
+{
+    const int n = x->m->size, count = x->m->inputs, wanted = 2 * n + count;
+    const double time = x->rod->scales.time;
+    take_state(x, state);
+    memcpy(x->start, x->q, (size_t)n * sizeof *x->q);
+    memcpy(x->start + n, x->v, (size_t)n * sizeof *x->v);
+    ad_status status = collocation_once(x->step, t / time, h / time, inputs, x->q, x->v, error);
+    if (status == AD_OK && (by_state || by_inputs)) {
+        status = collocation_derivatives(x->step, t / time, h / time, inputs, x->start,
+                                         x->start + n, x->room, x->by, error);
+    }
+    if (status != AD_OK) {
+        return status;
+    }
+    give_state(x, next);
+    for (int r = 0; r < 2 * n; r++) {
+        for (int c = 0; c < 2 * n && by_state; c++) {
+            by_state[r * 2 * n + c] = x->by[r * wanted + c] * x->unit[r] / x->unit[c];
+        }
+        for (int c = 0; c < count && by_inputs; c++) {
+            by_inputs[r * count + c] = x->by[r * wanted + 2 * n + c] * x->unit[r];
+        }
+    }
+    return AD_OK;
+}
+
+/* ---- what is seen -------------------------------------------------------------------------- */
+
+ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
+                         reduced_place *places, double *by_state, ad_error *error)
+{
+    const int n = x->m->size;
+    const rod_scales *scales = &x->rod->scales;
+    ad_status status = go_to(x, t, state, inputs, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    modes_shape(x->m, x->q, x->v, NULL);
+    modes_samples(x->m, x->places, x->seen);
+    for (int i = 0; i < x->count; i++) {
+        const solve_state *from = &x->seen[i];
+        memcpy(places[i].rotation, from->rotation, sizeof places[i].rotation);
+        for (int k = 0; k < 3; k++) {
+            places[i].position[k] = from->position[k] * scales->length;
+            places[i].velocity[k] = from->velocity[k] * scales->length / scales->time;
+            places[i].angular_velocity[k] = from->spin[k] / scales->time;
+        }
+    }
+    if (by_state) {
+        const double of[4] = {scales->length, 1, scales->length / scales->time, 1 / scales->time};
+        modes_mass(x->m);
+        modes_sample_derivatives(x->m, x->places, by_state);
+        for (int i = 0; i < 12 * x->count; i++) {
+            for (int c = 0; c < 2 * n; c++) {
+                by_state[i * 2 * n + c] *= of[i % 12 / 3] / x->unit[c];
+            }
+        }
+    }
+    return AD_OK;
+}
+
+ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,
+                         solve_energy *energy, ad_error *error)
+{
+    const double unit = x->rod->scales.force * x->rod->scales.length;
+    ad_status status = go_to(x, t, state, inputs, error);
+    if (status == AD_OK) {
+        modes_shape(x->m, x->q, x->v, NULL);
+        *energy = modes_energy_now(x->m);
+        energy->kinetic *= unit;
+        energy->strain *= unit;
+    }
+    return status;
+}

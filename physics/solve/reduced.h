@@ -1,0 +1,93 @@
+/* A reduced rod for filters and controllers: the right-hand side of its motion, steps of time and
+ * what is seen of it, each with its derivatives, in SI units, a few microseconds each.
+ *
+ *   reduced_settings settings = {.modes = {3, 2, 2, 1}, .count = 1, .s = &tip};
+ *   reduced_create(&scene, &settings, &rod, &error);
+ *   reduced_initial(rod, inputs, state, &error);
+ *   reduced_step(rod, t, 0.02, state, inputs, state, NULL, NULL, &error);
+ *   reduced_output(rod, t, state, inputs, outputs, NULL, &error);
+ *   reduced_free(rod);
+ *
+ * The scene is one in motion whose `parameters` with ranges are the inputs: pressures, tensions,
+ * loads, a stiffness; they are held while a step lasts. The state is first the modes, of a
+ * pinned start three angles (rad), of curvature (1/m) and strain, then their rates (by s):
+ * physics/solve/modes.h. Nothing is allocated after reduced_create. One rod is for one thread at a
+ * time. */
+#ifndef PHYSICS_SOLVE_REDUCED_H
+#define PHYSICS_SOLVE_REDUCED_H
+
+#include "physics/scene.h"
+#include "physics/solve/solve.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct reduced_rod reduced_rod;
+
+typedef struct reduced_settings {
+    int modes[4];    /* of bending, twist, stretch, shear, each direction and piece of the rod;
+                      * all 0: 3, 1, 2, 1 */
+    int count;       /* of places that are looked at */
+    const double *s; /* [count] m */
+} reduced_settings;
+
+/* At one place. The order is that of the rows of derivatives. */
+typedef struct reduced_place {
+    double position[3]; /* m, world */
+    double rotation[4]; /* unit, body to world; a turn that goes on changes it continuously */
+    double velocity[3]; /* m/s, world */
+    double angular_velocity[3]; /* 1/s, body */
+} reduced_place;
+
+/* The scene passes scene_check and the check of its model. AD_BAD_INPUT: one that modes cannot take
+ * (modes.h), or with an input where one number has to stand; AD_NO_MEMORY, errors of formulas. */
+ad_status reduced_create(const scene *rod_scene, const reduced_settings *settings,
+                         reduced_rod **result, ad_error *error);
+void reduced_free(reduced_rod *x); /* NULL is allowed */
+
+int reduced_states(const reduced_rod *x);
+int reduced_inputs(const reduced_rod *x);
+int reduced_places(const reduced_rod *x);
+const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
+
+/* state [states] with which the scene begins, and an equilibrium for held inputs, by Newton's
+ * method from the state that is given. AD_NOT_FINITE: none is found from there. */
+ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error);
+ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
+                         ad_error *error);
+
+/* The state nearest to what is seen of the rod at its places [count], as from a file or the first
+ * measurement, from the state that is given: by least squares of positions, turns by a third of the
+ * length, and their rates. What the places do not tell of the state stays as it was. */
+ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const reduced_place *seen,
+                          double *state, ad_error *error);
+
+/* rate [states] = d state/dt; by_state [states][states], by_inputs [states][inputs], row by row:
+ * its derivatives, or NULL. */
+ad_status reduced_rate(reduced_rod *x, double t, const double *state, const double *inputs,
+                       double *rate, double *by_state, double *by_inputs, ad_error *error);
+
+/* next [states], which may be `state`, a time h later: one step of Radau's method of order 5. The
+ * same for the same arguments, whatever came before. by_state, by_inputs (or NULL): derivatives of
+ * next, exact ones of the step. AD_NOT_FINITE: Newton's method fails, of steps that are too long.
+ */
+ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
+                       const double *inputs, double *next, double *by_state, double *by_inputs,
+                       ad_error *error);
+
+/* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
+ * rotation vector in the world by which the place turns), velocity, and angular velocity in the
+ * body frame. */
+ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
+                         reduced_place *places, double *by_state, ad_error *error);
+
+/* J; work and dissipated are 0. */
+ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,
+                         solve_energy *energy, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

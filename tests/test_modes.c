@@ -1,0 +1,511 @@
+/* Rods in motion by strain modes: derivatives against difference quotients, frequencies in closed
+ * form, the full solver, energy; steps and what is seen of a rod for filters and controllers. */
+#include "allocations.h"
+#include "motion_testing.h"
+
+#include "physics/solve/modes_internal.h"
+#include "physics/solve/modes_motion.h"
+#include "physics/solve/reduced.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* All that a rod can have: segments with a joint, tendon, chamber, bodies, springs, a foundation,
+ * drag of both kinds, loads dead and following, damping, a driven start. */
+static const char everything[] =
+    "parameters: {p: {range: [100, 300]}, e: {range: [0.5, 2]}}\n"
+    "rod:\n"
+    "  length: 1\n"
+    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
+    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
+    "  rest: {curvature: [0.2, 0, 0.1*s]}\n"
+    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
+    "segments: [{length: 0.6}, {length: 0.4, turn: [0.3, 0.4, 0]}]\n"
+    "boundary:\n"
+    "  start: {type: driven, position: [0.1*sin(2*t)^2, 0, 0.05*t^2],\n"
+    "          rotation: [cos(t^2), 0.6*sin(t^2), 0, 0.8*sin(t^2)]}\n"
+    "  end: {type: loaded}\n"
+    "tendons: [{offset: [0.03*(1+s), 0.02], end: 0.6, tension: 2*(p/200)}]\n"
+    "chambers: [{offset: [-0.02, 0.03], pressure: 10*p, area: 1.0e-3}]\n"
+    "bodies: [{at: 1, mass: 0.2, inertia: [0.01, 0.02, 0.03]}, {at: 0.6, mass: 0.1}]\n"
+    "springs: [{at: 1, stiffness: [3, 1, 2], turning: [0.2, 0.2, 0.2]}]\n"
+    "loads:\n"
+    "  gravity: [1, -2, -3]\n"
+    "  drag: 0.3\n"
+    "  quadratic_drag: 0.2\n"
+    "  foundation: [1, 2, 3]\n"
+    "  frame: follower\n"
+    "  force: [0.3, 0.2*s, 0.1*p/200]\n"
+    "  moment: [0.02, 0.03, 0.01]\n"
+    "  tip: {force: [0.2*cos(t), 0.1, 0.3], moment: [0.1, 0, 0.05], frame: follower}\n"
+    "time: {duration: 1}\n";
+
+typedef struct reduced_test {
+    config *settings;
+    solve_rod *rod;
+    modes *m;
+} reduced_test;
+
+static reduced_test make(const char *path, const char *text, modes_counts counts, int finer)
+{
+    ad_error error = {.message = ""};
+    reduced_test x = {0};
+    if (config_read_member(path, text, 0, NULL, text == everything ? "p=170,e=1.3" : NULL,
+                           &x.settings, &error) != AD_OK ||
+        solve_rod_create(&x.settings->scene, &x.rod, &error) != AD_OK ||
+        modes_create(x.rod, NULL, &counts, finer, &x.m, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return x;
+}
+
+static void discard(reduced_test *x)
+{
+    modes_free(x->m);
+    solve_rod_free(x->rod);
+    config_free(x->settings);
+}
+
+static double noise(unsigned *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return (double)*state / 4294967296.0 - 0.5;
+}
+
+/* ---- equations ----------------------------------------------------------------------------- */
+
+/* Mass, stiffness and damping matrices are derivatives of the residual. Turns between points are
+ * Magnus' of order 6, their changes are integrals of changes of curvature: the difference falls as
+ * points become more. */
+static double worst_derivative(int finer)
+{
+    enum { MOST = 64 };
+    const double h = 1e-5;
+    ad_error error = {.message = ""};
+    reduced_test x = make("everything.yaml", everything, modes_counts_of(2, 2, 2, 2), finer);
+    const int n = modes_size(x.m), width = x.m->width;
+    double state[3][MOST], with[2][MOST], worst = 0, size = 0;
+    double *by_q = calloc((size_t)(n * width), sizeof *by_q);
+    double *by_v = calloc((size_t)(n * width), sizeof *by_v);
+    unsigned seed = 7;
+    assert_true(n <= MOST);
+    assert_int_equal(modes_at(x.m, 0.3, NULL, &error), AD_OK);
+    for (int k = 0; k < 3 * MOST; k++) {
+        state[k / MOST][k % MOST] = 0.3 * noise(&seed);
+    }
+    for (int i = 0; i < 2; i++) { /* nothing is left over from another state */
+        modes_shape(x.m, state[i], state[1], state[2]);
+        modes_forces(x.m, true, with[0]);
+        modes_mass(x.m);
+        modes_derivatives(x.m, by_q, by_v);
+        modes_shape(x.m, state[0], state[1], state[2]);
+        modes_forces(x.m, true, with[0]);
+    }
+    modes_mass(x.m);
+    modes_derivatives(x.m, by_q, by_v);
+    const double *matrices[3] = {by_q, by_v, x.m->mass};
+    for (int which = 0; which < 3; which++) {
+        for (int c = 0; c < n; c++) {
+            for (int side = 0; side < 2; side++) {
+                state[which][c] += side ? h : -h;
+                modes_shape(x.m, state[0], state[1], state[2]);
+                modes_forces(x.m, false, with[side]);
+                state[which][c] -= side ? h : -h;
+            }
+            for (int r = 0; r < n; r++) {
+                const double quotient = (with[1][r] - with[0][r]) / (2 * h);
+                worst = fmax(worst, fabs(quotient - matrices[which][r * width + c]));
+                size = fmax(size, fabs(quotient));
+            }
+        }
+    }
+    free(by_q);
+    free(by_v);
+    discard(&x);
+    return worst / size;
+}
+
+static void test_derivatives(void **state)
+{
+    (void)state;
+    const double few = worst_derivative(0), more = worst_derivative(4);
+    print_message("derivatives: %.1e, with more points %.1e\n", few, more);
+    assert_true(few < 3e-8);
+    assert_true(more < 1e-9); /* difference quotients leave 1e-10 */
+}
+
+/* The first frequencies of a slender clamped rod, w = (beta L)^2 sqrt(EI/(rhoA L^4)). */
+static void test_frequencies(void **state)
+{
+    (void)state;
+    static const double beta[3] = {1.8751040687119611, 4.694091132974175, 7.854757438237613};
+    static const char slender[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8},\n"
+        "      inertia: {mass_per_length: 1, rotary: [1.0e-9, 1.0e-9, 1.0e-9]}}\n"
+        "boundary: {start: {type: clamped}}\n"
+        "time: {duration: 1}\n";
+    enum { N = 12 };
+    reduced_test x = make("slender.yaml", slender, modes_counts_of(N, 0, 0, 0), 4);
+    double by_q[4 * N * N], by_v[4 * N * N], q[2 * N] = {0}, residual[2 * N];
+    double found[3][N];
+    const int width = x.m->width;
+    assert_int_equal(modes_size(x.m), 2 * N);
+    modes_shape(x.m, q, q, q);
+    modes_forces(x.m, true, residual);
+    modes_mass(x.m);
+    modes_derivatives(x.m, by_q, by_v);
+    for (int i = 0; i < 3; i++) { /* inverse iteration about the first direction, deflated */
+        double *y = found[i], omega = 0;
+        for (int k = 0; k < N; k++) {
+            y[k] = 1.0 / (1 + k + i);
+        }
+        for (int round = 0; round < 60; round++) {
+            double right[N], K[N * N], size = 0;
+            for (int j = 0; j < i; j++) {
+                double part = 0;
+                for (int r = 0; r < N; r++) {
+                    for (int c = 0; c < N; c++) {
+                        part += found[j][r] * x.m->mass[r * width + c] * y[c];
+                    }
+                }
+                for (int k = 0; k < N; k++) {
+                    y[k] -= part * found[j][k];
+                }
+            }
+            for (int r = 0; r < N; r++) {
+                right[r] = 0;
+                for (int c = 0; c < N; c++) {
+                    right[r] += x.m->mass[r * width + c] * y[c];
+                    K[r * N + c] = by_q[r * width + c];
+                }
+            }
+            modes_solve_general(N, N, K, right);
+            for (int r = 0; r < N; r++) {
+                for (int c = 0; c < N; c++) {
+                    size += right[r] * x.m->mass[r * width + c] * right[c];
+                }
+            }
+            omega = pow(size, -0.25);
+            for (int k = 0; k < N; k++) {
+                y[k] = right[k] / sqrt(size);
+            }
+        }
+        print_message("frequency %d: %.12g of %.12g\n", i, omega, beta[i] * beta[i]);
+        assert_true(fabs(omega / (beta[i] * beta[i]) - 1) < 1e-7); /* rotary inertia: 1e-8 */
+    }
+    discard(&x);
+}
+
+/* ---- motions ------------------------------------------------------------------------------- */
+
+static double difference(const char *path, const int *counts, double tolerance,
+                         const dynamic_solution *full, double *mismatch)
+{
+    ad_error error = {.message = ""};
+    enum { TIMES = 5, PLACES = 9 };
+    solved x;
+    modes_solution *motion = NULL;
+    solve_settings settings = {.tolerance = tolerance};
+    double times[TIMES], s[PLACES], worst = 0;
+    make_rod(&x, path, NULL);
+    for (int i = 0; i < 4 && counts; i++) {
+        settings.modes[i] = counts[i];
+    }
+    for (int i = 0; i < TIMES; i++) {
+        times[i] = x.rod->duration * (i + 1) / TIMES;
+    }
+    for (int i = 0; i < PLACES; i++) {
+        s[i] = (double)i / (PLACES - 1);
+    }
+    if (modes_motion_solve(x.rod, &settings, TIMES, times, &motion, &x.report, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    for (size_t i = 0; i < TIMES; i++) {
+        solve_state a[PLACES], b[PLACES];
+        assert_int_equal(modes_motion_at(motion, i, PLACES, s, a, &error), AD_OK);
+        assert_int_equal(dynamic_at(full, i, PLACES, s, b, &error), AD_OK);
+        for (int k = 0; k < PLACES; k++) {
+            worst = fmax(worst, distance(a[k].position, b[k].position));
+        }
+    }
+    *mismatch = x.report.energy_mismatch;
+    if (!counts) {
+        assert_true(x.report.estimate_l2 <= tolerance);
+    }
+    modes_motion_free(motion);
+    free_solved(&x);
+    return worst;
+}
+
+/* As modes grow the motion becomes that of spectral elements; the error that is asked for is met.
+ */
+static void compare_with_full(const char *path, double last)
+{
+    static const int counts[4][4] = {{2, 1, 2, 1}, {4, 1, 3, 2}, {7, 1, 5, 5}, {10, 1, 7, 8}};
+    const double times[5] = {0.2, 0.4, 0.6, 0.8, 1};
+    double at[5], before = INFINITY, mismatch;
+    solved full;
+    make_rod(&full, path, NULL);
+    for (int i = 0; i < 5; i++) {
+        at[i] = times[i] * full.rod->duration;
+    }
+    solve(&full, 0, 1e-6, 5, at);
+    for (int i = 0; i < 4; i++) {
+        const double error = difference(path, counts[i], 1e-6, full.motion, &mismatch);
+        print_message("%s, modes %d,%d,%d,%d: %.1e, energy %.1e\n", path, counts[i][0],
+                      counts[i][1], counts[i][2], counts[i][3], error, mismatch);
+        assert_true(error < 0.5 * before);
+        assert_true(mismatch < 1e-4);
+        before = error;
+    }
+    assert_true(before < last);
+    const double error = difference(path, NULL, 1e-4, full.motion, &mismatch);
+    print_message("%s, tolerance 1e-4: %.1e\n", path, error);
+    assert_true(error < SOLVE_PEAK * 1e-4);
+    free_solved(&full);
+}
+
+static void test_full_solver(void **state)
+{
+    (void)state;
+    compare_with_full("configs/cantilever_dynamic.yaml", 3e-6);
+    compare_with_full("configs/robots/tendon_in_motion.yaml", 1e-5);
+}
+
+/* Two modes of curvature in a plane, under gravity: Lagrange's equations of the angle's polynomial,
+ * written in numpy with sums over 40 points of Gauss, by scipy's DOP853 to 1e-12. */
+static void test_plane(void **state)
+{
+    (void)state;
+    static const char falling[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8},\n"
+        "      inertia: {mass_per_length: 1, rotary: [1.0e-3, 1.0e-3, 2.0e-3]}}\n"
+        "boundary: {start: {type: clamped, rotation: [0, 1, 0, 1]}}\n"
+        "loads: {gravity: [0, 0, -3]}\n"
+        "time: {duration: 2}\n";
+    const double exact[3] = {0.967903069752, 0, -0.233130064591}, tip = 1, end = 2;
+    const solve_settings settings = {.tolerance = 1e-9, .modes = {2, 0, 0, 0}};
+    ad_error error = {.message = ""};
+    modes_solution *motion = NULL;
+    solve_state found;
+    solved x;
+    make_rod(&x, "falling.yaml", falling);
+    assert_int_equal(modes_motion_solve(x.rod, &settings, 1, &end, &motion, &x.report, &error),
+                     AD_OK);
+    assert_int_equal(modes_motion_at(motion, 0, 1, &tip, &found, &error), AD_OK);
+    print_message("in a plane: %.1e from scipy\n", distance(found.position, exact));
+    assert_true(distance(found.position, exact) < 1e-10); /* steps of 1e-9 */
+    modes_motion_free(motion);
+    free_solved(&x);
+}
+
+/* A stiff rod that hangs from a pin and is let go level swings as a rigid one, whose period is
+ * 4 sqrt(2 L / (3 g)) K(sin(pi/4)). It bends by some 1e-6. */
+static void test_pendulum(void **state)
+{
+    (void)state;
+    static const char hanging[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1.0e5, 1.0e5], torsion: 1.0e5},\n"
+        "      inertia: {mass_per_length: 1, rotary: [1.0e-7, 1.0e-7, 2.0e-7]}}\n"
+        "boundary: {start: {type: pinned}}\n"
+        "initial: {position: [s, 0, 0], rotation: [1, 0, 1, 0]}\n"
+        "loads: {gravity: [0, 0, -9.81]}\n"
+        "time: {duration: 2, windows: 1}\n";
+    const double K = 1.8540746773013719, tip = 1, level[3] = {1, 0, 0};
+    const double period = 4 * sqrt(2 / (3 * 9.81)) * K;
+    const solve_settings settings = {.tolerance = 1e-7, .modes = {1, 0, 0, 0}};
+    ad_error error = {.message = ""};
+    modes_solution *motion = NULL;
+    solve_state found[2];
+    solved x;
+    make_rod(&x, "hanging.yaml", hanging);
+    const double times[2] = {period / 2 / x.rod->scales.time, period / x.rod->scales.time};
+    assert_int_equal(modes_motion_solve(x.rod, &settings, 2, times, &motion, &x.report, &error),
+                     AD_OK);
+    for (size_t i = 0; i < 2; i++) {
+        assert_int_equal(modes_motion_at(motion, i, 1, &tip, &found[i], &error), AD_OK);
+    }
+    const double other[3] = {-1, 0, 0};
+    print_message("pendulum: %.1e, %.1e\n", distance(found[0].position, other),
+                  distance(found[1].position, level));
+    assert_true(distance(found[0].position, other) < 1e-5);
+    assert_true(distance(found[1].position, level) < 1e-5);
+    modes_motion_free(motion);
+    free_solved(&x);
+}
+
+/* A Kirchhoff rod that swings freely for some twenty periods of its first mode: what Radau's method
+ * takes is below a millionth. */
+static void test_energy(void **state)
+{
+    (void)state;
+    static const char swinging[] =
+        "rod: {model: kirchhoff, length: 1, stiffness: {bending: [1, 1], torsion: 0.8},\n"
+        "      inertia: {mass_per_length: 1, rotary: [1.0e-4, 1.0e-4, 2.0e-4]}}\n"
+        "boundary: {start: {type: clamped}}\n"
+        "initial: {velocity: [0.5*s^2, 0.2*s^2, 0], angular_velocity: [-0.4*s, s, 0]}\n"
+        "time: {duration: 35}\n";
+    ad_error error = {.message = ""};
+    reduced_test x = make("swinging.yaml", swinging, modes_counts_of(4, 2, 0, 0), 0);
+    modes_solution *motion = NULL;
+    solve_report report;
+    const solve_settings settings = {.tolerance = 1e-7, .modes = {4, 2, 0, 0}};
+    const double times[2] = {17.5, 35};
+    assert_int_equal(modes_motion_solve(x.rod, &settings, 2, times, &motion, &report, &error),
+                     AD_OK);
+    const solve_energy *energy = modes_motion_energies(motion);
+    print_message("energy: %.1e of %.3g lost after 20 periods\n", energy[1].mismatch,
+                  report.energy);
+    assert_true(report.energy > 0.01);
+    assert_true(report.energy_mismatch < 1e-6);
+    modes_motion_free(motion);
+    discard(&x);
+}
+
+/* ---- for filters and controllers ------------------------------------------------------------ */
+
+static void assert_quotient(const char *what, int rows, int columns, int column, double by,
+                            const double *low, const double *high, const double *derivative,
+                            double tolerance)
+{
+    double worst = 0, size = 0;
+    for (int r = 0; r < rows; r++) {
+        const double quotient = (high[r] - low[r]) / by;
+        worst = fmax(worst, fabs(quotient - derivative[r * columns + column]));
+        size = fmax(size, fabs(quotient));
+    }
+    if (!(worst <= tolerance * (1 + size))) {
+        fail_msg("%s, column %d: %.2e of %.2e", what, column, worst, size);
+    }
+}
+
+enum { STATES = 32, INPUTS = 2 };
+
+/* Positions, world turns, velocities, spins [12]; turns as those from `from`. */
+static void seen(const reduced_place *x, const reduced_place *from, double *to)
+{
+    double turn[4], body[3], R[3][3], q[4];
+    quaternion_quotient(from->rotation, x->rotation, turn);
+    for (int k = 0; k < 3; k++) {
+        body[k] = 2 * copysign(turn[1 + k], turn[1 + k] * turn[0]);
+        to[k] = x->position[k];
+        to[6 + k] = x->velocity[k];
+        to[9 + k] = x->angular_velocity[k];
+    }
+    memcpy(q, from->rotation, sizeof q);
+    rotation_matrix(q, R);
+    to_world(R, body, to + 3);
+}
+
+static void test_reduced(void **state)
+{
+    (void)state;
+    const double places[2] = {0.45, 1}, h = 1e-5, step = 0.05, t = 0.2;
+    const reduced_settings settings = {.modes = {2, 1, 1, 1}, .count = 2, .s = places};
+    ad_error error = {.message = ""};
+    config *given = NULL;
+    reduced_rod *rod = NULL;
+    double x[STATES], inputs[INPUTS] = {170, 1.3}, rate[STATES], A[STATES * STATES];
+    double B[STATES * INPUTS], S[STATES * STATES], T[STATES * INPUTS], next[STATES];
+    double C[2 * 12 * STATES], ends[2][STATES], looks[2][24];
+    reduced_place at[2], now[2];
+    unsigned seed = 3;
+    if (config_read("everything.yaml", everything, 0, NULL, &given, &error) != AD_OK ||
+        reduced_create(&given->scene, &settings, &rod, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    const int n = reduced_states(rod);
+    assert_true(n <= STATES);
+    assert_int_equal(reduced_inputs(rod), INPUTS);
+    assert_string_equal(reduced_input(rod, 1)->name, "e");
+    assert_int_equal(reduced_initial(rod, inputs, x, &error), AD_OK);
+    for (int k = 0; k < n; k++) {
+        x[k] += 0.2 * noise(&seed);
+    }
+    assert_int_equal(reduced_rate(rod, t, x, inputs, rate, A, B, &error), AD_OK);
+    assert_int_equal(reduced_step(rod, t, step, x, inputs, next, S, T, &error), AD_OK);
+    assert_int_equal(reduced_output(rod, t, x, inputs, at, C, &error), AD_OK);
+    const long before = allocations;
+    for (int c = 0; c < n + INPUTS; c++) {
+        double *to = c < n ? &x[c] : &inputs[c - n];
+        const double kept = *to;
+        const double *derivatives[2] = {c < n ? A : B, c < n ? S : T};
+        const int columns = c < n ? n : INPUTS, column = c < n ? c : c - n;
+        double by = 0;
+        for (int which = 0; which < 2; which++) {
+            by = (which ? 100 : 1) * h * (c < n ? 1 : kept);
+            for (int side = 0; side < 2; side++) {
+                *to = kept + (side ? by : -by);
+                assert_int_equal(
+                    which ? reduced_step(rod, t, step, x, inputs, ends[side], NULL, NULL, &error)
+                          : reduced_rate(rod, t, x, inputs, ends[side], NULL, NULL, &error),
+                    AD_OK);
+            }
+            /* Newton's method in a step stops at 1e-6 */
+            assert_quotient(which ? "step" : "rate", n, columns, column, 2 * by, ends[0], ends[1],
+                            derivatives[which], which ? 1e-2 : 1e-6);
+        }
+        by = h;
+        for (int side = 0; side < 2 && c < n; side++) {
+            *to = kept + (side ? by : -by);
+            assert_int_equal(reduced_output(rod, t, x, inputs, now, NULL, &error), AD_OK);
+            seen(&now[0], &at[0], looks[side]);
+            seen(&now[1], &at[1], looks[side] + 12);
+        }
+        if (c < n) {
+            assert_quotient("output", 24, n, c, 2 * by, looks[0], looks[1], C, 1e-6);
+        }
+        *to = kept;
+    }
+    assert_int_equal(reduced_settle(rod, t, inputs, next, &error), AD_OK);
+    assert_int_equal(reduced_nearest(rod, t, inputs, at, next, &error), AD_OK);
+    assert_int_equal(reduced_output(rod, t, next, inputs, now, NULL, &error), AD_OK);
+    for (int i = 0; i < 2; i++) {
+        assert_true(distance(now[i].position, at[i].position) < 1e-6);
+        assert_true(distance(now[i].velocity, at[i].velocity) < 1e-5);
+        assert_true(distance(now[i].angular_velocity, at[i].angular_velocity) < 1e-4);
+    }
+    next[0] = NAN; /* no answer, but no undefined one either */
+    assert_int_equal(reduced_rate(rod, t, next, inputs, rate, NULL, NULL, &error), AD_NOT_FINITE);
+    assert_int_equal(reduced_step(rod, t, step, next, inputs, x, NULL, NULL, &error),
+                     AD_NOT_FINITE);
+    assert_int_equal(reduced_settle(rod, t, inputs, next, &error), AD_NOT_FINITE);
+    assert_int_equal(reduced_nearest(rod, t, inputs, at, next, &error), AD_NOT_FINITE);
+    assert_int_equal(allocations, before);
+    reduced_free(rod);
+    config_free(given);
+}
+
+/* Without memory there is an error and no leak. */
+static void test_memory(void **state)
+{
+    (void)state;
+    const double tip = 1;
+    const reduced_settings settings = {.modes = {1, 1, 1, 1}, .count = 1, .s = &tip};
+    ad_error error = {.message = ""};
+    ad_status status = AD_NO_MEMORY;
+    config *given = NULL;
+    reduced_rod *rod = NULL;
+    assert_int_equal(config_read("everything.yaml", everything, 0, NULL, &given, &error), AD_OK);
+    for (long n = 1; status == AD_NO_MEMORY && n < 100000; n += 1 + n / 20) {
+        allocations = 0;
+        failing_allocation = n;
+        status = reduced_create(&given->scene, &settings, &rod, &error);
+        failing_allocation = 0;
+        assert_true(status == AD_OK || (status == AD_NO_MEMORY && !rod));
+    }
+    assert_int_equal(status, AD_OK);
+    reduced_free(rod);
+    config_free(given);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_derivatives), cmocka_unit_test(test_frequencies),
+        cmocka_unit_test(test_full_solver), cmocka_unit_test(test_plane),
+        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_energy),
+        cmocka_unit_test(test_reduced),     cmocka_unit_test(test_memory),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
