@@ -298,24 +298,6 @@ static ad_status set_drag(modes *m, ad_error *error)
     return status;
 }
 
-static ad_status set_foundation(modes *m, ad_error *error)
-{
-    const size_t n = (size_t)m->points;
-    solve_foundation *below = calloc(n, sizeof *below);
-    ad_status status = below ? solve_rod_foundation(m->rod, n, m->s, below, error)
-                             : ad_fail(error, AD_NO_MEMORY, "out of memory for a foundation");
-    for (size_t p = 0; p < n && status == AD_OK; p++) {
-        modes_point *to = &m->point[p];
-        for (int k = 0; k < 3; k++) {
-            to->foundation[k] = to->weight * below[p].stiffness[k];
-            to->place[k] = below[p].place[k];
-        }
-        to->is_founded = to->weight > 0;
-    }
-    free(below);
-    return status;
-}
-
 static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_error *error)
 {
     mesh x = {0};
@@ -343,9 +325,6 @@ static ad_status fill(modes *m, const solve_parameters *open, int finer, ad_erro
     }
     if (status == AD_OK && m->rod->resists) {
         status = set_drag(m, error);
-    }
-    if (status == AD_OK && m->rod->is_founded) {
-        status = set_foundation(m, error);
     }
     if (status == AD_OK) {
         m->is_pulled = m->rod->actuators > 0;

@@ -74,6 +74,21 @@ static ad_status give_rest(modes *m, ad_error *error)
     return status;
 }
 
+static ad_status give_foundation(modes *m, ad_error *error)
+{
+    const solve_foundation *below = (const solve_foundation *)room_for(m);
+    ad_status status = part(m, SOLVE_FOUNDATION, (size_t)m->points, m->s, room_for(m), error);
+    for (int p = 0; p < m->points && status == AD_OK; p++) {
+        modes_point *to = &m->point[p];
+        for (int k = 0; k < 3; k++) {
+            to->foundation[k] = to->weight * below[p].stiffness[k];
+            to->place[k] = below[p].place[k];
+        }
+        to->is_founded = to->weight > 0;
+    }
+    return status;
+}
+
 static void add_load(solve_load *to, double factor, const solve_load *load)
 {
     const double *from = (const double *)load;
@@ -199,6 +214,9 @@ ad_status modes_at(modes *m, double t, const double *inputs, ad_error *error)
     }
     if (status == AD_OK && due[SOLVE_REST]) {
         status = give_rest(m, error);
+    }
+    if (status == AD_OK && due[SOLVE_FOUNDATION] && m->rod->is_founded) {
+        status = give_foundation(m, error);
     }
     status = status == AD_OK ? give_ends(m, due[SOLVE_START], due[SOLVE_END], error) : status;
     if (status == AD_OK && due[SOLVE_JUMPS]) {
