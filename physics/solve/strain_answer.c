@@ -13,6 +13,7 @@ typedef struct question {
     size_t members;
     strain_level *level, *fine; /* of the curvature, of positions */
     lanes length, ratio;        /* of the last step; of the last two */
+    double again[LANES];        /* of two steps from what is returned, where an end is held */
     bool stable[LANES];
     double predicted[LANES], left[LANES];
 } question;
@@ -46,7 +47,7 @@ static void guess_end(strain_form *form)
         form->direction[n + c] = NO_LANES;
         memcpy(columns + c * n, there, (size_t)n * sizeof *columns);
     }
-    for (int lane = 0; lane < LANES && count > 0; lane++) {
+    for (int lane = 0; lane < LANES; lane++) {
         double normal[MOST * MOST], right[MOST];
         int pivots[MOST];
         for (int i = 0; i < count * (count + 1); i++) {
@@ -73,7 +74,9 @@ static void guess_forces(strain_form *form)
     if (form->unknowns == form->elastic) {
         return;
     }
-    guess_end(form);
+    for (int k = 0; k < 2 && form->holding > 0; k++) { /* the second knows the stretch */
+        guess_end(form);
+    }
     strain_form_place(form);
     for (int i = 0; i < form->nodes && form->push_at >= 0; i++) {
         const strain_point *point = &form->points[i];
@@ -154,55 +157,96 @@ static void step(question *q, int k, bool stays)
     }
 }
 
-/* The change of curvature towards the equilibrium, in `right` of the finer mesh: what its residual
- * is at the points of the other, by the elimination that was last there; and what it is beyond that
- * by itself, as the shortest waves of curvature bend the rod the least. */
-static void look_beyond(question *q, int steps)
+/* Numbers of springs and of ends that are held, in `right` of both. */
+static void copy_forces(const strain_form *from, strain_form *to)
 {
-    strain_group *x = q->group;
-    strain_form *form = q->level->form, *fine = q->fine->form;
-    lanes *more = x->start, *there = x->before, length;
-    strain_level_refine(&x->beyond, q->level, q->fine);
-    strain_form_shape(fine);
-    strain_level_sample(&x->back, q->fine, q->level, fine->right, form->right);
-    if (form->push_at >= 0) {
-        strain_level_sample(&x->back, q->fine, q->level, fine->right + fine->push_at,
-                            form->right + form->push_at);
-    }
-    memcpy(form->right + form->elastic, fine->right + fine->elastic,
-           (size_t)form->holding * sizeof *form->right);
-    for (int k = 0; k < form->kind.springs; k++) {
-        const int to = form->springs[k].unknown, from = fine->springs[k].unknown;
-        if (to >= 0) {
-            memcpy(form->right + to, fine->right + from, 3 * sizeof *form->right);
+    memcpy(to->right + to->elastic, from->right + from->elastic,
+           (size_t)from->holding * sizeof *to->right);
+    for (int k = 0; k < from->kind.springs; k++) {
+        const int first = from->springs[k].unknown;
+        if (first >= 0) {
+            memcpy(to->right + to->springs[k].unknown, from->right + first, 3 * sizeof *to->right);
         }
-    }
-    memcpy(more, form->right, (size_t)form->elastic * sizeof *more);
-    strain_form_solve_again(form);
-    strain_group_measure(form, &length);
-    if (steps == 1) {
-        q->ratio = length / q->length;
-    }
-    for (int i = 0; i < form->elastic; i++) {
-        more[i] = form->right[i] - more[i];
-    }
-    strain_level_sample(&x->beyond, q->level, q->fine, more, there);
-    for (int i = 0; i < fine->elastic; i++) {
-        fine->right[i] += there[i];
     }
 }
 
-/* How far what was given, and what is returned, are from where that change leads. */
+/* The change towards the equilibrium, of the residual in `right` of the finer mesh: what that is at
+ * the points of the other, by the elimination that was last there; and what it is beyond that by
+ * itself, as the shortest waves of curvature bend the rod the least. */
+static void approach(question *q)
+{
+    strain_group *x = q->group;
+    strain_form *form = q->level->form, *fine = q->fine->form;
+    lanes *more = x->start, *there = x->before;
+    const int parts = form->push_at >= 0 ? 2 : 1;
+    const int from[2] = {0, form->push_at}, to[2] = {0, fine->push_at};
+    for (int k = 0; k < parts; k++) {
+        strain_level_sample(&x->back, q->fine, q->level, fine->right + to[k],
+                            form->right + from[k]);
+    }
+    copy_forces(fine, form);
+    memcpy(more, form->right, (size_t)form->unknowns * sizeof *more);
+    strain_form_solve_again(form);
+    for (int i = 0; i < form->unknowns; i++) {
+        more[i] = form->right[i] - more[i];
+    }
+    for (int k = 0; k < parts; k++) {
+        strain_level_sample(&x->beyond, q->level, q->fine, more + from[k], there);
+        for (int i = 0; i < fine->elastic; i++) {
+            fine->right[to[k] + i] += there[i];
+        }
+    }
+    copy_forces(form, fine);
+}
+
+static void look_beyond(question *q, int steps)
+{
+    lanes length;
+    strain_level_refine(&q->group->beyond, q->level, q->fine);
+    strain_form_shape(q->fine->form);
+    approach(q);
+    strain_group_measure(q->level->form, &length);
+    if (steps == 1) {
+        q->ratio = length / q->length;
+    }
+}
+
+/* The finer mesh by that change, in which forces that are sought stretch the rod, too. */
+static void move_beyond(strain_form *fine)
+{
+    move(fine);
+    if (fine->unknowns > fine->elastic) {
+        strain_form_strain(fine);
+    } else {
+        strain_form_place(fine);
+    }
+}
+
+/* How far what was given, and what is returned, are from where that change leads; and the next,
+ * where an end is held: along what that leaves free a rod may be soft, and far from linear. */
 static void compare(question *q, bool stepped)
 {
+    strain_group *x = q->group;
     strain_form *fine = q->fine->form;
-    strain_group_keep(fine, q->group->other);
-    move(fine);
-    strain_form_place(fine);
-    if (stepped) {
-        strain_group_compare(fine, q->group->placed, true, q->predicted);
+    double next[LANES] = {0};
+    strain_group_keep(fine, x->other);
+    move_beyond(fine);
+    strain_group_compare(fine, x->other, true, q->left);
+    if (fine->holding > 0) {
+        strain_form_shape(fine);
+        approach(q);
+        strain_group_keep(fine, x->before);
+        move_beyond(fine);
+        strain_group_compare(fine, x->before, true, next);
+        for (int lane = 0; lane < LANES; lane++) {
+            q->again[lane] = next[lane] / q->left[lane];
+            q->left[lane] = 0;
+        }
+        strain_group_compare(fine, x->other, true, q->left);
     }
-    strain_group_compare(fine, q->group->other, true, q->left);
+    if (stepped) {
+        strain_group_compare(fine, x->placed, true, q->predicted);
+    }
 }
 
 static void put_answers(const question *q, bool stepped, solve_answer *answers)
@@ -215,7 +259,9 @@ static void put_answers(const question *q, bool stepped, solve_answer *answers)
                              .left = q->left[lane] * unit,
                              .ratio = stepped ? q->ratio[lane] : NAN,
                              .stable = q->stable[lane]};
-        const bool settles = !stepped || to->ratio <= RATIO_MOST || q->left[lane] <= MESH_LEAVES;
+        const bool settles =
+            ((!stepped || to->ratio <= RATIO_MOST) && q->again[lane] <= RATIO_MOST) ||
+            q->left[lane] <= MESH_LEAVES;
         to->reason = !isfinite(off) || !isfinite(to->left) ? SOLVE_NOT_FINITE
                      : !to->stable                         ? SOLVE_UNSTABLE
                      : off > SOLVE_TRUSTED                 ? SOLVE_TOO_FAR

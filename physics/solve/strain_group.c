@@ -103,8 +103,7 @@ ad_status strain_group_create(solve_rod *rod, int count, double tolerance, int e
         size_t more = strain_level_room(&x->level[k], rod);
         room = more > room ? more : room;
         nodes = (size_t)x->level[k].form->nodes;
-        const size_t sought = (size_t)x->level[k].form->unknowns;
-        unknowns = sought > unknowns ? sought : unknowns;
+        unknowns = (size_t)fmax((double)unknowns, x->level[k].form->unknowns);
     }
     if (status == AD_OK) {
         x->parameters = calloc(LANES * (size_t)count + 1, sizeof *x->parameters);
@@ -175,13 +174,6 @@ void strain_group_free(strain_group *x)
 
 /* ---- steps --------------------------------------------------------------------------------- */
 
-static void set_lanes(lanes *x, double value)
-{
-    for (int lane = 0; lane < LANES; lane++) {
-        (*x)[lane] = value;
-    }
-}
-
 /* Lengths of the steps, the largest change of curvature; not numbers where they are none. */
 FOR_EACH_PROCESSOR static void measure(const strain_form *form, lanes *result)
 {
@@ -225,8 +217,7 @@ void strain_group_step(strain_form *form, const bool *taken, lanes *length)
 
 static void move(strain_form *form)
 {
-    lanes whole;
-    set_lanes(&whole, 1);
+    const lanes whole = NO_LANES + 1;
     strain_form_move(form, form->right, &whole);
 }
 
@@ -242,8 +233,7 @@ static void move(strain_form *form)
  * pivots none, also with 0.5. */
 static const double FIRST_RATIO = 0.4, RATIO = 0.5;
 
-/* How exactly equilibria on the way are found, curvature times length; shortest step of the load.
- */
+/* How exactly equilibria on the way are found, curvature times length; shortest step of load. */
 static const double ON_THE_WAY = 1e-3, SHORTEST = 1e-3;
 enum { STEPS_MAX = 10 };
 
@@ -256,13 +246,19 @@ typedef struct follower {
     int steps;                 /* all */
 } follower;
 
+/* The i-th number that is sought; most are curvatures. */
+static inline lanes *unknown(strain_form *form, int i)
+{
+    return i < form->elastic ? &form->at[i / 3].u[i % 3] : strain_form_unknown(form, i);
+}
+
 /* The guess at the load that is tried, on the line through the last two points of the path. */
 static void guess(strain_group *x, strain_form *form, const follower *f, int lane)
 {
     const double share = f->before < 0 ? 0 : (f->load - f->done) / (f->done - f->before);
     for (int i = 0; i < form->unknowns; i++) {
         const double at = x->start[i][lane];
-        (*strain_form_unknown(form, i))[lane] = at + share * (at - x->before[i][lane]);
+        (*unknown(form, i))[lane] = at + share * (at - x->before[i][lane]);
     }
 }
 
@@ -304,7 +300,7 @@ static void go_on(strain_group *x, strain_form *form, follower *f, int lane)
     }
     for (int i = 0; i < form->unknowns; i++) {
         x->before[i][lane] = x->start[i][lane];
-        x->start[i][lane] = (*strain_form_unknown(form, i))[lane];
+        x->start[i][lane] = (*unknown(form, i))[lane];
     }
     f->before = f->done;
     f->done = f->load;
@@ -325,7 +321,7 @@ static void follow(strain_group *x, strain_level *level, follower *f)
         f[lane].before = -1;
         f[lane].tries = 0;
         for (int i = 0; i < form->unknowns; i++) {
-            x->start[i][lane] = (*strain_form_unknown(form, i))[lane];
+            x->start[i][lane] = (*unknown(form, i))[lane];
         }
     }
     while (any) {
@@ -391,8 +387,8 @@ void strain_group_compare(const strain_form *form, const lanes *before, bool mor
 static void step_finer(strain_group *x, int k, const bool *wanted, double *moved)
 {
     strain_form *form = x->level[k].form;
-    lanes whole, length;
-    set_lanes(&whole, 1);
+    const lanes whole = NO_LANES + 1;
+    lanes length;
     strain_level_load(&x->level[k], &whole);
     strain_level_refine(&x->link[k], &x->level[k - 1], &x->level[k]);
     strain_group_step(form, wanted, &length);
