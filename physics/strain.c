@@ -108,7 +108,7 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
 ad_status strain_takes(const scene *one, ad_error *error)
 {
     strain_mesh mesh;
-    ad_status status = strain_check(one, true, error);
+    ad_status status = strain_check(one, false, error);
     return status == AD_OK ? strain_mesh_of(one, STRAIN_STAGES_MIN, &mesh, error) : status;
 }
 

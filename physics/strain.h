@@ -49,8 +49,8 @@ void strain_mesh_places(const strain_mesh *mesh, double *s);
  * solve_members. */
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error);
 
-/* The same on a tape, and of its mesh, too: whether a family with such members can be one in the
- * strain form. Errors of either. */
+/* The same for solve_members and of its mesh, too: whether a family with such members can be one in
+ * the strain form. Errors of either. */
 ad_status strain_takes(const scene *one, ad_error *error);
 
 typedef struct strain_settings {
