@@ -71,6 +71,10 @@ nn_mlp_settings nn_mlp_settings_default(void);
 /* NULL, or the name of the field that is out of range with what is allowed (static text). */
 const char *nn_mlp_settings_check(const nn_mlp_settings *settings);
 
+/* The largest degree of polynomials of these inputs and ranges that has at most so many of them;
+ * 1 where none has. */
+int nn_polynomial_degree(nn_mlp_settings settings, double most);
+
 /* A named part of the flat parameter vector. */
 typedef struct nn_view {
     char name[NN_NAME_MAX]; /* "layer0/weight" */

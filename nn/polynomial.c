@@ -28,6 +28,15 @@ double nn_polynomial_count(const nn_mlp_settings *settings)
     return sum;
 }
 
+int nn_polynomial_degree(nn_mlp_settings settings, double most)
+{
+    settings.degree = NN_DEGREE_MAX;
+    while (settings.degree > 1 && nn_polynomial_count(&settings) > most) {
+        settings.degree--;
+    }
+    return settings.degree;
+}
+
 /* P [0 .. most], of mean square 1 over -1 .. 1. */
 static void record_legendre(ad_value z, int most, ad_value *P)
 {

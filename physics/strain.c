@@ -118,6 +118,13 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
                : AD_OK;
 }
 
+ad_status strain_takes(const scene *one, ad_error *error)
+{
+    strain_mesh mesh;
+    ad_status status = strain_check(one, false, error);
+    return status == AD_OK ? strain_mesh_of(one, STRAIN_STAGES_MIN, &mesh, error) : status;
+}
+
 static ad_status check_mesh(const strain_mesh *mesh, ad_error *error)
 {
     bool ok = mesh->stages >= STRAIN_STAGES_MIN && mesh->stages <= STRAIN_STAGES_MAX &&

@@ -53,6 +53,10 @@ void strain_mesh_integral(const strain_mesh *mesh, bool to_edge, int i, double *
  * solve_members. */
 ad_status strain_check(const scene *one, bool on_tape, ad_error *error);
 
+/* The same for solve_members and of its mesh, too: whether a family with such members can be one in
+ * the strain form. Errors of either. */
+ad_status strain_takes(const scene *one, ad_error *error);
+
 typedef struct strain_settings {
     const scene *open;        /* which passes its checks with the numbers below; copied */
     int count;                /* of open names */

@@ -179,7 +179,7 @@ const config_key config_keys[] = {
     SCENE_EXACT_ROWS(SCENE_QUANTITY)
 
     {"formulation", CONFIG_CHOICE, AT(scene.formulation), .names = scene_formulation_names,
-     .fallback = "mixed; of families at rest with more than four parameters strain",
+     .fallback = "mixed; of families at rest strain, where it takes the scene and there are no data",
      .help = "mixed: unknowns r, q, N, m, first order in s; displacement: r, q, second order. Of "
              "beams: w, slope, V, M; displacement, the strong form: w, fourth order, of timoshenko "
              "beams w and slope, second order. strain: of a family at rest, the curvature alone as a "
@@ -210,7 +210,8 @@ const config_key config_keys[] = {
 
     {"network.hidden", CONFIG_INTEGER, ENTRIES(0, NN_HIDDEN_MAX), AT(settings.network.hidden),
      .count_offset = offsetof(config, settings.network.hidden_count), BETWEEN(1, 4096),
-     .fallback = "[] where training begins with gauss_newton, else [32, 32, 32]",
+     .fallback = "[] where training begins with gauss_newton, else [32, 32, 32]; in the strain form [] for "
+                 "up to four parameters, else [128, 128, 128]",
      .help = "Widths of the hidden layers. []: the network is linear in its parameters, a sum of "
              "fixed random waves, and Gauss-Newton finds it in a few steps."},
     {"network.activation", CONFIG_CHOICE, AT(settings.network.activation), .names = activation_names,
@@ -230,7 +231,8 @@ const config_key config_keys[] = {
      .fallback = "the third bending frequency of the cantilever",
      .help = "Their largest frequency in time."},
     {"network.polynomial.degree", CONFIG_INTEGER, AT(settings.network.degree), BETWEEN(0, NN_DEGREE_MAX),
-     .fallback = "0; of families in the strain form without hidden layers and waves 7",
+     .fallback = "0; of families in the strain form without hidden layers and waves as large as 1300 "
+                 "polynomials and 64 members for each allow",
      .help = "Polynomial chaos: in place of waves all products of Legendre polynomials of the inputs up "
              "to this degree in all, where inputs that move the rod little count two- or threefold."},
     {"network.inputs", CONFIG_CHOICE, AT(settings.groups.inputs), .names = input_names,

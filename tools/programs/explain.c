@@ -2,6 +2,7 @@
 
 #include "physics/beam.h"
 #include "physics/plausible.h"
+#include "physics/strain.h"
 #include "tools/programs/undeformed.h"
 #include "tools/train/linear_model.h"
 
@@ -233,6 +234,20 @@ static void print_motion(FILE *file, const scene *scene)
     }
 }
 
+/* A family that the strain form would not take. */
+static void print_why_mixed(FILE *file, const scene *family)
+{
+    scene middle;
+    ad_error why;
+    if (!scene_is_family(family)) {
+        return;
+    }
+    scene_middle(family, &middle);
+    if (strain_takes(&middle, &why) != AD_OK) {
+        fprintf(file, "  %-15s %s\n", "not by members", why.message);
+    }
+}
+
 static void print_form(FILE *file, const scene *scene)
 {
     bool moving = scene_is_dynamic(scene), mixed = scene->formulation == SCENE_MIXED;
@@ -259,6 +274,7 @@ static void print_form(FILE *file, const scene *scene)
         }
     }
     fprintf(file, " of s%s\n", moving ? " and t" : "");
+    print_why_mixed(file, scene);
 }
 
 static void print_fields(FILE *file, const scene *scene, const problem *p)
