@@ -12,13 +12,13 @@ enum { LAYERS = 3, WIDTH = 128, STEPS = 6000, WARMUP = 200, BATCH = 1024 };
 enum { MEMBERS = 131072, MEMBERS_FEW = 8192, MEMBERS_LEAST = 16 };
 static const double LEARNING_RATE = 8e-3;
 
-/* Up to so many parameters polynomials, as many as a second or two of least squares takes, and no
- * more than one for 64 members (of a tenth of those they stray in the corners). Measured on
- * cantilevers under forces, tendons and thrusts beyond buckling, errors of the network in mm,
- * median and 95 %, against the deep network after 10 to 30 times as long: one parameter 2e-9 and
- * 4e-9, two 7e-6 and 6e-5 against 6e-4 and 4e-3, three 0.06 and 0.35 against 0.015 and 0.04, four
- * 0.024 and 0.23 against 0.008 and 0.03. A step of Newton's method squares either: four 5e-7 and
- * 6e-5, 1e-7 and 3e-5. */
+/* Up to so many parameters polynomials, as many as seconds of least squares take, and no more than
+ * one for 64 members: with one for ten they stray in the corners of the ranges. Measured on
+ * cantilevers under forces and tendons, errors in mm, median and 95 %, in 1 to 9 s against the deep
+ * network in 30 to 120 s: two parameters 1e-5 and 6e-5 against 6e-4 and 3e-3, three 0.05 and 0.3
+ * against 0.013 and 0.05, four 0.024 and 0.23 against 0.008 and 0.03; after a step of Newton's
+ * method the last are 5e-7 and 6e-5 against 1e-7 and 3e-5. Next to buckling polynomials ring: of
+ * five parameters there 7 and 50 against 0.1 and 0.7. */
 enum { PARAMETERS_FEW = 4, POLYNOMIALS = 1300, MEMBERS_OF_EACH = 64 };
 
 /* Rows of the history cost measurements over fresh members. */
