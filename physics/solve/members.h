@@ -99,15 +99,15 @@ typedef enum solve_doubt {
     SOLVE_NOT_FINITE,  /* it, or what follows from it, is none */
     SOLVE_UNSTABLE,    /* the matrix there has a negative pivot: another branch, or none */
     SOLVE_TOO_FAR,     /* `predicted` is above SOLVE_TRUSTED */
-    SOLVE_NOT_SETTLING /* the last step is more than a quarter of that before */
+    SOLVE_NOT_SETTLING /* a step is more than a quarter of that before */
 } solve_doubt;
 
 /* Largest distance, over the length, of which a step still says how far an equilibrium is. */
 #define SOLVE_TRUSTED 0.05
 
 /* What is known of a curvature that was given. Distances are the largest over the rod, in m, from
- * the shape to that of one more step, linearised where the last was; the mesh's own error is in
- * them. */
+ * the shape to that of one more step, of two where an end is held, linearised where the last was;
+ * the mesh's own error is in them. */
 typedef struct solve_answer {
     double predicted;   /* of what was given */
     double left;        /* of what is returned */

@@ -35,9 +35,14 @@ static void number_unknowns(strain_form *x)
     }
 }
 
+/* Zeros where no number of all lanes lies across two lines of the cache. */
 static void *make(size_t count, size_t size)
 {
-    return calloc(count + 1, size);
+    void *room = NULL;
+    if (posix_memalign(&room, sizeof(lanes), (count + 1) * size) != 0) {
+        return NULL;
+    }
+    return memset(room, 0, (count + 1) * size);
 }
 
 ad_status strain_form_create(const strain_kind *kind, strain_form **result, ad_error *error)
