@@ -18,6 +18,8 @@ enum { BATCH = 512, ALONE = 100, ROUNDS = 5, COMPARED = 30 };
  * are below that share of the length. */
 static const double TRUTH = 1e-2, ENOUGH = 0.1, KNOWN = 100, SMALL = 1.0 / 40;
 
+static const double ENOUGH_SECONDS = 2; /* of measuring one time */
+
 typedef struct verifying {
     cpinn_family *family;
     solve_members *truth; /* NULL: the scene is not one that it takes */
@@ -215,19 +217,23 @@ static ad_status work(verifying *x, int what, size_t first, size_t members, ad_e
                     : AD_OK;
 }
 
-/* Median time of a shape, where the first members are asked for so many at a time. */
+/* Median time of a shape, where the first members are asked for so many at a time. Members without
+ * an equilibrium keep both solvers busy: of those one round may have to do. */
 static ad_status measure(verifying *x, int what, size_t members, double *result, ad_error *error)
 {
-    double seconds[ALONE];
-    const size_t rounds = members > 1 ? ROUNDS : x->members < ALONE ? x->members : ALONE;
+    double seconds[ALONE], spent = 0;
+    const size_t most = members > 1 ? ROUNDS : x->members < ALONE ? x->members : ALONE;
+    size_t rounds = 0;
     ad_status status = AD_OK;
-    for (size_t i = 0; i < rounds && status == AD_OK; i++) {
+    while (rounds < most && spent < ENOUGH_SECONDS && status == AD_OK) {
         const double start = train_seconds();
-        status = work(x, what, members > 1 ? 0 : i, members, error);
-        seconds[i] = (train_seconds() - start) / (double)members;
+        status = work(x, what, members > 1 ? 0 : rounds, members, error);
+        const double passed = train_seconds() - start;
+        spent += passed;
+        seconds[rounds++] = passed / (double)members;
     }
-    sort_ascending(rounds, seconds);
-    *result = what == SOLVER && !cpinn_family_solver(x->family) ? NAN : seconds[rounds / 2];
+    *result =
+        what == SOLVER && !cpinn_family_solver(x->family) ? NAN : sort_median(rounds, seconds);
     return status;
 }
 
