@@ -389,7 +389,7 @@ static answers *ask(solve_members *x, const batch *truth, int first, int steps, 
     for (size_t i = 0; i < MEMBERS; i++) {
         const size_t to = turned(i, first);
         memcpy(result->values[to], there->values[i], sizeof there->values[i]);
-        memcpy(result->curvature[to][0], there->curvature[0][0] + 3 * nodes * i,
+        memcpy(result->curvature[to], (const double *)there->curvature + 3 * nodes * i,
                3 * nodes * sizeof(double));
         result->answers[to] = there->answers[i];
     }
