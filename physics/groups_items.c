@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double ZEROS[3] = {0, 0, 0};
+static const double ZEROS[4] = {0, 0, 0, 0}; /* of a rotation */
 
 /* Of the length: over which the slope of an actuator's offset is taken. */
 static const double STEP = 1e-5;
