@@ -3,6 +3,7 @@
 #include "allocations.h"
 #include "motion_testing.h"
 
+#include "autodiff/dense.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/modes_motion.h"
 #include "physics/solve/reduced.h"
@@ -161,6 +162,7 @@ static void test_frequencies(void **state)
         }
         for (int round = 0; round < 60; round++) {
             double right[N], K[N * N], size = 0;
+            int pivots[N];
             for (int j = 0; j < i; j++) {
                 double part = 0;
                 for (int r = 0; r < N; r++) {
@@ -176,10 +178,11 @@ static void test_frequencies(void **state)
                 right[r] = 0;
                 for (int c = 0; c < N; c++) {
                     right[r] += x.m->mass[r * width + c] * y[c];
-                    K[r * N + c] = by_q[r * width + c];
+                    K[c * N + r] = by_q[r * width + c];
                 }
             }
-            modes_solve_general(N, N, K, right);
+            assert_int_equal(ad_dense_lu(N, K, pivots), 0);
+            ad_dense_lu_solve(N, 1, K, pivots, right);
             for (int r = 0; r < N; r++) {
                 for (int c = 0; c < N; c++) {
                     size += right[r] * x.m->mass[r * width + c] * right[c];

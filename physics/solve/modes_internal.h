@@ -136,9 +136,13 @@ bool modes_solve_positive(const modes *m, double *matrix, double *x);
 /* The same with its factor. */
 void modes_solve_factored(const modes *m, const double *matrix, double *x);
 
-/* x [n]: the right side, then the solution of a matrix [n rows of width], which is overwritten;
- * the largest number of the solution, not a number where there is none. */
-double modes_solve_general(int n, int width, double *matrix, double *x);
+/* What a turn of 1 rad counts for in least squares beside a displacement of the length. */
+static const double MODES_TURN = 0.09;
+
+/* Adds a row [size], which counts `by` and is off by `off`, to normal equations: the lower triangle
+ * of matrix [size rows of width], right [size]. */
+void modes_add_row(const modes *m, double by, const double *row, double off, double *matrix,
+                   double *right);
 
 /* The accelerations a [size] of a state at the present time; false: the mass is not positive. */
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);

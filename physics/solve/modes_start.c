@@ -5,9 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a turn counts for beside a displacement: so much by the length. */
-static const double LEVER = 0.3;
-
 /* L of a positive definite matrix [n rows of width], in place; false: it is not. */
 static bool factor(int n, int width, double *A)
 {
@@ -56,37 +53,15 @@ void modes_solve_factored(const modes *m, const double *matrix, double *x)
     solve(m->size, m->width, matrix, x);
 }
 
-double modes_solve_general(int n, int width, double *A, double *x)
+void modes_add_row(const modes *m, double by, const double *row, double off, double *matrix,
+                   double *right)
 {
-    double most = 0;
-    for (int i = 0; i < n; i++) {
-        int best = i;
-        for (int r = i + 1; r < n; r++) {
-            best = fabs(A[r * width + i]) > fabs(A[best * width + i]) ? r : best;
-        }
-        for (int c = 0; c <= n && best != i; c++) {
-            double *a = c < n ? &A[i * width + c] : &x[i];
-            double *b = c < n ? &A[best * width + c] : &x[best];
-            const double other = *a;
-            *a = *b;
-            *b = other;
-        }
-        for (int r = i + 1; r < n; r++) {
-            const double by = A[r * width + i] / A[i * width + i];
-            for (int c = i; c < n; c++) {
-                A[r * width + c] -= by * A[i * width + c];
-            }
-            x[r] -= by * x[i];
+    for (int a = 0; a < m->size; a++) {
+        right[a] += by * row[a] * off;
+        for (int b = 0; b <= a; b++) {
+            matrix[a * m->width + b] += by * row[a] * row[b];
         }
     }
-    for (int i = n - 1; i >= 0; i--) {
-        for (int c = i + 1; c < n; c++) {
-            x[i] -= A[i * width + c] * x[c];
-        }
-        x[i] /= A[i * width + i];
-        most = fabs(x[i]) > most || isnan(x[i]) ? fabs(x[i]) : most;
-    }
-    return most;
 }
 
 /* By how much a point is off in displacement and turn (or velocity and spin), world. */
@@ -134,13 +109,7 @@ static double normal_equations(modes *m, const solve_initial *given, bool moving
         }
         for (int k = 0; k < 6 && weight > 0; k++) {
             const double *row = k < 3 ? rho + k * width : theta + (k - 3) * width;
-            const double by = weight * (k < 3 ? 1 : LEVER * LEVER);
-            for (int a = 0; a < n; a++) {
-                right[a] += by * row[a] * off[k];
-                for (int b = 0; b <= a; b++) {
-                    matrix[a * width + b] += by * row[a] * row[b];
-                }
-            }
+            modes_add_row(m, weight * (k < 3 ? 1 : MODES_TURN), row, off[k], matrix, right);
         }
     }
     return most;

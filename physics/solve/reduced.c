@@ -1,5 +1,6 @@
 #include "physics/solve/reduced.h"
 
+#include "autodiff/dense.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/modes_step.h"
 
@@ -30,6 +31,7 @@ struct reduced_rod {
     double *room;        /* of the derivatives of a step */
     double *rows;        /* [count][12][states] of what is seen, then [count][6] */
     double *memory;
+    int *pivots; /* [size] */
 };
 
 /* ---- making -------------------------------------------------------------------------------- */
@@ -123,7 +125,8 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
     }
     double *at = x->memory = calloc(all, sizeof *at);
     x->seen = calloc((size_t)x->count + 1, sizeof *x->seen);
-    if (!at || !x->seen) {
+    x->pivots = calloc(n + 1, sizeof *x->pivots);
+    if (!at || !x->seen || !x->pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -167,6 +170,7 @@ void reduced_free(reduced_rod *x)
         modes_free(x->m);
         solve_rod_free(x->rod);
         free(x->seen);
+        free(x->pivots);
         free(x->memory);
         free(x);
     }
@@ -230,12 +234,36 @@ ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, a
     return status;
 }
 
+static double largest(int n, const double *x)
+{
+    double most = 0;
+    for (int i = 0; i < n; i++) {
+        most = fabs(x[i]) > most || isnan(x[i]) ? fabs(x[i]) : most;
+    }
+    return most;
+}
+
+/* The residual becomes what the modes are off by; returns its largest number, not a number where
+ * the matrix is singular. */
+static double solve_stiffness(reduced_rod *x)
+{
+    const size_t n = (size_t)x->m->size, width = (size_t)x->m->width;
+    for (size_t i = 0; i < n * n; i++) {
+        x->mass[i] = x->by_q[i % n * width + i / n];
+    }
+    if (ad_dense_lu(n, x->mass, x->pivots) != 0) {
+        return NAN;
+    }
+    ad_dense_lu_solve(n, 1, x->mass, x->pivots, x->residual);
+    return largest((int)n, x->residual);
+}
+
 ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double *state,
                          ad_error *error)
 {
     enum { STEPS = 60 };
     const double near = 1e-11, farthest = 0.5;
-    const int n = x->m->size, width = x->m->width;
+    const int n = x->m->size;
     ad_status status = go_to(x, t, state, inputs, error);
     double moved = INFINITY;
     memset(x->v, 0, (size_t)n * sizeof *x->v);
@@ -244,7 +272,7 @@ ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double 
         modes_forces(x->m, true, x->residual);
         modes_mass(x->m);
         modes_derivatives(x->m, x->by_q, x->by_v);
-        moved = modes_solve_general(n, width, x->by_q, x->residual);
+        moved = solve_stiffness(x);
         const double part = fmin(1, farthest / moved);
         for (int k = 0; k < n; k++) {
             x->q[k] -= part * x->residual[k];
@@ -263,33 +291,24 @@ ad_status reduced_settle(reduced_rod *x, double t, const double *inputs, double 
  * its largest number, not a number where there is none. off [count][6]. */
 static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
 {
-    const double lever = 0.3, kept = 1e-10;
+    const double kept = 1e-10;
     const int n = x->m->size, width = x->m->width;
-    double trace = 0, most = 0;
+    double trace = 0;
     memset(x->mass, 0, (size_t)(n * width) * sizeof *x->mass);
     memset(x->residual, 0, (size_t)n * sizeof *x->residual);
     for (int i = 0; i < 6 * x->count; i++) {
-        const double by = i % 6 < 3 ? 1 : lever * lever;
         const double *row = x->rows + (size_t)((i / 6 * 12 + i % 6) * 2 * n) +
                             (moving ? (size_t)(6 * 2 * n + n) : 0);
-        for (int a = 0; a < n; a++) {
-            x->residual[a] += by * row[a] * off[i / 6][i % 6];
-            trace += by * row[a] * row[a];
-            for (int b = 0; b <= a; b++) {
-                x->mass[a * width + b] += by * row[a] * row[b];
-            }
-        }
+        modes_add_row(x->m, i % 6 < 3 ? 1 : MODES_TURN, row, off[i / 6][i % 6], x->mass,
+                      x->residual);
+    }
+    for (int a = 0; a < n; a++) {
+        trace += x->mass[a * width + a];
     }
     for (int a = 0; a < n; a++) {
         x->mass[a * width + a] += kept * trace / n;
     }
-    if (!modes_solve_positive(x->m, x->mass, x->residual)) {
-        return NAN;
-    }
-    for (int a = 0; a < n; a++) {
-        most = fmax(most, fabs(x->residual[a]));
-    }
-    return most;
+    return modes_solve_positive(x->m, x->mass, x->residual) ? largest(n, x->residual) : NAN;
 }
 
 /* By how much places are off what is seen of them, in the model's units. */
