@@ -335,7 +335,6 @@ const double *cpinn_family_t(const cpinn_family *x)
 
 /* ---- the range ----------------------------------------------------------------------------- */
 
-/* Ends of a range are allowed as they are after a conversion of units. */
 bool cpinn_family_refuses(const cpinn_family *x, size_t members, const double *parameters,
                           size_t *member, int *parameter)
 {

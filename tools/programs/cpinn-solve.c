@@ -25,10 +25,9 @@ static const char summary[] =
     "At rest: collocation at Gauss points along the rod, Newton's method, the load growing from "
     "0;\n"
     "or with --method strain the curvature alone as unknown.\n"
-    "In motion: spectral elements along the rod, Runge-Kutta steps in time; or with --method "
-    "modes\n"
-    "a few modes of the strains. Beams of small\n"
-    "deflection: collocation along the beam and in time, one linear solve.";
+    "In motion: spectral elements along the rod, Runge-Kutta steps in time; or with --method\n"
+    "modes a few modes of the strains. Beams of small deflection: collocation along the beam\n"
+    "and in time, one linear solve.";
 
 static const char epilogue[] =
     "A rod may have several equilibria. This finds the one that continues the unstressed rod "
@@ -64,9 +63,9 @@ static const char epilogue[] =
     "\n"
     "--json writes one object: program, version, name, verdict {outcome, reason, text, "
     "exit_status,\n"
-    "findings: [{reason, outcome, text}]}, method, nodes, modes (of --method modes), steps (of the "
-    "load, in motion of "
-    "time),\n"
+    "findings: [{reason, outcome, text}]}, method, nodes, modes (of --method modes), steps (of "
+    "the\n"
+    "load, in motion of time),\n"
     "newton_steps, seconds, tolerance, estimated_error, estimated_error_max (anywhere, over the\n"
     "length), loads_out_of_balance, load_factor, energy_out_of_balance, reference\n"
     "{name, points, left_out, estimated_error_over_length, position_relative_l2,\n"

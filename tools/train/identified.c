@@ -17,15 +17,23 @@ double identified_off(double chi_squared, double freedom)
     return (cbrt(chi_squared / freedom) - (1 - variance)) / sqrt(variance);
 }
 
+/* Appends "name = value" of an unknown. */
+static void say_value(char *text, size_t size, size_t *used, const char *before, const scene *open,
+                      int unknown, double value)
+{
+    if (*used < size) {
+        *used += (size_t)snprintf(text + *used, size - *used, "%s%s = %.4g", before,
+                                  open->parameters[scene_known_count(open) + unknown].name, value);
+    }
+}
+
 static void judge_bounds(const identified *x, const scene *open, verdict *to)
 {
     char names[300] = "";
     size_t used = 0;
-    for (int i = 0; i < x->count && used < sizeof names; i++) {
+    for (int i = 0; i < x->count; i++) {
         if (x->bounded[i]) {
-            used +=
-                (size_t)snprintf(names + used, sizeof names - used, "%s%s = %.4g", used ? ", " : "",
-                                 open->parameters[scene_known_count(open) + i].name, x->value[i]);
+            say_value(names, sizeof names, &used, used ? ", " : "", open, i, x->value[i]);
         }
     }
     if (used) {
@@ -40,14 +48,13 @@ static void judge_others(const identified *x, const scene *open, verdict *to)
 {
     char text[400] = "";
     size_t used = 0;
-    for (int k = 0; k < x->others && used < sizeof text; k++) {
-        for (int i = 0; i < x->count && used < sizeof text; i++) {
-            used += (size_t)snprintf(text + used, sizeof text - used, "%s%s = %.4g",
-                                     i   ? ", "
-                                     : k ? "; or "
-                                         : "",
-                                     open->parameters[scene_known_count(open) + i].name,
-                                     x->other[k].value[i]);
+    for (int k = 0; k < x->others; k++) {
+        for (int i = 0; i < x->count; i++) {
+            say_value(text, sizeof text, &used,
+                      i   ? ", "
+                      : k ? "; or "
+                          : "",
+                      open, i, x->other[k].value[i]);
         }
     }
     if (used) {
