@@ -115,6 +115,24 @@ for delay in 0 0.01 0.02 0.03 0.05 0.08; do
     rm -rf early
 done
 
+# ---- two processes ----------------------------------------------------------------------------
+
+# One folder is for one of them, and the other's run goes on undisturbed; a killed one lets go.
+background shared $((total / 10 / 10))
+got=0
+"${train[@]}" --out shared --resume >other.txt 2>&1 </dev/null || got=$?
+check the second of two processes -- test "$got" -eq 2
+said other.txt '^shared: in use by another process; '
+ended KILL
+run 3 "${train[@]}" --out shared --resume
+check_whole shared
+
+# Descriptors that are closed are not those of the run's files.
+got=0
+"${train[@]}" --out closed >&- 2>&- <&- || got=$?
+check nowhere to print -- test "$got" -eq 1
+check_history closed/history.csv
+
 # ---- another experiment -----------------------------------------------------------------------
 
 background other $((total / 10 / 10))

@@ -1,6 +1,7 @@
 #include "tools/programs/cli.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -80,6 +81,18 @@ static void check_output_at_exit(const char *name)
     program_name = name;
     if (first && atexit(check_output) != 0) {
         cli_warn(name, "no memory to check what it prints");
+    }
+}
+
+/* Descriptors 0 to 2 that a caller has closed would be those of the next files that are opened,
+ * into which messages would go. Now reading or writing them fails as before. */
+static void occupy_standard_files(void)
+{
+    for (int file = 0; file <= 2; file++) {
+        if (fcntl(file, F_GETFD) < 0 &&
+            open("/dev/null", file == 0 ? O_WRONLY : O_RDONLY) != file) {
+            _exit(1);
+        }
     }
 }
 
@@ -232,6 +245,7 @@ int cli_parse(const cli_program *program, const cli_option *options, int count, 
               char **argv, const char **operand)
 {
     bool only_operands = false;
+    occupy_standard_files();
     check_output_at_exit(program->name);
     *operand = NULL;
     if (asked_for(argc, argv, "--help") || asked_for(argc, argv, "-h")) {

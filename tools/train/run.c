@@ -3,8 +3,10 @@
 #include "tools/files/file_bytes.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -60,6 +62,29 @@ ad_status run_make_folder(const char *path, ad_error *error)
         return ad_fail(error, AD_IO, "%s: is not a folder; choose another with --out",
                        file_bytes_shown(path));
     }
+    return AD_OK;
+}
+
+ad_status run_lock(run_folder *run, ad_error *error)
+{
+    char path[4096];
+    snprintf(path, sizeof path, "%s/lock", run->path);
+    int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
+    if (file < 0 && errno == ENOENT) {
+        return AD_OK; /* no folder: no run to be kept from others, or resumed */
+    }
+    if (file < 0) {
+        return ad_fail(error, AD_IO, "%s: %s; the folder of a run must be writable",
+                       file_bytes_shown(path), strerror(errno));
+    }
+    if (flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        close(file);
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: in use by another process; wait for it, or choose another folder with "
+                       "--out",
+                       file_bytes_shown(run->path));
+    }
+    run->lock = file;
     return AD_OK;
 }
 
@@ -135,6 +160,10 @@ ad_status run_append(run_folder *run, const history *h, ad_error *error)
 
 void run_end(run_folder *run)
 {
+    if (run->lock > 0) {
+        close(run->lock);
+        run->lock = 0;
+    }
     if (run->rows) {
         fclose(run->rows);
         run->rows = NULL;

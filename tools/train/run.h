@@ -1,4 +1,4 @@
-/* The folder of a run: checkpoint.h5, history.csv, config.yaml. */
+/* The folder of a run: checkpoint.h5, history.csv, config.yaml, and lock, an empty file. */
 #ifndef TOOLS_TRAIN_RUN_H
 #define TOOLS_TRAIN_RUN_H
 
@@ -13,6 +13,7 @@ typedef struct run_folder {
     char checkpoint[4096];
     char history[4096];
     char config[4096];
+    int lock;            /* descriptor; 0: none */
     FILE *rows;          /* history.csv, open for appending */
     size_t rows_written; /* rows of the history already there */
 } run_folder;
@@ -22,6 +23,10 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error);
 
 /* AD_BAD_INPUT when the folder already holds a run. */
 ad_status run_check_new(const run_folder *run, ad_error *error);
+
+/* Keeps the folder for this process until run_end, or until the process is gone. AD_BAD_INPUT:
+ * another one has it; AD_IO. A file system without locks is used without. */
+ad_status run_lock(run_folder *run, ad_error *error);
 
 /* Of what is kept from run to run: $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base
  * Directory Specification); made, if `make`. False: there is none, or no room for its name. */
