@@ -11,6 +11,12 @@ ad_status ad_dense_load(ad_error *error)
     return ad_blas_load(error) ? AD_OK : AD_NO_BLAS;
 }
 
+const char *ad_dense_kernels(void)
+{
+    const blas *library = ad_blas_load(NULL);
+    return library ? library->core : "";
+}
+
 /* ---- a^T a ------------------------------------------------------------------------------------
  */
 

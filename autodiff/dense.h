@@ -14,6 +14,10 @@ extern "C" {
 /* Once before anything else here; AD_NO_BLAS stands in `error` when there is no library. */
 ad_status ad_dense_load(ad_error *error);
 
+/* The processor that OpenBLAS' kernels are made for, as it names it ("SkylakeX"): results in their
+ * last digits depend on it. OPENBLAS_CORETYPE in the environment chooses. "": none is loaded. */
+const char *ad_dense_kernels(void);
+
 /* c[n][n] = a^T a for a[rows][n]. */
 void ad_dense_gram(ad_pool *pool, size_t rows, size_t n, const double *a, double *c);
 

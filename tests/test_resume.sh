@@ -133,6 +133,10 @@ got=0
 check nowhere to print -- test "$got" -eq 1
 check_history closed/history.csv
 
+# Kernels for another processor (any x86 has those of Nehalem) are told of.
+OPENBLAS_CORETYPE=Nehalem run 3 "${train[@]}" --out shared --resume
+said stdout.txt "kernels are those of Nehalem here"
+
 # ---- another experiment -----------------------------------------------------------------------
 
 background other $((total / 10 / 10))

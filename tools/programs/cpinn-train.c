@@ -1,4 +1,5 @@
 /* cpinn-train: train a network on a scene; see --help. */
+#include "autodiff/dense.h"
 #include "physics/plausible.h"
 #include "tools/config/config_session.h"
 #include "tools/files/file_bytes.h"
@@ -108,6 +109,13 @@ static void announce(training *t)
     if (t->asked->resume) {
         progress_say(&t->progress, "resumed at step %lld, %.1f s into the run",
                      (long long)info.step, info.seconds);
+    }
+    if (*info.kernels) {
+        progress_say(
+            &t->progress,
+            "OpenBLAS' kernels are those of %s here, of %s before: last digits differ from "
+            "those of a run that never stopped; OPENBLAS_CORETYPE chooses them",
+            ad_dense_kernels(), info.kernels);
     }
     if (info.state == TRAINER_DONE) {
         progress_say(&t->progress, "nothing is left to do: every stage has ended");
@@ -423,7 +431,8 @@ static int parse(int count, char **arguments, options *o)
          "where checkpoint.h5, history.csv and config.yaml go (runs/NAME)"},
         {"--resume", NULL, CLI_FLAG, &o->resume, 0, 0,
          "continue the run in DIR from its checkpoint, to the same bits\n"
-         "as if it had never stopped"},
+         "as if it had never stopped on this kind of processor: OpenBLAS'\nkernels differ from one "
+         "to another in the last digits;\nOPENBLAS_CORETYPE=Haswell, say, chooses them"},
         CLI_SET(&o->overrides),
         {"--threads", "N", CLI_INTEGER, &o->threads, 0, 1024,
          "default 0: one for each processor; results do not depend on it"},

@@ -10,6 +10,7 @@
  *   training/seconds     wall time so far, double
  *   training/stage_seconds  the same of the stage at work
  *   training/optimizer   1 while an optimiser's state is stored under optimizer/
+ *   training/kernels     text, ad_dense_kernels: of another processor the last digits differ
  *   training/loads/...   doubles part, reached, before, increment, solved [2, parameters] of
  *                        optim/continuation.h; where the loads may come in parts */
 #ifndef TOOLS_TRAIN_TRAINER_H
@@ -63,6 +64,8 @@ typedef struct trainer_info {
                              * the settings alone */
     bool interpolates;      /* the ratio is so large that the points are fitted, not the equations:
                              * above stop.held_out_ratio of the stage, or 100 where that is 0 */
+    char kernels[32];       /* of a resumed run whose steps so far were computed with other kernels
+                             * than ad_dense_kernels: theirs; else empty */
     learnt_balance balance; /* when training is over; else NaN */
     witness_errors witness; /* of a family of rods at rest in mixed form, then; else NaN */
 } trainer_info;

@@ -1,4 +1,5 @@
 /* The state of training in a checkpoint; the items are listed in tools/train/trainer.h. */
+#include "autodiff/dense.h"
 #include "tools/train/clock.h"
 #include "tools/train/report.h"
 #include "tools/train/trainer_internal.h"
@@ -45,6 +46,7 @@ ad_status trainer_save(trainer *t, const char *path, int keep, ad_error *error)
     checkpoint_put_double(file, "training/seconds", train_seconds() - t->started);
     checkpoint_put_double(file, "training/stage_seconds", train_seconds() - t->stage_started);
     checkpoint_put_integer(file, "training/optimizer", t->optimizer != NULL);
+    checkpoint_put_text(file, "training/kernels", ad_dense_kernels());
     put_loads(&t->loads, file);
     optim_array arrays[OPTIM_STATE_CAPACITY];
     char names[OPTIM_STATE_CAPACITY][NAME_MAX_];
@@ -207,6 +209,16 @@ static ad_status restore_loads(trainer *t, const checkpoint *file, ad_error *err
     return status;
 }
 
+/* Any other kernels are told of, not refused: the run goes on, but not to the same bits. */
+static void compare_kernels(trainer *t, const checkpoint *file)
+{
+    const char *before;
+    if (checkpoint_get_text(file, "training/kernels", &before, NULL) == AD_OK &&
+        strcmp(before, ad_dense_kernels()) != 0) {
+        snprintf(t->info.kernels, sizeof t->info.kernels, "%s", before);
+    }
+}
+
 /* Where the run stands, and the stage at work with the state of its optimiser. */
 static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *error)
 {
@@ -244,6 +256,7 @@ static ad_status restore_stage(trainer *t, const checkpoint *file, ad_error *err
 ad_status trainer_restore(trainer *t, const checkpoint *file, ad_error *error)
 {
     ad_status status = restore_stage(t, file, error);
+    compare_kernels(t, file);
     if (status == AD_OK) {
         status = restore_problem(t, file, error);
     }
