@@ -232,7 +232,7 @@ bool ad_uses(int count, const ad_value *y, ad_value x);
 /* ---- compile and execute ------------------------------------------------------------------- */
 
 /* Threads that take work; shared by any number of programs, one run at a time. 1 thread: none is
- * started. NULL when threads or memory run out. */
+ * started. NULL when threads or memory run out, of which OpenBLAS takes 128 MiB for each. */
 typedef struct ad_pool ad_pool;
 ad_pool *ad_pool_create(int threads);
 void ad_pool_free(ad_pool *pool);

@@ -3,12 +3,14 @@
  * variable OPENBLAS_CORETYPE overrides the choice, but only before loading. So the library is
  * loaded here, on first use, with the variable set for the time of loading unless the user has set
  * it. The same holds for OPENBLAS_NUM_THREADS: threads are the pool's, one matrix product each. */
+#define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "autodiff/blas.h"
 
 #include <dlfcn.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 static struct {
     pthread_once_t once;
@@ -51,8 +53,20 @@ static void *load_single_threaded(void)
     return load_with("OPENBLAS_NUM_THREADS", "1", load_library);
 }
 
+bool ad_blas_fits(int threads)
+{
+    const size_t buffer = (size_t)128 << 20, library = (size_t)40 << 20;
+    const size_t room = (size_t)threads * buffer + library;
+    void *tried = mmap(NULL, room, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return tried != MAP_FAILED && munmap(tried, room) == 0;
+}
+
 static void load(void)
 {
+    if (!ad_blas_fits(1)) {
+        ad_fail(&state.error, AD_NO_MEMORY, "out of memory for OpenBLAS: 168 MiB of address space");
+        return;
+    }
     void *library = load_with("OPENBLAS_CORETYPE", preferred_core(), load_single_threaded);
     const struct {
         const char *name;
@@ -86,4 +100,9 @@ const blas *ad_blas_load(ad_error *error)
         return NULL;
     }
     return &state.loaded;
+}
+
+ad_status ad_blas_status(void)
+{
+    return state.error.status;
 }

@@ -30,7 +30,12 @@ typedef struct blas {
     const char *core; /* the kernels OpenBLAS chose, as it names them */
 } blas;
 
+/* OpenBLAS gets a buffer for every thread that multiplies, and asks for it again and again for ever
+ * where there is no address space; so it is asked for here first. False: there is none. */
+bool ad_blas_fits(int threads);
+
 /* Loaded once per process, on first use; NULL with an error when it cannot be. */
 const blas *ad_blas_load(ad_error *error);
+ad_status ad_blas_status(void); /* how that went: AD_OK, AD_NO_MEMORY, AD_NO_BLAS */
 
 #endif

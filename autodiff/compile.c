@@ -445,7 +445,7 @@ ad_status ad_compile(int count, const ad_value *outputs, const ad_settings *sett
     }
     const blas *library = ad_blas_load(error);
     if (!library) {
-        return AD_NO_BLAS;
+        return ad_blas_status();
     }
     ad_program *program = calloc(1, sizeof *program);
     if (!program) {

@@ -8,7 +8,7 @@
 
 ad_status ad_dense_load(ad_error *error)
 {
-    return ad_blas_load(error) ? AD_OK : AD_NO_BLAS;
+    return ad_blas_load(error) ? AD_OK : ad_blas_status();
 }
 
 const char *ad_dense_kernels(void)

@@ -1,6 +1,7 @@
 /* Threads that wait for numbered items of work. Which thread takes which item is left to chance;
  * results must not depend on it. A worker spins for a moment before it sleeps, because the next
  * training step usually follows at once. */
+#include "autodiff/blas.h"
 #include "autodiff/program.h"
 
 #include <pthread.h>
@@ -124,7 +125,7 @@ void ad_pool_run(ad_pool *pool, int count, ad_pool_work work, void *context)
 
 ad_pool *ad_pool_create(int threads)
 {
-    if (threads < 1 || threads > THREADS_MAX) {
+    if (threads < 1 || threads > THREADS_MAX || !ad_blas_fits(threads)) {
         return NULL;
     }
     ad_pool *pool = calloc(1, sizeof *pool);

@@ -88,8 +88,11 @@ static ad_status build(experiment *e, int threads, ad_error *error)
     nn_rng rng = nn_rng_split(settings->seed, "network");
     e->pool = ad_pool_create(thread_count(threads));
     if (!e->pool) {
-        return ad_fail(error, AD_NO_MEMORY, "%d threads could not be started",
-                       thread_count(threads));
+        return ad_fail(
+            error, AD_NO_MEMORY,
+            "out of memory: %d thread%s, with 128 MiB of address space each, could not be "
+            "started; try fewer with --threads",
+            thread_count(threads), thread_count(threads) == 1 ? "" : "s");
     }
     ad_status status = check_unknowns(e, error);
     status = status == AD_OK ? build_model(e, error) : status;

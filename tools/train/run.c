@@ -65,14 +65,14 @@ ad_status run_make_folder(const char *path, ad_error *error)
     return AD_OK;
 }
 
-ad_status run_lock(run_folder *run, ad_error *error)
+ad_status run_lock(run_folder *run, bool resume, ad_error *error)
 {
     char path[4096];
+    if (resume && access(run->checkpoint, F_OK) != 0) {
+        return AD_OK; /* there is no run */
+    }
     snprintf(path, sizeof path, "%s/lock", run->path);
     int file = open(path, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-    if (file < 0 && errno == ENOENT) {
-        return AD_OK; /* no folder: no run to be kept from others, or resumed */
-    }
     if (file < 0) {
         return ad_fail(error, AD_IO, "%s: %s; the folder of a run must be writable",
                        file_bytes_shown(path), strerror(errno));

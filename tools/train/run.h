@@ -25,8 +25,9 @@ ad_status run_name(run_folder *run, const char *path, ad_error *error);
 ad_status run_check_new(const run_folder *run, ad_error *error);
 
 /* Keeps the folder for this process until run_end, or until the process is gone. AD_BAD_INPUT:
- * another one has it; AD_IO. A file system without locks is used without. */
-ad_status run_lock(run_folder *run, ad_error *error);
+ * another one has it; AD_IO. A file system without locks is used without, and where there is no
+ * run to be resumed nothing is done. */
+ad_status run_lock(run_folder *run, bool resume, ad_error *error);
 
 /* Of what is kept from run to run: $XDG_CACHE_HOME/cpinn, else $HOME/.cache/cpinn (XDG Base
  * Directory Specification); made, if `make`. False: there is none, or no room for its name. */

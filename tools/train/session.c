@@ -87,11 +87,14 @@ static ad_status restore(session *s, ad_error *error)
 ad_status session_begin(session *s, run_folder *folder, bool resume, ad_error *error)
 {
     s->folder = folder;
-    ad_status status = resume ? AD_OK : run_make_folder(folder->path, error);
-    if (status == AD_OK) {
-        status = run_lock(folder, error);
+    ad_status status = resume ? AD_OK : run_check_new(folder, error);
+    if (status == AD_OK && !resume) {
+        status = run_make_folder(folder->path, error);
     }
     if (status == AD_OK) {
+        status = run_lock(folder, resume, error);
+    }
+    if (status == AD_OK) { /* what another process has left by now */
         status = resume ? restore(s, error) : run_check_new(folder, error);
     }
     if (status == AD_OK && !resume) {
