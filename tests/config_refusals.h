@@ -34,6 +34,11 @@ static const refusal refusals[] = {
      "---\n"
      "rod: {}\n",
      NULL, "scene.yaml:4:1: a second YAML document begins here; allowed: one"},
+    {"rod: "
+     "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["
+     "[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[["
+     "\n",
+     NULL, "scene.yaml:1:69: nested 65 deep; allowed: 64"},
     {"just text\n", NULL,
      "scene.yaml:1:1: is a single value; allowed: a section with the keys name, parameters, "
      "tables, rod, segments, loads, bodies, springs, tendons, chambers, "

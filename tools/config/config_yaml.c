@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { CONFIG_BYTES_MAX = 1 << 20 };
+enum { CONFIG_BYTES_MAX = 1 << 20, DEPTH_MAX = 64 };
 
 ad_status config_file_text(const char *path, char **text, size_t *size, ad_error *error)
 {
@@ -107,15 +107,46 @@ static ad_status no_more_documents(const config_origin *origin, yaml_parser_t *p
     return status;
 }
 
-ad_status config_document(const config_origin *origin, const char *text, size_t size,
-                          yaml_document_t *document, ad_error *error)
+/* The time that libyaml takes grows with the square of the depth. */
+static ad_status check_depth(const config_origin *origin, const char *text, size_t size,
+                             ad_error *error)
 {
     yaml_parser_t parser;
+    yaml_event_t event;
+    ad_status status = AD_OK;
+    bool over = false;
     if (!yaml_parser_initialize(&parser)) {
         return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", origin->file);
     }
     yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
-    ad_status status = AD_OK;
+    for (int depth = 0; status == AD_OK && !over && yaml_parser_parse(&parser, &event);) {
+        depth += event.type == YAML_SEQUENCE_START_EVENT || event.type == YAML_MAPPING_START_EVENT;
+        depth -= event.type == YAML_SEQUENCE_END_EVENT || event.type == YAML_MAPPING_END_EVENT;
+        over = event.type == YAML_STREAM_END_EVENT;
+        if (depth > DEPTH_MAX) {
+            char where[300];
+            where_text(origin, event.start_mark, where, sizeof where);
+            status = ad_fail(error, AD_BAD_INPUT, "%s: nested %d deep; allowed: %d", where, depth,
+                             DEPTH_MAX);
+        }
+        yaml_event_delete(&event);
+    }
+    yaml_parser_delete(&parser);
+    return status; /* of what is not YAML the place is told where it is read */
+}
+
+ad_status config_document(const config_origin *origin, const char *text, size_t size,
+                          yaml_document_t *document, ad_error *error)
+{
+    yaml_parser_t parser;
+    ad_status status = check_depth(origin, text, size, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    if (!yaml_parser_initialize(&parser)) {
+        return ad_fail(error, AD_NO_MEMORY, "%s: out of memory", origin->file);
+    }
+    yaml_parser_set_input_string(&parser, (const unsigned char *)text, size);
     if (!yaml_parser_load(&parser, document)) {
         status = syntax_error(origin, &parser, text, size, error);
         yaml_parser_delete(&parser);
