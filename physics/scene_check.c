@@ -211,8 +211,7 @@ static ad_status check_manufactured(const scene_checker *check)
     return AD_OK;
 }
 
-static ad_status check_member(const scene *rod_scene, bool of_family, const char **key,
-                              ad_error *error)
+static ad_status check_member(const scene *rod_scene, const char **key, ad_error *error)
 {
     static scene_check_part *const of_rods[] = {check_extent,         check_others,
                                                 scene_check_segments, scene_check_rod,
@@ -225,7 +224,7 @@ static ad_status check_member(const scene *rod_scene, bool of_family, const char
         check_extent,        check_others,      scene_check_segments,
         scene_check_rod,     scene_check_lists, scene_check_beam,
         check_initial_state, check_time,        NULL};
-    const scene_checker check = {rod_scene, NULL, -1, key, error, of_family};
+    const scene_checker check = {rod_scene, NULL, -1, key, error};
     ad_status status = AD_OK;
     for (scene_check_part *const *part = scene_is_beam(rod_scene) ? of_beams : of_rods;
          *part && status == AD_OK; part++) {
@@ -337,7 +336,7 @@ static ad_status check_at(const scene *family, const double *fractions, const ch
                   : 0;
     }
     scene_member(family, values, &member);
-    ad_status status = check_member(&member, true, key, &reason);
+    ad_status status = check_member(&member, key, &reason);
     return status == AD_OK ? AD_OK
                            : ad_fail(error, status, "%s (of the member %s)", reason.message, where);
 }
@@ -390,7 +389,7 @@ ad_status scene_check(const scene *rod_scene, const char **key, ad_error *error)
     const char *ignored = NULL;
     key = key ? key : &ignored;
     if (!scene_is_open(rod_scene)) {
-        return check_member(rod_scene, false, key, error);
+        return check_member(rod_scene, key, error);
     }
     if (scene_is_manufactured(rod_scene)) {
         *key = "manufactured";

@@ -2,6 +2,7 @@
 #include "physics/scene_internal.h"
 
 #include <math.h>
+#include <stdio.h>
 
 /* Whether it may depend on s or t; if it may not, what to say. */
 typedef struct rule_row {
@@ -85,15 +86,20 @@ static const char *beyond_bounds(const scene *given, const scene_field *field, q
     return NULL;
 }
 
-/* Whether it is a number at places within, where it may be infinite at single ones. */
-static bool is_number(const scene *given, quantity q)
+/* Whether it is a number at places within, else where it is not; it may be infinite at single ones.
+ */
+static bool is_number(const scene *given, quantity q, double *s, double *t)
 {
-    enum { PLACES = 5 };
+    enum { PLACES = 11 };
+    *s = *t = NAN;
     const bool along = quantity_depends_on(q, "s"), moves = quantity_depends_on(q, "t");
     for (int i = 0; i < (along ? PLACES : 1); i++) {
         for (int k = 0; k < (moves ? PLACES : 1); k++) {
-            const double value = quantity_value(q, (i + 0.5) / PLACES * scene_length(given),
-                                                (k + 0.5) / PLACES * scene_duration(given));
+            const double at = (i + 0.5) / PLACES * scene_length(given);
+            const double then = (k + 0.5) / PLACES * scene_duration(given);
+            const double value = quantity_value(q, at, then);
+            *s = along ? at : NAN;
+            *t = moves ? then : NAN;
             if (isnan(value) || (!along && !moves && isinf(value))) {
                 return false;
             }
@@ -102,10 +108,25 @@ static bool is_number(const scene *given, quantity q)
     return true;
 }
 
+/* s, t: where it is none, NaN: it does not depend on them. */
+static ad_status refuse_number(const scene_checker *check, const char *key, double s, double t)
+{
+    char place[40] = "", then[40] = "";
+    if (!isnan(s)) {
+        snprintf(place, sizeof place, ", and is not at s = %g m", s);
+    }
+    if (!isnan(t)) {
+        snprintf(then, sizeof then, "%s t = %g s", isnan(s) ? ", and is not at" : ",", t);
+    }
+    *check->key = key;
+    return ad_fail(check->error, AD_BAD_INPUT, "must be finite%s%s", place, then);
+}
+
 static ad_status check_entry(const scene_checker *check, const scene_field *field, quantity entry)
 {
     rule_row rule = rule_of(check->scene, field);
     bool moves = quantity_depends_on(entry, "t");
+    double s, t;
     ad_status status = quantity_check(entry, check->error);
     if (status != AD_OK) {
         *check->key = field->key;
@@ -127,8 +148,8 @@ static ad_status check_entry(const scene_checker *check, const scene_field *fiel
                             "goes beyond the rows of its table somewhere along the rod or in time; "
                             "give a table that covers them");
     }
-    if (check->of_family && field->bounds == SCENE_ANY && !is_number(check->scene, entry)) {
-        return scene_refuse(check, field->key, "must be finite");
+    if (field->bounds == SCENE_ANY && !is_number(check->scene, entry, &s, &t)) {
+        return refuse_number(check, field->key, s, t);
     }
     const char *beyond = beyond_bounds(check->scene, field, entry);
     return beyond ? scene_refuse(check, field->key, beyond) : AD_OK;

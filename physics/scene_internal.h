@@ -13,7 +13,6 @@ typedef struct scene_checker {
     int segment;
     const char **key; /* receives the key to blame */
     ad_error *error;
-    bool of_family; /* a member, of which formulas that are numbers elsewhere may be none */
 } scene_checker;
 
 /* Write key and sentence, return AD_BAD_INPUT; of a segment the key is its own. */
