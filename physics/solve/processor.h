@@ -4,7 +4,16 @@
 #ifndef PHYSICS_SOLVE_PROCESSOR_H
 #define PHYSICS_SOLVE_PROCESSOR_H
 
-#if defined(__x86_64__)
+/* ThreadSanitizer does not survive what chooses between them, which runs before it has begun. */
+#if defined(__has_feature)
+#define WATCHES_THREADS __has_feature(thread_sanitizer)
+#elif defined(__SANITIZE_THREAD__)
+#define WATCHES_THREADS 1
+#else
+#define WATCHES_THREADS 0
+#endif
+
+#if defined(__x86_64__) && !WATCHES_THREADS
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define FOR_EACH_PROCESSOR
