@@ -3,6 +3,7 @@
 #define TOOLS_CONFIG_CONFIG_CONTROL_H
 
 CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
+CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_method_names, CONTROL_METHOD_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
@@ -32,6 +33,11 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.task.radius", CONFIG_NUMBER, CONTROL_AT(task.radius), POSITIVE, .unit = "m",         \
      .fallback = "a tenth of the rod's length",                                                    \
      .help = "Of the circle, and half the width of the eight."},                                   \
+    {"control.task.surface", CONFIG_CHOICE, CONTROL_AT(task.surface),                              \
+     .names = control_surface_names,                                                               \
+     .help = "plane: the circle or the eight lies in its plane; reachable: over it on the surface "\
+             "where the place can be at rest, of robots with two inputs or tendons that hardly "    \
+             "stretch."},                                                                           \
     {"control.task.frequency", CONFIG_NUMBER, CONTROL_AT(task.frequency), POSITIVE, .unit = "Hz",  \
      .help = "How often a second."},                                                               \
     {"control.task.points[].position", CONFIG_NUMBER, ENTRIES(3, 3),                               \
@@ -93,7 +99,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.measurements[].what", CONFIG_CHOICE, CONTROL_AT(measurements[0].what),               \
      .names = control_seen_names, .fallback = "required",                                          \
      .help = "What a sensor measures; without measurements the position of track.at. "             \
-             "orientation: a rotation; curvature: about d1, d2, d3."},                             \
+             "rotation: of the section; direction: of its d3; curvature: about d1, d2, d3."},                             \
     {"control.measurements[].at", CONFIG_NUMBER, CONTROL_AT(measurements[0].at), NOT_NEGATIVE,     \
      .unit = "m", .fallback = "track.at", .help = "Place along the rod."},                         \
     {"control.measurements[].noise", CONFIG_NUMBER, CONTROL_AT(measurements[0].noise), POSITIVE,   \
