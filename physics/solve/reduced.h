@@ -76,6 +76,12 @@ ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error);
 
+/* The same, but the inputs go linearly to those `after` the step (NULL: they are held); by_inputs
+ * is of both ends moved together. */
+ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error);
+
 /* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
  * rotation vector in the world by which the place turns), velocity, and angular velocity in the
  * body frame. */
