@@ -156,7 +156,7 @@ static void test_linear(void **state)
         moved = fmax(moved, fabs(held[k] - x[k]));
     }
     print_message("linear: %.1e, held: %.1e\n", off, moved);
-    assert_true(off < 1e-2 * moved); /* one step is off by that, of waves that are fast */
+    assert_true(off < 1e-4 * moved); /* 512 steps of held inputs leave 4e-6 */
     reduced_free(rod);
     excite_free(&motion);
     config_free(given);

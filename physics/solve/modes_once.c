@@ -7,9 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of Newton's method, in modes and rates: errors of a step are larger. */
-static const double NEWTON = 1e-5;
-
 /* ---- linear systems ------------------------------------------------------------------------ */
 
 /* The rows of stage i: matrix of the accelerations of all stages. Leaves the residual of the stage
@@ -118,18 +115,18 @@ ad_status collocation_exact(collocation *x, double t, double h, const double *in
 
 /* Accelerations of a step that starts from nothing but q and v. */
 static ad_status solve_once(collocation *x, double t, double h, const double *inputs,
-                            const double *q, const double *v, ad_error *error)
+                            double tolerance, const double *q, const double *v, ad_error *error)
 {
     bool slow, failed = true;
     const size_t size = (size_t)(x->by.stages * x->size) * sizeof *x->a;
     memset(x->a, 0, size);
     ad_status status = collocation_form(x, t, h, inputs, q, v, error);
     if (status == AD_OK && collocation_factor(x, h)) {
-        status = collocation_iterate(x, t, h, inputs, NEWTON, q, v, &slow, &failed, error);
+        status = collocation_iterate(x, t, h, inputs, tolerance, q, v, &slow, &failed, error);
     }
     if (status == AD_OK && failed) {
         memset(x->a, 0, size);
-        status = collocation_exact(x, t, h, inputs, NEWTON, q, v, &failed, error);
+        status = collocation_exact(x, t, h, inputs, tolerance, q, v, &failed, error);
     }
     return status == AD_OK && failed
                ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)
@@ -137,10 +134,11 @@ static ad_status solve_once(collocation *x, double t, double h, const double *in
 }
 
 ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
-                           const double *after, double *q, double *v, ad_error *error)
+                           const double *after, double tolerance, double *q, double *v,
+                           ad_error *error)
 {
     x->after = after;
-    ad_status status = solve_once(x, t, h, inputs, q, v, error);
+    ad_status status = solve_once(x, t, h, inputs, tolerance, q, v, error);
     if (status == AD_OK) {
         collocation_finish(x, h, q, v);
     }

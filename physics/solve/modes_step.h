@@ -33,9 +33,11 @@ ad_status collocation_go(collocation *x, double t, double end, const double *inp
                          ad_error *error);
 
 /* One step of length h by itself: the same whatever came before. The inputs go linearly to those
- * `after` it (NULL: they are held). AD_NOT_FINITE: Newton's method fails. */
+ * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.
+ * AD_NOT_FINITE: it fails. */
 ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
-                           const double *after, double *q, double *v, ad_error *error);
+                           const double *after, double tolerance, double *q, double *v,
+                           ad_error *error);
 
 /* After it, with q, v of its start: derivatives [2 size][2 size + inputs] of q, v at its end by
  * q, v, inputs (of both ends together); exact ones of the method's equations. room

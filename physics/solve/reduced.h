@@ -30,6 +30,8 @@ typedef struct reduced_settings {
                       * all 0: 3, 1, 2, 1 */
     int count;       /* of places that are looked at */
     const double *s; /* [count] m */
+    double newton;   /* where Newton's method stops in a step, of modes and rates that have no unit;
+                      * 0: 1e-5, the fastest */
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. */

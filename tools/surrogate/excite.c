@@ -120,33 +120,34 @@ static double processor_seconds(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* One step as `parts`, with inputs [2][inputs] of its ends. */
+/* One step as `parts`, with inputs [2][inputs] of its ends. The first are short: where inputs jump
+ * the rod is fastest. A soft arm whose inputs jump for 5 s is off by 0.14 % of its length with one
+ * part, by 6e-4 % with four, or 6e-3 % if they are equal. */
 static ad_status step_in_parts(const runner *x, reduced_rod *rod, int parts, double t,
                                const double *state, const double *inputs, double *next,
                                ad_error *error)
 {
     const int count = x->to->inputs;
-    const double h = x->settings->step / parts;
+    const double h = x->settings->step;
     double ends[2][SCENE_PARAMETERS_MAX];
     ad_status status = AD_OK;
     for (int p = 0; p < parts && status == AD_OK; p++) {
+        const double begin = (double)(p * p) / (parts * parts);
+        const double end = (double)((p + 1) * (p + 1)) / (parts * parts);
         for (int i = 0; i < count; i++) {
-            const double change = inputs[count + i] - inputs[i];
-            ends[0][i] = inputs[i] + change * p / parts;
-            ends[1][i] = inputs[i] + change * (p + 1) / parts;
+            const double change = x->settings->linear ? inputs[count + i] - inputs[i] : 0;
+            ends[0][i] = inputs[i] + change * begin;
+            ends[1][i] = inputs[i] + change * end;
         }
-        const double *from = p == 0 ? state : next;
-        status = x->settings->linear
-                     ? reduced_step_linear(rod, t + p * h, h, from, ends[0], ends[1], next, NULL,
-                                           NULL, error)
-                     : reduced_step(rod, t + p * h, h, from, inputs, next, NULL, NULL, error);
+        status = reduced_step_linear(rod, t + begin * h, (end - begin) * h, p == 0 ? state : next,
+                                     ends[0], ends[1], next, NULL, NULL, error);
     }
     return status;
 }
 
 static void run_rollout(void *context, int item, int thread)
 {
-    enum { PARTS = 64 };
+    enum { USUAL = 4, MOST = 256 };
     runner *x = context;
     excite_rollouts *to = x->to;
     reduced_rod *rod = x->rods[thread];
@@ -168,10 +169,10 @@ static void run_rollout(void *context, int item, int thread)
     for (int k = 0; k < settings->steps && status == AD_OK; k++) {
         const double *from = state + k * to->states;
         status = AD_NOT_FINITE;
-        for (int parts = 1; parts <= PARTS && status == AD_NOT_FINITE; parts *= 2) {
+        for (int parts = USUAL; parts <= MOST && status == AD_NOT_FINITE; parts *= 2) {
             status = step_in_parts(x, rod, parts, k * settings->step, from, input + k * to->inputs,
                                    state + (k + 1) * to->states, &error);
-            x->tally[2 * item] += status == AD_OK && parts > 1;
+            x->tally[2 * item] += status == AD_OK && parts > USUAL;
         }
         to->done[item] += status == AD_OK;
         x->tally[2 * item + 1] += status == AD_NOT_FINITE;
@@ -221,7 +222,7 @@ ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool
 {
     const int threads = ad_pool_threads(pool);
     runner x = {.settings = settings, .open = open, .to = result};
-    reduced_settings rod = {.count = 0};
+    reduced_settings rod = {.newton = 1e-7};
     memcpy(rod.modes, settings->modes, sizeof rod.modes);
     *result = (excite_rollouts){.steps = settings->steps, .count = settings->count};
     ad_status status = check(open, settings, error);

@@ -54,7 +54,7 @@ typedef struct excite_rollouts {
     double *state; /* [count][steps + 1][states] at the instants; SI units, of reduced.h */
     double *input; /* [count][steps + 1][inputs]: step k is taken with k, or linearly to k + 1 */
     int *done;     /* [count]: steps that were solved; what is behind them is not defined */
-    long substepped, lost; /* steps taken in parts as one was too long; not solved so either */
+    long substepped, lost; /* steps in more parts than usual; not solved so either */
     double seconds;        /* of processor time for all steps */
 } excite_rollouts;
 
@@ -63,8 +63,9 @@ void excite_draw(int count, const scene_parameter *parameters, const excite_sett
                  int index, double *inputs);
 
 /* A rollout begins at the equilibrium of its first inputs where one is found, and every fourth as
- * the scene does. A step that cannot be solved is taken as 2, 4, ... 64; failing that its rollout
- * ends. AD_BAD_INPUT: a scene that reduced_create refuses; AD_BAD_ARGUMENT: bad settings. */
+ * the scene does. A step is taken in 4 parts, for an error far below that of models, or where
+ * these cannot be solved in 8, ... 256; failing that its rollout ends. AD_BAD_INPUT: a scene that
+ * reduced_create refuses; AD_BAD_ARGUMENT: bad settings. */
 ad_status excite_run(const scene *open, const excite_settings *settings, ad_pool *pool,
                      excite_rollouts *result, ad_error *error);
 void excite_free(excite_rollouts *x); /* of zeros is allowed */
