@@ -36,11 +36,11 @@ typedef struct loop_setup {
 enum { LOOP_FLAGS = 12 };
 
 typedef struct loop_report {
-    long samples, done;                    /* asked for, and simulated before it ended or failed */
-    bool diverged;                         /* the place was a rod's length off, or the plant failed */
-    double rms, worst;                     /* m, of the true place off the path, after the approach */
-    double approach;                       /* m, worst before */
-    double reach;                          /* m, rms: what the path is off where the place can be at rest */
+    long samples, done, judged; /* asked for; simulated before it ended; after the approach */
+    bool diverged;              /* the place was a rod's length off, or the plant failed */
+    double rms, worst;          /* m, of the true place off the path, after the approach */
+    double approach;            /* m, worst before */
+    double reach;               /* m, rms: what the path is off where the place can be at rest */
     double filter[2], control[2], both[2]; /* s a period: median, worst */
     double saturated;                      /* part of the samples with an input at a limit */
     double violation[CONTROL_LIMITS_MAX];  /* worst, of each constraint, in its unit; 0: none */

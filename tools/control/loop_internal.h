@@ -4,6 +4,7 @@
 #include "tools/control/controller.h"
 #include "tools/control/estimator.h"
 #include "tools/control/loop.h"
+#include "tools/control/mppi.h"
 #include "tools/control/plant.h"
 #include "tools/control/reduced_model.h"
 #include "tools/control/resting.h"
@@ -16,8 +17,9 @@ typedef struct loop_view {
     int count; /* of looks; the first is the place */
     look *looks[1 + CONTROL_LIMITS_MAX];
     int axis[1 + CONTROL_LIMITS_MAX];
+    size_t states;
+    int inputs, values;
     double *room; /* [4][1 + states] */
-    size_t room_states;
 } loop_view;
 
 struct control_loop {
@@ -42,25 +44,25 @@ struct control_loop {
     estimator_sensor sensor[CONTROL_MEASUREMENTS_MAX];
     estimator_parameter parameter[CONTROL_INPUTS_MAX];
     double noise[CONTROL_MEASUREMENTS_MAX][4];
-    double *numbers; /* [4][states] rest, deviation, process, ahead; then [states][estimated] */
+    double *numbers; /* [4][states] rest, deviation, process, room; then [states][estimated] */
     void *filter_memory;
     estimator *filter;
-    int controllers;
-    void **control_memory; /* [ratio] */
-    controller **controllers_of;
+    controller **controllers; /* [ratio], each memory of its own */
+    struct {                  /* what they borrow */
+        double rate[CONTROL_INPUTS_MAX], rest[CONTROL_INPUTS_MAX], smooth[CONTROL_INPUTS_MAX];
+        double effort[CONTROL_INPUTS_MAX];
+        double weight[LOOP_SEEN], soft[LOOP_SEEN], low[LOOP_SEEN], high[LOOP_SEEN];
+        mppi_settings sampling;
+    } plan;
 
     /* The record. */
     long samples, done;
     int columns;
     char names[LOOP_COLUMNS][LOOP_NAME];
     double *record; /* [columns][samples] */
-    double *arrived; /* [measurements][delays + 1][5]: taken and not yet arrived; the fifth is 1 */
 };
 
 int loop_see(void *context, int count, const double *states, const double *inputs, double *values,
              double *by_state);
-
-/* Spread of every state in motions of the model over the ranges of its inputs. */
-ad_status loop_spread(const control_loop *x, double *spread, ad_error *error);
 
 #endif
