@@ -72,7 +72,10 @@ static ad_status find_sizes(const control_loop *x, double *size, ad_error *error
             control_role_of(&x->control, x->of.model, nominal->parameters[k].name);
         settings.constant |= role == CONTROL_INPUT ? 0 : 1U << k;
     }
-    const ad_status status = excite_run(nominal, &settings, NULL, &motions, error);
+    ad_pool *pool = ad_pool_create(1);
+    ad_status status = pool ? excite_run(nominal, &settings, pool, &motions, error)
+                            : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+    ad_pool_free(pool);
     const size_t n = (size_t)x->states;
     for (size_t k = 0; k < n && status == AD_OK; k++) {
         double sum = 0, count = 0;
