@@ -1,0 +1,59 @@
+/* Dense linear algebra of 1 to 100 unknowns for filters and controllers: no allocation, no library,
+ * the same bits on any processor. Matrices are row by row; `stride` is the distance of rows, which
+ * is small_stride(columns) wherever it is not given. What a row has beyond its columns has to be
+ * finite, and is 0 where a function writes it. */
+#ifndef CONTROL_SMALL_H
+#define CONTROL_SMALL_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SMALL_LANES = 8 };
+
+/* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
+ * which; for static functions only. */
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__AVX512F__)
+#define SMALL_FOR_EACH_PROCESSOR __attribute__((target_clones("avx512f", "avx2", "default")))
+#else
+#define SMALL_FOR_EACH_PROCESSOR
+#endif
+
+/* The next multiple of SMALL_LANES: of rows that loops take in whole vectors. */
+static inline int small_stride(int columns)
+{
+    return (columns + SMALL_LANES - 1) / SMALL_LANES * SMALL_LANES;
+}
+
+/* Rows of vectors side by side: c [m][n] = a [m][k] b [k][n], and c [k][n] = a^T [k][m] b [m][n];
+ * c is neither a nor b. */
+void small_product(int m, int k, int n, const double *a, const double *b, double *c);
+void small_product_transposed(int m, int k, int n, const double *a, const double *b, double *c);
+
+/* R in the upper triangle of a [rows][n], with a diagonal that is not negative, R^T R = A^T A, by
+ * reflections (Householder); rows 0..n-1 are R with zeros below the diagonal, what was in the
+ * others is lost. rows >= n. */
+void small_triangle(int rows, int n, double *a);
+
+/* U of a positive definite A = U^T U, from the upper triangle of a [n][n] into it; below it zeros.
+ * Returns 0, or 1 + i: pivot i is not positive, and a is not defined. */
+int small_cholesky(int n, double *a);
+
+/* With the upper triangle U [n][n], whose diagonal is not 0: x [count][n] U = b and x U^T = b, in
+ * place, each row of x a right side: U^T y = c and U y = c of columns. */
+void small_solve(int n, const double *u, int count, double *x);
+void small_solve_transposed(int n, const double *u, int count, double *x);
+
+/* U^T U + x x^T and U^T U - x x^T in place of U^T U, by rotations (LINPACK's dchud, dchdd); x [n]
+ * is overwritten. small_downdate: 0, or 1: the rest is not positive definite, and u is as it was;
+ * work [n]. */
+void small_update(int n, double *u, double *x);
+int small_downdate(int n, double *u, double *x, double *work);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
