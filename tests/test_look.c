@@ -355,8 +355,7 @@ static followed follow(const config *settings, int parameters, int sensors, cons
                                       .parameter = parameter,
                                       .sensor = sensor,
                                       .deviation = deviation,
-                                      .process = process,
-                                      .adapt = 100};
+                                      .process = process};
     filter_test f = make_filter(&given);
     assert_int_equal(estimator_start_resting(f.x, rest, inputs, 500), 0);
     for (int k = 0; k < 150; k++) {
