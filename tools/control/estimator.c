@@ -21,12 +21,14 @@ static void begin(estimator *x, const double *inputs)
         estimator_sensor_record *s = &x->sensor[i];
         s->row = s->next = s->count = 0;
         s->last = 0;
+        s->process = 1;
         s->used = s->missing = s->not_finite = s->late = s->outliers = 0;
         memset(s->innovation, 0, (size_t)s->width * sizeof *s->innovation);
     }
     x->sample = x->at = x->flags = 0;
     x->checked = -1;
     x->outside = 0;
+    x->process = 1;
     memcpy(first->until, inputs, (size_t)x->inputs * sizeof *inputs);
     memcpy(first->z, x->z, (size_t)x->n * sizeof *x->z);
     memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
@@ -300,6 +302,11 @@ void estimator_covariance(const estimator *x, double *p)
 double estimator_outside(const estimator *x)
 {
     return x->outside;
+}
+
+double estimator_process(const estimator *x)
+{
+    return x->process;
 }
 
 estimator_consistency estimator_sensor_now(const estimator *x, int sensor)

@@ -31,6 +31,7 @@ typedef struct estimator_sensor_record {
     double *innovation; /* [width] */
     int next, count;
     double last;
+    double process; /* times settings.process, as it needs */
     int64_t used, missing, not_finite, late, outliers;
 } estimator_sensor_record;
 
@@ -43,6 +44,7 @@ struct estimator {
     int flags;
     bool ahead; /* a measurement may arrive at once: predictions are made before it */
     double outside;
+    double process;           /* times settings.process */
     double *z, *u;            /* [n], [n][stride] */
     double *now;              /* [inputs] */
     double *states_at, *next; /* [2 n + 1][states] */
