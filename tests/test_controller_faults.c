@@ -106,6 +106,7 @@ static void test_outside(void **state)
 static void test_model(void **state)
 {
     const controller_method *methods[2] = {&controller_gauss_newton, &controller_sampling};
+    const mppi_settings sampling = {.samples = 16};
 
     (void)state;
     for (int i = 0; i < 2 * 2 * 40; i++) {
@@ -116,6 +117,7 @@ static void test_model(void **state)
         long calls;
 
         settings.method = methods[i % 2];
+        settings.method_settings = i % 2 == 1 ? &sampling : NULL;
         the_pendulum.silent = i / 2 % 2 == 1;
         make_loop(&x, &settings);
         for (int k = 0; k < 3; k++) {
