@@ -159,14 +159,19 @@ static ad_status open_trained(controlling *x, ad_error *error)
         !(wanted || (c->model == CONTROL_AUTOMATIC && access(checkpoint, R_OK) == 0))) {
         return AD_OK;
     }
-    ad_status status = surrogate_load(path, &x->trained, error);
-    if (status == AD_OK && !same_physics(x->trained->owner, x->nominal)) {
+    ad_error why;
+    ad_status status = surrogate_load(path, &x->trained, &why);
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%.400s; cpinn-train trains one, --run DIR says where it is",
+                       why.message);
+    }
+    if (!same_physics(x->trained->owner, x->nominal)) {
         return ad_fail(error, AD_BAD_INPUT,
                        "%.200s: the one-step model in %.200s was trained for another scene; train "
                        "it again, or take control.model: reduced",
                        x->asked.config, path);
     }
-    return status == AD_OK ? surrogate_one_step(x->trained, &x->step, error) : status;
+    return surrogate_one_step(x->trained, &x->step, error);
 }
 
 /* Of a model that is not trained by its tolerance, and of the plant one more of each. */
