@@ -192,7 +192,8 @@ static ad_status create_filter(control_loop *x, ad_error *error)
             const scene_parameter *p = &nominal->parameters[k];
             if (strcmp(p->name, c->estimate[i]) == 0) {
                 which[i] = k;
-                x->parameter[i] = (estimator_parameter){.input = k, .low = p->low, .high = p->high};
+                x->parameter[i] = (estimator_parameter){
+                    .input = k, .low = p->low, .high = p->high, .walk = c->walk[i]};
             }
         }
     }
