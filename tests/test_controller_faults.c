@@ -244,6 +244,8 @@ static void test_anything(void **state)
         settings.method = methods[run % 2];
         settings.method_settings = run % 2 == 1 ? &sampling : NULL;
         settings.delay = run % 3;
+        settings.horizon = 1 + run;
+        settings.moves = 1 + run / 2;
         settings.offset = 0.5;
         settings.soft_upper = upper;
         settings.soft_weight = soft;
