@@ -98,7 +98,8 @@ static rod_wrench rod_law_wrench(const rod_context *rod, const rod_kinematics *k
     ad_value strains = ad_stack(2, (const ad_value[]){ad_sub(k->strain, c.rest_strain),
                                                       ad_sub(k->curvature, c.rest_curvature)});
     ad_value stress = scene_law_record_beyond(law, rod->scales.length, rod->scales.force, strains);
-    return (rod_wrench){ad_slice(stress, 0, 3), ad_slice(stress, 3, 3)};
+    return (rod_wrench){rod_keep_in_plane(rod, ad_slice(stress, 0, 3), false),
+                        rod_keep_in_plane(rod, ad_slice(stress, 3, 3), true)};
 }
 
 rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_value tendons)

@@ -34,8 +34,7 @@ static int images(scene_symmetry symmetry)
     return symmetry == SCENE_SYMMETRY_POINT ? 2 : symmetry == SCENE_SYMMETRY_MIRRORS ? 4 : 1;
 }
 
-/* Rows of M, so that feature k of the round ones is x.M_k x/2; but the first, x_3, and the last,
- * which is of third order. */
+/* Of the round features but the last x.M x/2 + (x_3 of the first). */
 static void invariant_matrix(int feature, double M[N][N])
 {
     memset(M, 0, N * sizeof *M);
@@ -49,37 +48,35 @@ static void invariant_matrix(int feature, double M[N][N])
     M[1][3] = M[3][1] = 2 * turned;
 }
 
-/* A feature of the round ones, its gradient and second derivatives. */
-static double invariant(int feature, const double *x, double gradient[N], double second[N][N])
+/* And of the last, u_3 v.u. */
+static void last_matrix(const double *x, double M[N][N])
 {
-    double value = 0;
-    memset(gradient, 0, N * sizeof *gradient);
-    if (feature == 0) {
-        memset(second, 0, N * sizeof *second);
-        gradient[2] = 1;
-        return x[2];
+    memset(M, 0, N * sizeof *M);
+    for (int i = 0; i < 2; i++) {
+        M[i][3 + i] = M[3 + i][i] = x[5];
+        M[i][5] = M[5][i] = x[3 + i];
+        M[3 + i][5] = M[5][3 + i] = x[i];
     }
-    if (feature == FEATURES - 1) {
-        memset(second, 0, N * sizeof *second);
-        for (int i = 0; i < 2; i++) {
-            value += x[i] * x[3 + i];
-            gradient[i] = x[5] * x[3 + i];
-            gradient[3 + i] = x[5] * x[i];
-            second[i][3 + i] = second[3 + i][i] = x[5];
-            second[i][5] = second[5][i] = x[3 + i];
-            second[3 + i][5] = second[5][3 + i] = x[i];
-        }
-        gradient[5] = value;
-        return x[5] * value;
-    }
-    invariant_matrix(feature, second);
-    for (int i = 0; i < N; i++) {
-        for (int j = 0; j < N; j++) {
-            gradient[i] += second[i][j] * x[j];
-        }
-        value += x[i] * gradient[i] / 2;
-    }
-    return value;
+}
+
+/* The round features and their gradients. */
+static void invariants(const double *x, double f[FEATURES], double slope[FEATURES][N])
+{
+    const double on[2] = {x[0] - x[4], x[1] + x[3]}, back[2] = {x[0] + x[4], x[1] - x[3]};
+    const double along = x[0] * x[3] + x[1] * x[4];
+    const double all[FEATURES] = {
+        x[2],        x[0] * x[0] + x[1] * x[1],     x[3] * x[3] + x[4] * x[4],
+        x[5] * x[5], on[0] * on[0] + on[1] * on[1], back[0] * back[0] + back[1] * back[1],
+        x[5] * along};
+    const double by[FEATURES][N] = {{0, 0, 1, 0, 0, 0},
+                                    {2 * x[0], 2 * x[1], 0, 0, 0, 0},
+                                    {0, 0, 0, 2 * x[3], 2 * x[4], 0},
+                                    {0, 0, 0, 0, 0, 2 * x[5]},
+                                    {2 * on[0], 2 * on[1], 0, 2 * on[1], -2 * on[0], 0},
+                                    {2 * back[0], 2 * back[1], 0, -2 * back[1], 2 * back[0], 0},
+                                    {x[5] * x[3], x[5] * x[4], 0, x[5] * x[0], x[5] * x[1], along}};
+    memcpy(f, all, sizeof all);
+    memcpy(slope, by, sizeof by);
 }
 
 /* ---- the potential ------------------------------------------------------------------------- */
@@ -93,45 +90,56 @@ static double softplus(double z, double *first, double *second)
     return fmax(z, 0) + log1p(e);
 }
 
-/* Adds a log(1 + exp(z)) of one unit, z with its derivatives. */
-static double add_unit(double a, double z, const double by_x[N], double gradient[N],
-                       double (*second)[N], double *rise)
+/* Adds a log(1 + exp(z)) of all units, z = b + w.f, and the derivatives by f. */
+static double add_units(const scene_law *law, double share, int features, const double *f,
+                        double *by_f, double (*second)[FEATURES])
 {
-    double bend;
-    const double value = a * softplus(z, rise, &bend);
-    *rise *= a;
-    for (int i = 0; i < N; i++) {
-        gradient[i] += *rise * by_x[i];
-        for (int j = 0; j < N && second; j++) {
-            second[i][j] += a * bend * by_x[i] * by_x[j];
+    double sum = 0;
+    for (int u = 0; u < law->units; u++) {
+        const double a = share * law->weight[u], *w = law->by[u];
+        double z = law->offset[u], rise, bend;
+        for (int k = 0; k < features; k++) {
+            z += w[k] * f[k];
+        }
+        sum += a * softplus(z, &rise, &bend);
+        for (int k = 0; k < features; k++) {
+            by_f[k] += a * rise * w[k];
+            for (int l = 0; l < features && second; l++) {
+                second[k][l] += a * bend * w[k] * w[l];
+            }
         }
     }
-    return value;
+    return sum;
 }
 
 static double round_units(const scene_law *law, const double *x, double gradient[N],
                           double (*second)[N])
 {
-    double f[FEATURES], slope[FEATURES][N], bend[FEATURES][N][N], sum = 0, all[FEATURES] = {0};
+    double f[FEATURES], slope[FEATURES][N], M[N][N];
+    double by_f[FEATURES] = {0}, bend[FEATURES][FEATURES] = {{0}};
+    invariants(x, f, slope);
+    const double sum = add_units(law, 1, FEATURES, f, by_f, second ? bend : NULL);
     for (int k = 0; k < FEATURES; k++) {
-        f[k] = invariant(k, x, slope[k], bend[k]);
-    }
-    for (int u = 0; u < law->units; u++) {
-        double z = law->offset[u], by_x[N] = {0}, rise;
-        for (int k = 0; k < FEATURES; k++) {
-            z += law->by[u][k] * f[k];
-            for (int i = 0; i < N; i++) {
-                by_x[i] += law->by[u][k] * slope[k][i];
-            }
-        }
-        sum += add_unit(law->weight[u], z, by_x, gradient, second, &rise);
-        for (int k = 0; k < FEATURES; k++) {
-            all[k] += rise * law->by[u][k];
+        for (int i = 0; i < N; i++) {
+            gradient[i] += by_f[k] * slope[k][i];
         }
     }
     for (int k = 0; k < FEATURES && second; k++) {
-        for (int i = 0; i < N * N; i++) {
-            second[i / N][i % N] += all[k] * bend[k][i / N][i % N];
+        double along[N] = {0}; /* bend_k slope */
+        for (int l = 0; l < FEATURES; l++) {
+            for (int i = 0; i < N; i++) {
+                along[i] += bend[k][l] * slope[l][i];
+            }
+        }
+        if (k + 1 < FEATURES) {
+            invariant_matrix(k, M);
+        } else {
+            last_matrix(x, M);
+        }
+        for (int i = 0; i < N; i++) {
+            for (int j = 0; j < N; j++) {
+                second[i][j] += slope[k][i] * along[j] + by_f[k] * M[i][j];
+            }
         }
     }
     return sum;
@@ -143,13 +151,16 @@ static double linear_units(const scene_law *law, const double *x, double gradien
     const int count = images(law->symmetry);
     double sum = 0;
     for (int g = 0; g < count; g++) {
-        for (int u = 0; u < law->units; u++) {
-            double z = law->offset[u], by_x[N], rise;
-            for (int i = 0; i < N; i++) {
-                by_x[i] = SIGNS[g][i] * law->by[u][i];
-                z += by_x[i] * x[i];
+        double f[N], by_f[N] = {0}, bend[FEATURES][FEATURES] = {{0}};
+        for (int i = 0; i < N; i++) {
+            f[i] = SIGNS[g][i] * x[i];
+        }
+        sum += add_units(law, 1.0 / count, N, f, by_f, second ? bend : NULL);
+        for (int i = 0; i < N; i++) {
+            gradient[i] += SIGNS[g][i] * by_f[i];
+            for (int j = 0; j < N && second; j++) {
+                second[i][j] += SIGNS[g][i] * SIGNS[g][j] * bend[i][j];
             }
-            sum += add_unit(law->weight[u] / count, z, by_x, gradient, second, &rise);
         }
     }
     return sum;
@@ -228,6 +239,31 @@ double scene_law_beyond(const scene_law *law, double length, double force, const
         }
     }
     return value / force;
+}
+
+double scene_law_excess(const scene_law *law, const double *x, int *which)
+{
+    const bool round = law->symmetry == SCENE_SYMMETRY_ROUND;
+    const bool signless = law->symmetry >= SCENE_SYMMETRY_MIRRORS;
+    double worst = 0;
+    for (int i = 0; i < N; i++) {
+        double low = law->low[i], high = law->high[i], at = x[i];
+        if (i != 2 && signless) {
+            high = fmax(-low, high);
+            low = -high;
+        }
+        if (i % 3 < 2 && round) {
+            const int other = i % 3 == 0 ? i + 1 : i - 1;
+            high = fmax(high, fmax(-law->low[other], law->high[other]));
+            low = -high;
+        }
+        const double beyond = 2 * fmax(at - high, low - at) / (high - low);
+        if (isfinite(law->scale[i]) && beyond > worst) {
+            worst = beyond;
+            *which = i;
+        }
+    }
+    return worst;
 }
 
 /* ---- numbers ------------------------------------------------------------------------------- */

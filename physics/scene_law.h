@@ -82,6 +82,10 @@ ad_status scene_law_finish(scene_law *law, ad_error *error);
 double scene_law_potential(const scene_law *law, const double *x, double stress[SCENE_LAW_STRAINS],
                            double (*tangent)[SCENE_LAW_STRAINS]);
 
+/* How far strains x, SI, are beyond those of the data, over half of the range of these; and which,
+ * from 0. What has a sign by symmetry alone counts by its size, of both strains across if round. */
+double scene_law_excess(const scene_law *law, const double *x, int *which);
+
 /* The same of W - 1/2 sum stiffness x^2: what the law is beyond the linear one. Dimensionless, with
  * the scales of a rod; u by 1/length, force in N, moment in force length. */
 double scene_law_beyond(const scene_law *law, double length, double force, const double *x,

@@ -77,6 +77,7 @@ static void test_words(void **state)
                                         "loads_out_of_balance",
                                         "estimate_above_tolerance",
                                         "unresolved",
+                                        "outside_data",
                                         "not_converged",
                                         "interpolates",
                                         "unfinished",

@@ -25,6 +25,7 @@ void config_defaults(config *experiment)
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
+    experiment->law.numbers[0] = NAN;
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */

@@ -397,7 +397,10 @@ static void errors_of(const fit *x, const scene_law *law, int part, double *erro
         if (law) {
             scene_law_potential(law, strain, found, NULL);
         }
-        for (int i = 0; i < N && x->by[i] > 0; i++) {
+        for (int i = 0; i < N; i++) {
+            if (!(x->by[i] > 0)) {
+                continue;
+            }
             const double scale = x->law->scale[i], stress = x->data[part][(size_t)(N + i) * n + r];
             const double off =
                 (law ? found[i] * scale / x->unit : stiffness[i] * strain[i] / scale);
