@@ -1,6 +1,7 @@
 /* Defaults of a scene, the texts of its enumerations, and the stiffness and inertia that follow
  * from section and material. */
 #include "physics/scene_internal.h"
+#include "physics/section.h"
 
 #include <math.h>
 #include <string.h>

@@ -599,21 +599,6 @@ const char *const *scene_motion_names(void);
 const char *const *scene_scale_names(void);
 const char *const *scene_state_names(void);
 
-/* ---- cross-sections (section.c) ------------------------------------------------------------ */
-
-/* Geometry of a filled-in section, of s; nothing given for SCENE_SECTION_NONE. */
-typedef struct scene_section_geometry {
-    quantity area;             /* m^2 */
-    quantity second_moment[2]; /* about d1, d2; m^4 */
-    quantity torsion_constant; /* m^4; Saint-Venant */
-} scene_section_geometry;
-
-scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
-
-/* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; not
- * given when either is missing. */
-quantity scene_shear_correction(const scene_rod *rod);
-
 #ifdef __cplusplus
 }
 #endif

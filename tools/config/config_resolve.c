@@ -2,6 +2,7 @@
  * library. */
 #include "tools/config/config_parts.h"
 
+#include "physics/section.h"
 #include "physics/solve/solve.h"
 #include "physics/strain.h"
 
