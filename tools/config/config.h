@@ -5,6 +5,7 @@
 #ifndef TOOLS_CONFIG_CONFIG_H
 #define TOOLS_CONFIG_CONFIG_H
 
+#include "tools/control/settings.h"
 #include "tools/train/settings.h"
 
 #include <stdio.h>
@@ -60,6 +61,8 @@ typedef struct config {
     struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material
                               * determine is left to scene_properties_of */
     train_settings settings; /* reference_file is relative to the YAML file, absolute once read */
+    surrogate_settings surrogate;
+    control_settings control; /* resolved if given; task.file as settings.reference_file */
     config_load_units load_units; /* SI once read: the scene's loads are already converted */
     struct config_source *source; /* texts and places; opaque */
 } config;
@@ -95,6 +98,11 @@ ad_status config_write(const config *config, FILE *file, bool help);
 /* What a classical solution depends on, in the same form: the scene without its network, training
  * and formulation, and the reference. The same for every way to write the same scene. */
 ad_status config_write_physics(const config *config, FILE *file);
+
+/* Whether any key of `control` is given; and the section as if it were, where none is, for a loop
+ * of defaults. AD_BAD_INPUT as config_read. */
+bool config_controls(const config *config);
+ad_status config_resolve_control(config *config, ad_error *error);
 
 /* Blame `key` for something found after reading: the line as of config_read. */
 ad_status config_refuse(const config *config, const char *key, const char *problem,

@@ -68,6 +68,8 @@ CONFIG_NAMES(scaling_names, OPTIM_SCALING_LIST(CONFIG_NAME))
     QUANTITY_KEY(path, size, member, of_unit, "as under rod, or from section and material",        \
                  "Of this piece, as under rod.", bounds)
 
+#include "tools/config/config_control.h"
+
 /* clang-format off */
 const config_key config_keys[] = {
     {"name", CONFIG_TEXT, AT(settings.name), .fallback = "the file's name without .yaml",
@@ -454,6 +456,8 @@ const config_key config_keys[] = {
      .help = "... when the held-out loss exceeds the training loss by this factor, and reaches no "
              "new minimum, in 5 rows of history in turn; 0: never."},
 
+    CONTROL_ROWS
+
     {"checkpoint.every", CONFIG_INTEGER, AT(settings.checkpoint_every), .unit = "steps", BETWEEN(1, 1e9),
      .help = "Save so often."},
     {"checkpoint.seconds", CONFIG_NUMBER, AT(settings.checkpoint_seconds), .unit = "s", POSITIVE,
@@ -503,6 +507,7 @@ const config_list config_lists[] = {
     LIST("chambers", "chamber", "chambers", NULL, 0, SCENE_CHAMBERS_MAX, scene.chambers,
          scene.chamber_count),
     LIST("tubes", "tube", "tubes", NULL, 0, SCENE_TUBES_MAX, scene.tubes, scene.tube_count),
+    CONTROL_LISTS
     LIST("beam.points", "point", "points", NULL, 0, SCENE_POINTS_MAX, scene.beam.points,
          scene.beam.point_count),
 };

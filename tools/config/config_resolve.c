@@ -23,6 +23,8 @@ void config_defaults(config *experiment)
         experiment->parameters[i].range[0] = experiment->parameters[i].range[1] = NAN;
         experiment->parameters[i].identify = NAN;
     }
+    experiment->surrogate.step = NAN;
+    experiment->control = control_settings_default();
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
@@ -322,7 +324,11 @@ ad_status config_resolve_physics(config *experiment, ad_error *error)
         status =
             config_absolute(experiment, "members.file", &experiment->settings.members_file, error);
     }
-    return status == AD_OK ? config_absolute(experiment, "reference.file",
-                                             &experiment->settings.reference_file, error)
-                           : status;
+    if (status == AD_OK) {
+        status = config_absolute(experiment, "reference.file",
+                                 &experiment->settings.reference_file, error);
+    }
+    return status == AD_OK && config_controls(experiment)
+               ? config_resolve_control(experiment, error)
+               : status;
 }

@@ -14,16 +14,17 @@ extern "C" {
 #endif
 
 /* Of many states at once; the matrices are row by row and may be NULL: not wanted. Returns 0, or
- * another number where there is no answer (not finite, no convergence); then next is not defined. */
+ * another number where there is no answer (not finite, no convergence); then next is not defined.
+ */
 typedef struct one_step {
     void *context; /* borrowed */
     int states, inputs;
     double step; /* s, the longest h */
     int shorter; /* whether any h in (0, step] has an answer; else only step */
-    /* states [count][states], inputs [count][inputs] at the begin of the step; after [count][inputs]
-     * at its end, between which they go linearly, or NULL: held. next [count][states], not states;
-     * by_state [count][states][states], by_inputs [count][states][inputs] (with `after`: of both
-     * ends moved together). */
+    /* states [count][states], inputs [count][inputs] at the begin of the step; after
+     * [count][inputs] at its end, between which they go linearly, or NULL: held. next
+     * [count][states], not states; by_state [count][states][states], by_inputs
+     * [count][states][inputs] (with `after`: of both ends moved together). */
     int (*advance)(void *context, int count, double h, const double *states, const double *inputs,
                    const double *after, double *next, double *by_state, double *by_inputs);
     /* How far x, u are outside of what the model was made for: at most 1 inside; NULL: anywhere. */

@@ -1,0 +1,20 @@
+/* One-step models of scene files and checkpoints. */
+#ifndef TOOLS_CONFIG_CONFIG_SURROGATE_H
+#define TOOLS_CONFIG_CONFIG_SURROGATE_H
+
+#include "tools/config/config.h"
+#include "tools/surrogate/surrogate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* The trained model of DIR, DIR/checkpoint.h5 or any such file. AD_BAD_INPUT: it is not one of a
+ * one-step model. */
+ad_status surrogate_load(const char *path, surrogate **result, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,171 @@
+/* What state a robot is in, and which slow parameters it has, from what is seen of it: a
+ * square-root sigma-point Kalman filter on a one_step model (unscented: Julier and Uhlmann, Proc.
+ * IEEE 92, 2004; cubature: Arasaratnam and Haykin, IEEE Trans. Automatic Control 54, 2009).
+ *
+ *   void *memory = malloc(estimator_size(&settings));
+ *   estimator *x = estimator_init(memory, &settings);
+ *   estimator_start(x, state, inputs, NULL);
+ *   each sample:
+ *       estimator_measure(x, sensor, age, values);    what has arrived, in any order
+ *       flags = estimator_update(x);
+ *       ... estimator_state(x), estimator_inputs(x): to control by ...
+ *       flags |= estimator_predict(x, inputs, NULL);  what acts until the next sample
+ *
+ * Unknown are the states of the model and some of its inputs, "parameters", which walk randomly:
+ * the logarithm of one whose range is positive, else its place in the range. They never leave it.
+ *
+ * A measurement belongs to the sample it was taken at, `age` samples ago. The filter keeps that
+ * many past samples and goes on again from there, so that delays of whole samples are exact: the
+ * same as if the measurements had come in time. In a sample it makes as many predictions as samples
+ * have to be gone through again, at least one: as many as the longest delay. What it needs is the
+ * caller's memory; no function allocates or prints, each does a bounded amount of work, and the
+ * answer is the same bits again.
+ *
+ * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
+ * positive definite by construction (all of it is sums of squares, nothing is subtracted):
+ *   a measurement that is missing: the model alone goes on;
+ *   not finite, or a rotation that is not one: as missing;
+ *   too late: not used;
+ *   an outlier (beyond `gate`): not used; after `patience` of them in a row the covariance is
+ *     made 4 times as large each time until one is used again;
+ *   the model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
+ *     answer is taken; if it has none, either, the mean stays; deviations of states become 1.1
+ * times as large; the look has none: as missing; inputs that are not finite: the last ones are
+ * held. */
+#ifndef CONTROL_ESTIMATOR_H
+#define CONTROL_ESTIMATOR_H
+
+#include "tools/control/one_step.h"
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    ESTIMATOR_SENSORS_MAX = 16,
+    ESTIMATOR_PARAMETERS_MAX = 16,
+    ESTIMATOR_VALUES_MAX = 24, /* of a sensor */
+    ESTIMATOR_WINDOW_MAX = 1000
+};
+
+/* Flags: what happened in a sample. */
+enum {
+    ESTIMATOR_MISSING = 1,        /* a measurement that was to be here by this sample */
+    ESTIMATOR_NOT_FINITE = 2,     /* a measurement, or no rotation */
+    ESTIMATOR_LATE = 4,           /* a measurement older than the filter keeps */
+    ESTIMATOR_OUTLIER = 8,        /* a measurement beyond the gate */
+    ESTIMATOR_INFLATED = 16,      /* the covariance was made larger */
+    ESTIMATOR_NO_ANSWER = 32,     /* of the model or a look */
+    ESTIMATOR_OUTSIDE = 64,       /* the mean is where the model was not made for */
+    ESTIMATOR_AT_EDGE = 128,      /* a parameter is at an end of its range */
+    ESTIMATOR_INCONSISTENT = 256, /* normalised innovations of a sensor are out of bounds */
+    ESTIMATOR_BAD_INPUTS = 512,   /* given to estimator_predict: the last ones are held */
+    ESTIMATOR_BAD_CALL = 1024     /* no such sensor, or a sample that has been measured */
+};
+
+typedef struct estimator_parameter {
+    int input;        /* which of the model's inputs */
+    double low, high; /* its range */
+    double deviation; /* at the start: of the logarithm if low > 0, else in half ranges; 0: a
+                       * uniform distribution's */
+    double walk;      /* the same, by sqrt(s); 0: 0.01 */
+} estimator_parameter;
+
+typedef struct estimator_sensor {
+    one_look look;       /* context borrowed */
+    int rotations;       /* 1: values are unit quaternions, 4 each, of which either sign will do */
+    const double *noise; /* standard deviations, in units of values; of rotations 3 each, rad, about
+                          * the axes of what is seen */
+    int every;           /* samples from one measurement to the next; 0: 1 */
+    int phase;           /* taken at samples k with k % every == phase */
+    int delay;           /* samples until it arrives */
+    int depends;         /* values depend on the first so many states alone, which saves time; 0: on
+                          * all, and on inputs */
+} estimator_sensor;
+
+/* All arrays are borrowed as long as the estimator lives. */
+typedef struct estimator_settings {
+    one_step model;
+    double period; /* s, from sample to sample; 0: model.step; else model.shorter is needed */
+    int parameters, sensors;
+    const estimator_parameter *parameter; /* [parameters] */
+    const estimator_sensor *sensor;       /* [sensors] */
+    const double *deviation;              /* [states] at the start */
+    const double *process;                /* [states] what the model leaves out, by sqrt(s) */
+    double adapt; /* up to so many times `process` as innovations ask for, which are consistent then
+                   * though the model is off; 1: as given; 0: 100 */
+    const double *largest; /* [states] deviations never exceed it, as when nothing is seen for long;
+                            * NULL: 100 times those at the start */
+    int late; /* samples by which a measurement may come later than its delay, and is used */
+    double alpha, beta, kappa; /* sigma points; alpha 0: cubature, which is 1, 0, 0. beta and kappa
+                                * are not negative */
+    double gate;               /* chance of a good measurement to be refused; 0: 1e-6 */
+    int patience;              /* 0: 5 */
+    int window;                /* innovations of which the mean is watched; 0: 50 */
+} estimator_settings;
+
+typedef struct estimator estimator;
+
+/* What is wrong with settings, NULL: nothing; static text. Else estimator_size is not defined. */
+const char *estimator_refusal(const estimator_settings *settings);
+
+/* Bytes; memory as aligned as malloc's, which stays where it is. Settings are copied, their arrays
+ * borrowed. */
+size_t estimator_size(const estimator_settings *settings);
+estimator *estimator_init(void *memory, const estimator_settings *settings);
+
+/* Sample 0: state [states], inputs [model.inputs], of which the parameters are taken, too; those
+ * outside their ranges at the nearer end. by_parameters (or NULL) [states][parameters]: how the
+ * state depends on the parameters, as an equilibrium does; both are uncertain together then. */
+void estimator_start(estimator *x, const double *state, const double *inputs,
+                     const double *by_parameters);
+
+/* As before, from rest with held inputs: the state to which the model comes from `state` in at most
+ * `steps`, for the parameters as given and each of them changed by its deviation: state and
+ * parameters are uncertain together. Returns 0, or ESTIMATOR_NO_ANSWER: it does not come to rest,
+ * and starts as estimator_start does. */
+int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps);
+
+/* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor
+ * and sample: a second one replaces a first that is not used yet, and is refused after. */
+int estimator_measure(estimator *x, int sensor, int age, const double *values);
+
+/* Takes all that was measured since. */
+int estimator_update(estimator *x);
+
+/* One sample on: inputs [model.inputs] from now on until then, of which estimated ones are not
+ * read; after [model.inputs] as in one_step.h, or NULL. */
+int estimator_predict(estimator *x, const double *inputs, const double *after);
+
+/* At the present sample. */
+int64_t estimator_sample(const estimator *x);
+const double *estimator_state(const estimator *x);  /* [states] */
+const double *estimator_inputs(const estimator *x); /* [model.inputs] last given, estimated */
+double estimator_parameter_now(const estimator *x, int i);
+double estimator_parameter_deviation(const estimator *x, int i); /* in units of the parameter */
+double estimator_deviation(const estimator *x, int i);           /* of state i */
+void estimator_covariance(const estimator *x, double *p); /* [n][n], n = states + parameters */
+double estimator_outside(const estimator *x);             /* one_step.h: at most 1 inside */
+double estimator_process(const estimator *x);             /* times what was given: 1 to `adapt` */
+
+/* Normalised innovations squared, nu^T S^-1 nu, over the number of values: 1 in the mean. */
+typedef struct estimator_consistency {
+    double last, mean; /* of the window */
+    double low, high;  /* bounds of the mean, exceeded by chance once in 1,000 */
+    int count;         /* in the window */
+    int64_t used, missing, not_finite, late, outliers;
+} estimator_consistency;
+
+estimator_consistency estimator_sensor_now(const estimator *x, int sensor);
+
+/* The innovation of the last measurement of a sensor [values or 3 for each rotation]. */
+const double *estimator_innovation(const estimator *x, int sensor);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

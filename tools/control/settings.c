@@ -1,0 +1,298 @@
+#include "tools/control/settings.h"
+
+#include "physics/solve/modes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+control_settings control_settings_default(void)
+{
+    control_settings x;
+    memset(&x, 0, sizeof x);
+    x.track_at = x.task.radius = x.period = x.duration = NAN;
+    x.tolerance_rms = x.tolerance_worst = NAN;
+    for (int k = 0; k < 3; k++) {
+        x.task.centre[k] = x.task.normal[k] = NAN;
+    }
+    for (int i = 0; i < CONTROL_POINTS_MAX; i++) {
+        x.task.points[i].stay = 1;
+        x.task.points[i].position[0] = NAN;
+    }
+    for (int i = 0; i < CONTROL_MEASUREMENTS_MAX; i++) {
+        x.measurements[i] = (control_measurement){.at = NAN, .noise = NAN, .every = 1};
+    }
+    for (int i = 0; i < CONTROL_LIMITS_MAX; i++) {
+        x.limits[i] = (control_limit){.at = NAN, .axis = 3, .low = NAN, .high = NAN};
+    }
+    for (int i = 0; i < CONTROL_FAULTS_MAX; i++) {
+        x.faults[i].measurement = -1;
+    }
+    x.plant_modes[0] = 0;
+    x.task.frequency = 0.5;
+    x.task.travel = 0.5;
+    x.task.approach = 1;
+    x.horizon = 12;
+    x.samples = 256;
+    x.weight_rate = 0.03;
+    x.weight_effort = 1e-4;
+    x.accuracy = 1e-3;
+    x.delay = 1;
+    x.seed = 1;
+    return x;
+}
+
+surrogate_settings control_model_of(const surrogate_settings *given)
+{
+    surrogate_settings x = *given;
+    if (isnan(x.step)) {
+        static const int usual[4] = {2, 1, 2, 1};
+        x.step = 0.02;
+        memcpy(x.modes, usual, sizeof usual);
+        x.input_count = x.parameter_count = 0;
+    }
+    return x;
+}
+
+static ad_status blame(char key[TRAIN_KEY_MAX], ad_error *error, const char *path, int index,
+                       const char *last, const char *problem)
+{
+    if (index >= 0) {
+        snprintf(key, TRAIN_KEY_MAX, "control.%s[%d]%s%s", path, index, *last ? "." : "", last);
+    } else {
+        snprintf(key, TRAIN_KEY_MAX, "control.%s", path);
+    }
+    return ad_fail(error, AD_BAD_INPUT, "%s", problem);
+}
+
+/* ---- parameters ---------------------------------------------------------------------------- */
+
+static bool is_among(int count, const char *const *names, const char *name)
+{
+    for (int i = 0; i < count; i++) {
+        if (strcmp(names[i], name) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+control_role control_role_of(const control_settings *x, const surrogate_settings *model,
+                             const char *name)
+{
+    return is_among(x->estimate_count, x->estimate, name) ? CONTROL_ESTIMATED
+           : model->input_count > 0 && !is_among(model->input_count, model->inputs, name)
+               ? CONTROL_FIXED
+           : is_among(model->parameter_count, model->parameters, name) ? CONTROL_FIXED
+                                                                       : CONTROL_INPUT;
+}
+
+static ad_status resolve_estimate(control_settings *x, const surrogate_settings *model,
+                                  const scene *of, bool given, char key[TRAIN_KEY_MAX],
+                                  ad_error *error)
+{
+    char problem[300];
+    if (!given) {
+        x->estimate_count = model->parameter_count;
+        memcpy(x->estimate, model->parameters, sizeof x->estimate);
+    }
+    for (int i = 0; i < x->estimate_count; i++) {
+        const char *name = x->estimate[i];
+        bool known = false;
+        for (int k = 0; k < of->parameter_count; k++) {
+            known = known || strcmp(of->parameters[k].name, name) == 0;
+        }
+        if (!known || is_among(i, x->estimate, name) ||
+            is_among(model->input_count, model->inputs, name)) {
+            snprintf(problem, sizeof problem,
+                     "%.60s is %s; allowed: names of parameters with a range that are no inputs, "
+                     "once each",
+                     name,
+                     !known ? "no parameter with a range"
+                     : is_among(model->input_count, model->inputs, name) ? "one of surrogate.inputs"
+                                                                         : "there twice");
+            return blame(key, error, "estimate", i, "", problem);
+        }
+    }
+    return AD_OK;
+}
+
+/* The limits of inputs: one number for each, within its range. */
+static ad_status check_inputs(control_settings *x, const surrogate_settings *model, const scene *of,
+                              char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const int counts[2] = {x->low_count, x->high_count};
+    const char *const names[2] = {"limits.low", "limits.high"};
+    char problem[300];
+    int count = 0;
+    for (int k = 0; k < of->parameter_count; k++) {
+        const scene_parameter *p = &of->parameters[k];
+        if (control_role_of(x, model, p->name) != CONTROL_INPUT) {
+            continue;
+        }
+        for (int end = 0; end < 2; end++) {
+            const double value = (end ? x->high : x->low)[count];
+            if (count < counts[end] && !scene_parameter_holds(p, value)) {
+                snprintf(problem, sizeof problem,
+                         "is outside the range of %.60s; allowed: %g to %g", p->name, p->low,
+                         p->high);
+                return blame(key, error, names[end], count, "", problem);
+            }
+        }
+        x->low[count] = x->low_count > 0 ? x->low[count] : p->low;
+        x->high[count] = x->high_count > 0 ? x->high[count] : p->high;
+        if (!(x->low[count] < x->high[count])) {
+            return blame(key, error, "limits.high", x->high_count > 0 ? count : -1, "",
+                         "is not above limits.low; allowed: a range for every input");
+        }
+        count++;
+    }
+    if (count == 0) {
+        return blame(key, error, "estimate", -1, "",
+                     "leaves no input; allowed: at least one parameter with a range that an "
+                     "actuator sets");
+    }
+    for (int end = 0; end < 3; end++) {
+        const int given = end == 2 ? x->rate_count : counts[end];
+        if (given != 0 && given != count && !(end == 2 && given == 1)) {
+            snprintf(problem, sizeof problem,
+                     "has %d numbers, and there are %d inputs; allowed: "
+                     "one for each",
+                     given, count);
+            return blame(key, error, end == 2 ? "limits.rate" : names[end], -1, "", problem);
+        }
+    }
+    for (int k = 0; k < count; k++) {
+        x->rate[k] = x->rate_count == 0 ? INFINITY : x->rate[x->rate_count == 1 ? 0 : k];
+        if (!(x->rate[k] > 0)) {
+            return blame(key, error, "limits.rate", k, "", "is not positive; allowed: numbers > 0");
+        }
+    }
+    x->low_count = x->high_count = count;
+    return AD_OK;
+}
+
+/* ---- the rest ------------------------------------------------------------------------------ */
+
+static ad_status check_task(control_settings *x, double length, char key[TRAIN_KEY_MAX],
+                            ad_error *error)
+{
+    control_task *task = &x->task;
+    task->radius = isnan(task->radius) ? length / 10 : task->radius;
+    if (task->path == CONTROL_POINTS && task->point_count == 0) {
+        return blame(key, error, "task.path", -1, "",
+                     "is points, and there are none; give task.points");
+    }
+    if (task->path == CONTROL_FILE && !task->file) {
+        return blame(key, error, "task.path", -1, "", "is file, and there is none; give task.file");
+    }
+    for (int i = 0; i < task->point_count; i++) {
+        if (isnan(task->points[i].position[0])) {
+            return blame(key, error, "task.points", i, "position",
+                         "missing; allowed: a list of 3 numbers, in m");
+        }
+    }
+    if (task->normal[0] == 0 && task->normal[1] == 0 && task->normal[2] == 0) {
+        return blame(key, error, "task.normal", -1, "", "is 0; allowed: a direction");
+    }
+    return AD_OK;
+}
+
+static ad_status check_place(double *at, double usual, double length, const char *list, int index,
+                             char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    char problem[120];
+    *at = isnan(*at) ? usual : *at;
+    if (*at <= length * (1 + 1e-12)) {
+        *at = fmin(*at, length);
+        return AD_OK;
+    }
+    snprintf(problem, sizeof problem, "is %g m along a rod of %g m; allowed: 0 to %g", *at, length,
+             length);
+    return blame(key, error, index < 0 ? "track.at" : list, index, "at", problem);
+}
+
+static ad_status check_lists(control_settings *x, double length, char key[TRAIN_KEY_MAX],
+                             ad_error *error)
+{
+    static const double usual_noise[] = {2e-4, 0.01, 0.01, 0.01, 0.1, 0.1, 0.01};
+    ad_status status = AD_OK;
+    if (x->measurement_count == 0) {
+        x->measurement_count = 1;
+    }
+    for (int i = 0; i < x->measurement_count && status == AD_OK; i++) {
+        control_measurement *m = &x->measurements[i];
+        m->noise = isnan(m->noise) ? usual_noise[m->what] : m->noise;
+        status = check_place(&m->at, x->track_at, length, "measurements", i, key, error);
+    }
+    for (int i = 0; i < x->limit_count && status == AD_OK; i++) {
+        control_limit *l = &x->limits[i];
+        status = check_place(&l->at, length, length, "constraints", i, key, error);
+        if (status == AD_OK && l->what == LOOK_ROTATION) {
+            status = blame(key, error, "constraints", i, "what",
+                           "is a rotation, which has no axes; allowed: direction, or any other");
+        }
+        if (status == AD_OK && !(isnan(l->low) || l->low < l->high || isnan(l->high))) {
+            status =
+                blame(key, error, "constraints", i, "high", "is not above low; allowed: a range");
+        }
+        if (status == AD_OK && isnan(l->low) && isnan(l->high)) {
+            status = blame(key, error, "constraints", i, "", "has neither low nor high; give one");
+        }
+    }
+    for (int i = 0; i < x->fault_count && status == AD_OK; i++) {
+        if (x->faults[i].measurement >= x->measurement_count) {
+            status = blame(key, error, "faults", i, "measurement",
+                           "is none of the measurements; allowed: their numbers from 0, or -1");
+        }
+    }
+    return status;
+}
+
+static void resolve_plant(control_settings *x, const surrogate_settings *model)
+{
+    const int *modes = x->plant_modes;
+    if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
+        for (int k = 0; k < 4; k++) {
+            x->plant_modes[k] = model->modes[k] + 1;
+        }
+    }
+}
+
+ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
+                                   const scene *rod_scene, bool estimate_given,
+                                   char key[TRAIN_KEY_MAX], ad_error *error)
+{
+    const double length = scene_length(rod_scene);
+    const char *refused =
+        scene_is_beam(rod_scene)       ? "the scene is a beam"
+        : !scene_is_dynamic(rod_scene) ? "the scene has no motion: no time.duration"
+        : rod_scene->unknown_count > 0 ? "the scene has numbers to be identified"
+        : scene_uses(rod_scene, "t")
+            ? "the scene depends on time (disturbances go under control.plant.set)"
+            : modes_refusal(rod_scene);
+    if (refused) {
+        char problem[300];
+        snprintf(problem, sizeof problem,
+                 "%s; allowed: a rod in motion whose inputs are "
+                 "parameters with ranges",
+                 refused);
+        snprintf(key, TRAIN_KEY_MAX, "control");
+        return ad_fail(error, AD_BAD_INPUT, "%s", problem);
+    }
+    ad_status status = resolve_estimate(x, model, rod_scene, estimate_given, key, error);
+    status = status == AD_OK ? check_inputs(x, model, rod_scene, key, error) : status;
+    status = status == AD_OK ? check_place(&x->track_at, length, length, "track", -1, key, error)
+                             : status;
+    status = status == AD_OK ? check_task(x, length, key, error) : status;
+    status = status == AD_OK ? check_lists(x, length, key, error) : status;
+    x->period = isnan(x->period) ? model->step : x->period;
+    if (status == AD_OK && x->period > model->step * (1 + 1e-12)) {
+        char problem[120];
+        snprintf(problem, sizeof problem, "is above the step of the model; allowed: up to %g s",
+                 model->step);
+        status = blame(key, error, "period", -1, "", problem);
+    }
+    resolve_plant(x, model);
+    return status;
+}

@@ -1,0 +1,50 @@
+/* One-step models of moving robots: x+ = f(x, u), the state of the reduced rod
+ * (physics/solve/reduced.h) one sampling step later.
+ *
+ *   surrogate *s;
+ *   surrogate_load("runs/arm", 0, &s, &error);          tools/config/config_surrogate.h
+ *   one_step model;
+ *   surrogate_one_step(s, &model, &error);              tools/control/one_step.h
+ *   model.advance(model.context, 1, model.step, state, inputs, NULL, next, NULL, NULL);
+ *   surrogate_one_step_free(&model);
+ *   surrogate_free(s); */
+#ifndef SURROGATE_H
+#define SURROGATE_H
+
+#include "physics/solve/reduced.h"
+#include "tools/control/one_step.h"
+#include "tools/files/checkpoint.h"
+#include "tools/surrogate/settings.h"
+#include "tools/surrogate/surrogate_step.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct surrogate {
+    const scene *scene;          /* borrowed, with what it needs, from `owner` */
+    surrogate_settings settings; /* resolved: modes, inputs, parameters */
+    surrogate_step step;         /* its numbers belong to this */
+    void *owner;                 /* freed by free_owner, which may be NULL */
+    void (*free_owner)(void *owner);
+} surrogate;
+
+void surrogate_free(surrogate *s); /* NULL is fine */
+
+/* All names are those of s->scene->parameters, in that order, with their ranges. Whether input i is
+ * a slow parameter. */
+bool surrogate_is_parameter(const surrogate *s, int i);
+
+/* A model for one thread, borrowing from s, which outlives it. AD_NO_MEMORY. */
+ad_status surrogate_one_step(const surrogate *s, one_step *result, ad_error *error);
+void surrogate_one_step_free(one_step *x);
+
+/* The reduced rod whose state the model steps, looked at in `count` places s (m). */
+ad_status surrogate_rod(const surrogate *s, int count, const double *places, reduced_rod **result,
+                        ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,74 @@
+/* A trained one-step model as numbers, and its evaluation with derivatives: plain C without
+ * library but libm, nothing is allocated, equal arguments give equal bits. Exported C contains
+ * this very text.
+ *
+ *   x+ = x0 + A (x - x0) + B (u - u0) + frame^-1 network(frame (x, u))
+ *
+ * Coordinates: numbers of the state and inputs, scaled, in classes by how they take a turn of the
+ * robot about its axis (pairs turn as a vector across it; the others stay) and the mirror (even
+ * ones stay, odd ones change their sign). The frame turns pairs so that a leading one, the bending,
+ * points along the first axis, shortened smoothly where there is no bending:
+ * g = conj(w) / sqrt(|w|^2 + soft^2). The network knows the mirror: its units come in pairs that
+ * the mirror exchanges, of which sums are even and differences odd. Without symmetry all
+ * coordinates are even and the network is a plain one. */
+#ifndef SURROGATE_STEP_H
+#define SURROGATE_STEP_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SURROGATE_LAYERS_MAX = 4, SURROGATE_STATES_MAX = 128, SURROGATE_INPUTS_MAX = 64 };
+
+/* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
+ * (with hold linear: those of its begin, then those of its end). */
+#define SURROGATE_STEP_NUMBERS(X)                                                                  \
+    X(state_center, n)        /* x0 */                                                             \
+    X(input_center, m)        /* u0 */                                                             \
+    X(linear, n *(n + m))     /* [n][n + m]: A, B */                                               \
+    X(state_scale, n)         /* of coordinates: (x - x0) / scale, with a sign */                  \
+    X(input_map, m *m)        /* [m][m]: coordinates of inputs are map (u - u0) */                 \
+    X(output_scale, n)        /* the network's outputs times these are states, by coordinates */   \
+    X(lead, n + m)            /* by pairs: w = sum of lead_k pair_k */                             \
+    X(state_range, n)         /* largest |x - x0| of training */                                   \
+    X(input_low, m) X(input_high, m)
+
+typedef struct surrogate_step {
+    int kind;           /* surrogate_kind_id */
+    int states, inputs; /* inputs as one_step has them */
+    int ramps;          /* 1: the network has inputs of both ends of the step */
+    double step;        /* s */
+    double soft;        /* of the frame */
+    int turns, mirrors; /* whether the frame turns, whether the network knows a mirror */
+    /* Classes: z has `pairs` first components, as many second ones, evens, odds. */
+    int pairs, evens, odds;
+    int out_pairs, out_evens, out_odds; /* those of states come first in each class */
+    int layers;                         /* hidden ones */
+    int width[SURROGATE_LAYERS_MAX];    /* units of each; with a mirror an even number */
+    int state_slot[SURROGATE_STATES_MAX]; /* place in z of state k */
+    int input_slot[SURROGATE_INPUTS_MAX]; /* and of coordinate k of the inputs */
+    const double *numbers; /* SURROGATE_STEP_NUMBERS, then the layers' weights and biases */
+} surrogate_step;
+
+/* How many numbers, doubles of work for one call, and parameters of the network among the numbers,
+ * which are the last ones. */
+size_t surrogate_step_numbers(const surrogate_step *m);
+size_t surrogate_step_work(const surrogate_step *m);
+size_t surrogate_step_parameters(const surrogate_step *m);
+
+/* As one_step.advance and outside (tools/control/one_step.h); work [surrogate_step_work]. Not 0:
+ * h is not the step, inputs of the end are given to a model that holds them, or a state is not
+ * finite. */
+int surrogate_step_advance(const surrogate_step *m, double *work, int count, double h,
+                           const double *states, const double *inputs, const double *after,
+                           double *next, double *by_state, double *by_inputs);
+double surrogate_step_outside(const surrogate_step *m, const double *state, const double *inputs);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
