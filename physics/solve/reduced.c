@@ -27,6 +27,7 @@ struct reduced_rod {
     collocation *step;
     kinematics look; /* of places, all rows but those of curvature */
     int count;
+    double newton;
     double *unit;        /* [states] of the state: SI by the model's */
     double *q, *v, *a;   /* [size] each */
     double *residual;    /* [size] */
@@ -168,6 +169,7 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     x->open = *rod_scene;
+    x->newton = settings->newton > 0 ? settings->newton : 1e-5; /* errors of a step are larger */
     ad_status status = create_model(x, settings, error);
     status = status == AD_OK ? collocation_create(x->m, STAGES, &x->step, error) : status;
     status = status == AD_OK ? place(x, settings, error) : status;
@@ -211,6 +213,12 @@ int reduced_places(const reduced_rod *x)
 const scene_parameter *reduced_input(const reduced_rod *x, int i)
 {
     return &x->open.parameters[i];
+}
+
+reduced_mode reduced_mode_of(const reduced_rod *x, int k)
+{
+    const modes_mode *mode = &x->m->mode[k];
+    return (reduced_mode){k < x->m->hinges ? -1 : mode->strain, mode->degree, mode->first_element};
 }
 
 /* ---- states -------------------------------------------------------------------------------- */
@@ -406,18 +414,20 @@ ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const 
 
 /* ---- rates and steps ----------------------------------------------------------------------- */
 
-/* x->by: derivatives of the accelerations by q, v, inputs, in the model's units. */
-static ad_status differentiate(reduced_rod *x, double t, ad_error *error)
+/* x->by [.][2 n + inputs]: derivatives of the accelerations by q, v, and inputs where these are
+ * wanted, in the model's units. */
+static ad_status differentiate(reduced_rod *x, double t, bool by_inputs, ad_error *error)
 {
     modes *m = x->m;
-    const int n = m->size, width = m->width, wanted = 2 * n + m->inputs;
+    const int n = m->size, width = m->width, columns = 2 * n + m->inputs;
+    const int wanted = by_inputs ? columns : 2 * n;
     ad_status status = AD_OK;
     modes_shape(m, x->q, x->v, x->a);
     modes_forces(m, true, x->residual);
     memcpy(x->mass, m->mass, (size_t)(n * width) * sizeof *x->mass); /* its factor */
     modes_mass(m);
     modes_derivatives(m, x->by_q, x->by_v);
-    if (m->inputs > 0) {
+    if (wanted > 2 * n) {
         status = modes_by_inputs(m, t / x->rod->scales.time, x->q, x->v, x->a, x->room, error);
     }
     for (int c = 0; c < wanted; c++) {
@@ -428,7 +438,7 @@ static ad_status differentiate(reduced_rod *x, double t, ad_error *error)
         }
         modes_solve_factored(m, x->mass, x->residual);
         for (int r = 0; r < n; r++) {
-            x->by[r * wanted + c] = x->residual[r];
+            x->by[r * columns + c] = x->residual[r];
         }
     }
     return status;
@@ -444,7 +454,7 @@ ad_status reduced_rate(reduced_rod *x, double t, const double *state, const doub
         status = ad_fail(error, AD_NOT_FINITE, "the mass matrix of the modes is singular");
     }
     if (status == AD_OK && (by_state || by_inputs)) {
-        status = differentiate(x, t, error);
+        status = differentiate(x, t, by_inputs != NULL, error);
     }
     for (int r = 0; r < n && status == AD_OK; r++) {
         const double unit = x->unit[n + r] / time;
@@ -466,14 +476,22 @@ ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error)
 {
+    return reduced_step_linear(x, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
+}
+
+ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error)
+{
     const int n = x->m->size, count = x->m->inputs, wanted = 2 * n + count;
     const double time = x->rod->scales.time;
     take_state(x, state);
     memcpy(x->start, x->q, (size_t)n * sizeof *x->q);
     memcpy(x->start + n, x->v, (size_t)n * sizeof *x->v);
-    ad_status status = collocation_once(x->step, t / time, h / time, inputs, x->q, x->v, error);
+    ad_status status =
+        collocation_once(x->step, t / time, h / time, inputs, after, x->newton, x->q, x->v, error);
     if (status == AD_OK && (by_state || by_inputs)) {
-        status = collocation_derivatives(x->step, t / time, h / time, inputs, x->start,
+        status = collocation_derivatives(x->step, t / time, h / time, inputs, after, x->start,
                                          x->start + n, x->room, x->by, error);
     }
     if (status != AD_OK) {

@@ -31,6 +31,8 @@ typedef struct reduced_settings {
                       * all 0: 3, 1, 2, 1 */
     int count;       /* of places that are looked at */
     const double *s; /* [count] m */
+    double newton;   /* where Newton's method stops in a step, of modes and rates that have no unit;
+                      * 0: 1e-5, the fastest */
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. */
@@ -51,6 +53,13 @@ int reduced_states(const reduced_rod *x);
 int reduced_inputs(const reduced_rod *x);
 int reduced_places(const reduced_rod *x);
 const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
+
+/* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain,
+ * 0 to 2 v along d1, d2, d3 and 3 to 5 u about them, on one piece of the rod; -1: a hinge. */
+typedef struct reduced_mode {
+    int strain, degree, piece;
+} reduced_mode;
+reduced_mode reduced_mode_of(const reduced_rod *x, int k);
 
 /* state [states] with which the scene begins, and an equilibrium for held inputs, by Newton's
  * method from the state that is given. AD_NOT_FINITE: none is found from there. */
@@ -76,6 +85,12 @@ ad_status reduced_rate(reduced_rod *x, double t, const double *state, const doub
 ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error);
+
+/* The same, but the inputs go linearly to those `after` the step (NULL: they are held); by_inputs
+ * is of both ends moved together. */
+ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error);
 
 /* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
  * rotation vector in the world by which the place turns), velocity, and angular velocity in the

@@ -64,9 +64,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "predictive: one Gauss-Newton step on the inputs over the horizon in each period; "   \
              "sampling: a mean of random inputs weighted by their cost."},                         \
     {"control.model", CONFIG_CHOICE, CONTROL_AT(model), .names = control_model_names,              \
-     .help = "What filter and controller step the robot with: the trained one-step model; the "    \
-             "reduced rod it has been trained on; that rod linearised where it rests at the "      \
-             "start."},                                                                            \
+     .help = "What filter and controller step the robot with: surrogate, the trained one-step "    \
+             "model; reduced, the rod it has been trained on; linear, that rod linearised where "  \
+             "it rests at the start; automatic: surrogate if it is trained, else reduced."},                                                                            \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "How far the controller looks ahead."},                                               \
     {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \
@@ -78,6 +78,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "Cost of an input that is off the middle of its range by the range."},                \
     {"control.accuracy", CONFIG_NUMBER, CONTROL_AT(accuracy), POSITIVE, .unit = "m",               \
      .help = "An error of the place that costs 1."},                                               \
+    {"control.offset", CONFIG_NUMBER, CONTROL_AT(offset), BETWEEN(0, 1),                           \
+     .help = "Part of the error of each prediction that is added to what the model leaves out: "   \
+             "more than 0 takes constant errors away, by loads and masses that are not known."},   \
     CONTROL_BY_INPUT("control.limits.low", low, "of the input", "the lower ends of their ranges",  \
      "Least values of the inputs, in the order of surrogate.inputs."),                             \
     CONTROL_BY_INPUT("control.limits.high", high, "of the input", "the upper ends of their ranges",\
@@ -118,6 +121,11 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .fallback = "surrogate.parameters",                                                           \
      .help = "Parameters with a range that the filter finds; others of surrogate.parameters are "  \
              "taken to be in the middle of their range."},                                         \
+    {"control.walk", CONFIG_NUMBER, ENTRIES(0, CONTROL_INPUTS_MAX), CONTROL_AT(walk),              \
+     .count_offset = offsetof(config, control.walk_count), BETWEEN(1e-9, 100),                     \
+     .unit = "of half the range, by sqrt(s)", .fallback = "0.01",                                  \
+     .help = "How far each of them may wander: more for a load that comes and goes. Of one whose " \
+             "range is positive of its logarithm. One number: all of them."},                      \
     {"control.plant.modes", CONFIG_INTEGER, ENTRIES(4, 4), CONTROL_AT(plant_modes),                \
      BETWEEN(0, 12), .fallback = "one more of each than surrogate.modes",                          \
      .help = "Of bending, twist, stretch, shear, of the simulated robot."},                        \

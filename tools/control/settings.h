@@ -26,14 +26,16 @@ enum {
 #define CONTROL_SURFACE_LIST(X) X(CONTROL_PLANE, "plane") X(CONTROL_REACHABLE, "reachable")
 #define CONTROL_METHOD_LIST(X)  X(CONTROL_PREDICTIVE, "predictive") X(CONTROL_SAMPLING, "sampling")
 #define CONTROL_MODEL_LIST(X)                                                                      \
+    X(CONTROL_AUTOMATIC, "automatic")                                                              \
     X(CONTROL_SURROGATE, "surrogate") X(CONTROL_REDUCED, "reduced") X(CONTROL_LINEAR, "linear")
 /* In the order of look_what. */
 #define CONTROL_SEEN_LIST(X)                                                                       \
     X(LOOK_POSITION, "position")                                                                   \
     X(LOOK_ROTATION, "rotation")                                                                   \
     X(LOOK_DIRECTION, "direction")                                                                 \
-    X(LOOK_VELOCITY, "velocity") X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                      \
-        X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
+    X(LOOK_VELOCITY, "velocity")                                                                   \
+    X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                                                   \
+    X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
 #define CONTROL_FAULT_LIST(X)                                                                      \
     X(CONTROL_LOST, "lost")                                                                        \
     X(CONTROL_NOT_A_NUMBER, "nan") X(CONTROL_WILD, "wild") X(CONTROL_LATE, "late")
@@ -42,7 +44,7 @@ enum {
 typedef enum control_path { CONTROL_PATH_LIST(CONTROL_ENUM) } control_path;
 typedef enum control_surface { CONTROL_SURFACE_LIST(CONTROL_ENUM) } control_surface;
 typedef enum control_method { CONTROL_METHOD_LIST(CONTROL_ENUM) } control_method;
-typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) CONTROL_MODELS } control_model;
+typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) } control_model;
 typedef enum control_fault_kind { CONTROL_FAULT_LIST(CONTROL_ENUM) } control_fault_kind;
 
 typedef struct control_point {
@@ -100,6 +102,7 @@ typedef struct control_settings {
     int samples; /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
+    double offset;   /* 0 to 1: controller_settings.offset */
     int rate_count, low_count, high_count;
     double rate[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     int limit_count;
@@ -108,6 +111,8 @@ typedef struct control_settings {
     control_measurement measurements[CONTROL_MEASUREMENTS_MAX];
     int estimate_count;
     const char *estimate[CONTROL_INPUTS_MAX];
+    int walk_count;
+    double walk[CONTROL_INPUTS_MAX]; /* estimator_parameter.walk */
     int plant_modes[4];
     int change_count;
     const char *changes[CONTROL_CHANGES_MAX]; /* "key=value" */
