@@ -1,4 +1,4 @@
-#include "tools/control/residual.h"
+#include "tools/control/residual_internal.h"
 
 #include "autodiff/dense.h"
 #include "nn/rng.h"
@@ -7,14 +7,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-struct residual {
-    one_step of;
-    size_t states, inputs, units, seen; /* seen: by the network */
-    double *size, *middle, *half;
-    double *numbers;
-    double *z, *t; /* [states + inputs], [units] */
-};
 
 ad_status residual_create(const one_step *of, int units, const double *size, const double *middle,
                           const double *half, residual **result, ad_error *error)
@@ -131,12 +123,18 @@ static int advance(void *context, int count, double h, const double *states, con
     return failed;
 }
 
+static double outside(void *context, const double *state, const double *inputs)
+{
+    const residual *x = context;
+    return x->of.outside(x->of.context, state, inputs);
+}
+
 one_step residual_one_step(residual *x)
 {
     one_step result = x->of;
     result.context = x;
     result.advance = advance;
-    result.outside = NULL; /* of.outside has another context */
+    result.outside = x->of.outside ? outside : NULL;
     return result;
 }
 

@@ -61,6 +61,11 @@ ad_status residual_fit(residual *x, double h, const one_look *look, size_t runs,
                        const residual_run *run, size_t held_out, const residual_settings *settings,
                        ad_error *error);
 
+/* A table (tools/files/table_file.h); read for a model of as many states and inputs. AD_BAD_INPUT,
+ * errors of the table. */
+ad_status residual_write(const residual *x, const char *path, ad_error *error);
+ad_status residual_read(const char *path, const one_step *of, residual **result, ad_error *error);
+
 #ifdef __cplusplus
 }
 #endif

@@ -99,6 +99,7 @@ typedef struct control_settings {
     int horizon;
     control_method method;
     control_model model;
+    const char *residual; /* a file, absolute once read; NULL: the model as it is */
     int samples; /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
