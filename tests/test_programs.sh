@@ -361,6 +361,23 @@ refused 'does not know a law of its own' cpinn-solve "$rubber" --method strain
 refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --explain \
     --set reference.file=null --set reference.analytic=elastica
 
+# ---- cpinn-residual ---------------------------------------------------------------------------
+
+arm=$ROOT/configs/robots/soft_arm_residual.yaml
+run 0 cpinn-control "$arm" --set control.residual=null --set control.duration=2 --out loop.csv
+run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.csv
+said stdout.txt '^with network '
+run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set control.duration=1.2
+said stdout.txt 'reduced rod and residual'
+cut -d, -f1,11-13 loop.csv >unseen.csv
+awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
+refused 'measured is missing' cpinn-residual "$arm"
+refused 'unseen.csv: has no column x; allowed' cpinn-residual "$arm" --measured unseen.csv
+refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured uneven.csv
+refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1
+refused 'loop.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
+    --set control.residual="$PWD/loop.csv"
+
 # ---- cpinn-check ------------------------------------------------------------------------------
 
 run 0 cpinn-check "$elastica" --set 'network.hidden=[5]' --entries 6

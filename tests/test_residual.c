@@ -2,6 +2,7 @@
  * that is not the model. */
 #include "near.h"
 #include "random_numbers.h"
+#include "temporary_folder.h"
 
 #include "tools/config/config.h"
 #include "tools/control/look.h"
@@ -76,6 +77,56 @@ static void measure(measured *all)
     discard(&x);
 }
 
+static void advance(const one_step *model, const double *state, const double *inputs, double *next,
+                    double *by_state, double *by_inputs)
+{
+    assert_int_equal(
+        model->advance(model->context, 1, PERIOD, state, inputs, NULL, next, by_state, by_inputs),
+        0);
+}
+
+/* Against central differences, which leave 1e-7 of the step's own derivatives. */
+static void check_derivatives(const one_step *model, const double *start, const double *inputs)
+{
+    const int n = model->states, m = model->inputs;
+    double by_state[STATES_MAX * STATES_MAX], by_inputs[STATES_MAX * INPUTS], x[STATES_MAX];
+    double u[INPUTS], next[2][STATES_MAX];
+    advance(model, start, inputs, next[0], by_state, by_inputs);
+    for (int c = 0; c < n + m; c++) {
+        const double h = c < n ? 1e-4 : 1e-5;
+        for (int side = 0; side < 2; side++) {
+            memcpy(x, start, (size_t)n * sizeof *x);
+            memcpy(u, inputs, sizeof u);
+            *(c < n ? &x[c] : &u[c - n]) += side ? h : -h;
+            advance(model, x, u, next[side], NULL, NULL);
+        }
+        for (int r = 0; r < n; r++) {
+            const double by = c < n ? by_state[r * n + c] : by_inputs[r * m + c - n];
+            assert_near((next[1][r] - next[0][r]) / (2 * h), by, 2e-5 * (1 + fabs(by)));
+        }
+    }
+}
+
+/* What is written steps to the same bits, and fits no other model. */
+static void check_file(const residual *net, const one_step *model, const one_step *corrected,
+                       const double *start, const double *inputs)
+{
+    ad_error error = {.message = ""};
+    residual *same = NULL;
+    one_step other = *model;
+    double next[2][STATES_MAX];
+    assert_int_equal(residual_write(net, at("net.csv"), &error), AD_OK);
+    assert_int_equal(residual_read(at("net.csv"), model, &same, &error), AD_OK);
+    const one_step again = residual_one_step(same);
+    advance(corrected, start, inputs, next[0], NULL, NULL);
+    advance(&again, start, inputs, next[1], NULL, NULL);
+    assert_memory_equal(next[0], next[1], (size_t)model->states * sizeof **next);
+    residual_free(same);
+    other.states++;
+    assert_int_equal(residual_read(at("net.csv"), &other, &same, &error), AD_BAD_INPUT);
+    assert_null(same);
+}
+
 static void test_residual(void **state)
 {
     (void)state;
@@ -110,6 +161,8 @@ static void test_residual(void **state)
     print_message("tip of runs held out: %.2e m by the model, %.2e m with the network\n", before,
                   after);
     assert_true(after < before / 3); /* 4 to 6 by what is drawn; 20 runs of 3 s are met better */
+    check_derivatives(&corrected, all.start, all.inputs[0][9]);
+    check_file(net, &model, &corrected, all.start, all.inputs[0][9]);
     residual_free(net);
     look_free(eye);
     discard(&x);
@@ -118,5 +171,5 @@ static void test_residual(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_residual)};
-    return cmocka_run_group_tests_name("residual", tests, NULL, NULL);
+    return cmocka_run_group_tests_name("residual", tests, make_directory, remove_directory);
 }

@@ -80,6 +80,8 @@ static void test_words(void **state)
                                         "outside_data",
                                         "not_converged",
                                         "interpolates",
+                                        "not_held",
+                                        "diverged",
                                         "unfinished",
                                         "load_not_reached",
                                         "not_finite",
