@@ -23,15 +23,18 @@
  *
  * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
- *   a measurement that is missing: the model alone goes on;
- *   not finite, or a rotation that is not one: as missing;
- *   too late: not used;
- *   an outlier (beyond `gate`): not used; after `patience` of them in a row the covariance is
- *     made 4 times as large each time until one is used again;
- *   the model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
- *     answer is taken; if it has none, either, the mean stays; deviations of states become 1.1
- * times as large; the look has none: as missing; inputs that are not finite: the last ones are
- * held. */
+ *
+ * A measurement that is missing: the model alone goes on. One that is not finite, or a rotation
+ * that is none, or one of which the look has no answer: as missing. One that is too late: not used.
+ *
+ * An outlier, beyond `gate`: not used; after `patience` of them in a row deviations of states
+ * become 1.5 times as large each time, up to `largest`, until one is used again.
+ *
+ * The model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
+ * answer is taken; if it has none, either, the mean stays. Deviations of states become 1.1 times as
+ * large.
+ *
+ * Inputs that are not finite: the last ones are held. */
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
@@ -71,7 +74,7 @@ typedef struct estimator_parameter {
     double low, high; /* its range */
     double deviation; /* at the start: of the logarithm if low > 0, else in half ranges; 0: a
                        * uniform distribution's */
-    double walk;      /* the same, by sqrt(s); 0: 0.01 */
+    double walk; /* the same, by sqrt(s); 0: 0.003 if low > 0, else 0.03 times estimator_process */
 } estimator_parameter;
 
 typedef struct estimator_sensor {
@@ -103,7 +106,7 @@ typedef struct estimator_settings {
     double alpha, beta, kappa; /* sigma points; alpha 0: cubature, which is 1, 0, 0. beta and kappa
                                 * are not negative */
     double gate;               /* chance of a good measurement to be refused; 0: 1e-6 */
-    int patience;              /* 0: 5 */
+    int patience;              /* 0: 10 */
     int window;                /* innovations of which the mean is watched; 0: 50 */
 } estimator_settings;
 
