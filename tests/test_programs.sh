@@ -375,6 +375,8 @@ refused 'measured is missing' cpinn-residual "$arm"
 refused 'unseen.csv: has no column x; allowed' cpinn-residual "$arm" --measured unseen.csv
 refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured uneven.csv
 refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1
+refused 'control.residual: is beside a model that is not linear' cpinn-control "$arm" \
+    --set control.model=linear
 refused 'loop.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
     --set control.residual="$PWD/loop.csv"
 
