@@ -66,6 +66,8 @@ run 0 cpinn-control "$arm" --set surrogate.kind=linear --set control.tolerance=n
     --set control.duration=1.5
 said stdout.txt 'model +trained one-step model, modes 2, 1, 2, 1'
 below 'one-step model' 1 6
+refused '^--set control.period=0.01: control.period: 0.01 s, and the trained model has steps of 0.02 s alone' \
+    cpinn-control "$arm" --set control.period=0.01
 refused 'was trained for another scene' cpinn-control "$arm" --set rod.length=0.14
 rm -rf runs
 

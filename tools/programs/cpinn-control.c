@@ -54,7 +54,7 @@ static const char epilogue[] =
     "The exit status is 3 where the robot diverges or control.tolerance is not kept.";
 
 typedef struct options {
-    const char *config, *out, *run, *json, *method;
+    const char *config, *out, *run, *inner, *json;
     cli_list overrides;
     int seed;
     bool compare, animate, quiet;
@@ -67,8 +67,8 @@ typedef struct controlling {
     config *nominal, *plant;
     surrogate_settings model;
     double truth[SCENE_PARAMETERS_MAX];
-    surrogate *trained; /* NULL: there is none */
-    one_step step;      /* of it */
+    surrogate *trained, *inner; /* NULL: there is none */
+    one_step step, inner_step;  /* of them */
     char model_text[400];
     int count;
     control_row rows[ROWS_MAX];
@@ -145,7 +145,25 @@ static bool same_physics(const config *a, const config *b)
     return same;
 }
 
-/* The trained model, where one is wanted and there is one. */
+static ad_status load(const controlling *x, const char *path, surrogate **model, one_step *step,
+                      ad_error *error)
+{
+    ad_error why;
+    ad_status status = surrogate_load(path, model, &why);
+    if (status != AD_OK) {
+        return ad_fail(error, status, "%.400s; cpinn-train trains one, --run DIR says where it is",
+                       why.message);
+    }
+    if (!same_physics((*model)->owner, x->nominal)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%.200s: the one-step model in %.200s was trained for another scene; train "
+                       "it again, or take control.model: reduced",
+                       x->asked.config, path);
+    }
+    return surrogate_one_step(*model, step, error);
+}
+
+/* The trained models, where one is wanted and there is one. */
 static ad_status open_trained(controlling *x, ad_error *error)
 {
     const control_settings *c = &x->nominal->control;
@@ -159,19 +177,18 @@ static ad_status open_trained(controlling *x, ad_error *error)
         !(wanted || (c->model == CONTROL_AUTOMATIC && access(checkpoint, R_OK) == 0))) {
         return AD_OK;
     }
-    ad_error why;
-    ad_status status = surrogate_load(path, &x->trained, &why);
-    if (status != AD_OK) {
-        return ad_fail(error, status, "%.400s; cpinn-train trains one, --run DIR says where it is",
-                       why.message);
+    ad_status status = load(x, path, &x->trained, &x->step, error);
+    if (status == AD_OK && x->asked.inner) {
+        status = load(x, x->asked.inner, &x->inner, &x->inner_step, error);
     }
-    if (!same_physics(x->trained->owner, x->nominal)) {
-        return ad_fail(error, AD_BAD_INPUT,
-                       "%.200s: the one-step model in %.200s was trained for another scene; train "
-                       "it again, or take control.model: reduced",
-                       x->asked.config, path);
+    if (status == AD_OK && x->inner &&
+        memcmp(x->inner->settings.modes, x->trained->settings.modes,
+               sizeof x->inner->settings.modes) != 0) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%.200s: --inner %.200s: has other modes than the model of longer steps",
+                         x->asked.config, x->asked.inner);
     }
-    return surrogate_one_step(x->trained, &x->step, error);
+    return status;
 }
 
 /* Of a model that is not trained by its tolerance, and of the plant one more of each. */
@@ -273,9 +290,23 @@ static ad_status run_row(controlling *x, control_row *row, ad_error *error)
                               .nominal = &x->nominal->scene,
                               .plant = &x->plant->scene,
                               .truth = x->truth,
-                              .surrogate = x->trained ? &x->step : NULL};
+                              .surrogate = x->trained ? &x->step : NULL,
+                              .inner = x->inner ? &x->inner_step : NULL};
     ad_status status = loop_create(&setup, &row->loop, error);
     return status == AD_OK ? loop_run(row->loop, &row->report, error) : status;
+}
+
+/* "control.period: ..." with its place in the file. */
+static ad_status blame_key(const config *of, ad_error *error)
+{
+    const char *colon = strstr(error->message, ": ");
+    char key[64], problem[sizeof error->message];
+    if (error->status != AD_BAD_INPUT || strncmp(error->message, "control", 7) != 0 || !colon) {
+        return error->status;
+    }
+    snprintf(key, sizeof key, "%.*s", (int)(colon - error->message), error->message);
+    snprintf(problem, sizeof problem, "%s", colon + 2);
+    return config_refuse(of, key, problem, error);
 }
 
 static void judge(controlling *x)
@@ -317,7 +348,7 @@ static ad_status run(controlling *x, ad_error *error)
         status = run_row(x, row, &row->why);
         if (status != AD_OK && i == 0) {
             *error = row->why;
-            return status;
+            return blame_key(x->nominal, error);
         }
         if (status != AD_OK) {
             loop_free(row->loop);
@@ -373,6 +404,9 @@ int main(int argc, char **argv)
         {"--animate", NULL, CLI_FLAG, &o->animate, 0, 0, "with --out: as a moving .gif, too"},
         {"--run", "DIR", CLI_TEXT, &o->run, 0, 0,
          "folder of the trained one-step model (default runs/NAME)"},
+        {"--inner", "DIR", CLI_TEXT, &o->inner, 0, 0,
+         "with a control.period below surrogate.step: folder of the same model\nin steps of the "
+         "period, which the filter takes"},
         {"--seed", "N", CLI_INTEGER, &o->seed, 0, 1000000000, "in place of control.seed"},
         CLI_SET(&o->overrides),
         CLI_VERDICT_JSON(&o->json),
@@ -401,7 +435,9 @@ int main(int argc, char **argv)
         loop_free(x.rows[i].loop);
     }
     surrogate_one_step_free(&x.step);
+    surrogate_one_step_free(&x.inner_step);
     surrogate_free(x.trained);
+    surrogate_free(x.inner);
     config_free(x.nominal);
     config_free(x.plant);
     return status;
