@@ -377,8 +377,9 @@ refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured un
 refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1
 refused 'control.residual: is beside a model that is not linear' cpinn-control "$arm" \
     --set control.model=linear
-refused 'loop.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
-    --set control.residual="$PWD/loop.csv"
+sed 1s/18/20/ beyond.csv | sed 2s/18/20/ >other.csv
+refused 'other.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
+    --set control.residual="$PWD/other.csv"
 
 # ---- cpinn-check ------------------------------------------------------------------------------
 

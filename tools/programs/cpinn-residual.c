@@ -5,6 +5,7 @@
 #include "tools/control/residual.h"
 #include "tools/files/table_file.h"
 #include "tools/programs/cli.h"
+#include "tools/surrogate/training_internal.h"
 #include "tools/train/clock.h"
 
 #include <math.h>
@@ -160,6 +161,14 @@ static ad_status make_model(learning *x, ad_error *error)
     const scene *robot = &x->settings->scene;
     const double track = x->settings->control.track_at;
     x->model = control_model_of(&x->settings->surrogate);
+    char text[256]; /* what cpinn-control chooses, too */
+    ad_pool *pool = ad_pool_create(1);
+    status = pool ? surrogate_choose_modes(robot, &x->model, pool, 0, text, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    ad_pool_free(pool);
+    if (status != AD_OK) {
+        return status;
+    }
     x->place = isfinite(track) ? track : scene_length(robot);
     const int *m = x->model.modes;
     const reduced_settings settings = {.modes = {m[0], m[1], m[2], m[3]}};
