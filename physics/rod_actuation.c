@@ -87,9 +87,24 @@ static rod_wrench rod_actuator_wrench(const rod_context *rod, const rod_actuator
     return (rod_wrench){.force = force, .moment = ad_cross(offset, force)};
 }
 
+/* What the law is beyond Kse (v - v*), Kbt (u - u*). */
+static rod_wrench rod_law_wrench(const rod_context *rod, const rod_kinematics *k)
+{
+    const scene_law *law = rod->scene->rod.law;
+    if (!law) {
+        return (rod_wrench){ad_zeros(rod->tape, 3), ad_zeros(rod->tape, 3)};
+    }
+    const rod_coefficients c = rod_coefficients_of(rod);
+    ad_value strains = ad_stack(2, (const ad_value[]){ad_sub(k->strain, c.rest_strain),
+                                                      ad_sub(k->curvature, c.rest_curvature)});
+    ad_value stress = scene_law_record_beyond(law, rod->scales.length, rod->scales.force, strains);
+    return (rod_wrench){rod_keep_in_plane(rod, ad_slice(stress, 0, 3), false),
+                        rod_keep_in_plane(rod, ad_slice(stress, 3, 3), true)};
+}
+
 rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *k, ad_value tendons)
 {
-    rod_wrench sum = {ad_zeros(rod->tape, 3), ad_zeros(rod->tape, 3)};
+    rod_wrench sum = rod_law_wrench(rod, k);
     int count = rod_actuator_count(rod->scene);
     for (int i = 0; i < count; i++) {
         rod_actuator actuator = rod_actuator_of(rod, i);

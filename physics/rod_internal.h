@@ -258,8 +258,8 @@ int rod_actuator_count(const scene *scene);
 rod_actuator rod_actuator_of(const rod_context *rod, int index);
 /* p' = v + u x r + r' of a tendon. */
 ad_value rod_tendon_path(const rod_actuator *tendon, ad_value strain, ad_value curvature);
-/* Their part of n and m, constant zeros where there are none; see physics/rod.h. `tendons`: those
- * of the state. */
+/* Their part of n and m, and what a nonlinear law is beyond the stiffness, which enters like them;
+ * constant zeros where there is none; see physics/rod.h. `tendons`: those of the state. */
 rod_wrench rod_actuation(const rod_context *rod, const rod_kinematics *kinematics,
                          ad_value tendons);
 

@@ -330,6 +330,10 @@ rod_plane rod_plane_of(const scene *rod_scene)
     if (rod_scene->tube_count > 0) { /* they twist */
         return (rod_plane){.leaves = "tubes"};
     }
+    const scene_law *law = rod_scene->rod.law;
+    if (law && law->symmetry < SCENE_SYMMETRY_MIRRORS) {
+        return (rod_plane){.leaves = "rod.law"};
+    }
     plane_list list;
     plane_list_of(rod_scene, &list);
     rod_plane first, second;

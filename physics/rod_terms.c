@@ -64,6 +64,7 @@ static void terms_of_strains(const scene *rod_scene, term_list *list)
     }
     terms_of_stiffness(list, strains, properties.strain_stiffness, strain_across);
     terms_of_stiffness(list, curvatures, properties.curvature_stiffness, curvature_across);
+    term_add(list, "nonlinear law", reason_if(!rod_scene->rod.law, "not given", NULL));
     scene_rest rest = scene_rest_of(rod_scene);
     bool unstrained =
         is_only(rest.strain[0], 0) && is_only(rest.strain[1], 0) && is_only(rest.strain[2], 1);

@@ -1,6 +1,7 @@
 /* Defaults of a scene, the texts of its enumerations, and the stiffness and inertia that follow
  * from section and material. */
 #include "physics/scene_internal.h"
+#include "physics/section.h"
 
 #include <math.h>
 #include <string.h>
@@ -207,6 +208,11 @@ bool scene_is_imperfect(const scene *rod_scene)
     return quantity_any_something(3, rest.imperfection);
 }
 
+static bool model_locks(scene_model model, int strain)
+{
+    return (model == SCENE_KIRCHHOFF && strain < 2) || (model != SCENE_COSSERAT && strain == 2);
+}
+
 static void stiffness_of(const scene_rod *rod, const scene_section_geometry *section,
                          scene_properties *properties)
 {
@@ -225,11 +231,23 @@ static void stiffness_of(const scene_rod *rod, const scene_section_geometry *sec
         quantity_or(rod->axial_stiffness, quantity_multiply(youngs, section->area));
     properties->curvature_stiffness[2] =
         quantity_or(rod->torsional_stiffness, quantity_multiply(shear, section->torsion_constant));
-    if (rod->model != SCENE_COSSERAT) {
-        properties->strain_stiffness[2] = infinity;
+    for (int i = 0; i < 3; i++) {
+        if (model_locks(rod->model, i)) {
+            properties->strain_stiffness[i] = infinity;
+        }
     }
-    if (rod->model == SCENE_KIRCHHOFF) {
-        properties->strain_stiffness[0] = properties->strain_stiffness[1] = infinity;
+}
+
+void scene_take_law(scene_rod *rod, const scene_law *law)
+{
+    quantity *const of[SCENE_LAW_STRAINS] = {&rod->shear_stiffness[0],   &rod->shear_stiffness[1],
+                                             &rod->axial_stiffness,      &rod->bending_stiffness[0],
+                                             &rod->bending_stiffness[1], &rod->torsional_stiffness};
+    rod->law = law;
+    for (int i = 0; i < SCENE_LAW_STRAINS; i++) {
+        if (!model_locks(rod->model, i)) {
+            *of[i] = quantity_or(*of[i], quantity_number(law->stiffness[i]));
+        }
     }
 }
 

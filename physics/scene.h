@@ -11,6 +11,7 @@
 #define PHYSICS_SCENE_H
 
 #include "physics/quantity.h"
+#include "physics/scene_law.h"
 
 #include <math.h>
 
@@ -118,6 +119,10 @@ typedef struct scene_rod {
 
     quantity strain_damping[3];    /* Bse, Kelvin-Voigt, of s; N s; not given: by the material */
     quantity curvature_damping[3]; /* Bbt, the same; N m^2 s */
+
+    /* A nonlinear law of the whole rod, in which its stiffness at rest is the stiffness above:
+     * scene_take_law. NULL: n = Kse (v - v*), m = Kbt (u - u*). Of whoever fills the scene. */
+    const scene_law *law;
 } scene_rod;
 
 /* A concentrated load at one end; formulas of t. The force and moment that the outside exerts on
@@ -431,6 +436,10 @@ int scene_pieces(const scene *rod_scene);
 double scene_joint(const scene *rod_scene, int index); /* where segment `index` ends; m */
 scene_piece scene_piece_of(const scene *rod_scene, int index);
 
+/* Gives the rod the law, and where the model does not lock a strain and no stiffness is given the
+ * stiffness of the law. */
+void scene_take_law(scene_rod *rod, const scene_law *law);
+
 /* Of one piece. */
 scene_properties scene_rod_properties(const scene_rod *rod);
 scene_rest scene_rod_rest(const scene_rod *rod);
@@ -589,21 +598,6 @@ const char *const *scene_enforcement_names(void);
 const char *const *scene_motion_names(void);
 const char *const *scene_scale_names(void);
 const char *const *scene_state_names(void);
-
-/* ---- cross-sections (section.c) ------------------------------------------------------------ */
-
-/* Geometry of a filled-in section, of s; nothing given for SCENE_SECTION_NONE. */
-typedef struct scene_section_geometry {
-    quantity area;             /* m^2 */
-    quantity second_moment[2]; /* about d1, d2; m^4 */
-    quantity torsion_constant; /* m^4; Saint-Venant */
-} scene_section_geometry;
-
-scene_section_geometry scene_section_geometry_of(const scene_rod *rod);
-
-/* Cowper's shear correction (J. Appl. Mech. 33, 1966) for the section and Poisson's ratio; not
- * given when either is missing. */
-quantity scene_shear_correction(const scene_rod *rod);
 
 #ifdef __cplusplus
 }

@@ -290,10 +290,30 @@ static ad_status check_locks(const scene_checker *check)
                : AD_OK;
 }
 
+/* The stiffness of every piece is that of the law at rest, or locked. */
+static ad_status check_law(const scene_checker *check)
+{
+    const scene_law *law = check->scene->rod.law;
+    const scene_properties properties = scene_rod_properties(&check->piece->rod);
+    const char *why = !law                           ? NULL
+                      : scene_is_beam(check->scene)  ? "a beam of small deflection is linear"
+                      : check->scene->tube_count > 0 ? "tubes are linear"
+                                                     : NULL;
+    for (int i = 0; i < SCENE_LAW_STRAINS && law && !why; i++) {
+        quantity of =
+            i < 3 ? properties.strain_stiffness[i] : properties.curvature_stiffness[i - 3];
+        if (!scene_locks(of) && !quantity_is(of, law->stiffness[i])) {
+            why = "the law has a stiffness of its own beside rod.stiffness; allowed: one of the "
+                  "two, or a stiffness of .inf";
+        }
+    }
+    return why ? scene_refuse(check, "rod.law", why) : AD_OK;
+}
+
 static ad_status check_piece(const scene_checker *check)
 {
     static scene_check_part *const parts[] = {check_section, check_stiffness, check_damping,
-                                              check_inertia, check_locks};
+                                              check_inertia, check_locks,     check_law};
     ad_status status = AD_OK;
     for (size_t i = 0; i < sizeof parts / sizeof *parts && status == AD_OK; i++) {
         status = parts[i](check);

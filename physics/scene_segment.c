@@ -69,6 +69,7 @@ static scene_rod rod_of(const scene *rod_scene, int index)
     }
     scene_rod rod = rod_scene->segments[index].rod;
     rod.model = whole->model;
+    rod.law = whole->law;
     rod.length = rod_scene->segments[index].length;
     inherit_section(&rod, whole);
     inherit(1, &rod.youngs_modulus, &whole->youngs_modulus);

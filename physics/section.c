@@ -1,4 +1,5 @@
 /* Area, second moments, torsion constant and shear correction of the sections a rod may have. */
+#include "physics/section.h"
 #include "physics/constants.h"
 #include "physics/scene.h"
 

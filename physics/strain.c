@@ -105,6 +105,7 @@ ad_status strain_check(const scene *one, bool on_tape, ad_error *error)
                           ? "an end that is turned by an angle"
                       : on_tape && one->spring_count > 0   ? "springs"
                       : one->tube_count > 0                ? "tubes"
+                      : one->rod.law                       ? "a law of its own (rod.law)"
                       : scene_has_displaced_tendons(one)   ? "tendons of given displacement"
                       : scene_has_rubbing_tendons(one)     ? "tendons with friction"
                       : scene_is_imperfect(one)            ? "an imperfection"

@@ -63,6 +63,8 @@ extern "C" {
     X(VERDICT_UNRESOLVED, "unresolved", VERDICT_WARNING,                                           \
       "a formula jumps in places that were not found, or varies on lengths too short for any "     \
       "mesh")                                                                                      \
+    X(VERDICT_OUTSIDE_DATA, "outside_data", VERDICT_WARNING,                                       \
+      "strains are beyond those of the data that the law of the section has learned from")         \
     X(VERDICT_NOT_CONVERGED, "not_converged", VERDICT_WARNING,                                     \
       "residuals are still large at points that were not trained on")                              \
     X(VERDICT_INTERPOLATES, "interpolates", VERDICT_WARNING,                                       \

@@ -177,7 +177,7 @@ refused 'explain=tape: allowed: --explain, --explain=program' cpinn-train "$dyna
 run 0 cpinn-train "$dynamic" --print-config --set training.seed=7
 check printing creates nothing -- test "$entries" = "$(ls | grep -v '^std')" -o "$entries" = "$(ls)"
 for scene in "$ROOT"/configs/*.yaml "$ROOT"/configs/cases/*.yaml \
-    "$ROOT"/configs/robots/*.yaml; do
+    "$ROOT"/configs/robots/*.yaml "$ROOT"/configs/law/*.yaml; do
     run 0 cpinn-train "$scene" --print-config
     cp stdout.txt first.yaml
     run 0 cpinn-train first.yaml --print-config
@@ -336,6 +336,57 @@ for threads in 1 2 2; do
         same "b$threads.$kind" "first.$kind"
     done
 done
+
+# ---- cpinn-law --------------------------------------------------------------------------------
+
+data=$ROOT/configs/law/neo_hooke_data.csv rubber=$ROOT/configs/law/stretched.yaml
+run 0 cpinn-law "$data" --symmetry round --steps 100 --out learned.csv
+said stdout.txt '^m1 .* u1 -49.* 1/m$'
+run 0 cpinn-solve "$rubber" --set rod.law.file="$PWD/learned.csv" # to 1e-4 of its reference
+said stdout.txt '^  tip +0.00703.* 0.1009'
+cut -d, -f4-6,10-12 "$data" >bent.csv
+run 0 cpinn-law bent.csv --units 4 --steps 20
+said stdout.txt '^n3    locked$'
+run 0 cpinn-train "$rubber" --explain --set rod.law.file="$PWD/law.csv"
+said stdout.txt 'nonlinear law'
+head -20 "$data" >few.csv
+cut -d, -f1-11 "$data" >lacks.csv
+sed 's/^weight/x/; s/unit 3 by 2/unit 3 by/' learned.csv >odd.csv
+refused 'few.csv: 19 rows; allowed: 28 or more for 16 units' cpinn-law few.csv
+refused 'lacks.csv: has a column u3, but no m3; allowed: both or none' cpinn-law lacks.csv
+refused 'symmetry square; allowed: none, point, mirrors, round' cpinn-law "$data" --symmetry square
+refused 'rod.law: .*odd.csv: row .* is .unit 3 by.; allowed here: .unit 3 by 2.' \
+    cpinn-solve "$rubber" --set rod.law.file="$PWD/odd.csv"
+refused 'rod.law: the law has a stiffness of its own' cpinn-solve "$rubber" \
+    --set rod.stiffness.axial=3
+refused 'rod.law: has a file and numbers' cpinn-solve "$rubber" --set rod.law.numbers=[1,2]
+refused 'rod.law: tubes are linear' cpinn-solve "$rubber" --set loads=null --set \
+    'tubes=[{section: {radius: 0.02, inner_radius: 0.015}, material: {youngs_modulus: 1e6}}]'
+refused 'formulation: .*a law of its own' cpinn-train "$rubber" --set formulation=strain \
+    --set 'parameters={f: {range: [1, 2]}}' --set 'loads.tip.force=[f, 0, 0]' --set reference=null
+refused 'does not know a law of its own' cpinn-solve "$rubber" --method strain
+refused 'reference.analytic: is that of a linear rod' cpinn-train "$rubber" --explain \
+    --set reference.file=null --set reference.analytic=elastica
+
+# ---- cpinn-residual ---------------------------------------------------------------------------
+
+arm=$ROOT/configs/robots/soft_arm_residual.yaml
+run 0 cpinn-control "$arm" --set control.residual=null --set control.duration=2 --out loop.csv
+run 0 cpinn-residual "$arm" --measured loop.csv --steps 2 --units 3 --out beyond.csv
+said stdout.txt '^with network '
+run 0 cpinn-control "$arm" --set control.residual="$PWD/beyond.csv" --set control.duration=1.2
+said stdout.txt 'reduced rod and residual'
+cut -d, -f1,11-13 loop.csv >unseen.csv
+awk -F, -v OFS=, 'NR == 9 { $1 += 0.001 } 1' loop.csv >uneven.csv
+refused 'measured is missing' cpinn-residual "$arm"
+refused 'unseen.csv: has no column x; allowed' cpinn-residual "$arm" --measured unseen.csv
+refused 'uneven.csv: row 8 is 0.021 s after' cpinn-residual "$arm" --measured uneven.csv
+refused 'has 1 motion, 1 held out' cpinn-residual "$arm" --measured loop.csv --held-out 1
+refused 'control.residual: is beside a model that is not linear' cpinn-control "$arm" \
+    --set control.model=linear
+sed 1s/18/20/ beyond.csv | sed 2s/18/20/ >other.csv
+refused 'other.csv: is no residual of a model of 18 states' cpinn-control "$arm" \
+    --set control.residual="$PWD/other.csv"
 
 # ---- cpinn-check ------------------------------------------------------------------------------
 

@@ -88,14 +88,15 @@ static tube_section section_of(const solve_actuation *a, int i, const double *cu
 {
     const double *state = a->tubes + 2 * (i - solve_actuation_first_tube(a));
     const double share = rod_tube_shape_share(a->factor), *k = a->actuators[i].curvature;
+    const double *rest = a->rest + 3;
     tube_section x = {.at = &a->actuators[i],
                       .cosine = cos(state[0]),
                       .sine = sin(state[0]),
                       .torsion = state[1],
-                      .rest_twist = a->shape[2] + share * (k[2] - a->shape[2])};
+                      .rest_twist = rest[2] + share * (k[2] - rest[2])};
     turn_back(&x, curvature, x.bent);
     for (int c = 0; c < 2; c++) {
-        x.strained[c] = x.bent[c] - a->shape[c] - share * (k[c] - a->shape[c]);
+        x.strained[c] = x.bent[c] - rest[c] - share * (k[c] - rest[c]);
         x.bending[c] = x.at->bending[c] * x.strained[c];
     }
     return x;
@@ -179,6 +180,18 @@ double solve_tube_variation(const solve_actuation *a, int i, const double *curva
     return sum + torsion * (p[2] + p[4]) * (q[2] + q[4]);
 }
 
+/* ---- a law ---------------------------------------------------------------------------------- */
+
+double solve_law_energy(const solve_actuation *a, const double *strains, double *wrench,
+                        double (*by_strains)[ROWS])
+{
+    double x[ROWS];
+    for (int k = 0; k < ROWS; k++) {
+        x[k] = strains[k] - a->rest[k];
+    }
+    return scene_law_beyond(a->law, a->length, a->unit_force, x, wrench, by_strains);
+}
+
 /* ---- all of them --------------------------------------------------------------------------- */
 
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
@@ -187,6 +200,9 @@ void solve_actuation_wrench(const solve_actuation *a, const double *strains, dou
     memset(wrench, 0, ROWS * sizeof *wrench);
     if (by_strains) {
         memset(by_strains, 0, ROWS * sizeof *by_strains);
+    }
+    if (a->law) {
+        solve_law_energy(a, strains, wrench, by_strains);
     }
     for (int i = 0; i < a->count; i++) {
         if (a->extents[i].is_tube) {
@@ -338,7 +354,7 @@ void solve_actuation_strains(const solve_actuation *a, const double *rest, const
     for (int k = 0; k < ROWS; k++) {
         strains[k] = rest[k] + compliance[k] * wrench[k];
     }
-    if (a->count > 0) {
+    if (solve_actuation_pulls(a)) {
         bool found = find(a, rest, compliance, wrench, strains) &&
                      (!by_wrench || differentiate(a, compliance, strains, by_wrench));
         if (!found) {
@@ -422,7 +438,7 @@ ad_status solve_actuation_in_si(const scene *rod_scene, size_t n, const double *
     status = status == AD_OK ? solve_rod_create(rod_scene, rod, error) : status;
     size_t count = status == AD_OK ? n * (size_t)(*rod)->actuators : 0;
     if (status == AD_OK) {
-        *actuators = malloc(count * sizeof **actuators);
+        *actuators = malloc((count + 1) * sizeof **actuators);
         status = *actuators ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for tendons");
     }
     for (size_t i = 0; i < n && status == AD_OK; i++) {

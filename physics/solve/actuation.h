@@ -1,4 +1,5 @@
-/* Tendons, chambers and tubes in a section of the rod, in plain C: the sums of physics/rod.h.
+/* Tendons, chambers and tubes in a section of the rod, in plain C: the sums of physics/rod.h; and
+ * what a nonlinear law is beyond the stiffness of the rod, which depends on the strains like them.
  * Strains are (v, u), wrenches (n, m), six numbers each. */
 #ifndef PHYSICS_SOLVE_ACTUATION_H
 #define PHYSICS_SOLVE_ACTUATION_H
@@ -7,7 +8,7 @@
 
 enum { ACTUATION_ROWS = 6 };
 
-/* All that pulls in one section; count 0: nothing does. */
+/* All that pulls in one section; count 0 and no law: nothing does. */
 typedef struct solve_actuation {
     int count;
     const solve_extent *extents;     /* [count] */
@@ -15,7 +16,9 @@ typedef struct solve_actuation {
     double s;
     double factor;          /* of the load */
     const double *tensions; /* [count] of tendons whose length is given, 0 of others; NULL: none */
-    const double *shape; /* u* of the rod, from which tubes set out on their way to the load; and */
+    const scene_law *law;   /* NULL: linear; length and force are its units, as of rod_scales */
+    double length, unit_force;
+    const double *rest;  /* v*, u* of the rod, for a law and for tubes, which set out from them; */
     const double *tubes; /* theta, m_i of each, the last of the actuators; NULL: not looked at */
     double rubbed[SOLVE_ACTUATORS_MAX]; /* [count] friction times the angle turned up to here */
 } solve_actuation;
@@ -28,15 +31,24 @@ static inline solve_actuation solve_actuation_at(const solve_rod *rod, const sol
                              .extents = rod->extents,
                              .actuators = all + point * (size_t)rod->actuators,
                              .s = s,
-                             .factor = factor};
+                             .factor = factor,
+                             .law = rod->scene.rod.law,
+                             .length = rod->scales.length,
+                             .unit_force = rod->scales.force};
 }
 
 /* How strongly actuator i, a tendon or a chamber, pulls here, by Euler's and Eytelwein's law of a
  * rope. */
 double solve_actuation_pull(const solve_actuation *a, int i);
 
-/* What they add to n and m at these strains, and its derivatives by them, a symmetric matrix, where
- * that is not NULL. */
+/* Whether anything does. */
+static inline bool solve_actuation_pulls(const solve_actuation *a)
+{
+    return a->count > 0 || a->law;
+}
+
+/* What they and the law add to n and m at these strains, and its derivatives by them, a symmetric
+ * matrix, where that is not NULL. */
 void solve_actuation_wrench(const solve_actuation *a, const double *strains, double *wrench,
                             double (*by_strains)[ACTUATION_ROWS]);
 
@@ -61,6 +73,11 @@ bool solve_tube_is_here(const solve_actuation *a, int i);
 
 /* The energy of all tubes per length. */
 double solve_tube_energy(const solve_actuation *a, const double *curvature);
+
+/* The same of the law, beyond that of the linear one; and n, m [ACTUATION_ROWS] and derivatives by
+ * the strains, which may be NULL. */
+double solve_law_energy(const solve_actuation *a, const double *strains, double *wrench,
+                        double (*by_strains)[ACTUATION_ROWS]);
 
 /* The second variation of the energy of tube i by changes p, q of u (the first three), theta and
  * theta'. */

@@ -316,7 +316,7 @@ static void add_stress(const modes *m, int e, int p, double *by_q, double *by_v)
                 by_q[b * m->width + a] += by * value[a] * at->stiffness[c];
                 by_v[b * m->width + a] += by * value[a] * at->damping[c];
             }
-            if (m->has_tendons) {
+            if (m->has_tendons || m->rod->scene.rod.law) {
                 by_q[b * m->width + a] += by * value[a] * pull[row][c];
             }
         }

@@ -1,4 +1,5 @@
 /* Shape, motion and forces of a reduced rod: sums from the start to the tip and back. */
+#include "physics/solve/actuation.h"
 #include "physics/solve/modes_internal.h"
 #include "physics/solve/strain_inline.h"
 
@@ -214,16 +215,38 @@ FOR_EACH_PROCESSOR static void pull_points(modes *m, int e, bool derive)
     }
 }
 
+/* What a law is beyond the stiffness. */
+static void bend_points(modes *m, int e, bool derive)
+{
+    for (int p = e * (m->stages + 1); p < (e + 1) * (m->stages + 1) - 1; p++) {
+        modes_point *at = &m->point[p];
+        const solve_actuation law = {.law = m->rod->scene.rod.law,
+                                     .length = m->rod->scales.length,
+                                     .unit_force = m->rod->scales.force,
+                                     .rest = at->rest};
+        double by[MODES_STRAINS][MODES_STRAINS],
+            *to = m->pull_by + p * MODES_STRAINS * MODES_STRAINS;
+        at->law_energy = solve_law_energy(&law, at->strain, at->law, derive ? by : NULL);
+        for (int i = 0; i < MODES_STRAINS * MODES_STRAINS && derive; i++) {
+            to[i] = by[i / MODES_STRAINS][i % MODES_STRAINS] + (m->is_pulled ? to[i] : 0);
+        }
+    }
+}
+
 static void stress_points(modes *m, int e, bool derive)
 {
     if (m->is_pulled) {
         pull_points(m, e, derive);
     }
+    if (m->rod->scene.rod.law && e >= m->hinges) {
+        bend_points(m, e, derive);
+    }
     for (int i = 0; i < m->stages; i++) {
         modes_point *at = &m->point[e * (m->stages + 1) + i];
         for (int c = 0; c < MODES_STRAINS; c++) {
             at->stress[c] = at->stiffness[c] * (at->strain[c] - at->rest[c]) +
-                            at->damping[c] * (at->rate[c] - at->rest_rate[c]) + at->pull[c];
+                            at->damping[c] * (at->rate[c] - at->rest_rate[c]) + at->pull[c] +
+                            at->law[c];
         }
     }
 }
@@ -388,6 +411,7 @@ solve_energy modes_energy_now(const modes *m)
             const double off = at->strain[c] - at->rest[c];
             energy.strain += 0.5 * at->weight * at->stiffness[c] * off * off;
         }
+        energy.strain += at->weight * at->law_energy;
     }
     for (int k = 0; k < jumps->count; k++) {
         for (int i = 0; i < jumps->at[k].spring_count && m->jump_at[k] >= 0; i++) {
@@ -427,7 +451,7 @@ void modes_power_now(const modes *m, double *load, double *dissipation)
         }
         for (int c = 0; c < MODES_STRAINS && at->weight > 0; c++) {
             const double rate = at->rate[c] - at->rest_rate[c];
-            const double elastic = at->stiffness[c] * (at->strain[c] - at->rest[c]);
+            const double elastic = at->stiffness[c] * (at->strain[c] - at->rest[c]) + at->law[c];
             *dissipation += at->weight * at->damping[c] * rate * rate;
             *load -= at->weight * ((elastic + at->damping[c] * rate) * at->rest_rate[c] +
                                    at->pull[c] * at->rate[c]);

@@ -37,15 +37,18 @@ static void add_point(const motion *m, int element, int k, section_sums *sum)
     const solve_rest *rest = &m->rest[element * (m->degree + 1) + k];
     const int lane = k % LANES;
     const double weight = at->weight[lane];
+    sum->energy += weight * at->law_energy[lane];
     for (int i = 0; i < 3; i++) {
         double strain = at->v[i][lane] - at->rest_strain[i][lane];
         double bend = at->u[i][lane] - at->rest_curvature[i][lane];
         double bse = at->strain_damping[i][lane], bbt = at->curvature_damping[i][lane];
-        double elastic_n = at->strain_stiffness[i][lane] * strain;
-        double elastic_m = at->curvature_stiffness[i][lane] * bend;
+        double linear_n = at->strain_stiffness[i][lane] * strain;
+        double linear_m = at->curvature_stiffness[i][lane] * bend;
+        double elastic_n = linear_n + at->law_n[i][lane];
+        double elastic_m = linear_m + at->law_m[i][lane];
         double viscous_n = at->n[i][lane] - elastic_n - at->pull_n[i][lane];
         double viscous_m = at->m[i][lane] - elastic_m - at->pull_m[i][lane];
-        sum->energy += 0.5 * weight * (elastic_n * strain + elastic_m * bend);
+        sum->energy += 0.5 * weight * (linear_n * strain + linear_m * bend);
         sum->dissipation += bse > 0 ? weight * viscous_n * viscous_n / bse : 0;
         sum->dissipation += bbt > 0 ? weight * viscous_m * viscous_m / bbt : 0;
         sum->reshaping -=

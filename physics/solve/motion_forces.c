@@ -104,6 +104,32 @@ FOR_EACH_PROCESSOR static void strain_element(motion *m, int element)
     }
 }
 
+/* And of a law beyond the stiffness. */
+static void bend_element(motion *m, int element)
+{
+    for (int k = 0; k <= m->degree; k++) {
+        motion_block *at = motion_block_of(m, element, k);
+        const int lane = k % LANES;
+        double strains[ACTUATION_ROWS], wrench[ACTUATION_ROWS];
+        const solve_actuation law = {.law = m->rod->scene.rod.law,
+                                     .length = m->rod->scales.length,
+                                     .unit_force = m->rod->scales.force,
+                                     .rest =
+                                         (const double *)&m->rest[element * (m->degree + 1) + k]};
+        for (int i = 0; i < 3; i++) {
+            strains[i] = at->v[i][lane];
+            strains[3 + i] = at->u[i][lane];
+        }
+        at->law_energy[lane] = solve_law_energy(&law, strains, wrench, NULL);
+        for (int i = 0; i < 3; i++) {
+            at->law_n[i][lane] = wrench[i];
+            at->law_m[i][lane] = wrench[3 + i];
+            at->n[i][lane] += wrench[i];
+            at->m[i][lane] += wrench[3 + i];
+        }
+    }
+}
+
 /* Rates of strain: v_t = R^T V_s + v x w, u_t = 2 vec(q_t* q_s + q* q_ts). */
 FOR_EACH_PROCESSOR static void damp_element(motion *m, int element)
 {
@@ -341,6 +367,9 @@ void motion_internal_forces(motion *m)
     clear_forces(m);
     for (int e = 0; e < m->elements; e++) {
         strain_element(m, e);
+        if (m->rod->scene.rod.law) {
+            bend_element(m, e);
+        }
         if (m->is_damped) {
             damp_element(m, e);
         }

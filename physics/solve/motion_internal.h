@@ -18,6 +18,8 @@ typedef struct motion_block {
     lanes rest_strain[3], rest_curvature[3];
     lanes q[4], v[3], u[3], n[3], m[3];
     lanes pull_n[3], pull_m[3]; /* of tendons and chambers, a part of n and m */
+    lanes law_n[3], law_m[3];   /* the same of a law, beyond the stiffness; */
+    lanes law_energy;           /* per length */
     lanes along;                /* scalar part of q* q_s: q is unit at nodes only */
 } motion_block;
 

@@ -525,7 +525,9 @@ ad_status solve_rod_foundation(const solve_rod *rod, size_t n, const double *s,
 ad_status solve_rod_actuators(const solve_rod *rod, size_t n, const double *s, double t,
                               solve_actuator *out, ad_error *error)
 {
-    return solve_formula_evaluate(rod->formula->actuators, n, s, t, (double *)out, error);
+    return rod->actuators == 0
+               ? AD_OK
+               : solve_formula_evaluate(rod->formula->actuators, n, s, t, (double *)out, error);
 }
 
 ad_status solve_rod_end(const solve_rod *rod, int end, double t, solve_end_state *out,

@@ -4,6 +4,7 @@
 #include "physics/solve/stability.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 /* -1: not asked, or memory ran out. */
 static int unstable_modes(const solution *x, const scene *rod_scene)
@@ -70,6 +71,61 @@ void solve_judge_balance(double balance, double allowed_error, verdict *result)
                     "loads that jump or are narrow",
                     balance, limit);
     }
+}
+
+/* A network goes on smoothly for a little. */
+static const double ALLOWED_EXCESS = 0.02;
+
+void solve_judge_law(const scene *rod_scene, size_t n, const double *s, const double *t,
+                     const double *values, verdict *result)
+{
+    enum { V = 7 }; /* columns before: position, rotation */
+    static const char *const names[] = {"v1", "v2", "v3", "u1", "u2", "u3"};
+    const scene_law *law = rod_scene->rod.law;
+    const scene_rest rest = scene_rest_of(rod_scene);
+    double worst = ALLOWED_EXCESS, strain = 0;
+    int which = -1;
+    for (size_t i = 0; law && i < n; i++) {
+        double x[SCENE_LAW_STRAINS];
+        int of = -1;
+        for (int k = 0; k < SCENE_LAW_STRAINS; k++) {
+            const quantity at_rest = k < 3 ? rest.strain[k] : rest.curvature[k - 3];
+            x[k] = values[(size_t)(V + k) * n + i] - quantity_value(at_rest, s[i], t ? t[i] : 0);
+        }
+        const double beyond = scene_law_excess(law, x, &of);
+        if (beyond > worst) {
+            worst = beyond;
+            strain = x[of];
+            which = of;
+        }
+    }
+    if (which >= 0) {
+        verdict_add(result, VERDICT_OUTSIDE_DATA,
+                    "strain %s is %.4g%s beyond rest, and the data of rod.law have %.4g to %.4g; "
+                    "give cpinn-law larger strains",
+                    names[which], strain, which < 3 ? "" : " 1/m", law->low[which],
+                    law->high[which]);
+    }
+}
+
+/* Of all that was solved. */
+static void judge_law(const solution *x, const scene *rod_scene, verdict *result)
+{
+    enum { PLACES = 65, TIMES = 65 };
+    const bool moves = scene_is_dynamic(rod_scene);
+    const size_t n = moves ? PLACES * TIMES : PLACES;
+    const int columns = solution_columns(rod_scene);
+    double *all = rod_scene->rod.law ? malloc(n * (size_t)(columns + 2) * sizeof *all) : NULL;
+    ad_error ignored;
+    for (size_t i = 0; i < n && all; i++) {
+        all[i] = scene_length(rod_scene) * (double)(i % PLACES) / (PLACES - 1);
+        all[n + i] = scene_duration(rod_scene) * (double)(i / PLACES) / (TIMES - 1);
+    }
+    double *t = moves ? all + n : NULL;
+    if (all && solution_evaluate(x, columns, n, all, t, all + 2 * n, &ignored) == AD_OK) {
+        solve_judge_law(rod_scene, n, all, t, all + 2 * n, result);
+    }
+    free(all);
 }
 
 static void judge_estimate(const scene *rod_scene, const solve_settings *settings,
@@ -182,6 +238,7 @@ void solution_verdict(const solution *x, const scene *rod_scene, const solve_set
     if (moves && !beam) {
         judge_energy(rod_scene, settings, report, result);
     }
+    judge_law(x, rod_scene, result);
     double turn[3];
     if (rod_turn_is_doubtful(rod_scene, turn)) {
         double size = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2]);

@@ -168,6 +168,12 @@ ad_status solve_balance(const scene *rod_scene, solve_shape *shape, const void *
  * length, or of a beam's deflection allows. */
 void solve_judge_balance(double balance, double allowed_error, verdict *result);
 
+/* Adds a warning where a scene has a law and strains leave the data that it has learned from:
+ * values [columns][n] of the first 13 columns of its model at s [n] (m) and t [n] (s; NULL at
+ * rest). */
+void solve_judge_law(const scene *rod_scene, size_t n, const double *s, const double *t,
+                     const double *values, verdict *result);
+
 /* Whether the energy of a motion balances to a tenth: else nothing is known of it. */
 bool solve_energy_is_met(const solve_report *report);
 

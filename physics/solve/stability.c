@@ -22,16 +22,16 @@ typedef struct variation {
     int tubes;
     stability_matrix matrix; /* of so many nodes as edges */
     double load_factor;
-    double base[3][3];         /* R where the rod begins */
-    double stiffness[3][3];    /* K of the element, with that of tendons */
-    double softness[3][3];     /* C, the same */
-    double coupling[3][3];     /* of strains and curvatures, by tendons */
-    solve_actuator *actuators; /* [elements][those of the rod], SI; NULL: none */
-    const solve_rod *rod;      /* where there are any */
-    double shape[ELEMENTS][3]; /* u* of the rod, SI; with tubes */
-    double edge[ELEMENTS + 1]; /* m */
-    double step;               /* length of the element at hand */
-    double typical;            /* bending stiffness of the rod */
+    double base[3][3];                     /* R where the rod begins */
+    double stiffness[3][3];                /* K of the element, with that of tendons */
+    double softness[3][3];                 /* C, the same */
+    double coupling[3][3];                 /* of strains and curvatures, by tendons */
+    solve_actuator *actuators;             /* [elements][those of the rod], SI; NULL: none */
+    const solve_rod *rod;                  /* where there are any */
+    double rest[ELEMENTS][ACTUATION_ROWS]; /* v*, u* of the rod, SI; with tubes or a law */
+    double edge[ELEMENTS + 1];             /* m */
+    double step;                           /* length of the element at hand */
+    double typical;                        /* bending stiffness of the rod */
 } variation;
 
 /* Whether the question makes sense for this scene: a shape does not tell the tension of a tendon
@@ -255,7 +255,8 @@ static solve_actuation pulling_in(const variation *x, const solve_state *state, 
     if (x->actuators) {
         double s = middle(x->edge, k) / x->edge[ELEMENTS];
         pulling = solve_actuation_at(x->rod, x->actuators, (size_t)k, s, x->load_factor);
-        pulling.shape = x->shape[k];
+        pulling.rest = x->rest[k];
+        pulling.length = pulling.unit_force = 1; /* SI */
         pulling.tubes = state->tubes;
     }
     return pulling;
@@ -409,7 +410,7 @@ static void take_section(variation *x, const scene_properties *p, int k)
     }
 }
 
-/* Tendons resist being turned. */
+/* Tendons resist being turned, and a law is as stiff as where it is. */
 static void take_tendons(variation *x, const solve_state *state, int k)
 {
     solve_actuation pulling = pulling_in(x, state, k);
@@ -517,12 +518,13 @@ static ad_status assemble(variation *x, const scene *rod_scene, const double *va
     return add_springs(x, rod_scene, values, error);
 }
 
-static void set_shape(variation *x, const scene *rod_scene)
+static void set_rest(variation *x, const scene *rod_scene)
 {
     const scene_rest rest = scene_rest_of(rod_scene);
     for (int k = 0; k < ELEMENTS; k++) {
         for (int i = 0; i < 3; i++) {
-            x->shape[k][i] = quantity_value(rest.curvature[i], middle(x->edge, k), 0);
+            x->rest[k][i] = quantity_value(rest.strain[i], middle(x->edge, k), 0);
+            x->rest[k][3 + i] = quantity_value(rest.curvature[i], middle(x->edge, k), 0);
         }
     }
 }
@@ -559,14 +561,15 @@ ad_status stability_count_at(const scene *rod_scene, double load_factor, const d
             stability_matrix_create(ELEMENTS + 1, x.axes + 2 * x.dims + x.tubes, &x.matrix, error);
     }
     solve_rod *rod = NULL;
-    if (status == AD_OK && rod_scene->tendon_count + rod_scene->tube_count > 0) {
+    bool pulled = rod_scene->tendon_count + rod_scene->tube_count > 0 || rod_scene->rod.law;
+    if (status == AD_OK && pulled) {
         double s[ELEMENTS];
         for (int k = 0; k < ELEMENTS; k++) {
             s[k] = middle(x.edge, k);
         }
         status = solve_actuation_in_si(rod_scene, ELEMENTS, s, &rod, &x.actuators, error);
         x.rod = rod;
-        set_shape(&x, rod_scene);
+        set_rest(&x, rod_scene);
     }
     status = status == AD_OK ? assemble(&x, rod_scene, values, error) : status;
     if (status == AD_OK) {

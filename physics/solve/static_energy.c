@@ -32,7 +32,7 @@ static ad_status add_actuators(const solve_rod *rod, at_points *p, ad_error *err
 {
     size_t n = p->count;
     p->rest = malloc(n * sizeof *p->rest);
-    p->actuators = malloc(n * (size_t)rod->actuators * sizeof *p->actuators);
+    p->actuators = malloc((n * (size_t)rod->actuators + 1) * sizeof *p->actuators);
     if (!p->rest || !p->actuators) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for %zu points", n);
     }
@@ -69,12 +69,14 @@ static ad_status points_make(const static_system *system, const solve_rod *rod, 
     if (status == AD_OK && rod->is_founded) {
         status = solve_rod_foundation(rod, n, p->s, p->below, error);
     }
-    return status == AD_OK && rod->actuators > 0 ? add_actuators(rod, p, error) : status;
+    return status == AD_OK && (rod->actuators > 0 || rod->scene.rod.law)
+               ? add_actuators(rod, p, error)
+               : status;
 }
 
 /* What tendons and chambers do from the unstressed rod to state y at point i, per length; takes
  * their wrench and that of tubes from that of the section, [ACTUATION_ROWS], and adds the energy of
- * tubes. */
+ * tubes; the same of what a law is beyond the linear one. */
 static double take_actuation(const at_points *p, size_t i, const static_system *system,
                              const double *y, double *wrench, double *energy)
 {
@@ -88,6 +90,7 @@ static double take_actuation(const at_points *p, size_t i, const static_system *
     static_strains(&at, y, strains, strains + 3);
     solve_actuation_wrench(&given, strains, pull, NULL);
     *energy += solve_tube_energy(&given, strains + 3);
+    *energy += given.law ? solve_law_energy(&given, strains, (double[ACTUATION_ROWS]){0}, NULL) : 0;
     for (int k = 0; k < 3; k++) {
         rest[k] = at.rest.strain[k];
         rest[3 + k] = at.rest.curvature[k];
@@ -108,7 +111,7 @@ static double density(const at_points *p, size_t i, const static_system *system,
     double wrench[ACTUATION_ROWS], sum = 0;
     static_body_force(y, wrench);
     memcpy(wrench + 3, y + STATIC_M, 3 * sizeof *wrench);
-    if (static_system_rod(system)->actuators > 0) {
+    if (p->rest) {
         *work += take_actuation(p, i, system, y, wrench, &sum);
         *work = static_system_rod(system)->frictions > 0 ? NAN : *work; /* it depends on the way */
     }

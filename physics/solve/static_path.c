@@ -137,7 +137,9 @@ static ad_status measure(const solve_rod *rod, path_shape *path, ad_error *error
     }
     moment = along.softness[0] * (moment + pull.moment);
     force *= along.softness[1];
-    path->twists = along.round && straight && !couples && rod->actuators == 0;
+    const scene_law *law = rod->scene.rod.law;
+    bool round = along.round && (!law || law->symmetry == SCENE_SYMMETRY_ROUND);
+    path->twists = round && straight && !couples && rod->actuators == 0;
     path->size = fmax(1e-3, moment + force / 2 + spread / 6 + couple + (held > 1 ? 3 : 0) +
                                 3 * single.pulled + tubes + turned);
     bool loaded = spread > 0 || couples || rod->actuators > 0 || rod->jumps.count > 0;

@@ -55,7 +55,7 @@ void static_body_force(const double *y, double *force)
 solve_actuation static_actuation(const static_point *at, const double *y)
 {
     solve_actuation pulling = at->actuation;
-    pulling.shape = at->rest.curvature;
+    pulling.rest = (const double *)&at->rest;
     pulling.tubes = y + STATIC_TUBES;
     return pulling;
 }

@@ -26,9 +26,10 @@ struct strain_newton {
 
 ad_status strain_newton_check(const solve_rod *rod, ad_error *error)
 {
-    return rod->tubes > 0
+    return rod->tubes > 0 || rod->scene.rod.law
                ? ad_fail(error, AD_BAD_ARGUMENT,
-                         "the strain form does not know tubes; allowed: the method collocation")
+                         "the strain form does not know %s; allowed: the method collocation",
+                         rod->tubes > 0 ? "tubes" : "a law of its own (rod.law)")
                : AD_OK;
 }
 

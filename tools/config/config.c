@@ -61,6 +61,9 @@ static ad_status resolve_and_check(config *experiment, ad_error *error)
         status = config_resolve_choices(experiment, error);
     }
     if (status == AD_OK) {
+        status = config_take_law(experiment, error);
+    }
+    if (status == AD_OK) {
         status = config_check_scene(experiment, error);
     }
     if (status == AD_OK) {

@@ -43,10 +43,19 @@ typedef struct config_table {
     double x[QUANTITY_TABLE_MAX], y[QUANTITY_TABLE_MAX];
 } config_table;
 
+/* The law of rod.law; `file` is NULL once read. */
+typedef struct config_law {
+    const char *file;
+    int count; /* of its numbers; 0: the rod is linear */
+    double numbers[SCENE_LAW_NUMBERS_MAX];
+    scene_law law; /* that the scene points to */
+} config_law;
+
 typedef struct config {
     quantities *names; /* of the formulas of the scene */
     int table_count;
     config_table tables[CONFIG_TABLES_MAX];
+    config_law law;
     int parameter_count;
     config_parameter parameters[CONFIG_PARAMETERS_MAX]; /* in their order */
     struct scene scene;      /* loads in SI, whatever the YAML scaled; what section and material

@@ -28,6 +28,10 @@ ad_status config_resolve_control(config *experiment, ad_error *error)
         &experiment->control, &model, &experiment->scene,
         config_given(experiment->source, "control.estimate"), key, &reason);
     status = config_blame_training(experiment, status, key, &reason, error);
+    if (status == AD_OK) {
+        status =
+            config_absolute(experiment, "control.residual", &experiment->control.residual, error);
+    }
     return status == AD_OK ? config_absolute(experiment, "control.task.file",
                                              &experiment->control.task.file, error)
                            : status;

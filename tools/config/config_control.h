@@ -67,6 +67,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "What filter and controller step the robot with: surrogate, the trained one-step "    \
              "model; reduced, the rod it has been trained on; linear, that rod linearised where "  \
              "it rests at the start; automatic: surrogate if it is trained, else reduced."},                                                                            \
+    {"control.residual", CONFIG_TEXT, CONTROL_AT(residual),                                         \
+     .help = "A network beside that model, which cpinn-residual has learned from measured motions " \
+             "of the robot; relative to this file. Not of model linear."},                          \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "How far the controller looks ahead."},                                               \
     {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \

@@ -119,6 +119,14 @@ const config_key config_keys[] = {
     SCENE_MATTER_ROWS(SCENE_QUANTITY, "rod.", rod.)
     SCENE_REST_ROWS(SCENE_QUANTITY, "rod.", rod.)
     SCENE_DAMPING_ROWS(SCENE_QUANTITY, "rod.", rod.)
+    {"rod.law.file", CONFIG_TEXT, AT(law.file),
+     .help = "A nonlinear law of the section in place of n = Kse (v - v*), m = Kbt (u - u*): a "
+             "potential that cpinn-law has learned; relative to this file. Its stiffness at rest "
+             "is that of rod.stiffness. Of rods at rest and in motion, without tubes; families by "
+             "formulation mixed."},
+    {"rod.law.numbers", CONFIG_NUMBER, ENTRIES(1, SCENE_LAW_NUMBERS_MAX), AT(law.numbers),
+     .count_offset = offsetof(config, law.count), .low = -INFINITY, .high = INFINITY,
+     .flags = CONFIG_INFINITE, .help = "Or the numbers of that file themselves."},
 
     SCENE_PIECE_ROWS(SCENE_QUANTITY, "segments[].", segments[0].)
     {"segments[].section.shape", CONFIG_CHOICE, AT(scene.segments[0].rod.section),

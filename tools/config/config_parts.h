@@ -136,6 +136,9 @@ ad_status config_absolute(config *experiment, const char *path, const char **fil
 /* Read the files of tables, and define them as functions of formulas (config_tables.c). */
 ad_status config_define_tables(config *experiment, ad_error *error);
 
+/* Read the file of rod.law and give the rod its law (config_tables.c). */
+ad_status config_take_law(config *experiment, ad_error *error);
+
 /* The values `at`, "a=1, b=2", in place of all ranges (config_at.c). */
 ad_status config_close(config *experiment, const char *at, ad_error *error);
 

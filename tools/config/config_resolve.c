@@ -3,6 +3,7 @@
 #include "tools/config/config_parts.h"
 #include "tools/config/config_surrogate.h"
 
+#include "physics/section.h"
 #include "physics/solve/solve.h"
 #include "physics/strain.h"
 
@@ -28,6 +29,7 @@ void config_defaults(config *experiment)
     for (int i = 0; i < CONFIG_TABLES_MAX; i++) {
         experiment->tables[i].x[0] = experiment->tables[i].y[0] = NAN;
     }
+    experiment->law.numbers[0] = NAN;
 }
 
 /* ---- choices ------------------------------------------------------------------------------- */

@@ -1,7 +1,8 @@
-/* Tables of numbers that formulas interpolate. */
+/* Tables of numbers that formulas interpolate, and the law of the rod. */
 #include "tools/config/config_parts.h"
 
 #include "tools/files/table_file.h"
+#include "tools/train/law.h"
 
 #include <string.h>
 
@@ -88,4 +89,49 @@ ad_status config_define_tables(config *experiment, ad_error *error)
         status = define(experiment, i, error);
     }
     return status;
+}
+
+/* ---- the law ------------------------------------------------------------------------------- */
+
+static ad_status read_law(config *experiment, ad_error *error)
+{
+    config_law *law = &experiment->law;
+    if (law->count > 0) {
+        return law->file
+                   ? ad_fail(error, AD_BAD_INPUT, "has a file and numbers; allowed: one of the two")
+                   : scene_law_create(law->count, law->numbers, &law->law, error);
+    }
+    ad_status status = train_law_read(law->file, &law->law, error);
+    if (status == AD_OK) { /* what is written is complete by itself */
+        law->count = scene_law_count(&law->law);
+        law->file = NULL;
+        scene_law_numbers(&law->law, law->numbers);
+    }
+    return status;
+}
+
+ad_status config_take_law(config *experiment, ad_error *error)
+{
+    config_law *law = &experiment->law;
+    ad_error reason;
+    const scene_law *by_hand = experiment->scene.rod.law;
+    if (by_hand) {
+        law->count = scene_law_count(by_hand);
+        scene_law_numbers(by_hand, law->numbers);
+    }
+    if (!law->file && law->count == 0) {
+        return AD_OK;
+    }
+    ad_status status = config_absolute(experiment, "rod.law.file", &law->file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    status = read_law(experiment, &reason);
+    if (status == AD_OK) {
+        scene_take_law(&experiment->scene.rod, &law->law);
+        return AD_OK;
+    }
+    return status == AD_NO_MEMORY
+               ? ad_fail(error, status, "%s", reason.message)
+               : config_blame(experiment->source, error, "rod.law", "%s", reason.message);
 }

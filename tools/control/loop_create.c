@@ -24,6 +24,13 @@ static ad_status create_models(control_loop *x, ad_error *error)
     if (x->control.model == CONTROL_SURROGATE) {
         x->by_step = *of->surrogate;
     }
+    if (x->control.residual && x->control.model != CONTROL_LINEAR) {
+        status = residual_read(x->control.residual, &x->by_step, &x->beyond, error);
+        if (status != AD_OK) {
+            return status;
+        }
+        x->by_step = residual_one_step(x->beyond);
+    }
     x->by_period = x->by_step;
     if (x->control.model == CONTROL_SURROGATE && of->inner) {
         x->by_period = *of->inner;
@@ -443,6 +450,7 @@ void loop_free(control_loop *x)
     }
     linear_step_free(x->linear[0]);
     linear_step_free(x->linear[1]);
+    residual_free(x->beyond);
     reduced_free(x->rod);
     resting_free(x->rest);
     plant_free(x->robot);

@@ -7,6 +7,7 @@
 #include "tools/control/mppi.h"
 #include "tools/control/plant.h"
 #include "tools/control/reduced_model.h"
+#include "tools/control/residual.h"
 #include "tools/control/resting.h"
 #include "tools/control/task.h"
 
@@ -37,6 +38,7 @@ struct control_loop {
     task_path *path;
     reduced_rod *rod;
     linear_step *linear[2]; /* by the period, by the step */
+    residual *beyond;       /* NULL: none */
     one_step by_period, by_step;
     loop_view view;
 

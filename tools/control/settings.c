@@ -289,5 +289,9 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
                  model->step);
         status = blame(key, error, "period", -1, "", problem);
     }
+    if (status == AD_OK && x->residual && x->model == CONTROL_LINEAR) {
+        status = blame(key, error, "residual", -1, "",
+                       "is beside a model that is not linear; allowed: another control.model");
+    }
     return status;
 }

@@ -99,7 +99,8 @@ typedef struct control_settings {
     int horizon;
     control_method method;
     control_model model;
-    int samples; /* of the sampling-based method */
+    const char *residual; /* a file, absolute once read; NULL: the model as it is */
+    int samples;          /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
     double offset;   /* 0 to 1: controller_settings.offset */

@@ -60,7 +60,7 @@ typedef struct options {
     bool compare, animate, quiet;
 } options;
 
-enum { ROWS_MAX = 5 };
+enum { ROWS_MAX = 6 };
 
 typedef struct controlling {
     options asked;
@@ -235,8 +235,9 @@ static ad_status find_model(controlling *x, ad_error *error)
     const int *m = x->model.modes;
     static const char *const words[] = {"", "trained one-step model", "reduced rod", "linear"};
     snprintf(x->model_text, sizeof x->model_text,
-             "%s, modes %d, %d, %d, %d, steps of %.4g ms, horizon %d", words[c->model], m[0], m[1],
-             m[2], m[3], 1e3 * x->model.step, c->horizon);
+             "%s%s, modes %d, %d, %d, %d, steps of %.4g ms, horizon %d", words[c->model],
+             c->residual ? " and residual" : "", m[0], m[1], m[2], m[3], 1e3 * x->model.step,
+             c->horizon);
     return status;
 }
 
@@ -255,6 +256,11 @@ static void choose_rows(controlling *x)
     add(x, c->method == CONTROL_SAMPLING ? "sampling" : names[c->model], c);
     if (!x->asked.compare) {
         return;
+    }
+    if (c->residual) {
+        other.residual = NULL;
+        add(x, "without residual", &other);
+        other = *c;
     }
     if (c->estimate_count > 0) {
         other.estimate_count = 0;

@@ -261,6 +261,9 @@ static const char *reference_obstacle(const train_settings *settings, const scen
     if (settings->reference_file) {
         return "given beside reference.file; allowed: one of the two";
     }
+    if (rod_scene->rod.law) {
+        return "is that of a linear rod, and rod.law is not; allowed: solve, or reference.file";
+    }
     if (settings->reference == TRAIN_REFERENCE_MANUFACTURED) {
         return scene_is_manufactured(rod_scene) ? NULL : "needs the section manufactured";
     }

@@ -58,21 +58,18 @@ static double worst_held_out(const trainer *t, int *window)
     return worst;
 }
 
-int trainer_unstable_modes(const trainer *t)
+/* A scene at rest, of a family a member, and its columns at the points of stability. */
+static bool shape_at_rest(const trainer *t, scene *one, double *s, double *values)
 {
     const experiment *e = t->e;
-    const scene *rod_scene = e->scene;
-    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
     ad_error ignored;
-    int modes = -1;
     field *shape = NULL;
-    scene one;
-    if (!e->model->has_scene || scene_is_dynamic(rod_scene)) {
-        return modes;
+    if (!e->model->has_scene || scene_is_dynamic(e->scene)) {
+        return false;
     }
     double middle[SCENE_PARAMETERS_MAX];
-    scene_member(rod_scene, experiment_member_values(e, middle), &one);
-    ad_status status = stability_points(&one, s, &ignored);
+    scene_member(e->scene, experiment_member_values(e, middle), one);
+    ad_status status = stability_points(one, s, &ignored);
     status =
         status == AD_OK ? field_create(e->model, e->mlp, false, e->pool, &shape, &ignored) : status;
     if (status == AD_OK) {
@@ -81,11 +78,29 @@ int trainer_unstable_modes(const trainer *t)
         status = field_evaluate(shape, experiment_parameters(e), STABILITY_POINTS,
                                 (const double *const[]){s}, values, &ignored);
     }
-    if (status == AD_OK) {
+    field_free(shape);
+    return status == AD_OK;
+}
+
+int trainer_unstable_modes(const trainer *t)
+{
+    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    ad_error ignored;
+    int modes = -1;
+    scene one;
+    if (shape_at_rest(t, &one, s, values)) {
         stability_count(&one, values, &modes, &ignored);
     }
-    field_free(shape);
     return modes;
+}
+
+static void judge_law(const trainer *t, verdict *result)
+{
+    double s[STABILITY_POINTS], values[MODEL_COLUMNS_MAX * STABILITY_POINTS];
+    scene one;
+    if (t->e->model->has_scene && t->e->scene->rod.law && shape_at_rest(t, &one, s, values)) {
+        solve_judge_law(&one, STABILITY_POINTS, s, NULL, values, result);
+    }
 }
 
 /* The error of the position over the length, or of a deflection over its size, per root of the
@@ -263,6 +278,7 @@ void trainer_verdict(const trainer *t, verdict *result)
                     problem_unresolved(t->problem));
     }
     judge_motion_balance(&info->balance, result);
+    judge_law(t, result);
     int modes = trainer_unstable_modes(t);
     if (modes > 0) {
         verdict_add(result, VERDICT_UNSTABLE,

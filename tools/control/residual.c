@@ -1,0 +1,411 @@
+#include "tools/control/residual_internal.h"
+
+#include "autodiff/dense.h"
+#include "nn/rng.h"
+#include "optim/optim.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+ad_status residual_create(const one_step *of, int units, const double *size, const double *middle,
+                          const double *half, residual **result, ad_error *error)
+{
+    const size_t n = (size_t)of->states, m = (size_t)of->inputs, k = (size_t)units;
+    residual *x = calloc(1, sizeof *x);
+    double *all = calloc(2 * n + 3 * m + k + k * (1 + n + m) + n * k + 1, sizeof *all);
+    *result = x;
+    if (!x || !all) {
+        free(x);
+        free(all);
+        *result = NULL;
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual of %d units", units);
+    }
+    *x = (residual){.of = *of, .states = n, .inputs = m, .units = k, .seen = n + m, .size = all};
+    x->middle = x->size + n;
+    x->half = x->middle + m;
+    x->z = x->half + m;
+    x->t = x->z + n + m;
+    x->numbers = x->t + k;
+    memcpy(x->size, size, n * sizeof *size);
+    memcpy(x->middle, middle, m * sizeof *middle);
+    memcpy(x->half, half, m * sizeof *half);
+    return AD_OK;
+}
+
+void residual_free(residual *x)
+{
+    if (x) {
+        free(x->size);
+        free(x);
+    }
+}
+
+size_t residual_count(const residual *x)
+{
+    return x->units * (1 + x->seen + x->states);
+}
+
+double *residual_numbers(residual *x)
+{
+    return x->numbers;
+}
+
+/* ---- a step -------------------------------------------------------------------------------- */
+
+static const double *w1_of(const residual *x)
+{
+    return x->numbers + x->units;
+}
+
+static const double *w2_of(const residual *x)
+{
+    return x->numbers + x->units * (1 + x->seen);
+}
+
+/* Adds the network to next; leaves what it saw in x->z and tanh in x->t. */
+static void add_network(residual *x, double h, const double *state, const double *inputs,
+                        double *next)
+{
+    const double *w1 = w1_of(x), *w2 = w2_of(x);
+    for (size_t i = 0; i < x->seen; i++) {
+        const size_t input = i - x->states;
+        x->z[i] = i < x->states ? state[i] / x->size[i]
+                                : (inputs[input] - x->middle[input]) / x->half[input];
+    }
+    for (size_t u = 0; u < x->units; u++) {
+        double sum = x->numbers[u];
+        for (size_t i = 0; i < x->seen; i++) {
+            sum += w1[u * x->seen + i] * x->z[i];
+        }
+        x->t[u] = tanh(sum);
+    }
+    for (size_t r = 0; r < x->states; r++) {
+        double sum = 0;
+        for (size_t u = 0; u < x->units; u++) {
+            sum += w2[r * x->units + u] * x->t[u];
+        }
+        next[r] += h * x->size[r] * sum;
+    }
+}
+
+/* Of the network where it was added, to by [states][count], by those of its inputs from `first`. */
+static void add_derivatives(const residual *x, double h, size_t first, size_t count, double *by)
+{
+    const double *w1 = w1_of(x), *w2 = w2_of(x);
+    for (size_t r = 0; r < x->states; r++) {
+        for (size_t u = 0; u < x->units; u++) {
+            const double rise = h * x->size[r] * w2[r * x->units + u] * (1 - x->t[u] * x->t[u]);
+            for (size_t i = 0; i < count; i++) {
+                const double unit = first == 0 ? x->size[i] : x->half[i];
+                by[r * count + i] += rise * w1[u * x->seen + first + i] / unit;
+            }
+        }
+    }
+}
+
+static int advance(void *context, int count, double h, const double *states, const double *inputs,
+                   const double *after, double *next, double *by_state, double *by_inputs)
+{
+    residual *x = context;
+    const size_t n = x->states, m = x->inputs;
+    int failed =
+        x->of.advance(x->of.context, count, h, states, inputs, after, next, by_state, by_inputs);
+    for (size_t i = 0; i < (size_t)count && !failed; i++) {
+        add_network(x, h, states + i * n, inputs + i * m, next + i * n);
+        if (by_state) {
+            add_derivatives(x, h, 0, n, by_state + i * n * n);
+        }
+        if (by_inputs) {
+            add_derivatives(x, h, n, m, by_inputs + i * n * m);
+        }
+    }
+    return failed;
+}
+
+static double outside(void *context, const double *state, const double *inputs)
+{
+    const residual *x = context;
+    return x->of.outside(x->of.context, state, inputs);
+}
+
+one_step residual_one_step(residual *x)
+{
+    one_step result = x->of;
+    result.context = x;
+    result.advance = advance;
+    result.outside = x->of.outside ? outside : NULL;
+    return result;
+}
+
+/* ---- runs ---------------------------------------------------------------------------------- */
+
+typedef struct fit {
+    residual *of;
+    one_step model;
+    double h, noise;
+    const one_look *look;
+    size_t runs, held_out, values, count;
+    const residual_run *run;
+    double *room; /* as roll says */
+    double *jtj, *jtr;
+    ad_pool *pool;
+    ad_dense_factor *factor;
+} fit;
+
+/* The change of the next state by each number [states][count]: the model's own times that of the
+ * state, and that of the network by its numbers. */
+static void push(const fit *x, const double *by_state, const double *before, double *after)
+{
+    const residual *net = x->of;
+    const size_t n = net->states, k = net->units, count = x->count;
+    memset(after, 0, n * count * sizeof *after);
+    for (size_t r = 0; r < n; r++) {
+        double *to = after + r * count;
+        for (size_t c = 0; c < n; c++) {
+            const double by = by_state[r * n + c], *from = before + c * count;
+            for (size_t i = 0; i < count; i++) {
+                to[i] += by * from[i];
+            }
+        }
+        for (size_t u = 0; u < k; u++) {
+            const double by = x->h * net->size[r], t = net->t[u];
+            const double rise = by * w2_of(net)[r * k + u] * (1 - t * t);
+            to[u] += rise;
+            for (size_t i = 0; i < net->seen; i++) {
+                to[k + u * net->seen + i] += rise * net->z[i];
+            }
+            to[k * (1 + net->seen) + r * k + u] += by * t;
+        }
+    }
+}
+
+/* Adds the rows of one sample, J = what is seen by the state, times its changes. */
+static void add_rows(fit *x, const double *seen, const double *found, const double *by_state,
+                     const double *change, double *row)
+{
+    const size_t n = x->of->states, count = x->count;
+    for (size_t v = 0; v < x->values; v++) {
+        if (!isfinite(seen[v])) {
+            continue;
+        }
+        const double off = (found[v] - seen[v]) / x->noise;
+        memset(row, 0, count * sizeof *row);
+        for (size_t c = 0; c < n; c++) {
+            const double by = by_state[v * n + c] / x->noise, *from = change + c * count;
+            for (size_t i = 0; i < count && by != 0; i++) {
+                row[i] += by * from[i];
+            }
+        }
+        for (size_t i = 0; i < count; i++) {
+            double *to = x->jtj + i * count;
+            x->jtr[i] += row[i] * off;
+            for (size_t j = i; j < count; j++) {
+                to[j] += row[i] * row[j];
+            }
+        }
+    }
+}
+
+static size_t room_for(size_t states, size_t inputs, size_t values, size_t count)
+{
+    return 2 * states + states * states + states * inputs + values * (1 + states) +
+           (2 * states + 1) * count;
+}
+
+/* The sum of squares of what is missed on a run, by the noise, and how many there are; where
+ * `derive`, the rows of all samples as well. Infinite: no answer. */
+static double roll(fit *x, const residual_run *run, bool derive, size_t *samples)
+{
+    const size_t n = (size_t)x->model.states, m = (size_t)x->model.inputs, values = x->values;
+    double *state = x->room, *next = state + n, *by_state = next + n, *found, *seen_by, *change;
+    found = by_state + n * n;
+    seen_by = found + values;
+    change = seen_by + values * n;
+    double *other = change + n * x->count, *row = other + n * x->count, sum = 0;
+    memcpy(state, run->start, n * sizeof *state);
+    if (derive) {
+        memset(change, 0, n * x->count * sizeof *change);
+    }
+    for (size_t k = 0; k < run->count; k++) {
+        const double *inputs = run->inputs + k * m, *seen = run->seen + k * values;
+        if (x->look->see(x->look->context, 1, state, inputs, found, derive ? seen_by : NULL)) {
+            return INFINITY;
+        }
+        for (size_t v = 0; v < values; v++) {
+            const bool there = isfinite(seen[v]);
+            const double off = there ? (found[v] - seen[v]) / x->noise : 0;
+            sum += off * off;
+            *samples += there;
+        }
+        if (derive) {
+            add_rows(x, seen, found, seen_by, change, row);
+        }
+        if (k + 1 == run->count) {
+            break;
+        }
+        if (x->model.advance(x->model.context, 1, x->h, state, inputs, NULL, next,
+                             derive ? by_state : NULL, NULL)) {
+            return INFINITY;
+        }
+        if (derive) {
+            double *swap = change;
+            push(x, by_state, change, other);
+            change = other;
+            other = swap;
+        }
+        memcpy(state, next, n * sizeof *state);
+    }
+    return isfinite(sum) ? sum : INFINITY;
+}
+
+double residual_error(const one_step *model, double h, const one_look *look, size_t runs,
+                      const residual_run *run)
+{
+    const size_t n = (size_t)model->states;
+    fit x = {.model = *model, .h = h, .noise = 1, .look = look, .values = (size_t)look->values};
+    size_t samples = 0;
+    double sum = 0;
+    x.room = malloc(room_for(n, (size_t)model->inputs, x.values, 0) * sizeof *x.room);
+    for (size_t i = 0; i < runs && x.room; i++) {
+        sum += roll(&x, &run[i], false, &samples);
+    }
+    free(x.room);
+    return x.room ? sqrt(sum / (double)samples) : INFINITY;
+}
+
+/* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
+
+/* Over the runs from `first` to before `end`. */
+static double sum_over(fit *x, size_t first, size_t end, bool derive)
+{
+    size_t samples = 0;
+    double sum = 0;
+    for (size_t i = first; i < end && isfinite(sum); i++) {
+        sum += roll(x, &x->run[i], derive, &samples);
+    }
+    return sum;
+}
+
+/* And what the numbers of the network cost, whose squares keep them small. */
+static double add_numbers(const fit *x)
+{
+    double sum = 0;
+    for (size_t i = 0; i < x->count; i++) {
+        sum += x->of->numbers[i] * x->of->numbers[i];
+    }
+    return sum;
+}
+
+static int evaluate(void *context, const double *p, double *value)
+{
+    fit *x = context;
+    memcpy(x->of->numbers, p, x->count * sizeof *p);
+    *value = sum_over(x, 0, x->runs - x->held_out, false) + add_numbers(x);
+    return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
+}
+
+static int linearize(void *context, const double *p, double *value, double *jtr, double *diagonal)
+{
+    fit *x = context;
+    const size_t n = x->count;
+    memcpy(x->of->numbers, p, n * sizeof *p);
+    memset(x->jtj, 0, n * n * sizeof *x->jtj);
+    memset(x->jtr, 0, n * sizeof *x->jtr);
+    *value = sum_over(x, 0, x->runs - x->held_out, true) + add_numbers(x);
+    for (size_t i = 0; i < n; i++) {
+        x->jtj[i * n + i] += 1;
+        x->jtr[i] += p[i];
+        diagonal[i] = x->jtj[i * n + i];
+        for (size_t j = 0; j < i; j++) {
+            x->jtj[i * n + j] = x->jtj[j * n + i];
+        }
+    }
+    memcpy(jtr, x->jtr, n * sizeof *jtr);
+    return isfinite(*value) ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_NOT_FINITE;
+}
+
+static int solve(void *context, double damping, const double *scale, double *step)
+{
+    const fit *x = context;
+    double *shift = x->room; /* not in use now; states are fewer than rows of changes */
+    for (size_t i = 0; i < x->count; i++) {
+        shift[i] = damping * scale[i];
+        step[i] = -x->jtr[i];
+    }
+    if (ad_dense_cholesky(x->pool, x->jtj, shift, x->factor) != 0) {
+        return 1;
+    }
+    ad_dense_cholesky_solve(x->factor, step);
+    return OPTIM_OBJECTIVE_OK;
+}
+
+static ad_status descend(fit *x, const residual_settings *settings, double *best, ad_error *error)
+{
+    const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
+    optim_gauss_newton_settings by = optim_gauss_newton_defaults();
+    const char *why = NULL;
+    nn_rng rng = nn_rng_split(settings->seed, "residual");
+    double lowest = INFINITY;
+    by.scaling = OPTIM_SCALING_DIAGONAL;
+    by.gradient_tolerance = 0;
+    for (size_t i = 0; i < x->count; i++) { /* W2 = 0: it begins as the model */
+        const bool hidden = i < x->of->units * (1 + x->of->seen);
+        x->of->numbers[i] = hidden ? nn_rng_normal(&rng) / sqrt((double)x->of->seen) : 0;
+    }
+    optim_gauss_newton *gn = optim_gauss_newton_create(x->count, x->of->numbers, &by, &why);
+    if (!gn) {
+        return ad_fail(error, AD_NO_MEMORY, "residual: %s", why);
+    }
+    optim_status status = OPTIM_RUNNING;
+    for (int i = 0; i <= settings->steps && status == OPTIM_RUNNING; i++) {
+        const double *p = optim_gauss_newton_x(gn);
+        memcpy(x->of->numbers, p, x->count * sizeof *p);
+        const double off =
+            x->held_out > 0 ? sum_over(x, x->runs - x->held_out, x->runs, false) : -i;
+        if (off < lowest) {
+            lowest = off;
+            memcpy(best, p, x->count * sizeof *p);
+        }
+        status = i < settings->steps ? optim_gauss_newton_step(gn, &model) : status;
+    }
+    optim_gauss_newton_free(gn);
+    memcpy(x->of->numbers, best, x->count * sizeof *best);
+    return isfinite(lowest) && status != OPTIM_NOT_FINITE
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT, "the model has no answer on a measured run");
+}
+
+ad_status residual_fit(residual *net, double h, const one_look *look, size_t runs,
+                       const residual_run *run, size_t held_out, const residual_settings *settings,
+                       ad_error *error)
+{
+    const size_t count = residual_count(net), values = (size_t)look->values;
+    fit x = {.of = net,
+             .model = residual_one_step(net),
+             .h = h,
+             .noise = settings->noise,
+             .look = look,
+             .runs = runs,
+             .held_out = held_out,
+             .values = values,
+             .count = count,
+             .run = run};
+    double *best = malloc(count * sizeof *best);
+    x.room = malloc(room_for(net->states, net->inputs, values, count) * sizeof *x.room);
+    x.jtj = malloc(count * count * sizeof *x.jtj);
+    x.jtr = malloc(count * sizeof *x.jtr);
+    x.factor = ad_dense_factor_create(count);
+    x.pool = ad_pool_create(1);
+    ad_status status = best && x.room && x.jtj && x.jtr && x.factor && x.pool
+                           ? ad_dense_load(error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+    status = status == AD_OK ? descend(&x, settings, best, error) : status;
+    free(best);
+    free(x.room);
+    free(x.jtj);
+    free(x.jtr);
+    ad_dense_factor_free(x.factor);
+    ad_pool_free(x.pool);
+    return status;
+}

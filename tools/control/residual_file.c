@@ -1,0 +1,62 @@
+/* A residual as a table of one column, value: states, inputs, units, then D, c, C and the numbers
+ * of the network. */
+#include "tools/control/residual_internal.h"
+
+#include "tools/files/table_file.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HEAD = 3 };
+
+ad_status residual_write(const residual *x, const char *path, ad_error *error)
+{
+    const size_t sizes = x->states + 2 * x->inputs, rows = HEAD + sizes + residual_count(x);
+    double *all = malloc(rows * sizeof *all);
+    if (!all) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a residual");
+    }
+    all[0] = (double)x->states;
+    all[1] = (double)x->inputs;
+    all[2] = (double)x->units;
+    memcpy(all + HEAD, x->size, sizes * sizeof *all);
+    memcpy(all + HEAD + sizes, x->numbers, residual_count(x) * sizeof *all);
+    const table_source table = {.names = (const char *const[]){"value"},
+                                .columns = (const double *const[]){all},
+                                .ncols = 1,
+                                .nrows = rows};
+    const ad_status status = table_write(path, &table, error);
+    free(all);
+    return status;
+}
+
+ad_status residual_read(const char *path, const one_step *of, residual **result, ad_error *error)
+{
+    table_file *file = NULL;
+    *result = NULL;
+    ad_status status = table_read(path, TABLE_FINITE, &file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const double *all = table_column(file, "value");
+    const size_t n = (size_t)of->states, m = (size_t)of->inputs, rows = table_rows(file);
+    const double units = all && rows > HEAD ? all[2] : 0;
+    const size_t sizes = n + 2 * m;
+    const bool fits = units >= 1 && all[0] == (double)n && all[1] == (double)m &&
+                      (double)rows == HEAD + (double)sizes + units * (double)(1 + 2 * n + m);
+    if (!fits) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: is no residual of a model of %zu states and %zu inputs; allowed: one "
+                         "that cpinn-residual has learned for this scene and these modes",
+                         path, n, m);
+    } else {
+        const double *size = all + HEAD;
+        status = residual_create(of, (int)units, size, size + n, size + n + m, result, error);
+    }
+    if (status == AD_OK) {
+        memcpy((*result)->numbers, all + HEAD + sizes, residual_count(*result) * sizeof *all);
+    }
+    table_free(file);
+    return status;
+}

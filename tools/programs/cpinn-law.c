@@ -1,0 +1,122 @@
+/* cpinn-law: learns the constitutive law of a section from a table; see --help. */
+#include "tools/files/table_file.h"
+#include "tools/programs/cli.h"
+#include "tools/train/law.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+static const char program[] = "cpinn-law";
+
+static const char summary[] =
+    "Learn the law by which a section answers strains with forces and moments, from the rows of\n"
+    "TABLE, for rod.law of a scene: a potential, whose gradient they are, 0 at rest.";
+
+static const char epilogue[] =
+    "TABLE is CSV or HDF5 with the columns v1, v2, v3 (1), u1, u2, u3 (1/m), n1, n2, n3 (N), m1,\n"
+    "m2, m3 (N m), strains and internal force and moment in the axes of the section, as\n"
+    "cpinn-solve writes them, of a rod that is straight at rest (v3 = 1). Without a strain and "
+    "its\n"
+    "force or moment the law locks it, as in a rod that is tested in bending alone.\n"
+    "\n"
+    "Printed are the errors of force and moment, root mean square by that of the values, in rows\n"
+    "of training, in rows held out, and of the best law of one stiffness for each strain.\n"
+    "\n"
+    "  cpinn-law configs/law/neo_hooke_data.csv --symmetry round --convex --out neo_hooke.csv\n"
+    "\n"
+    "Exit status: 0; 1 the law could not be written; 2 with one line that says what is wrong.";
+
+/* The index of `text` among names; -1: none. */
+static int index_of(const char *const *names, const char *text)
+{
+    for (int i = 0; names[i]; i++) {
+        if (strcmp(names[i], text) == 0) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+static void print(const train_law_settings *settings, const scene_law *law,
+                  const train_law_report *report, double seconds)
+{
+    static const char *const names[] = {"n1", "n2", "n3", "m1", "m2", "m3"};
+    static const char *const strains[] = {"v1", "v2", "v3", "u1", "u2", "u3"};
+    printf("%zu rows, %zu held out; %d units, %s%s; step %d of start %d; %.2f s\n",
+           report->trained + report->held_out, report->held_out, law->units,
+           scene_symmetry_names()[law->symmetry], settings->convex ? ", convex" : "", report->steps,
+           report->start, seconds);
+    printf("      error     held out  linear law  stiffness at rest  strain of the data\n");
+    for (int i = 0; i < SCENE_LAW_STRAINS; i++) {
+        if (isinf(law->scale[i])) {
+            printf("%s    locked\n", names[i]);
+        } else {
+            printf("%s    %-8.1e  %-8.1e  %-10.1e  %-17.6g  %s%s %g .. %g%s\n", names[i],
+                   report->error[i], report->held_out_error[i], report->linear[i],
+                   law->stiffness[i], strains[i], i == 2 ? " - 1" : "", law->low[i], law->high[i],
+                   i < 3 ? "" : " 1/m");
+        }
+    }
+}
+
+static double now(void)
+{
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+int main(int argc, char **argv)
+{
+    train_law_settings settings = train_law_defaults();
+    const char *data_file, *out = "law.csv", *symmetry = "none";
+    int seed = 0;
+    const cli_option options[] = {
+        {"--out", "FILE", CLI_TEXT, &out, 0, 0, "law.csv or .h5, for rod.law; default law.csv"},
+        {"--symmetry", "NAME", CLI_TEXT, &symmetry, 0, 0,
+         "of the section, exact: none (default); point: half a turn about d3;\n"
+         "mirrors: across d1 and d2; round: any turn about d3, and mirrors"},
+        {"--convex", NULL, CLI_FLAG, &settings.convex, 0, 0,
+         "the potential is convex, for any strains: no section gives way by itself"},
+        {"--units", "N", CLI_INTEGER, &settings.units, 1, SCENE_LAW_UNITS_MAX,
+         "of the network's one layer; default 16"},
+        {"--held-out", "SHARE", CLI_NUMBER, &settings.held_out, 0, 0.9,
+         "of the rows, which choose the network; default 0.2"},
+        {"--starts", "N", CLI_INTEGER, &settings.starts, 1, 1000,
+         "random networks to begin with; default 3"},
+        {"--steps", "N", CLI_INTEGER, &settings.steps, 1, 1000000,
+         "of Levenberg and Marquardt's method from each; default 300"},
+        {"--seed", "N", CLI_INTEGER, &seed, 0, 2147483647, "of all that is random; default 0"}};
+    const cli_program face = {
+        .name = program, .operand = "TABLE", .summary = summary, .epilogue = epilogue};
+    int status =
+        cli_parse(&face, options, sizeof options / sizeof *options, argc, argv, &data_file);
+    if (status != CLI_RUN) {
+        return status;
+    }
+    ad_error error;
+    train_law_data data;
+    train_law_report report;
+    scene_law law;
+    const int kind = index_of(scene_symmetry_names(), symmetry);
+    if (kind < 0) {
+        return cli_fail(program, "--symmetry %s; allowed: none, point, mirrors, round", symmetry);
+    }
+    settings.symmetry = (scene_symmetry)kind;
+    settings.seed = (uint64_t)seed;
+    if (table_check_path(out, &error) != AD_OK ||
+        train_law_read_data(data_file, &data, &error) != AD_OK) {
+        return cli_fail_error(program, &error);
+    }
+    const double begin = now();
+    if (train_law_fit(&settings, &data, &law, &report, &error) != AD_OK) {
+        status = cli_fail(program, "%s: %s", data_file, error.message);
+    } else {
+        print(&settings, &law, &report, now() - begin);
+        status =
+            train_law_write(out, &law, &error) == AD_OK ? 0 : (cli_fail_error(program, &error), 1);
+    }
+    train_law_free_data(&data);
+    return status;
+}

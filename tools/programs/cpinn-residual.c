@@ -1,0 +1,320 @@
+/* cpinn-residual: learns what measured motions tell of a robot beyond its model; see --help. */
+#include "tools/config/config.h"
+#include "tools/control/look.h"
+#include "tools/control/reduced_model.h"
+#include "tools/control/residual.h"
+#include "tools/files/table_file.h"
+#include "tools/programs/cli.h"
+#include "tools/surrogate/training_internal.h"
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char program[] = "cpinn-residual";
+
+static const char summary[] =
+    "Learn what measured motions of a robot tell beyond the model in CONFIG.yaml: a network that\n"
+    "is added to the steps of its reduced rod and trained through them, for control.residual.";
+
+static const char epilogue[] =
+    "TABLE is CSV or HDF5 with the columns t (s), for each parameter of the scene with a range "
+    "its\n"
+    "name or input_NAME, and the measured place x, y, z or measured0_0, measured0_1, measured0_2 "
+    "(m;\n"
+    "nan: lost): what cpinn-control --out writes of a loop. A parameter without a column has the\n"
+    "middle of its range. Rows of a motion are equally far apart in time, inputs are held from "
+    "one\n"
+    "to the next, and it begins at rest under its first inputs; where t falls another one begins.\n"
+    "\n"
+    "Printed is by how much the place is missed, root mean square over motions, each from its\n"
+    "start to its end, by the model and by the model with the network, and the time of a step.\n"
+    "\n"
+    "  cpinn-control arm.yaml --out loop.csv\n"
+    "  cpinn-residual arm.yaml --measured loop.csv --out residual.csv\n"
+    "  cpinn-control arm.yaml --set control.residual=residual.csv\n"
+    "\n"
+    "Exit status: 0; 2 with one line that says what is wrong.";
+
+typedef struct options {
+    const char *config, *measured, *out;
+    cli_list overrides;
+    int units, steps, held_out, seed;
+    double noise;
+} options;
+
+enum { RUNS_MAX = 10000 };
+
+typedef struct learning {
+    options asked;
+    config *settings;
+    surrogate_settings model;
+    reduced_rod *rod;
+    look *eye;
+    one_step step;
+    one_look look;
+    residual *net;
+    double h, place;
+    size_t rows, run_count;
+    double *inputs, *seen, *starts; /* [rows][inputs], [rows][3], [runs][states] */
+    residual_run runs[RUNS_MAX];
+} learning;
+
+/* ---- the table ----------------------------------------------------------------------------- */
+
+static const double *column(const table_file *file, const char *first, const char *other)
+{
+    const double *found = table_column(file, first);
+    return found ? found : table_column(file, other);
+}
+
+static ad_status fill(learning *x, const table_file *file, ad_error *error)
+{
+    static const char *const names[3][2] = {
+        {"x", "measured0_0"}, {"y", "measured0_1"}, {"z", "measured0_2"}};
+    const size_t inputs = (size_t)x->step.inputs;
+    for (size_t i = 0; i < inputs; i++) {
+        const scene_parameter *p = reduced_input(x->rod, (int)i);
+        char other[128];
+        snprintf(other, sizeof other, "input_%.100s", p->name);
+        const double *from = column(file, p->name, other);
+        for (size_t r = 0; r < x->rows; r++) {
+            x->inputs[r * inputs + i] = from ? from[r] : scene_parameter_at(p, 0.5);
+            if (!isfinite(x->inputs[r * inputs + i])) {
+                return ad_fail(error, AD_BAD_INPUT, "row %zu of %s is %g; allowed: a number", r + 1,
+                               p->name, from[r]);
+            }
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        const double *from = column(file, names[k][0], names[k][1]);
+        if (!from) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "has no column %s; allowed: t, inputs, and x, y, z "
+                           "or measured0_0, measured0_1, measured0_2",
+                           names[k][0]);
+        }
+        for (size_t r = 0; r < x->rows; r++) {
+            x->seen[3 * r + (size_t)k] = from[r];
+        }
+    }
+    return AD_OK;
+}
+
+/* Motions begin where t falls. */
+static ad_status split(learning *x, const double *t, ad_error *error)
+{
+    x->h = t && x->rows > 1 ? t[1] - t[0] : 0;
+    if (!(x->h > 0)) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "has no column t that grows; allowed: two rows or more");
+    }
+    for (size_t r = 0; r < x->rows; r++) {
+        const double step = r > 0 ? t[r] - t[r - 1] : -1;
+        if (step <= 0) {
+            if (x->run_count == RUNS_MAX) {
+                return ad_fail(error, AD_BAD_INPUT, "has more than %d motions", RUNS_MAX);
+            }
+            x->runs[x->run_count++] = (residual_run){
+                .inputs = x->inputs + r * (size_t)x->step.inputs, .seen = x->seen + 3 * r};
+        } else if (!(fabs(step - x->h) < 1e-6 * x->h)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "row %zu is %g s after the one before, and the second %g; allowed: "
+                           "steps of one length",
+                           r + 1, step, x->h);
+        }
+        x->runs[x->run_count - 1].count++;
+    }
+    return AD_OK;
+}
+
+static ad_status read_table(learning *x, ad_error *error)
+{
+    const char *path = x->asked.measured;
+    ad_error reason;
+    table_file *file = NULL;
+    ad_status status = table_read(path, TABLE_NONFINITE, &file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->rows = table_rows(file);
+    x->inputs = malloc((x->rows * (size_t)x->step.inputs + 1) * sizeof *x->inputs);
+    x->seen = malloc((x->rows * 3 + 1) * sizeof *x->seen);
+    status = x->inputs && x->seen ? fill(x, file, &reason)
+                                  : ad_fail(&reason, AD_NO_MEMORY, "out of memory");
+    status = status == AD_OK ? split(x, table_column(file, "t"), &reason) : status;
+    table_free(file);
+    return status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", path, reason.message);
+}
+
+/* ---- the model ----------------------------------------------------------------------------- */
+
+static ad_status make_model(learning *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    ad_status status =
+        config_read(o->config, NULL, o->overrides.count, o->overrides.texts, &x->settings, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const scene *robot = &x->settings->scene;
+    const double track = x->settings->control.track_at;
+    x->model = control_model_of(&x->settings->surrogate);
+    char text[256]; /* what cpinn-control chooses, too */
+    ad_pool *pool = ad_pool_create(1);
+    status = pool ? surrogate_choose_modes(robot, &x->model, pool, 0, text, error)
+                  : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    ad_pool_free(pool);
+    if (status != AD_OK) {
+        return status;
+    }
+    x->place = isfinite(track) ? track : scene_length(robot);
+    const int *m = x->model.modes;
+    const reduced_settings settings = {.modes = {m[0], m[1], m[2], m[3]}};
+    const look_sensor sensor = {.what = LOOK_POSITION, .count = 1, .s = &x->place};
+    status = reduced_create(robot, &settings, &x->rod, error);
+    status = status == AD_OK ? look_create(robot, m, &sensor, &x->eye, error) : status;
+    if (status == AD_OK) {
+        x->step = reduced_one_step(x->rod, INFINITY);
+        x->look = look_of(x->eye);
+    }
+    return status;
+}
+
+/* Where motions start, and how large states are along them, rms. */
+static ad_status start_runs(learning *x, double *size, ad_error *error)
+{
+    const size_t n = (size_t)x->step.states, m = (size_t)x->step.inputs;
+    double *state = calloc(2 * n, sizeof *state), *next = state + n, most[2] = {0};
+    x->starts = calloc(x->run_count * n, sizeof *x->starts);
+    ad_status status = state && x->starts ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (size_t i = 0; i < x->run_count && status == AD_OK; i++) {
+        residual_run *run = &x->runs[i];
+        double *start = x->starts + i * n;
+        run->start = start;
+        status = reduced_settle(x->rod, 0, run->inputs, start, error);
+        memcpy(state, start, n * sizeof *state);
+        for (size_t k = 0; k + 1 < run->count && status == AD_OK; k++) {
+            status =
+                reduced_step(x->rod, 0, x->h, state, run->inputs + k * m, next, NULL, NULL, error);
+            for (size_t r = 0; r < n; r++) {
+                size[r] += next[r] * next[r] / (double)x->rows;
+            }
+            memcpy(state, next, n * sizeof *state);
+        }
+    }
+    for (size_t r = 0; r < n; r++) {
+        size[r] = sqrt(size[r]);
+        most[2 * r / n] = fmax(most[2 * r / n], size[r]);
+    }
+    for (size_t r = 0; r < n; r++) { /* one that hardly moves counts for little */
+        size[r] = fmax(size[r], 1e-3 * most[2 * r / n]);
+    }
+    free(state);
+    return status;
+}
+
+static ad_status make_network(learning *x, ad_error *error)
+{
+    double middle[SCENE_PARAMETERS_MAX], half[SCENE_PARAMETERS_MAX];
+    double *size = calloc((size_t)x->step.states, sizeof *size);
+    ad_status status =
+        size ? start_runs(x, size, error) : ad_fail(error, AD_NO_MEMORY, "out of memory");
+    for (int i = 0; i < x->step.inputs; i++) {
+        const scene_parameter *p = reduced_input(x->rod, i);
+        middle[i] = (p->low + p->high) / 2;
+        half[i] = (p->high - p->low) / 2;
+    }
+    if (status == AD_OK) {
+        status = residual_create(&x->step, x->asked.units, size, middle, half, &x->net, error);
+    }
+    free(size);
+    return status;
+}
+
+/* ---- learning ------------------------------------------------------------------------------ */
+
+/* Errors of a model on the motions. */
+static void print_row(const learning *x, const char *name, const one_step *model, size_t held)
+{
+    const size_t trained = x->run_count - held;
+    const double start = train_seconds();
+    const double off = residual_error(model, x->h, &x->look, trained, x->runs);
+    const double each = (train_seconds() - start) / (double)x->rows;
+    printf("%-14s  %-10.2e  ", name, off);
+    if (held > 0) {
+        printf("%-10.2e  ", residual_error(model, x->h, &x->look, held, x->runs + trained));
+    } else {
+        printf("%-10s  ", "-");
+    }
+    printf("%.1f\n", 1e6 * each);
+}
+
+static ad_status learn(learning *x, ad_error *error)
+{
+    const options *o = &x->asked;
+    const size_t held = (size_t)o->held_out;
+    const residual_settings settings = {o->steps, o->noise, (uint64_t)o->seed};
+    if (held >= x->run_count) {
+        return ad_fail(error, AD_BAD_INPUT,
+                       "%s: has %zu motion%s, %zu held out; allowed: fewer held out", o->measured,
+                       x->run_count, x->run_count == 1 ? "" : "s", held);
+    }
+    ad_status status = make_network(x, error);
+    const double start = train_seconds();
+    status = status == AD_OK ? residual_fit(x->net, x->h, &x->look, x->run_count, x->runs, held,
+                                            &settings, error)
+                             : status;
+    if (status == AD_OK) {
+        const one_step corrected = residual_one_step(x->net);
+        printf("%zu motions, %zu held out, %zu samples of %g s; %d states, %zu numbers; %.1f s\n",
+               x->run_count, held, x->rows, x->h, x->step.states, residual_count(x->net),
+               train_seconds() - start);
+        printf("place, rms, m  trained on  held out    us a step\n");
+        print_row(x, "model", &x->step, held);
+        print_row(x, "with network", &corrected, held);
+        status = residual_write(x->net, o->out, error);
+    }
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    static learning x;
+    options *o = &x.asked;
+    *o = (options){.out = "residual.csv", .units = 8, .steps = 40, .noise = 1e-3};
+    const cli_option rows[] = {
+        {"--measured", "TABLE", CLI_TEXT, &o->measured, 0, 0, "measured motions; required"},
+        {"--out", "FILE", CLI_TEXT, &o->out, 0, 0, "for control.residual; default residual.csv"},
+        CLI_SET(&o->overrides),
+        {"--units", "N", CLI_INTEGER, &o->units, 1, 64, "of the network's one layer; default 8"},
+        {"--steps", "N", CLI_INTEGER, &o->steps, 0, 100000,
+         "of Levenberg and Marquardt's method; default 40"},
+        {"--held-out", "N", CLI_INTEGER, &o->held_out, 0, RUNS_MAX,
+         "motions, the last, that choose the network and are not trained on;\ndefault 0"},
+        {"--noise", "M", CLI_NUMBER, &o->noise, 1e-12, 1e3,
+         "what of the place need not be explained, m; default 0.001"},
+        {"--seed", "N", CLI_INTEGER, &o->seed, 0, 2147483647, "of the first network; default 0"}};
+    const cli_program face = {
+        .name = program, .operand = "CONFIG.yaml", .summary = summary, .epilogue = epilogue};
+    int status = cli_parse(&face, rows, sizeof rows / sizeof *rows, argc, argv, &o->config);
+    ad_error error;
+    if (status != CLI_RUN) {
+        return status;
+    }
+    if (!o->measured) {
+        return cli_fail(program, "--measured is missing; give a table of measured motions");
+    }
+    bool good = table_check_path(o->out, &error) == AD_OK && make_model(&x, &error) == AD_OK &&
+                read_table(&x, &error) == AD_OK && learn(&x, &error) == AD_OK;
+    status = good ? 0 : cli_fail_error(program, &error);
+    residual_free(x.net);
+    look_free(x.eye);
+    reduced_free(x.rod);
+    config_free(x.settings);
+    free(x.inputs);
+    free(x.seen);
+    free(x.starts);
+    return status;
+}

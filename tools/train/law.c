@@ -1,0 +1,531 @@
+#include "tools/train/law.h"
+
+#include "autodiff/dense.h"
+#include "nn/rng.h"
+#include "optim/optim.h"
+#include "tools/files/table_file.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { N = SCENE_LAW_STRAINS };
+static const char *const STRAINS[N] = {"v1", "v2", "v3", "u1", "u2", "u3"};
+static const char *const STRESSES[N] = {"n1", "n2", "n3", "m1", "m2", "m3"};
+
+/* A strain or stress this much smaller than others of its kind counts as if it were so large. */
+static const double SMALLEST = 1e-3;
+
+train_law_settings train_law_defaults(void)
+{
+    return (train_law_settings){
+        .symmetry = SCENE_SYMMETRY_NONE, .units = 16, .starts = 3, .steps = 300, .held_out = 0.2};
+}
+
+/* ---- data ---------------------------------------------------------------------------------- */
+
+void train_law_free_data(train_law_data *data)
+{
+    free(data->strain[0]);
+    *data = (train_law_data){.rows = 0};
+}
+
+ad_status train_law_read_data(const char *path, train_law_data *data, ad_error *error)
+{
+    table_file *file = NULL;
+    ad_status status = table_read(path, TABLE_FINITE, &file, error);
+    *data = (train_law_data){.rows = 0};
+    if (status != AD_OK) {
+        return status;
+    }
+    const size_t rows = table_rows(file);
+    double *all = calloc(2 * N * rows + 1, sizeof *all);
+    status = all ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+    data->rows = rows;
+    for (int i = 0; i < N && all; i++) {
+        const double *strain = table_column(file, STRAINS[i]);
+        const double *stress = table_column(file, STRESSES[i]);
+        data->strain[i] = all + (size_t)i * rows;
+        data->stress[i] = all + (size_t)(N + i) * rows;
+        data->known[i] = strain && stress;
+        if (!strain != !stress && status == AD_OK) {
+            status =
+                ad_fail(error, AD_BAD_INPUT,
+                        "%s: has a column %s, but no %s; allowed: both or "
+                        "none of them",
+                        path, strain ? STRAINS[i] : STRESSES[i], strain ? STRESSES[i] : STRAINS[i]);
+        }
+        for (size_t r = 0; r < rows && data->known[i]; r++) {
+            data->strain[i][r] = strain[r] - (i == 2);
+            data->stress[i][r] = stress[r];
+        }
+    }
+    table_free(file);
+    if (status != AD_OK && all) {
+        train_law_free_data(data);
+    }
+    return status;
+}
+
+/* ---- the fit ------------------------------------------------------------------------------- */
+
+/* Everything is scaled: strains by law->scale, stresses times that by `unit`, so that a, c are
+ * numbers about 1; a residual is a difference of stresses over their root mean square. */
+typedef struct fit {
+    const train_law_settings *asked;
+    scene_law *law;
+    double unit;     /* N */
+    double by[N];    /* of a residual; 0: not known */
+    size_t rows[2];  /* trained on, held out */
+    double *data[2]; /* strains, stresses [2 N][rows] */
+    int features;
+    size_t count; /* parameters */
+    ad_pool *pool;
+    ad_normal *normal;
+    ad_program *sum; /* of squares */
+    double *jtj, *jtr;
+    ad_dense_factor *factor;
+    ad_error *error;
+} fit;
+
+/* Root mean squares of a kind (v, u, n, m) of the rows, none below SMALLEST of the largest; both
+ * strains across are alike for a round law. */
+static void sizes(const fit *x, const train_law_data *data, double *const *columns, double *size)
+{
+    for (int i = 0; i < N; i++) {
+        size[i] = 0;
+        for (size_t r = 0; r < data->rows; r++) {
+            size[i] += columns[i][r] * columns[i][r] / (double)data->rows;
+        }
+        size[i] = sqrt(size[i]);
+    }
+    for (int first = 0; first < N; first += 3) {
+        if (x->asked->symmetry == SCENE_SYMMETRY_ROUND) {
+            size[first] = size[first + 1] = fmax(size[first], size[first + 1]);
+        }
+        const double most = fmax(size[first], fmax(size[first + 1], size[first + 2]));
+        for (int i = first; i < first + 3; i++) {
+            size[i] = fmax(size[i], SMALLEST * most);
+        }
+    }
+}
+
+static ad_status set_scales(fit *x, const train_law_data *data, ad_error *error)
+{
+    scene_law *law = x->law;
+    double strain[N], stress[N];
+    sizes(x, data, data->strain, strain);
+    sizes(x, data, data->stress, stress);
+    for (int i = 0; i < N; i++) {
+        const int partner = i % 3 < 2 ? i - i % 3 + 1 - i % 3 : i;
+        const bool round = x->asked->symmetry == SCENE_SYMMETRY_ROUND;
+        const bool known = data->known[i] || (round && data->known[partner]);
+        law->low[i] = INFINITY;
+        law->high[i] = -INFINITY;
+        for (size_t r = 0; r < data->rows; r++) {
+            law->low[i] = fmin(law->low[i], data->strain[i][r]);
+            law->high[i] = fmax(law->high[i], data->strain[i][r]);
+        }
+        if (data->known[i] && law->low[i] == law->high[i] && !(round && partner != i)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s is the same in all rows; allowed: one that varies, or no columns "
+                           "%s and %s, for a rod in which it is locked",
+                           STRAINS[i], STRAINS[i], STRESSES[i]);
+        }
+        law->scale[i] = known ? strain[i] : INFINITY;
+        x->unit = known ? fmax(x->unit, stress[i] * strain[i]) : x->unit;
+    }
+    for (int i = 0; i < N; i++) {
+        const bool known = isfinite(law->scale[i]);
+        if (known && !(strain[i] > 0 && stress[i] > 0)) {
+            return ad_fail(error, AD_BAD_INPUT,
+                           "%s or %s is 0 in all rows; allowed: ones that vary", STRAINS[i],
+                           STRESSES[i]);
+        }
+        x->by[i] = known ? x->unit / (stress[i] * strain[i]) : 0;
+    }
+    return AD_OK;
+}
+
+/* Rows held out are drawn at random. */
+static ad_status deal(fit *x, const train_law_data *data, ad_error *error)
+{
+    const size_t rows = data->rows, out = (size_t)(x->asked->held_out * (double)rows);
+    size_t *order = malloc((rows + 1) * sizeof *order), at = 0;
+    double *all = calloc(2 * N * rows + 1, sizeof *all);
+    nn_rng rng = nn_rng_split(x->asked->seed, "held out");
+    x->rows[0] = rows - out;
+    x->rows[1] = out;
+    x->data[0] = all;
+    x->data[1] = all + 2 * N * x->rows[0];
+    for (size_t i = 0; order && i < rows; i++) {
+        const size_t other = (size_t)nn_rng_below(&rng, i + 1);
+        order[i] = order[other];
+        order[other] = i;
+    }
+    for (int part = 0; order && all && part < 2; part++) {
+        for (size_t r = 0; r < x->rows[part]; r++, at++) {
+            for (int i = 0; i < N; i++) {
+                const double scale = x->law->scale[i], *strain = data->strain[i];
+                const size_t n = x->rows[part];
+                x->data[part][(size_t)i * n + r] = strain[order[at]] / scale;
+                x->data[part][(size_t)(N + i) * n + r] =
+                    isfinite(scale) ? data->stress[i][order[at]] * scale / x->unit : 0;
+            }
+        }
+    }
+    const bool enough = order && all;
+    free(order);
+    return enough ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for %zu rows", rows);
+}
+
+/* ---- parameters ---------------------------------------------------------------------------- */
+
+/* Flat: the roots of c [N]; a, b [units]; w [units * features]. Of a convex law a and, if round, w
+ * are squares, but for the first w; the last is 0. Of a round law c_2 and c_5 do not count. */
+static bool is_squared(const fit *x, int feature)
+{
+    return x->asked->convex && x->asked->symmetry == SCENE_SYMMETRY_ROUND && feature > 0;
+}
+
+static void set_law(const fit *x, const double *p)
+{
+    scene_law *law = x->law;
+    const int units = law->units;
+    const bool round = law->symmetry == SCENE_SYMMETRY_ROUND;
+    for (int i = 0; i < N; i++) {
+        const double root = p[round && i % 3 == 1 ? i - 1 : i];
+        law->quadratic[i] = x->unit * root * root;
+    }
+    for (int u = 0; u < units; u++) {
+        const double a = p[N + u];
+        law->weight[u] = x->unit * (x->asked->convex ? a * a : a);
+        law->offset[u] = p[N + units + u];
+        for (int k = 0; k < x->features; k++) {
+            const double w = p[N + 2 * units + u * x->features + k];
+            law->by[u][k] = !is_squared(x, k) ? w : k + 1 < SCENE_LAW_FEATURES ? w * w : 0;
+        }
+    }
+}
+
+/* The same on the tape; wrt [4]. */
+static scene_law_values record_law(const fit *x, ad_tape *tape, ad_value *wrt)
+{
+    const int units = x->law->units, all = units * x->features;
+    double linear[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
+    double square[SCENE_LAW_UNITS_MAX * SCENE_LAW_FEATURES];
+    wrt[0] = ad_parameter(tape, "c", N, 0);
+    wrt[1] = ad_parameter(tape, "a", units, N);
+    wrt[2] = ad_parameter(tape, "b", units, (size_t)(N + units));
+    wrt[3] = ad_parameter(tape, "w", all, (size_t)(N + 2 * units));
+    ad_value root = wrt[0], weight = wrt[1], by = wrt[3];
+    if (x->asked->symmetry == SCENE_SYMMETRY_ROUND) {
+        static const int of[N] = {0, 0, 2, 3, 3, 5};
+        ad_value rows[N];
+        for (int i = 0; i < N; i++) {
+            rows[i] = ad_row(root, of[i]);
+        }
+        root = ad_stack(N, rows);
+    }
+    for (int i = 0; i < all; i++) {
+        const int k = i % x->features;
+        linear[i] = !is_squared(x, k);
+        square[i] = is_squared(x, k) && k + 1 < SCENE_LAW_FEATURES;
+    }
+    by = ad_add(ad_mul(ad_constant(tape, all, linear), by),
+                ad_mul(ad_constant(tape, all, square), ad_square(by)));
+    return (scene_law_values){ad_square(root), x->asked->convex ? ad_square(weight) : weight,
+                              wrt[2], by};
+}
+
+static ad_status record(fit *x, ad_error *error)
+{
+    ad_tape *tape = ad_tape_create();
+    if (!tape) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a tape");
+    }
+    ad_value strain = ad_input(tape, "strain", N), stress = ad_input(tape, "stress", N), wrt[4];
+    const scene_law_values values = record_law(x, tape, wrt);
+    const scene_symmetry symmetry = x->asked->symmetry;
+    ad_value given = ad_sub(scene_law_record(symmetry, &values, strain),
+                            scene_law_record(symmetry, &values, ad_zeros(tape, N)));
+    ad_value off = ad_mul(ad_constant(tape, N, x->by), ad_sub(given, stress));
+    ad_value sum = ad_sum_points(ad_sum_rows(ad_square(off)));
+    const ad_settings settings = ad_settings_default();
+    ad_status status = ad_tape_status(tape, error);
+    if (status == AD_OK) {
+        status = ad_compile(1, &sum, &settings, x->pool, &x->sum, error);
+    }
+    if (status == AD_OK) {
+        status = ad_normal_compile(1, &off, 4, wrt, x->count, x->pool, &x->normal, error);
+    }
+    ad_tape_free(tape);
+    return status;
+}
+
+/* ---- Levenberg-Marquardt ------------------------------------------------------------------- */
+
+static ad_run run_of(const fit *x, int part, const double *p, const double *inputs[2],
+                     double **output)
+{
+    inputs[0] = x->data[part];
+    inputs[1] = x->data[part] + N * x->rows[part];
+    return (ad_run){.points = x->rows[part], .inputs = inputs, .parameters = p, .outputs = output};
+}
+
+static int sum_of(const fit *x, int part, const double *p, double *value)
+{
+    const double *inputs[2];
+    const ad_run run = run_of(x, part, p, inputs, &value);
+    return ad_execute(x->sum, &run, x->error) == AD_OK ? OPTIM_OBJECTIVE_OK : OPTIM_OBJECTIVE_STOP;
+}
+
+static int evaluate(void *context, const double *p, double *value)
+{
+    return sum_of(context, 0, p, value);
+}
+
+static int linearize(void *context, const double *p, double *value, double *jtr, double *diagonal)
+{
+    fit *x = context;
+    const double *inputs[2];
+    const ad_run run = run_of(x, 0, p, inputs, NULL);
+    *value = 0;
+    memset(x->jtj, 0, x->count * x->count * sizeof *x->jtj);
+    memset(x->jtr, 0, x->count * sizeof *x->jtr);
+    if (ad_normal_add(x->normal, &run, x->jtj, x->jtr, value, x->error) != AD_OK) {
+        return OPTIM_OBJECTIVE_STOP;
+    }
+    memcpy(jtr, x->jtr, x->count * sizeof *jtr);
+    for (size_t i = 0; i < x->count; i++) {
+        diagonal[i] = x->jtj[i * x->count + i];
+    }
+    return OPTIM_OBJECTIVE_OK;
+}
+
+static int solve(void *context, double damping, const double *scale, double *step)
+{
+    const fit *x = context;
+    double shift[N + SCENE_LAW_UNITS_MAX * (2 + SCENE_LAW_FEATURES)];
+    for (size_t i = 0; i < x->count; i++) {
+        shift[i] = damping * scale[i];
+        step[i] = -x->jtr[i];
+    }
+    if (ad_dense_cholesky(x->pool, x->jtj, shift, x->factor) != 0) {
+        return 1;
+    }
+    ad_dense_cholesky_solve(x->factor, step);
+    return OPTIM_OBJECTIVE_OK;
+}
+
+static void draw(const fit *x, int start, double *p)
+{
+    nn_rng rng = nn_rng_split(x->asked->seed + (uint64_t)start, "law");
+    const int units = x->law->units;
+    for (size_t i = 0; i < x->count; i++) {
+        p[i] = nn_rng_normal(&rng);
+    }
+    for (int i = 0; i < N; i++) {
+        p[i] = 0.7;
+    }
+    for (int u = 0; u < units; u++) {
+        p[N + u] *= x->asked->convex ? 0.3 : 0.1;
+    }
+    for (int i = 0; i < units * x->features; i++) {
+        p[N + 2 * units + i] *= 1 / sqrt(x->features);
+    }
+}
+
+/* The best network on the way of one start, by the rows held out. */
+static ad_status descend(fit *x, int start, double *p, double *best, train_law_report *report,
+                         ad_error *error)
+{
+    const optim_linear_model model = {x, evaluate, linearize, solve, NULL};
+    const int judge = x->rows[1] > 0;
+    optim_gauss_newton_settings settings = optim_gauss_newton_defaults();
+    settings.scaling = OPTIM_SCALING_IDENTITY;
+    settings.gradient_tolerance = 0;
+    const char *why = NULL;
+    draw(x, start, p);
+    optim_gauss_newton *gn = optim_gauss_newton_create(x->count, p, &settings, &why);
+    if (!gn) {
+        return ad_fail(error, AD_NO_MEMORY, "law: %s", why);
+    }
+    optim_status status = OPTIM_RUNNING;
+    x->error = error;
+    for (int i = 1; i <= x->asked->steps && status == OPTIM_RUNNING; i++) {
+        status = optim_gauss_newton_step(gn, &model);
+        double off = INFINITY;
+        if (status != OPTIM_STOPPED_BY_OBJECTIVE &&
+            sum_of(x, judge, optim_gauss_newton_x(gn), &off)) {
+            status = OPTIM_STOPPED_BY_OBJECTIVE;
+        }
+        if (off < *best) {
+            *best = off;
+            report->steps = i;
+            report->start = start;
+            set_law(x, optim_gauss_newton_x(gn));
+        }
+    }
+    optim_gauss_newton_free(gn);
+    return status == OPTIM_STOPPED_BY_OBJECTIVE ? error->status : AD_OK;
+}
+
+/* ---- what came of it ----------------------------------------------------------------------- */
+
+/* Of the law, or where it is NULL of one stiffness each. */
+static void errors_of(const fit *x, const scene_law *law, int part, double *error)
+{
+    const size_t n = x->rows[part];
+    double missed[N] = {0}, size[N] = {0}, stiffness[N];
+    for (int i = 0; i < N; i++) {
+        double both = 0, square = 0;
+        for (size_t r = 0; r < x->rows[0]; r++) {
+            const double strain = x->data[0][(size_t)i * x->rows[0] + r];
+            both += strain * x->data[0][(size_t)(N + i) * x->rows[0] + r];
+            square += strain * strain;
+        }
+        stiffness[i] = both / square;
+    }
+    for (size_t r = 0; r < n; r++) {
+        double strain[N], found[N];
+        for (int i = 0; i < N; i++) {
+            const bool known = x->by[i] > 0;
+            strain[i] = known ? x->data[part][(size_t)i * n + r] * x->law->scale[i] : 0;
+        }
+        if (law) {
+            scene_law_potential(law, strain, found, NULL);
+        }
+        for (int i = 0; i < N; i++) {
+            if (!(x->by[i] > 0)) {
+                continue;
+            }
+            const double scale = x->law->scale[i], stress = x->data[part][(size_t)(N + i) * n + r];
+            const double off =
+                (law ? found[i] * scale / x->unit : stiffness[i] * strain[i] / scale);
+            missed[i] += (off - stress) * (off - stress);
+            size[i] += stress * stress;
+        }
+    }
+    for (int i = 0; i < N; i++) {
+        error[i] = sqrt(missed[i] / size[i]);
+    }
+}
+
+static ad_status check(const train_law_settings *asked, const train_law_data *data, ad_error *error)
+{
+    const double unknown = (double)N + asked->units * (2.0 + scene_law_features(asked->symmetry));
+    const double given = (1 - asked->held_out) * (double)data->rows * N;
+    return given >= unknown
+               ? AD_OK
+               : ad_fail(error, AD_BAD_INPUT,
+                         "%zu rows; allowed: %.0f or more for %d units, or fewer units", data->rows,
+                         ceil(unknown / N / (1 - asked->held_out)), asked->units);
+}
+
+static ad_status fit_law(fit *x, train_law_report *report, ad_error *error)
+{
+    double *p = malloc(x->count * sizeof *p), best = INFINITY;
+    x->jtj = malloc(x->count * x->count * sizeof *x->jtj);
+    x->jtr = malloc(x->count * sizeof *x->jtr);
+    x->factor = ad_dense_factor_create(x->count);
+    x->pool = ad_pool_create(1);
+    ad_status status = p && x->jtj && x->jtr && x->factor && x->pool
+                           ? ad_dense_load(error)
+                           : ad_fail(error, AD_NO_MEMORY, "out of memory for a law");
+    status = status == AD_OK ? record(x, error) : status;
+    for (int start = 0; start < x->asked->starts && status == AD_OK; start++) {
+        status = descend(x, start, p, &best, report, error);
+    }
+    if (status == AD_OK && !isfinite(best)) {
+        status = ad_fail(error, AD_NOT_FINITE, "no law was found from %d starts", x->asked->starts);
+    }
+    free(p);
+    free(x->jtj);
+    free(x->jtr);
+    ad_dense_factor_free(x->factor);
+    ad_normal_free(x->normal);
+    ad_program_free(x->sum);
+    ad_pool_free(x->pool);
+    return status == AD_OK ? scene_law_finish(x->law, error) : status;
+}
+
+ad_status train_law_fit(const train_law_settings *settings, const train_law_data *data,
+                        scene_law *law, train_law_report *report, ad_error *error)
+{
+    const int features = scene_law_features(settings->symmetry);
+    fit x = {.asked = settings,
+             .law = law,
+             .features = features,
+             .count = (size_t)(N + settings->units * (2 + features))};
+    *report = (train_law_report){.trained = 0};
+    *law = (scene_law){.symmetry = settings->symmetry, .units = settings->units};
+    ad_status status = check(settings, data, error);
+    status = status == AD_OK ? set_scales(&x, data, error) : status;
+    status = status == AD_OK ? deal(&x, data, error) : status;
+    status = status == AD_OK ? fit_law(&x, report, error) : status;
+    if (status == AD_OK) {
+        report->trained = x.rows[0];
+        report->held_out = x.rows[1];
+        errors_of(&x, law, 0, report->error);
+        errors_of(&x, law, 1, report->held_out_error);
+        errors_of(&x, NULL, x.rows[1] > 0, report->linear);
+    }
+    free(x.data[0]);
+    return status;
+}
+
+/* ---- files --------------------------------------------------------------------------------- */
+
+ad_status train_law_write(const char *path, const scene_law *law, ad_error *error)
+{
+    static const char *const names[2] = {"name", "value"};
+    double values[SCENE_LAW_NUMBERS_MAX];
+    char text[SCENE_LAW_NUMBERS_MAX][32];
+    const char *words[SCENE_LAW_NUMBERS_MAX];
+    const int count = scene_law_count(law);
+    scene_law_numbers(law, values);
+    for (int i = 0; i < count; i++) {
+        scene_law_name(law, i, text[i]);
+        words[i] = text[i];
+    }
+    const table_source table = {.names = names,
+                                .columns = (const double *const[2]){NULL, values},
+                                .words = (const char *const *const[2]){words, NULL},
+                                .ncols = 2,
+                                .nrows = (size_t)count};
+    return table_write(path, &table, error);
+}
+
+ad_status train_law_read(const char *path, scene_law *law, ad_error *error)
+{
+    static const char *const words[] = {"name", NULL};
+    table_file *file = NULL;
+    ad_error reason;
+    ad_status status = table_read_words(path, TABLE_NONFINITE, words, &file, error);
+    if (status != AD_OK) {
+        return status;
+    }
+    const double *values = table_column(file, "value");
+    const char *const *names = table_words(file, "name");
+    if (!values || !names) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "%s: has no columns name and value; allowed: a law "
+                         "that cpinn-law has written",
+                         path);
+    } else {
+        status = scene_law_create((int)fmin((double)table_rows(file), 1e6), values, law, &reason);
+        status = status == AD_OK ? AD_OK : ad_fail(error, status, "%s: %s", path, reason.message);
+    }
+    for (int i = 0; status == AD_OK && i < scene_law_count(law); i++) {
+        char name[32];
+        scene_law_name(law, i, name);
+        if (strcmp(name, names[i]) != 0) {
+            status = ad_fail(error, AD_BAD_INPUT, "%s: row %d is '%s'; allowed here: '%s'", path,
+                             i + 1, names[i], name);
+        }
+    }
+    table_free(file);
+    return status;
+}
