@@ -22,7 +22,7 @@ extern "C" {
 #endif
 
 typedef struct surrogate {
-    const scene *scene;          /* borrowed, with what it needs, from `owner` */
+    const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
     surrogate_step step;
     double *numbers; /* of the step; owned */
