@@ -23,7 +23,7 @@ const char *const *surrogate_hold_names(void)
 
 surrogate_settings surrogate_settings_default(void)
 {
-    return (surrogate_settings){.step = NAN, .tolerance = 2e-3, .solved = 20000};
+    return (surrogate_settings){.step = NAN, .tolerance = 5e-3, .solved = 20000};
 }
 
 bool surrogate_is_given(const surrogate_settings *settings)
