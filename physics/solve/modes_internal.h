@@ -3,6 +3,7 @@
 #define PHYSICS_SOLVE_MODES_INTERNAL_H
 
 #include "physics/gauss.h"
+#include "physics/solve/kinematics.h"
 #include "physics/solve/modes.h"
 #include "physics/solve/processor.h"
 #include "physics/solve/quaternion.h"
@@ -148,7 +149,17 @@ void modes_add_row(const modes *m, double by, const double *row, double off, dou
 bool modes_accelerations(modes *m, const double *q, const double *v, double *a);
 
 /* Where to look at a rod: s [n] within [0, 1]. AD_NO_MEMORY. */
-typedef struct modes_places modes_places;
+typedef struct modes_place {
+    int element, before; /* the last of its points before the place; -1: none */
+    double length, values[GAUSS_STAGES_MAX], integrals[GAUSS_STAGES_MAX]; /* by points */
+    double magnus[3][GAUSS_STAGES_MAX];
+} modes_place;
+
+typedef struct modes_places {
+    size_t count;
+    modes_place at[];
+} modes_places;
+
 ad_status modes_places_create(const modes *m, size_t n, const double *s, modes_places **result,
                               ad_error *error);
 void modes_places_free(modes_places *x);
@@ -157,9 +168,13 @@ void modes_places_free(modes_places *x);
  * lies beyond. */
 void modes_samples(const modes *m, const modes_places *places, solve_state *out);
 
-/* Of the shape as it is, after modes_mass: derivatives [places][12][2 size] of position, turn
- * (world), velocity and spin (body) by q and v. */
-void modes_sample_derivatives(const modes *m, const modes_places *places, double *by);
+/* Kinematics of places, s [places] within [0, 1], with the wanted rows [rows] of derivatives; the
+ * start is that of the present time and inputs, and by modes_kinematics_start of those it is called
+ * with. AD_NO_MEMORY: x is all 0. */
+ad_status modes_kinematics_create(const modes *m, size_t places, const double *s, int rows,
+                                  const int *row, kinematics *x, ad_error *error);
+void modes_kinematics_free(kinematics *x);
+void modes_kinematics_start(const modes *m, kinematics *x);
 
 /* The modes and rates [size] that come nearest to a state given at the points [points], from modes
  * q that are not far off. */

@@ -11,6 +11,13 @@
 /* Of a step: of order 5. */
 enum { STAGES = 3 };
 
+/* Of each place: position, turn, velocity, angular velocity. */
+enum { OUTPUT_ROWS = 12 };
+
+_Static_assert(offsetof(reduced_place, angular_velocity) == 10 * sizeof(double) &&
+                   sizeof(reduced_place) == 13 * sizeof(double),
+               "as kinematics.h has them");
+
 struct reduced_rod {
     scene open;
     const char *names[SCENE_PARAMETERS_MAX];
@@ -18,8 +25,7 @@ struct reduced_rod {
     solve_rod *rod;
     modes *m;
     collocation *step;
-    modes_places *places;
-    solve_state *seen; /* [count] */
+    kinematics look; /* of places, all rows but those of curvature */
     int count;
     double newton;
     double *unit;        /* [states] of the state: SI by the model's */
@@ -30,7 +36,9 @@ struct reduced_rod {
     double *by;          /* [states][states + inputs] */
     double *mass;        /* [width][width] */
     double *room;        /* of the derivatives of a step */
-    double *rows;        /* [count][12][states] of what is seen, then [count][6] */
+    double *seen;        /* [count][KINEMATICS_SEEN] */
+    double *rows;        /* [count][OUTPUT_ROWS][states] of what is seen, then [count][6] */
+    double *look_room;
     double *memory;
     int *pivots; /* [size] */
 };
@@ -85,19 +93,27 @@ static ad_status create_model(reduced_rod *x, const reduced_settings *settings, 
 static ad_status place(reduced_rod *x, const reduced_settings *settings, ad_error *error)
 {
     const double length = x->rod->scales.length;
-    double *s = malloc(((size_t)settings->count + 1) * sizeof *s);
-    ad_status status = s ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for places");
+    const size_t places = (size_t)settings->count;
+    double *s = malloc((places + 1) * sizeof *s);
+    int *rows = malloc((OUTPUT_ROWS * places + 1) * sizeof *rows);
+    ad_status status = s && rows ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for places");
     x->count = settings->count;
     for (int i = 0; i < x->count && status == AD_OK; i++) {
         s[i] = settings->s[i] / length;
+        for (int k = 0; k < OUTPUT_ROWS; k++) {
+            rows[i * OUTPUT_ROWS + k] = i * KINEMATICS_ROWS + k;
+        }
         if (!(s[i] >= 0 && s[i] <= 1 + 1e-12)) {
             status = ad_fail(error, AD_BAD_ARGUMENT, "s[%d] = %g; allowed: 0 to %g", i,
                              settings->s[i], length);
         }
     }
-    status = status == AD_OK ? modes_places_create(x->m, (size_t)x->count, s, &x->places, error)
-                             : status;
+    if (status == AD_OK) {
+        status = modes_kinematics_create(x->m, places, s, OUTPUT_ROWS * settings->count, rows,
+                                         &x->look, error);
+    }
     free(s);
+    free(rows);
     return status;
 }
 
@@ -106,8 +122,9 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
     const modes *m = x->m;
     const size_t n = (size_t)m->size, width = (size_t)m->width, inputs = (size_t)m->inputs;
     const size_t square = (n + QUAD) * width;
-    double **const parts[] = {&x->unit, &x->q,    &x->v,  &x->a,    &x->residual, &x->start,
-                              &x->by_q, &x->by_v, &x->by, &x->mass, &x->room,     &x->rows};
+    double **const parts[] = {&x->unit,  &x->q,    &x->v,    &x->a,        &x->residual,
+                              &x->start, &x->by_q, &x->by_v, &x->by,       &x->mass,
+                              &x->room,  &x->rows, &x->seen, &x->look_room};
     const size_t sizes[] = {2 * n,
                             n,
                             n,
@@ -119,15 +136,16 @@ static ad_status allocate(reduced_rod *x, ad_error *error)
                             2 * n * (2 * n + inputs),
                             square,
                             collocation_derivative_room(x->step),
-                            (24 * n + 6) * (size_t)x->count};
+                            (2 * OUTPUT_ROWS * n + 6) * (size_t)x->count,
+                            KINEMATICS_SEEN * (size_t)x->count,
+                            kinematics_room(&x->look)};
     size_t all = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         all += sizes[i];
     }
     double *at = x->memory = calloc(all, sizeof *at);
-    x->seen = calloc((size_t)x->count + 1, sizeof *x->seen);
     x->pivots = calloc(n + 1, sizeof *x->pivots);
-    if (!at || !x->seen || !x->pivots) {
+    if (!at || !x->pivots) {
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
@@ -167,11 +185,10 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
 void reduced_free(reduced_rod *x)
 {
     if (x) {
-        modes_places_free(x->places);
+        modes_kinematics_free(&x->look);
         collocation_free(x->step);
         modes_free(x->m);
         solve_rod_free(x->rod);
-        free(x->seen);
         free(x->pivots);
         free(x->memory);
         free(x);
@@ -305,7 +322,7 @@ static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
     memset(x->mass, 0, (size_t)(n * width) * sizeof *x->mass);
     memset(x->residual, 0, (size_t)n * sizeof *x->residual);
     for (int i = 0; i < 6 * x->count; i++) {
-        const double *row = x->rows + (size_t)((i / 6 * 12 + i % 6) * 2 * n) +
+        const double *row = x->rows + (size_t)((i / 6 * OUTPUT_ROWS + i % 6) * 2 * n) +
                             (moving ? (size_t)(6 * 2 * n + n) : 0);
         modes_add_row(x->m, i % 6 < 3 ? 1 : MODES_TURN, row, off[i / 6][i % 6], x->mass,
                       x->residual);
@@ -319,24 +336,44 @@ static double least_squares(reduced_rod *x, bool moving, double (*off)[6])
     return modes_solve_positive(x->m, x->mass, x->residual) ? largest(n, x->residual) : NAN;
 }
 
+/* Places of a state and derivatives by it, in SI units. */
+static void look(reduced_rod *x, const double *state, double *by_state)
+{
+    modes_kinematics_start(x->m, &x->look);
+    kinematics_see(&x->look, 1, state, x->seen, by_state, x->look_room);
+}
+
+/* The same of the present modes, with derivatives in the model's units. */
+static void look_at_modes(reduced_rod *x)
+{
+    const rod_scales *scales = &x->rod->scales;
+    const int size = 2 * x->m->size;
+    const double of[4] = {1 / scales->length, 1, scales->time / scales->length, scales->time};
+    give_state(x, x->start);
+    look(x, x->start, x->rows);
+    for (int i = 0; i < OUTPUT_ROWS * x->count; i++) {
+        for (int c = 0; c < size; c++) {
+            x->rows[i * size + c] *= of[i % OUTPUT_ROWS / 3] * x->unit[c];
+        }
+    }
+}
+
 /* By how much places are off what is seen of them, in the model's units. */
 static void find_off(const reduced_rod *x, const reduced_place *seen, bool moving, double (*off)[6])
 {
     const rod_scales *scales = &x->rod->scales;
     for (int i = 0; i < x->count; i++) {
-        const solve_state *here = &x->seen[i];
-        double q[4], R[3][3], turn[4], body[3];
-        memcpy(q, here->rotation, sizeof q);
+        const double *here = x->seen + i * KINEMATICS_SEEN, *q = here + 3;
+        double R[3][3], turn[4], body[3];
         rotation_matrix(q, R);
         quaternion_quotient(q, seen[i].rotation, turn);
         const double sine = sqrt(vector_dot(turn + 1, turn + 1));
         const double by = sine > 1e-8 ? 2 * atan2(sine, fabs(turn[0])) / sine : 2;
         for (int k = 0; k < 3; k++) {
-            off[i][k] =
-                moving ? seen[i].velocity[k] * scales->time / scales->length - here->velocity[k]
-                       : seen[i].position[k] / scales->length - here->position[k];
+            off[i][k] = moving ? (seen[i].velocity[k] - here[7 + k]) * scales->time / scales->length
+                               : (seen[i].position[k] - here[k]) / scales->length;
             body[k] = copysign(by, turn[0]) * turn[1 + k];
-            off[i][3 + k] = seen[i].angular_velocity[k] * scales->time - here->spin[k];
+            off[i][3 + k] = (seen[i].angular_velocity[k] - here[10 + k]) * scales->time;
         }
         if (!moving) {
             to_world(R, body, off[i] + 3);
@@ -350,15 +387,12 @@ ad_status reduced_nearest(reduced_rod *x, double t, const double *inputs, const 
     enum { STEPS = 60 };
     const double near = 1e-9, farthest = 0.5;
     double moved = INFINITY,
-           (*off)[6] = (double(*)[6])(x->rows + (size_t)(24 * x->m->size * x->count));
+           (*off)[6] = (double(*)[6])(x->rows + (size_t)(2 * OUTPUT_ROWS * x->m->size * x->count));
     ad_status status = go_to(x, t, state, inputs, error);
     for (int step = 0; step <= STEPS && status == AD_OK; step++) {
         const bool moving = moved <= near || step == STEPS; /* the last: q_t */
         double *to = moving ? x->v : x->q;
-        modes_shape(x->m, x->q, x->v, NULL);
-        modes_mass(x->m);
-        modes_samples(x->m, x->places, x->seen);
-        modes_sample_derivatives(x->m, x->places, x->rows);
+        look_at_modes(x);
         find_off(x, seen, moving, off);
         moved = least_squares(x, moving, off);
         const double part = moving ? 1 : fmin(1, farthest / moved);
@@ -480,34 +514,26 @@ ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *
 ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error)
 {
-    const int n = x->m->size;
-    const rod_scales *scales = &x->rod->scales;
-    ad_status status = go_to(x, t, state, inputs, error);
+    ad_status status = modes_at(x->m, t / x->rod->scales.time, inputs, error);
     if (status != AD_OK) {
         return status;
     }
-    modes_shape(x->m, x->q, x->v, NULL);
-    modes_samples(x->m, x->places, x->seen);
+    look(x, state, by_state);
     for (int i = 0; i < x->count; i++) {
-        const solve_state *from = &x->seen[i];
-        memcpy(places[i].rotation, from->rotation, sizeof places[i].rotation);
-        for (int k = 0; k < 3; k++) {
-            places[i].position[k] = from->position[k] * scales->length;
-            places[i].velocity[k] = from->velocity[k] * scales->length / scales->time;
-            places[i].angular_velocity[k] = from->spin[k] / scales->time;
-        }
-    }
-    if (by_state) {
-        const double of[4] = {scales->length, 1, scales->length / scales->time, 1 / scales->time};
-        modes_mass(x->m);
-        modes_sample_derivatives(x->m, x->places, by_state);
-        for (int i = 0; i < 12 * x->count; i++) {
-            for (int c = 0; c < 2 * n; c++) {
-                by_state[i * 2 * n + c] *= of[i % 12 / 3] / x->unit[c];
-            }
-        }
+        memcpy(&places[i], x->seen + i * KINEMATICS_SEEN, sizeof places[i]);
     }
     return AD_OK;
+}
+
+const kinematics *reduced_kinematics(const reduced_rod *x)
+{
+    return &x->look;
+}
+
+bool reduced_is_placed(const reduced_rod *x)
+{
+    const solve_part_kind kind = solve_rod_part_kind(x->rod, SOLVE_START);
+    return !kind.by_t && !kind.by_parameters;
 }
 
 ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,

@@ -17,6 +17,7 @@
 #define PHYSICS_SOLVE_REDUCED_H
 
 #include "physics/scene.h"
+#include "physics/solve/kinematics.h"
 #include "physics/solve/solve.h"
 
 #ifdef __cplusplus
@@ -96,6 +97,11 @@ ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *
  * body frame. */
 ad_status reduced_output(reduced_rod *x, double t, const double *state, const double *inputs,
                          reduced_place *places, double *by_state, ad_error *error);
+
+/* By which places are found, of many states at once: with the start as it was at the last call of
+ * reduced_output, and as it always is where it is placed, at all times and inputs alike. */
+const kinematics *reduced_kinematics(const reduced_rod *x);
+bool reduced_is_placed(const reduced_rod *x);
 
 /* J; work and dissipated are 0. */
 ad_status reduced_energy(reduced_rod *x, double t, const double *state, const double *inputs,

@@ -3,6 +3,7 @@
 #define TOOLS_CONFIG_CONFIG_CONTROL_H
 
 CONFIG_NAMES(control_path_names, CONTROL_PATH_LIST(CONFIG_NAME))
+CONFIG_NAMES(control_surface_names, CONTROL_SURFACE_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_method_names, CONTROL_METHOD_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_model_names, CONTROL_MODEL_LIST(CONFIG_NAME))
 CONFIG_NAMES(control_seen_names, CONTROL_SEEN_LIST(CONFIG_NAME))
@@ -32,6 +33,11 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.task.radius", CONFIG_NUMBER, CONTROL_AT(task.radius), POSITIVE, .unit = "m",         \
      .fallback = "a tenth of the rod's length",                                                    \
      .help = "Of the circle, and half the width of the eight."},                                   \
+    {"control.task.surface", CONFIG_CHOICE, CONTROL_AT(task.surface),                              \
+     .names = control_surface_names,                                                               \
+     .help = "plane: the circle or the eight lies in its plane; reachable: over it on the surface "\
+             "where the place can be at rest, of robots with two inputs or tendons that hardly "    \
+             "stretch."},                                                                           \
     {"control.task.frequency", CONFIG_NUMBER, CONTROL_AT(task.frequency), POSITIVE, .unit = "Hz",  \
      .help = "How often a second."},                                                               \
     {"control.task.points[].position", CONFIG_NUMBER, ENTRIES(3, 3),                               \
@@ -58,9 +64,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "predictive: one Gauss-Newton step on the inputs over the horizon in each period; "   \
              "sampling: a mean of random inputs weighted by their cost."},                         \
     {"control.model", CONFIG_CHOICE, CONTROL_AT(model), .names = control_model_names,              \
-     .help = "What filter and controller step the robot with: the trained one-step model; the "    \
-             "reduced rod it has been trained on; that rod linearised where it rests at the "      \
-             "start."},                                                                            \
+     .help = "What filter and controller step the robot with: surrogate, the trained one-step "    \
+             "model; reduced, the rod it has been trained on; linear, that rod linearised where "  \
+             "it rests at the start; automatic: surrogate if it is trained, else reduced."},                                                                            \
     {"control.horizon", CONFIG_INTEGER, CONTROL_AT(horizon), BETWEEN(1, 60), .unit = "steps",      \
      .help = "How far the controller looks ahead."},                                               \
     {"control.samples", CONFIG_INTEGER, CONTROL_AT(samples), BETWEEN(8, 100000),                   \
@@ -72,6 +78,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "Cost of an input that is off the middle of its range by the range."},                \
     {"control.accuracy", CONFIG_NUMBER, CONTROL_AT(accuracy), POSITIVE, .unit = "m",               \
      .help = "An error of the place that costs 1."},                                               \
+    {"control.offset", CONFIG_NUMBER, CONTROL_AT(offset), BETWEEN(0, 1),                           \
+     .help = "Part of the error of each prediction that is added to what the model leaves out: "   \
+             "more than 0 takes constant errors away, by loads and masses that are not known."},   \
     CONTROL_BY_INPUT("control.limits.low", low, "of the input", "the lower ends of their ranges",  \
      "Least values of the inputs, in the order of surrogate.inputs."),                             \
     CONTROL_BY_INPUT("control.limits.high", high, "of the input", "the upper ends of their ranges",\
@@ -93,7 +102,7 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
     {"control.measurements[].what", CONFIG_CHOICE, CONTROL_AT(measurements[0].what),               \
      .names = control_seen_names, .fallback = "required",                                          \
      .help = "What a sensor measures; without measurements the position of track.at. "             \
-             "orientation: a rotation; curvature: about d1, d2, d3."},                             \
+             "rotation: of the section; direction: of its d3; curvature: about d1, d2, d3."},                             \
     {"control.measurements[].at", CONFIG_NUMBER, CONTROL_AT(measurements[0].at), NOT_NEGATIVE,     \
      .unit = "m", .fallback = "track.at", .help = "Place along the rod."},                         \
     {"control.measurements[].noise", CONFIG_NUMBER, CONTROL_AT(measurements[0].noise), POSITIVE,   \

@@ -34,16 +34,16 @@ typedef struct controller controller;
 typedef struct controller_method controller_method;
 extern const controller_method controller_gauss_newton;
 
-/* Arrays are copied by controller_init; those that may be NULL say what that means. With m
- * controlled inputs and v = look.values. */
+/* All arrays and contexts are borrowed as long as the controller lives; with m controlled inputs
+ * and v = look.values. */
 typedef struct controller_settings {
     const controller_method *method; /* NULL: controller_gauss_newton */
     const void *method_settings;     /* of controller_sampling: mppi_settings; NULL: its defaults */
-    one_step model;                  /* its context is borrowed */
-    one_look look;                   /* values: what is tracked or limited; borrowed */
-    int horizon;                     /* samples ahead */
-    int moves; /* of them with inputs of their own; later ones hold the last; 0: all */
-    int delay; /* samples from a state to when its answer is applied: 0, 1 (the next one), .. */
+    one_step model;
+    one_look look; /* values: what is tracked or limited */
+    int horizon;   /* samples ahead */
+    int moves;     /* of them with inputs of their own; later ones hold the last; 0: all */
+    int delay;     /* samples from a state to when its answer is applied: 0, 1 (the next one), .. */
     int iterations; /* of the method within one feedback; 0: 1 */
 
     int controlled;              /* m */
@@ -65,7 +65,7 @@ typedef struct controller_settings {
 
     double offset;  /* 0 to 1, of a sample's error of prediction that is added to `drift` and
                      * `bias` (low pass): with more than 0 no constant mismatch or load leaves a
-                     * constant error; 0: they stay 0 */
+                     * constant error but what `effort` asks for; 0: they stay 0 */
     double outside; /* a state further outside (model.outside) is not used, as if it were missing;
                      * 0: all are used, flagged above 1 */
     int coast;      /* samples without a state for which the model's own prediction is used; after
@@ -99,11 +99,12 @@ enum {
     CONTROLLER_REFERENCE = 256 /* an entry of the reference is infinite: no wish there */
 };
 
-/* What is wrong with settings in a few words, or NULL. */
-const char *controller_check(const controller_settings *settings);
-size_t controller_size(const controller_settings *settings); /* bytes; 0: bad settings */
-/* In the caller's memory of that size, aligned as for a double; NULL: bad settings. Nothing has to
- * be freed. */
+/* What is wrong with settings, NULL: nothing; static text. Else controller_size is not defined. */
+const char *controller_refusal(const controller_settings *settings);
+
+/* Bytes; memory as aligned as malloc's, which stays where it is. Settings are copied, their arrays
+ * borrowed. */
+size_t controller_size(const controller_settings *settings);
 controller *controller_init(void *memory, const controller_settings *settings);
 
 /* inputs [m]: to be applied `delay` samples after the state's time. Returns flags. */

@@ -32,7 +32,7 @@ typedef struct qp_settings {
 
 typedef struct qp_bounds {
     const double *lower, *upper;         /* [variables]; infinite: none. lower <= upper */
-    const double *A;                     /* [rows][variables] */
+    const double *A;                     /* [rows][stride], 0 beyond its columns */
     const double *row_lower, *row_upper; /* [rows]; infinite: none */
     const double *softness;              /* [rows]; 0: hard; NULL: all are hard */
 } qp_bounds;
@@ -47,12 +47,12 @@ typedef enum qp_status {
                     * `inside`, or zero cut to its bounds */
 } qp_status;
 
-/* Bytes for qp_init; 0: settings that are none. */
+/* Bytes; memory as aligned as malloc's, which stays where it is. */
 size_t qp_size(const qp_settings *settings);
-/* In the caller's memory of that size, aligned as for a double; nothing has to be freed. */
 qp *qp_init(void *memory, const qp_settings *settings);
 
-/* H [variables][variables], of which the lower triangle is read. It may be done before g is known.
+/* H [variables][stride], stride = small_stride(variables) (small.h), of which the upper triangle is
+ * read. It may be done before g is known.
  * QP_BAD: not positive definite, and qp_solve will answer so until another one is. */
 qp_status qp_factor(qp *x, const double *H);
 

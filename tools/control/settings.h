@@ -16,29 +16,35 @@ enum {
     CONTROL_POINTS_MAX = 64,
     CONTROL_LIMITS_MAX = 8,
     CONTROL_FAULTS_MAX = 16,
-    CONTROL_CHANGES_MAX = 32
+    CONTROL_CHANGES_MAX = 32,
+    CONTROL_HEIGHTS = 8 /* waves of them around a path */
 };
 
 #define CONTROL_PATH_LIST(X)                                                                       \
     X(CONTROL_CIRCLE, "circle")                                                                    \
     X(CONTROL_EIGHT, "eight") X(CONTROL_POINTS, "points") X(CONTROL_FILE, "file")
-#define CONTROL_METHOD_LIST(X) X(CONTROL_PREDICTIVE, "predictive") X(CONTROL_SAMPLING, "sampling")
+#define CONTROL_SURFACE_LIST(X) X(CONTROL_PLANE, "plane") X(CONTROL_REACHABLE, "reachable")
+#define CONTROL_METHOD_LIST(X)  X(CONTROL_PREDICTIVE, "predictive") X(CONTROL_SAMPLING, "sampling")
 #define CONTROL_MODEL_LIST(X)                                                                      \
+    X(CONTROL_AUTOMATIC, "automatic")                                                              \
     X(CONTROL_SURROGATE, "surrogate") X(CONTROL_REDUCED, "reduced") X(CONTROL_LINEAR, "linear")
 /* In the order of look_what. */
 #define CONTROL_SEEN_LIST(X)                                                                       \
     X(LOOK_POSITION, "position")                                                                   \
-    X(LOOK_ROTATION, "rotation") X(LOOK_DIRECTION, "direction") X(LOOK_VELOCITY, "velocity")       \
-        X(LOOK_ANGULAR_VELOCITY, "angular_velocity") X(LOOK_CURVATURE, "curvature")                \
-            X(LOOK_STRAIN, "strain")
+    X(LOOK_ROTATION, "rotation")                                                                   \
+    X(LOOK_DIRECTION, "direction")                                                                 \
+    X(LOOK_VELOCITY, "velocity")                                                                   \
+    X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                                                   \
+    X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
 #define CONTROL_FAULT_LIST(X)                                                                      \
     X(CONTROL_LOST, "lost")                                                                        \
     X(CONTROL_NOT_A_NUMBER, "nan") X(CONTROL_WILD, "wild") X(CONTROL_LATE, "late")
 #define CONTROL_ENUM(value, text) value,
 
 typedef enum control_path { CONTROL_PATH_LIST(CONTROL_ENUM) } control_path;
+typedef enum control_surface { CONTROL_SURFACE_LIST(CONTROL_ENUM) } control_surface;
 typedef enum control_method { CONTROL_METHOD_LIST(CONTROL_ENUM) } control_method;
-typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) CONTROL_MODELS } control_model;
+typedef enum control_model { CONTROL_MODEL_LIST(CONTROL_ENUM) } control_model;
 typedef enum control_fault_kind { CONTROL_FAULT_LIST(CONTROL_ENUM) } control_fault_kind;
 
 typedef struct control_point {
@@ -49,8 +55,11 @@ typedef struct control_point {
 typedef struct control_task {
     control_path path;
     double centre[3], normal[3]; /* m; of any length */
-    double radius;               /* m */
-    double frequency;            /* Hz */
+    control_surface surface;
+    double heights[2 * CONTROL_HEIGHTS + 1]; /* m, along the unit normal: mean, then cos, sin of
+                                              * multiples of the phase */
+    double radius;                           /* m */
+    double frequency;                        /* Hz */
     int point_count;
     control_point points[CONTROL_POINTS_MAX];
     double travel;    /* s from one point to the next */
@@ -93,6 +102,7 @@ typedef struct control_settings {
     int samples; /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
+    double offset;   /* 0 to 1: controller_settings.offset */
     int rate_count, low_count, high_count;
     double rate[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     int limit_count;

@@ -1,7 +1,7 @@
 /* Dense linear algebra of 1 to 100 unknowns for filters and controllers: no allocation, no library,
- * the same bits on any processor. Matrices are row by row; `stride` is the distance of rows, which
- * is small_stride(columns) wherever it is not given. What a row has beyond its columns has to be
- * finite, and is 0 where a function writes it. */
+ * the same bits on any processor. Matrices are row by row, rows
+ * small_stride(columns) apart, at most SMALL_MOST. What a row has beyond its columns has to be
+ * finite, and is 0 for results of sums of products with it. */
 #ifndef CONTROL_SMALL_H
 #define CONTROL_SMALL_H
 
@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-enum { SMALL_LANES = 8 };
+enum { SMALL_LANES = 8, SMALL_MOST = 128 /* columns */ };
 
 /* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
  * which; for static functions only. */
@@ -25,6 +25,30 @@ enum { SMALL_LANES = 8 };
 static inline int small_stride(int columns)
 {
     return (columns + SMALL_LANES - 1) / SMALL_LANES * SMALL_LANES;
+}
+
+/* Memory in pieces of `count` times `size` bytes, which begin at multiples of 64 from `used` on;
+ * without memory they are only counted. */
+static inline void *small_take(void *memory, size_t *used, size_t count, size_t size)
+{
+    void *result = memory == NULL ? NULL : (unsigned char *)memory + *used;
+
+    *used += (count * size + 63) / 64 * 64;
+    return result;
+}
+
+/* a'b of rows of `count` numbers, a multiple of SMALL_LANES: in lanes, as vectors take it. */
+static inline double small_dot(int count, const double *a, const double *b)
+{
+    double lanes[SMALL_LANES] = {0};
+
+    for (int i = 0; i < count; i += SMALL_LANES) {
+        for (int j = 0; j < SMALL_LANES; j++) {
+            lanes[j] += a[i + j] * b[i + j];
+        }
+    }
+    return ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) +
+           ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]));
 }
 
 /* Rows of vectors side by side: c [m][n] = a [m][k] b [k][n], and c [k][n] = a^T [k][m] b [m][n];
@@ -41,10 +65,11 @@ void small_triangle(int rows, int n, double *a);
  * Returns 0, or 1 + i: pivot i is not positive, and a is not defined. */
 int small_cholesky(int n, double *a);
 
-/* With the upper triangle U [n][n], whose diagonal is not 0: x [count][n] U = b and x U^T = b, in
- * place, each row of x a right side: U^T y = c and U y = c of columns. */
-void small_solve(int n, const double *u, int count, double *x);
-void small_solve_transposed(int n, const double *u, int count, double *x);
+/* With the upper triangle U [n][n], whose diagonal is not 0, in place of the right side: U x = b,
+ * U^T x = b of vectors x [n], and U^T U X = B of matrices X [n][columns]. */
+void small_solve(int n, const double *u, double *x);
+void small_solve_transposed(int n, const double *u, double *x);
+void small_solve_factored(int n, const double *u, int columns, double *x);
 
 /* U^T U + x x^T and U^T U - x x^T in place of U^T U, by rotations (LINPACK's dchud, dchdd); x [n]
  * is overwritten. small_downdate: 0, or 1: the rest is not positive definite, and u is as it was;

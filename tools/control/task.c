@@ -127,8 +127,13 @@ static void in_plane(const task_path *x, double t, double position[3])
     const bool eight = of->path == CONTROL_EIGHT;
     const double one = of->radius * (eight ? sin(phase) : cos(phase));
     const double two = of->radius * (eight ? sin(2 * phase) / 2 : sin(phase));
+    double height = of->heights[0];
+    for (int k = 1; k <= CONTROL_HEIGHTS; k++) {
+        height += of->heights[2 * k - 1] * cos(k * phase) + of->heights[2 * k] * sin(k * phase);
+    }
     for (int k = 0; k < 3; k++) {
-        position[k] = of->centre[k] + one * x->across[0][k] + two * x->across[1][k];
+        position[k] =
+            of->centre[k] + one * x->across[0][k] + two * x->across[1][k] + height * of->normal[k];
     }
 }
 

@@ -1,0 +1,341 @@
+#include "tools/control/resting.h"
+
+#include "tools/control/qp.h"
+#include "tools/control/small.h"
+#include "tools/control/task.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { POINTS_ON_PATH = 2 * CONTROL_HEIGHTS + 1, STEPS = 12 };
+
+struct resting {
+    scene of;
+    reduced_rod *rod;
+    int inputs;                    /* that are set */
+    int which[CONTROL_INPUTS_MAX]; /* of the scene's parameters */
+    double low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
+    double middle[SCENE_PARAMETERS_MAX];
+    double *state; /* [states] of the last equilibrium */
+    double *trial; /* [states] */
+    void *program; /* of a qp of `inputs` variables */
+    qp *quadratic;
+};
+
+ad_status resting_create(const scene *of, const surrogate_settings *model,
+                         const control_settings *control, resting **result, ad_error *error)
+{
+    resting *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a robot at rest");
+    }
+    x->of = *of;
+    scene_middle_values(of, x->middle);
+    for (int k = 0; k < of->parameter_count; k++) {
+        if (control_role_of(control, model, of->parameters[k].name) == CONTROL_INPUT) {
+            x->low[x->inputs] = control->low[x->inputs];
+            x->high[x->inputs] = control->high[x->inputs];
+            x->middle[k] = (x->low[x->inputs] + x->high[x->inputs]) / 2;
+            x->which[x->inputs++] = k;
+        }
+    }
+    const qp_settings program = {.variables = x->inputs};
+    const reduced_settings settings = {
+        .modes = {model->modes[0], model->modes[1], model->modes[2], model->modes[3]},
+        .count = 1,
+        .s = &control->track_at};
+    ad_status status = reduced_create(of, &settings, &x->rod, error);
+    if (status == AD_OK) {
+        const size_t n = (size_t)reduced_states(x->rod);
+        x->state = calloc(2 * n, sizeof *x->state);
+        x->program = malloc(qp_size(&program));
+        if (!x->state || !x->program) {
+            status = ad_fail(error, AD_NO_MEMORY, "out of memory for a robot at rest");
+        } else {
+            x->trial = x->state + n;
+            x->quadratic = qp_init(x->program, &program);
+            status = reduced_initial(x->rod, x->middle, x->state, error);
+        }
+    }
+    if (status != AD_OK) {
+        resting_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void resting_free(resting *x)
+{
+    if (x) {
+        reduced_free(x->rod);
+        free(x->state);
+        free(x->program);
+        free(x);
+    }
+}
+
+void resting_middle(const resting *x, double *inputs)
+{
+    memcpy(inputs, x->middle, (size_t)reduced_inputs(x->rod) * sizeof *inputs);
+}
+
+ad_status resting_settle(resting *x, const double *inputs, double *state, ad_error *error)
+{
+    enum { TRIES = 3, MOTION = 50 };
+    const size_t bytes = (size_t)reduced_states(x->rod) * sizeof *state;
+    memcpy(x->trial, x->state, bytes);
+    ad_status status = reduced_settle(x->rod, 0, inputs, x->trial, error);
+    for (int try = 0; try < TRIES && status == AD_NOT_FINITE; try++) {
+        memcpy(x->trial, x->state, bytes); /* by its motion, which is damped by the method, too */
+        status = AD_OK;
+        for (int i = 0; i < MOTION && status == AD_OK; i++) {
+            status = reduced_step(x->rod, 0, 0.01 * pow(10, try), x->trial, inputs, x->trial, NULL,
+                                  NULL, error);
+        }
+        status = status == AD_OK ? reduced_settle(x->rod, 0, inputs, x->trial, error) : status;
+    }
+    if (status == AD_OK) {
+        memcpy(x->state, x->trial, bytes);
+        if (state) {
+            memcpy(state, x->trial, bytes);
+        }
+    }
+    return status;
+}
+
+ad_status resting_derivatives(resting *x, const double *inputs, const double *state, int count,
+                              const int *which, double *by, ad_error *error)
+{
+    const int n = reduced_states(x->rod);
+    double moved[SCENE_PARAMETERS_MAX];
+    ad_status status = AD_OK;
+    for (int k = 0; k < count && status == AD_OK; k++) {
+        const scene_parameter *p = &x->of.parameters[which[k]];
+        const double up = 1e-4 * (p->high - p->low);
+        const double h = inputs[which[k]] + up <= p->high ? up : -up;
+        memcpy(moved, inputs, (size_t)reduced_inputs(x->rod) * sizeof *moved);
+        moved[which[k]] += h;
+        memcpy(x->state, state, (size_t)n * sizeof *state);
+        status = resting_settle(x, moved, NULL, error);
+        for (int i = 0; i < n && status == AD_OK; i++) {
+            by[i * count + k] = (x->state[i] - state[i]) / h;
+        }
+    }
+    memcpy(x->state, state, (size_t)n * sizeof *state);
+    return status;
+}
+
+/* ---- where a place can be ------------------------------------------------------------------ */
+
+static ad_status see(resting *x, const double *inputs, reduced_place *place, ad_error *error)
+{
+    ad_status status = resting_settle(x, inputs, NULL, error);
+    return status == AD_OK ? reduced_output(x->rod, 0, x->state, inputs, place, NULL, error)
+                           : status;
+}
+
+/* How far the place is from the target in the directions that count [rows][3], and derivatives
+ * [rows][inputs] by inputs in parts of their limits. */
+static ad_status linearise(resting *x, const double *inputs, const double target[3], int rows,
+                           double (*directions)[3], double off[3], double *by, ad_error *error)
+{
+    double moved[SCENE_PARAMETERS_MAX];
+    reduced_place at, near;
+    ad_status status = see(x, inputs, &at, error);
+    for (int r = 0; r < rows && status == AD_OK; r++) {
+        off[r] = 0;
+        for (int k = 0; k < 3; k++) {
+            off[r] += directions[r][k] * (target[k] - at.position[k]);
+        }
+    }
+    for (int i = 0; i < x->inputs && status == AD_OK && by; i++) {
+        const double span = x->high[i] - x->low[i];
+        const double h = inputs[x->which[i]] < x->low[i] + span / 2 ? 1e-3 : -1e-3;
+        memcpy(moved, inputs, sizeof moved);
+        moved[x->which[i]] += h * span;
+        status = see(x, moved, &near, error);
+        for (int r = 0; r < rows && status == AD_OK; r++) {
+            by[r * x->inputs + i] = 0;
+            for (int k = 0; k < 3; k++) {
+                by[r * x->inputs + i] += directions[r][k] * (near.position[k] - at.position[k]) / h;
+            }
+        }
+    }
+    return status;
+}
+
+/* Inputs [parameter_count], from those that are given, with the place nearest to the target in the
+ * directions that count; where several will do, those near the middle. off [rows]: what is left. */
+static ad_status reach(resting *x, const double target[3], int rows, double (*directions)[3],
+                       double *inputs, double off[3], ad_error *error)
+{
+    const int m = x->inputs, stride = small_stride(m);
+    double by[3 * CONTROL_INPUTS_MAX];
+    double H[CONTROL_INPUTS_MAX * (CONTROL_INPUTS_MAX + SMALL_LANES)] = {0};
+    double g[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
+    double step[CONTROL_INPUTS_MAX];
+    const double unit = 1e-2 * scene_length(&x->of), effort = 1e-4;
+    ad_status status = AD_OK;
+    for (int i = 0; i < STEPS && status == AD_OK; i++) {
+        double most = 0;
+        status = linearise(x, inputs, target, rows, directions, off, by, error);
+        for (int a = 0; a < m && status == AD_OK; a++) {
+            const double span = x->high[a] - x->low[a];
+            const double at = (inputs[x->which[a]] - x->low[a]) / span;
+            g[a] = effort * (at - 0.5);
+            low[a] = -at;
+            high[a] = 1 - at;
+            for (int r = 0; r < rows; r++) {
+                g[a] -= by[r * m + a] * off[r] / (unit * unit);
+            }
+            for (int b = 0; b < m; b++) {
+                H[a * stride + b] = a == b ? effort : 0;
+                for (int r = 0; r < rows; r++) {
+                    H[a * stride + b] += by[r * m + a] * by[r * m + b] / (unit * unit);
+                }
+            }
+        }
+        const qp_bounds bounds = {.lower = low, .upper = high};
+        if (status != AD_OK || qp_factor(x->quadratic, H) != QP_SOLVED ||
+            qp_solve(x->quadratic, g, &bounds, NULL, step) == QP_BAD) {
+            break;
+        }
+        for (int a = 0; a < m; a++) {
+            most = fmax(most, fabs(step[a]));
+        }
+        for (int a = 0; a < m; a++) {
+            inputs[x->which[a]] += fmin(1, 0.3 / most) * step[a] * (x->high[a] - x->low[a]);
+        }
+        if (most < 1e-4) {
+            break;
+        }
+    }
+    return status == AD_OK ? linearise(x, inputs, target, rows, directions, off, NULL, error)
+                           : status;
+}
+
+/* ---- tasks --------------------------------------------------------------------------------- */
+
+static double square(int n, const double *x)
+{
+    double sum = 0;
+    for (int k = 0; k < n; k++) {
+        sum += x[k] * x[k];
+    }
+    return sum;
+}
+
+/* Points of the task, each [3]; of a circle or an eight around once. */
+static int points_of(const control_task *task, double (*points)[3], ad_status *status,
+                     ad_error *error)
+{
+    task_path *path = NULL;
+    control_task alone = *task;
+    const double start[3] = {0};
+    alone.approach = 0;
+    int count = 0;
+    if (task->path == CONTROL_POINTS) {
+        for (; count < task->point_count; count++) {
+            memcpy(points[count], task->points[count].position, sizeof points[count]);
+        }
+        return count;
+    }
+    *status = task_path_create(&alone, start, &path, error);
+    for (; count < POINTS_ON_PATH && *status == AD_OK; count++) {
+        task_path_at(path, count / (task->frequency * POINTS_ON_PATH), points[count]);
+    }
+    task_path_free(path);
+    return count;
+}
+
+/* Heights above the plane at which the place can be over each point of the path. */
+static ad_status find_heights(resting *x, const control_task *task, double *heights,
+                              ad_error *error)
+{
+    double across[2][3], points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX];
+    ad_status status = AD_OK;
+    const int count = points_of(task, points, &status, error);
+    task_plane(task->normal, across);
+    resting_middle(x, inputs);
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        reduced_place place;
+        status = reach(x, points[i], 2, across, inputs, off, error);
+        status = status == AD_OK ? see(x, inputs, &place, error) : status;
+        heights[i] = 0;
+        for (int k = 0; k < 3 && status == AD_OK; k++) {
+            heights[i] += task->normal[k] * (place.position[k] - points[i][k]);
+        }
+    }
+    return status;
+}
+
+/* Fourier's coefficients of heights over the phase: mean, then cos, sin. */
+static void transform(const double *heights, double *terms)
+{
+    const double turn = 2 * 3.14159265358979323846 / POINTS_ON_PATH;
+    memset(terms, 0, POINTS_ON_PATH * sizeof *terms);
+    for (int i = 0; i < POINTS_ON_PATH; i++) {
+        terms[0] += heights[i] / POINTS_ON_PATH;
+        for (int k = 1; k <= CONTROL_HEIGHTS; k++) {
+            terms[2 * k - 1] += 2 * heights[i] * cos(turn * k * i) / POINTS_ON_PATH;
+            terms[2 * k] += 2 * heights[i] * sin(turn * k * i) / POINTS_ON_PATH;
+        }
+    }
+}
+
+static ad_status place_plane(resting *x, control_task *task, ad_error *error)
+{
+    const bool open = isnan(task->centre[0]);
+    double heights[POINTS_ON_PATH], inputs[SCENE_PARAMETERS_MAX], terms[POINTS_ON_PATH];
+    reduced_place middle;
+    resting_middle(x, inputs);
+    ad_status status = see(x, inputs, &middle, error);
+    if (status == AD_OK && isnan(task->normal[0])) {
+        const double *q = middle.rotation;
+        task->normal[0] = 2 * (q[1] * q[3] + q[0] * q[2]);
+        task->normal[1] = 2 * (q[2] * q[3] - q[0] * q[1]);
+        task->normal[2] = 1 - 2 * (q[1] * q[1] + q[2] * q[2]);
+    }
+    if (status == AD_OK && open) {
+        memcpy(task->centre, middle.position, sizeof task->centre);
+    }
+    const double size = sqrt(square(3, task->normal));
+    for (int k = 0; k < 3; k++) {
+        task->normal[k] /= size;
+    }
+    const bool wanted = open || task->surface == CONTROL_REACHABLE;
+    status = status == AD_OK && wanted ? find_heights(x, task, heights, error) : status;
+    if (status == AD_OK && wanted) {
+        transform(heights, terms);
+        for (int k = 0; k < 3 && open; k++) {
+            task->centre[k] += terms[0] * task->normal[k];
+        }
+        if (task->surface == CONTROL_REACHABLE) {
+            memcpy(task->heights, terms, sizeof task->heights);
+            task->heights[0] = open ? 0 : terms[0];
+        }
+    }
+    return status;
+}
+
+ad_status resting_place_task(resting *x, control_task *task, double *reach_off, ad_error *error)
+{
+    double points[CONTROL_POINTS_MAX][3], off[3], inputs[SCENE_PARAMETERS_MAX], sum = 0;
+    double world[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    *reach_off = NAN;
+    if (task->path == CONTROL_FILE) {
+        return AD_OK;
+    }
+    ad_status status = task->path == CONTROL_POINTS ? AD_OK : place_plane(x, task, error);
+    const int count = status == AD_OK ? points_of(task, points, &status, error) : 0;
+    resting_middle(x, inputs);
+    for (int i = 0; i < count && status == AD_OK; i++) {
+        status = reach(x, points[i], 3, world, inputs, off, error);
+        sum += square(3, off);
+    }
+    *reach_off = status == AD_OK ? sqrt(sum / count) : NAN;
+    return status;
+}
