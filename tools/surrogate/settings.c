@@ -1,6 +1,6 @@
 #include "tools/surrogate/settings.h"
 
-#include "physics/solve/modes.h"
+#include "physics/solve/reduced.h"
 #include "tools/surrogate/surrogate_step.h"
 
 #include <math.h>
@@ -179,7 +179,7 @@ static ad_status check_scene(const scene *of, char key[TRAIN_KEY_MAX], ad_error 
                       "have no range, or too many: those with ranges are the inputs of a one-step "
                       "model; allowed: 1 to 32");
     }
-    const char *why = modes_refusal(of);
+    const char *why = reduced_refusal(of);
     return why ? refuse(key, "surrogate.step", error, why) : AD_OK;
 }
 

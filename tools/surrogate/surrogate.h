@@ -23,7 +23,7 @@ extern "C" {
 #endif
 
 typedef struct surrogate {
-    const scene *scene;          /* borrowed, with what it needs, from `owner` */
+    const struct scene *scene;   /* borrowed, with what it needs, from `owner` */
     surrogate_settings settings; /* resolved: modes, inputs, parameters */
     surrogate_step step;
     decoupled curve; /* in place of the step, of kinds that are curves in time */
