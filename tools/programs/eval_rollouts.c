@@ -186,7 +186,7 @@ static ad_status print_path(FILE *file, const void *context, ad_error *error)
             "     $path using %d:%d with lines lw 1 dt 2 lc rgb '#0072B2' title ",
             "xyz"[axes[0]], "xyz"[axes[1]], 2 + axes[0], 2 + axes[1], 5 + axes[0], 5 + axes[1]);
     gnuplot_quoted(file, x->rows[ROLLOUTS_MODEL].name);
-    fputc('\n', file);
+    fprintf(file, " noenhanced\n");
     return AD_OK;
 }
 
