@@ -21,7 +21,8 @@ static void test_kalman(void **state)
         }
         estimator_start(f.x, zero, zero, NULL);
         for (int sample = 0; sample < 300; sample++) {
-            double g[N], u = input_at(sample), nis = 0;
+            double g[N], u = input_at(sample), nis = 0; /* held, or going on linearly */
+            const double end = sample % 3 == 0 ? input_at(sample + 1) : u;
             for (int which = 0; which < 2; which++) {
                 if (which == 0 && sample % 2 != 1) {
                     continue;
@@ -42,11 +43,11 @@ static void test_kalman(void **state)
                 for (int c = 0; c < N; c++) {
                     assert_near(p[i * N + c], k.p[i][c], 1e-10);
                 }
-                g[i] = masses.b[i] * u;
+                g[i] = masses.b[i] * 0.5 * (u + end);
             }
-            assert_int_equal(estimator_predict(f.x, &u, NULL), 0);
+            assert_int_equal(estimator_predict(f.x, &u, u == end ? NULL : &end), 0);
             kalman_predict(&k, x.model.a, g, q);
-            go_on(&x, u, &seed, truth);
+            go_on(&x, 0.5 * (u + end), &seed, truth);
         }
         assert_int_equal(estimator_sample(f.x), 300);
         free(f.memory);
@@ -127,7 +128,9 @@ static void test_delays(void **state)
         assert_int_equal(flags, missing > 0 ? ESTIMATOR_MISSING : 0);
         for (int i = 0; i < N; i++) {
             assert_near(estimator_state(f.x)[i], k.x[i], 1e-10);
-            assert_near(estimator_deviation(f.x, i), sqrt(k.p[i][i]), 1e-10);
+            const int before = N + i; /* of the sample before, as the shortest delay is 1 */
+            assert_true(sample == 0 ||
+                        fabs(estimator_deviation(f.x, i) - sqrt(k.p[before][before])) < 1e-10);
         }
         assert_int_equal(estimator_predict(f.x, &u, NULL), 0);
         predict_augmented(&k, &x, u);
@@ -240,6 +243,41 @@ static void test_inconsistency(void **state)
     free(f.memory);
 }
 
+/* A model that leaves out ten times as much as is said: what is adapted makes innovations of both
+ * sensors consistent, or less than 1 for the one that asks for less. */
+static void test_adaptation(void **state)
+{
+    linear_test x;
+    double truth[N] = {0}, zero[N] = {0}, values[2], u = 0, tenth[N];
+    uint64_t seed = 41;
+    int flags = 0, outliers = 0;
+    (void)state;
+    make_linear(&x, 0, 0);
+    for (int i = 0; i < N; i++) {
+        tenth[i] = 0.1 * left_out[i];
+    }
+    x.settings.process = tenth;
+    x.settings.adapt = 0; /* the default */
+    x.settings.window = 500;
+    filter_test f = make_filter(&x.settings);
+    estimator_start(f.x, zero, zero, NULL);
+    for (int sample = 0; sample < 2000; sample++) {
+        for (int which = 0; which < 2; which++) {
+            measure(&x, which, truth, &seed, values);
+            estimator_measure(f.x, which, -1, values);
+        }
+        flags = estimator_update(f.x);
+        outliers += sample > 500 && (flags & ESTIMATOR_OUTLIER);
+        estimator_predict(f.x, &u, NULL);
+        go_on(&x, u, &seed, truth);
+    }
+    assert_true(estimator_process(f.x) > 5 && estimator_process(f.x) < 20);
+    assert_int_equal(outliers, 0);
+    assert_true(estimator_sensor_now(f.x, 0).mean < estimator_sensor_now(f.x, 0).high);
+    assert_true(estimator_sensor_now(f.x, 1).mean < estimator_sensor_now(f.x, 1).high);
+    free(f.memory);
+}
+
 /* ---- not linear ---------------------------------------------------------------------------- */
 
 /* A pendulum whose stiffness is not known. */
@@ -314,6 +352,7 @@ static void test_pendulum(void **state)
             .sensor = &sensor,
             .deviation = deviation,
             .process = process,
+            .adapt = 1,
             .alpha = known[i].alpha,
             .beta = known[i].beta,
             .kappa = known[i].kappa};
@@ -387,7 +426,8 @@ static void test_rotations(void **state)
                                          .sensors = 1,
                                          .sensor = &sensor,
                                          .deviation = deviation,
-                                         .process = process};
+                                         .process = process,
+                                         .adapt = 1};
     filter_test f = make_filter(&settings);
     kalman k = {.n = 2, .p = {{0.09, 0}, {0, 1}}};
     const double zero[2] = {0}, q[2] = {0.0004, 0.09}, h[2] = {1, 0};
@@ -423,7 +463,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_kalman),      cmocka_unit_test(test_delays),
         cmocka_unit_test(test_consistency), cmocka_unit_test(test_inconsistency),
-        cmocka_unit_test(test_pendulum),    cmocka_unit_test(test_rotations),
+        cmocka_unit_test(test_adaptation),  cmocka_unit_test(test_pendulum),
+        cmocka_unit_test(test_rotations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -66,8 +66,8 @@ const char *controller_refusal(const controller_settings *s)
         return "no model and look of the same states and inputs";
     }
     if (s->horizon < 1 || s->moves < 0 || s->moves > s->horizon || s->delay < 0 ||
-        s->iterations < 0 || s->coast < 0) {
-        return "horizon at least 1, moves at most the horizon, delay, iterations, coast not "
+        s->iterations < 0 || s->qp_limit < 0 || s->coast < 0) {
+        return "horizon at least 1, moves at most the horizon, delay, limits, coast not "
                "negative";
     }
     if (s->controlled < 1 || s->controlled > s->model.inputs || s->inputs == NULL ||
@@ -169,12 +169,21 @@ controller *controller_init(void *memory, const controller_settings *settings)
 
 bool controller_finite(const double *x, int count)
 {
-    double sum = 0.0; /* of zeros, unless one is not finite */
+    double sum[SMALL_LANES] = {0}; /* of zeros, unless one is not finite */
+    int i = 0;
 
-    for (int i = 0; i < count; i++) {
-        sum += 0.0 * x[i];
+    for (; i + SMALL_LANES <= count; i += SMALL_LANES) {
+        for (int j = 0; j < SMALL_LANES; j++) {
+            sum[j] += 0.0 * x[i + j];
+        }
     }
-    return sum == 0.0;
+    for (; i < count; i++) {
+        sum[0] += 0.0 * x[i];
+    }
+    for (int j = 1; j < SMALL_LANES; j++) {
+        sum[0] += sum[j];
+    }
+    return sum[0] == 0.0;
 }
 
 void controller_inputs(const controller *c, const double *move, double *inputs)
@@ -302,7 +311,9 @@ static void controller_learn(controller *c, const double *measured)
         return;
     }
     for (int i = 0; c->foreseen && i < c->n; i++) {
-        c->drift[i] += gain * (c->state[i] - c->expected[i] - c->drift[i]);
+        const double error = c->state[i] - c->expected[i] - c->drift[i];
+
+        c->drift[i] += isfinite(error) ? gain * error : 0.0;
     }
     if (measured == NULL) {
         return;
@@ -348,6 +359,7 @@ static int controller_see(controller *c, const controller_sample *now)
             c->known = true;
             return flags;
         }
+        flags |= CONTROLLER_STATE;
     }
     c->known = c->foreseen && c->coasted < c->settings.coast;
     c->coasted++;
@@ -396,10 +408,11 @@ static int controller_ready(controller *c)
 int controller_feedback(controller *c, const controller_sample *now, double *inputs)
 {
     const controller_method *method = c->settings.method;
-    int flags = c->carried | controller_take_sample(c, now) | controller_see(c, now);
+    int flags = controller_take_sample(c, now);
 
-    c->carried = 0;
+    flags |= controller_see(c, now);
     c->iterations = 0;
+    c->iteration = 0;
     if (!c->known) {
         c->foreseen = false;
         c->restart = true;
@@ -409,11 +422,12 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
         c->restart = true;
         flags |= CONTROLLER_MODEL;
     } else {
-        for (int i = 0; i < c->settings.iterations; i++) {
+        for (c->iteration = 0; c->iteration < c->settings.iterations; c->iteration++) {
             int found = c->prepared ? 0 : controller_ready(c);
 
             found |= c->prepared ? method->solve(c) : 0;
             c->prepared = false;
+            c->restart = c->restart || (found & (CONTROLLER_MODEL | CONTROLLER_QP)) != 0;
             flags = (flags & ~CONTROLLER_SOFT) | found;
         }
     }
@@ -425,36 +439,32 @@ int controller_feedback(controller *c, const controller_sample *now, double *inp
 
 int controller_prepare(controller *c)
 {
-    int flags = 0;
-
     controller_foresee(c);
     /* From a new start it waits for the state. */
-    if (c->known && !c->prepared && !c->restart) {
-        flags = controller_ready(c);
-        c->carried |= c->prepared ? flags : 0;
-    }
-    return flags;
+    return c->known && !c->prepared && !c->restart ? controller_ready(c) : 0;
 }
 
 void controller_skip(controller *c, int count)
 {
-    for (int i = 0; i < count; i++) {
-        if (i <= c->horizon + c->delay) { /* then nothing of the plan is left */
-            controller_foresee(c);
-            controller_shift_reference(c);
-            if (c->foreseen) {
-                for (int k = 0; k < c->n; k++) {
-                    c->state[k] = c->expected[k] + c->drift[k];
-                }
-                c->foreseen = c->delay > 0 && controller_advance(c, c->state, c->pending, c->next);
-                memcpy(c->expected, c->next, (size_t)c->n * sizeof *c->expected);
-            } else {
-                c->known = false;
+    const int most = c->horizon + c->delay; /* then nothing of the plan is left */
+
+    for (int i = 0; i < count && i < most; i++) {
+        controller_foresee(c);
+        controller_shift_reference(c);
+        c->known = c->foreseen && c->coasted < c->settings.coast;
+        c->coasted++;
+        if (c->known) {
+            for (int k = 0; k < c->n; k++) {
+                c->state[k] = c->expected[k] + c->drift[k];
             }
-            controller_shift(c);
+            c->foreseen = c->delay > 0 && controller_advance(c, c->state, c->pending, c->expected);
         }
+        controller_shift(c);
     }
-    c->foreseen = c->foreseen && count <= c->horizon + c->delay;
+    if (count > most) {
+        c->known = false;
+        c->foreseen = false;
+    }
 }
 
 void controller_applied(controller *c, int ago, const double *inputs)

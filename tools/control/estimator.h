@@ -14,22 +14,28 @@
  * Unknown are the states of the model and some of its inputs, "parameters", which walk randomly:
  * the logarithm of one whose range is positive, else its place in the range. They never leave it.
  *
- * A measurement belongs to the sample it was taken at, `age` samples ago. The filter keeps that
- * many past samples and goes on again from there, so that delays of whole samples are exact: the
- * same as if the measurements had come in time. What it needs is the caller's memory; no function
- * allocates or prints, each does a bounded amount of work, and the answer is the same bits again.
+ * A measurement belongs to the sample it was taken at, `age` samples ago. The filter stays behind
+ * by the shortest delay of its sensors, from where the model alone leads to the present state;
+ * beyond that it keeps past samples and goes on again from the one that was measured, so that
+ * delays of whole samples are exact: the same as if the measurements had come in time. A sample
+ * takes one prediction and as many more as delays differ by, most of it in estimator_predict. What
+ * it needs is the caller's memory; no function allocates or prints, each does a bounded amount of
+ * work, and the answer is the same bits again.
  *
  * Faults have answers, and flags that say so; the estimate is finite always, and the covariance
  * positive definite by construction (all of it is sums of squares, nothing is subtracted):
- *   a measurement that is missing: the model alone goes on;
- *   not finite, or a rotation that is not one: as missing;
- *   too late: not used;
- *   an outlier (beyond `gate`): not used; after `patience` of them in a row the covariance is
- *     made 4 times as large each time until one is used again;
- *   the model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
- *     answer is taken; if it has none, either, the mean stays; deviations of states become 1.1
- * times as large; the look has none: as missing; inputs that are not finite: the last ones are
- * held. */
+ *
+ * A measurement that is missing: the model alone goes on. One that is not finite, or a rotation
+ * that is none, or one of which the look has no answer: as missing. One that is too late: not used.
+ *
+ * An outlier, beyond `gate`: not used; after `patience` of them in a row deviations of states
+ * become 1.5 times as large each time, up to `largest`, until one is used again.
+ *
+ * The model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
+ * answer is taken; if it has none, either, the mean stays. Deviations of states become 1.1 times as
+ * large.
+ *
+ * Inputs that are not finite: the last ones are held. */
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
@@ -69,7 +75,7 @@ typedef struct estimator_parameter {
     double low, high; /* its range */
     double deviation; /* at the start: of the logarithm if low > 0, else in half ranges; 0: a
                        * uniform distribution's */
-    double walk;      /* the same, by sqrt(s); 0: 0.01 */
+    double walk; /* the same, by sqrt(s); 0: 0.003 if low > 0, else 0.03 times estimator_process */
 } estimator_parameter;
 
 typedef struct estimator_sensor {
@@ -93,15 +99,15 @@ typedef struct estimator_settings {
     const estimator_sensor *sensor;       /* [sensors] */
     const double *deviation;              /* [states] at the start */
     const double *process;                /* [states] what the model leaves out, by sqrt(s) */
-    double adapt; /* up to so many times `process` as innovations ask for, which become consistent
-                   * then though the model is off; 0: 1 */
+    double adapt; /* up to so many times `process` as innovations ask for, which are consistent then
+                   * though the model is off; 1: as given; 0: 100 */
     const double *largest; /* [states] deviations never exceed it, as when nothing is seen for long;
                             * NULL: 100 times those at the start */
     int late; /* samples by which a measurement may come later than its delay, and is used */
     double alpha, beta, kappa; /* sigma points; alpha 0: cubature, which is 1, 0, 0. beta and kappa
                                 * are not negative */
     double gate;               /* chance of a good measurement to be refused; 0: 1e-6 */
-    int patience;              /* 0: 5 */
+    int patience;              /* 0: 10 */
     int window;                /* innovations of which the mean is watched; 0: 50 */
 } estimator_settings;
 
@@ -138,7 +144,7 @@ int estimator_update(estimator *x);
  * read; after [model.inputs] as in one_step.h, or NULL. */
 int estimator_predict(estimator *x, const double *inputs, const double *after);
 
-/* At the present sample. */
+/* At the present sample; deviations and covariance are those of the shortest delay before. */
 int64_t estimator_sample(const estimator *x);
 const double *estimator_state(const estimator *x);  /* [states] */
 const double *estimator_inputs(const estimator *x); /* [model.inputs] last given, estimated */

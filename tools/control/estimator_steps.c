@@ -51,14 +51,18 @@ double estimator_deviation(const estimator *x, int i)
     return sqrt(square);
 }
 
-static void limit(estimator *x)
+static double largest(const estimator *x, int i)
 {
     const estimator_settings *s = &x->settings;
+    return i >= x->states ? estimator_uniform(&s->parameter[i - x->states])
+           : s->largest   ? s->largest[i]
+                          : 100 * s->deviation[i];
+}
+
+static void limit(estimator *x)
+{
     for (int i = 0; i < x->n; i++) {
-        const double most = i >= x->states ? estimator_uniform(&s->parameter[i - x->states])
-                            : s->largest   ? s->largest[i]
-                                           : 100 * s->deviation[i];
-        const double now = estimator_deviation(x, i);
+        const double most = largest(x, i), now = estimator_deviation(x, i);
         if (now > most) {
             scale_column(x, i, most / now);
         }
@@ -73,12 +77,19 @@ static bool is_known(estimator *x, const double *next, const double *inputs)
     return x->outside <= 2;
 }
 
+/* States beyond 1e12 times the largest deviation are no answer: rounding would be all there is. */
 static bool advance(estimator *x, int count, const double *after)
 {
     const one_step *model = &x->settings.model;
-    return model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
-                          after, x->next, NULL, NULL) == 0 &&
-           estimator_is_usable((size_t)count * (size_t)x->states, x->next);
+    bool good = model->advance(model->context, count, x->settings.period, x->states_at,
+                               x->inputs_at, after, x->next, NULL, NULL) == 0;
+    for (int k = 0; k < x->states && good; k++) {
+        const double most = 1e12 * largest(x, k);
+        for (int i = 0; i < count; i++) {
+            good &= fabs(x->next[i * x->states + k]) <= most;
+        }
+    }
+    return good;
 }
 
 /* Without an answer for all points. */
@@ -93,35 +104,40 @@ static void coast(estimator *x, const double *after)
     }
 }
 
+/* Of a parameter by sqrt(s). One that is positive, a stiffness, changes slowly: 0.3 %, with which
+ * 50 measurements a second find it to 0.2 % and follow it within a second. Others are loads, which
+ * come and go at once: 3 % of half the range, and more where innovations ask for it. */
+static double walk_of(const estimator *x, const estimator_parameter *p)
+{
+    return p->walk > 0 ? p->walk : p->low > 0 ? 0.003 : 0.03 * x->process;
+}
+
 void estimator_go_on(estimator *x, const estimator_record *from)
 {
     const estimator_settings *s = &x->settings;
     const int n = x->n, stride = x->stride, states = x->states;
     const double root = sqrt(s->period);
     double *after = x->inputs_at + (2 * n + 1) * x->inputs;
-    const bool moves =
-        memcmp(from->inputs, from->inputs + x->inputs, (size_t)x->inputs * sizeof *after) != 0;
     sigma_spread(&x->sigma, n, states, x->z, x->u, x->states_at);
     spread_inputs(x, n, from->inputs, x->inputs_at);
-    if (moves) {
+    if (from->moves) {
         spread_inputs(x, n, from->inputs + x->inputs, after);
     }
     double *mean = x->mean;
-    bool known = advance(x, 2 * n + 1, moves ? after : NULL);
+    bool known = advance(x, 2 * n + 1, from->moves ? after : NULL);
     if (known) {
         sigma_gather(&x->sigma, n, states, stride, x->next, mean, x->rows, x->rows + n * stride);
         known = is_known(x, mean, x->inputs_at);
     }
     if (!known) {
-        coast(x, moves ? after : NULL);
+        coast(x, from->moves ? after : NULL);
     } else {
         double *noise = x->rows + (2 * n + 1) * stride;
         memset(noise, 0, (size_t)(n * stride) * sizeof *noise);
         for (int i = 0; i < n; i++) {
-            const double walk = i < states ? 0 : s->parameter[i - states].walk;
-            noise[i * stride + i] = root * (i < states ? x->process * s->process[i]
-                                            : walk > 0 ? walk
-                                                       : 0.01);
+            const double left_out =
+                i < states ? x->process * s->process[i] : walk_of(x, &s->parameter[i - states]);
+            noise[i * stride + i] = root * left_out;
             for (int k = states; k < n; k++) {
                 x->rows[i * stride + k] = x->u[i * stride + k];
             }
@@ -132,6 +148,24 @@ void estimator_go_on(estimator *x, const estimator_record *from)
     }
     limit(x);
     x->flags |= x->outside > 1 ? ESTIMATOR_OUTSIDE : 0;
+}
+
+void estimator_look_ahead(estimator *x)
+{
+    const size_t size = (size_t)x->states * sizeof *x->ahead;
+    memcpy(x->ahead, x->z, size);
+    for (int64_t i = x->at; i < x->sample; i++) {
+        const estimator_record *from = estimator_record_of(x, i);
+        double *after = x->inputs_at + x->inputs;
+        spread_inputs(x, 0, from->inputs, x->inputs_at);
+        spread_inputs(x, 0, from->inputs + x->inputs, after);
+        memcpy(x->states_at, x->ahead, size);
+        if (advance(x, 1, from->moves ? after : NULL) && is_known(x, x->next, x->inputs_at)) {
+            memcpy(x->ahead, x->next, size);
+        } else {
+            x->flags |= ESTIMATOR_NO_ANSWER;
+        }
+    }
 }
 
 /* ---- correction ---------------------------------------------------------------------------- */
@@ -202,12 +236,17 @@ static void remember(estimator_sensor_record *sensor, int window, double square)
     sensor->row = 0;
 }
 
-/* What the model leaves out is as large as makes normalised innovations 1 in the mean: more after
- * larger ones, less after smaller ones, within about 30 measurements of three numbers. */
-static void adapt(estimator *x, const estimator_sensor_record *sensor)
+/* What the model leaves out is as large as makes normalised innovations 1 in the mean, or less, of
+ * each sensor: more after larger ones, less after smaller ones, within about 30 measurements of
+ * three numbers. */
+static void adapt(estimator *x, estimator_sensor_record *sensor)
 {
     const double rate = 0.01 * sensor->width * (fmin(sensor->last, 5) - 1);
-    x->process = fmin(x->settings.adapt, fmax(1, x->process * exp(rate)));
+    sensor->process = fmin(x->settings.adapt, fmax(1, sensor->process * exp(rate)));
+    x->process = 1;
+    for (int i = 0; i < x->settings.sensors; i++) {
+        x->process = fmax(x->process, x->sensor[i].process);
+    }
 }
 
 static void take_sensor(estimator *x, estimator_record *at, int which)
@@ -239,7 +278,7 @@ static void take_sensor(estimator *x, estimator_record *at, int which)
     record->outliers++;
     x->flags |= ESTIMATOR_OUTLIER;
     if (++record->row > x->settings.patience) {
-        at->grow = 2;
+        at->grow = 1.5;
         x->flags |= ESTIMATOR_INFLATED;
     }
 }
@@ -251,7 +290,7 @@ void estimator_take(estimator *x, estimator_record *at)
             take_sensor(x, at, i);
         }
     }
-    for (int i = 0; i < x->n && at->grow > 1; i++) {
+    for (int i = 0; i < x->states && at->grow > 1; i++) {
         scale_column(x, i, at->grow);
     }
 }

@@ -37,6 +37,7 @@ control_settings control_settings_default(void)
     x.weight_rate = 0.03;
     x.weight_effort = 1e-4;
     x.accuracy = 1e-3;
+    x.offset = 0.05;
     x.delay = 1;
     x.seed = 1;
     return x;
@@ -46,9 +47,7 @@ surrogate_settings control_model_of(const surrogate_settings *given)
 {
     surrogate_settings x = *given;
     if (isnan(x.step)) {
-        static const int usual[4] = {2, 1, 2, 1};
         x.step = 0.02;
-        memcpy(x.modes, usual, sizeof usual);
         x.input_count = x.parameter_count = 0;
     }
     return x;
@@ -102,6 +101,9 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
         for (int k = 0; k < of->parameter_count; k++) {
             known = known || strcmp(of->parameters[k].name, name) == 0;
         }
+        if (x->walk_count == 1) {
+            x->walk[i] = x->walk[0];
+        }
         if (!known || is_among(i, x->estimate, name) ||
             is_among(model->input_count, model->inputs, name)) {
             snprintf(problem, sizeof problem,
@@ -113,6 +115,10 @@ static ad_status resolve_estimate(control_settings *x, const surrogate_settings 
                                                                          : "there twice");
             return blame(key, error, "estimate", i, "", problem);
         }
+    }
+    if (x->walk_count > 1 && x->walk_count != x->estimate_count) {
+        return blame(key, error, "walk", -1, "",
+                     "has not as many numbers as estimate; allowed: one for each, or one");
     }
     return AD_OK;
 }
@@ -249,16 +255,6 @@ static ad_status check_lists(control_settings *x, double length, char key[TRAIN_
     return status;
 }
 
-static void resolve_plant(control_settings *x, const surrogate_settings *model)
-{
-    const int *modes = x->plant_modes;
-    if (modes[0] + modes[1] + modes[2] + modes[3] == 0) {
-        for (int k = 0; k < 4; k++) {
-            x->plant_modes[k] = model->modes[k] + 1;
-        }
-    }
-}
-
 ad_status control_settings_resolve(control_settings *x, const surrogate_settings *model,
                                    const scene *rod_scene, bool estimate_given,
                                    char key[TRAIN_KEY_MAX], ad_error *error)
@@ -293,6 +289,5 @@ ad_status control_settings_resolve(control_settings *x, const surrogate_settings
                  model->step);
         status = blame(key, error, "period", -1, "", problem);
     }
-    resolve_plant(x, model);
     return status;
 }

@@ -24,7 +24,7 @@ const char *const *surrogate_hold_names(void)
 surrogate_settings surrogate_settings_default(void)
 {
     return (surrogate_settings){.step = NAN,
-                                .tolerance = 2e-3,
+                                .tolerance = 5e-3,
                                 .solved = 20000,
                                 .terms = 4,
                                 .ahead = 1,

@@ -6,17 +6,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Steps of a rollout, and one rollout held out for so many to learn from. */
-enum { ROLLOUT = 250, HELD = 10 };
+/* Half of the steps are of long rollouts, in which motions build up, half of short ones, for more
+ * values of slow parameters and more beginnings; and one is held out for so many to learn from. */
+enum { LENGTHS = 2, HELD = 10 };
+static const int lengths[LENGTHS] = {250, 50};
 
 /* ---- preparation --------------------------------------------------------------------------- */
 
-excite_settings surrogate_excitation(const surrogate_training *t, int first, int count)
+excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count)
 {
     excite_settings settings = excite_settings_default();
     memcpy(settings.modes, t->settings->modes, sizeof settings.modes);
     settings.step = t->settings->step;
-    settings.steps = ROLLOUT;
+    settings.steps = steps;
     settings.first = first;
     settings.count = count;
     settings.seed = t->training->seed;
@@ -29,21 +31,35 @@ excite_settings surrogate_excitation(const surrogate_training *t, int first, int
     return settings;
 }
 
-static ad_status draw(surrogate_training *t, int first, int count, surrogate_steps *steps,
-                      ad_error *error)
+/* The rollouts `part` (0: to learn from, 1: held out) of one length. */
+static ad_status draw_one(surrogate_training *t, int length, int part, surrogate_steps *steps,
+                          ad_error *error)
 {
-    const excite_settings settings = surrogate_excitation(t, first, count);
+    const int learnt = (t->settings->solved / LENGTHS + length - 1) / length;
+    const int first = (length == lengths[0] ? 0 : INT32_MAX / 2) + part * learnt;
+    const excite_settings settings =
+        surrogate_excitation(t, length, first, part == 0 ? learnt : (learnt + HELD - 1) / HELD);
     excite_rollouts motions;
     ad_status status = excite_run(t->open, &settings, t->pool, &motions, error);
     if (status == AD_OK) {
-        status = surrogate_steps_of(&motions, settings.linear, steps, error);
+        status = surrogate_steps_add(&motions, settings.linear, steps, error);
         excite_free(&motions);
     }
-    if (status == AD_OK && steps->count < (size_t)(count * ROLLOUT) / 2) {
+    return status;
+}
+
+static ad_status draw(surrogate_training *t, int part, surrogate_steps *steps, ad_error *error)
+{
+    ad_status status = AD_OK;
+    const int wanted = part == 0 ? t->settings->solved : t->settings->solved / HELD;
+    for (int i = 0; i < LENGTHS && status == AD_OK; i++) {
+        status = draw_one(t, lengths[i], part, steps, error);
+    }
+    if (status == AD_OK && steps->count < (size_t)wanted / 2) {
         status = ad_fail(error, AD_NOT_FINITE,
                          "of %d steps of the reduced rod only %zu could be solved; allowed: ranges "
                          "of parameters within which the robot moves, or a shorter surrogate.step",
-                         count * ROLLOUT, steps->count);
+                         wanted, steps->count);
     }
     return status;
 }
@@ -136,7 +152,6 @@ ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *err
 
 static ad_status prepare(surrogate_training *t, ad_error *error)
 {
-    const int rollouts = (t->settings->solved + ROLLOUT - 1) / ROLLOUT;
     const double length = scene_length(t->open);
     const reduced_settings reduced = {.modes = {t->settings->modes[0], t->settings->modes[1],
                                                 t->settings->modes[2], t->settings->modes[3]},
@@ -149,14 +164,14 @@ static ad_status prepare(surrogate_training *t, ad_error *error)
                          reduced_states(rod), SURROGATE_STATES_MAX);
     }
     if (status == AD_OK && surrogate_is_decoupled(t->settings->kind)) {
+        const int rollouts = (t->settings->solved + lengths[0] - 1) / lengths[0];
         reduced_free(rod);
-        status = surrogate_prepare_curve(t, rollouts, (rollouts + HELD - 1) / HELD, error);
+        status =
+            surrogate_prepare_curve(t, lengths[0], rollouts, (rollouts + HELD - 1) / HELD, error);
         return status == AD_OK ? surrogate_training_make_optimizer(t, error) : status;
     }
-    status = status == AD_OK ? draw(t, 0, rollouts, &t->steps, error) : status;
-    if (status == AD_OK) {
-        status = draw(t, rollouts, (rollouts + HELD - 1) / HELD, &t->held, error);
-    }
+    status = status == AD_OK ? draw(t, 0, &t->steps, error) : status;
+    status = status == AD_OK ? draw(t, 1, &t->held, error) : status;
     status = status == AD_OK ? find_model(t, rod, error) : status;
     reduced_free(rod);
     t->info.solved = t->steps.count;

@@ -71,10 +71,11 @@ static ad_status allocate(surrogate_training *t, ad_error *error)
                : ad_fail(error, AD_NO_MEMORY, "out of memory for a one-step model");
 }
 
-ad_status surrogate_prepare_curve(surrogate_training *t, int rollouts, int held, ad_error *error)
+ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
+                                  ad_error *error)
 {
-    const excite_settings first = surrogate_excitation(t, 0, rollouts);
-    const excite_settings other = surrogate_excitation(t, rollouts, held);
+    const excite_settings first = surrogate_excitation(t, steps, 0, rollouts);
+    const excite_settings other = surrogate_excitation(t, steps, rollouts, held);
     const physics_loss_settings errors = {.data = 1, .ahead = 1};
     ad_status status = excite_run(t->open, &first, t->pool, &t->motions, error);
     status =

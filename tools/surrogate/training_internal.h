@@ -32,12 +32,13 @@ struct surrogate_training {
 /* Of the stage at work, at t->start. */
 ad_status surrogate_training_make_optimizer(surrogate_training *t, ad_error *error);
 
-/* How rollouts for training are drawn. */
-excite_settings surrogate_excitation(const surrogate_training *t, int first, int count);
+/* How rollouts of so many steps are drawn for training. */
+excite_settings surrogate_excitation(const surrogate_training *t, int steps, int first, int count);
 
 /* training_curve.c. Motions, the curve and its start; the loss of the stage at work; the mean error
  * of held-out steps for parameters (NULL: of the base alone), NaN where it is not finite. */
-ad_status surrogate_prepare_curve(surrogate_training *t, int rollouts, int held, ad_error *error);
+ad_status surrogate_prepare_curve(surrogate_training *t, int steps, int rollouts, int held,
+                                  ad_error *error);
 ad_status surrogate_make_physics(surrogate_training *t, ad_error *error);
 double surrogate_held_error(surrogate_training *t, const double *parameters);
 
