@@ -228,6 +228,27 @@ static void interrupted(training *t)
 
 /* ---- the whole ----------------------------------------------------------------------------- */
 
+static void explain_curves(const surrogate_settings *s, const train_settings *settings)
+{
+    const bool sines = s->kind == SURROGATE_DDPINN || s->kind == SURROGATE_DDPINN_FLOW;
+    const bool flows = s->kind == SURROGATE_DDPINN_FLOW || s->kind == SURROGATE_POLYNOMIAL_FLOW;
+    printf("A network (");
+    for (int i = 0; i < settings->network.hidden_count; i++) {
+        printf("%s%d", i ? " x " : "", settings->network.hidden[i]);
+    }
+    printf(") says a curve in\ntime from each state, %s beside %s, exact at its begin; the loss is "
+           "%g times\n%s and %g times errors of solved steps, %d in a row.\n\n",
+           sines ? "damped sines" : "polynomials", flows ? "the exact linear flow" : "the state",
+           s->physics,
+           s->kind == SURROGATE_DDPINN ? "z' - f at random times"
+                                       : "the defect of the rod's equations at Radau's nodes",
+           s->data, s->ahead);
+    for (int i = 0; i < settings->stage_count; i++) {
+        printf("  stage %d: %s, up to %d steps\n", i + 1,
+               optim_method_name(settings->stages[i].optimizer), settings->stages[i].steps);
+    }
+}
+
 static void explain(training *t)
 {
     const surrogate_settings *s = &t->settings->surrogate;
@@ -252,9 +273,11 @@ static void explain(training *t)
     }
     printf(
         "\n%d steps are solved in rollouts under steps, ramps, bang-bang and chirps, and a tenth "
-        "as\nmany held out. A linear map by least squares",
-        s->solved);
-    if (s->kind == SURROGATE_LINEAR) {
+        "as\nmany held out. %s",
+        s->solved, surrogate_is_decoupled(s->kind) ? "" : "A linear map by least squares");
+    if (surrogate_is_decoupled(s->kind)) {
+        explain_curves(s, settings);
+    } else if (s->kind == SURROGATE_LINEAR) {
         printf(" is all.\n");
     } else {
         printf(", and a network (");
