@@ -344,6 +344,7 @@ static void test_refusals(void **state)
     expect_refusal("time.duration=null", "time.duration");
     expect_refusal("network.hidden=[]", "network.hidden");
     expect_refusal("training.stages[0].optimizer=gauss_newton", "training.stages[0].optimizer");
+    expect_refusal("training.stages[0].stop.error=0.1", "training.stages[0].stop.error");
     expect_refusal("reference=solve", "reference");
 }
 
