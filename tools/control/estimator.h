@@ -25,11 +25,11 @@
  *   not finite, or a rotation that is not one: as missing;
  *   too late: not used;
  *   an outlier (beyond `gate`): not used; after `patience` of them in a row the covariance is
- *     doubled each time until one is used again;
- *   the model has no answer: it is asked for the mean alone, whose answer is taken, and if it has
- *     none, either, the mean stays; the covariance of the states grows to 1.1 times;
- *   the look has none: as missing;
- *   inputs that are not finite: the last ones are held. */
+ *     made 4 times as large each time until one is used again;
+ *   the model has no answer, or one with `outside` above 2: it is asked for the mean alone, whose
+ *     answer is taken; if it has none, either, the mean stays; deviations of states become 1.1
+ * times as large; the look has none: as missing; inputs that are not finite: the last ones are
+ * held. */
 #ifndef CONTROL_ESTIMATOR_H
 #define CONTROL_ESTIMATOR_H
 
@@ -51,7 +51,7 @@ enum {
 
 /* Flags: what happened in a sample. */
 enum {
-    ESTIMATOR_MISSING = 1,        /* a measurement that was to arrive in this sample */
+    ESTIMATOR_MISSING = 1,        /* a measurement that was to be here by this sample */
     ESTIMATOR_NOT_FINITE = 2,     /* a measurement, or no rotation */
     ESTIMATOR_LATE = 4,           /* a measurement older than the filter keeps */
     ESTIMATOR_OUTLIER = 8,        /* a measurement beyond the gate */
@@ -61,7 +61,7 @@ enum {
     ESTIMATOR_AT_EDGE = 128,      /* a parameter is at an end of its range */
     ESTIMATOR_INCONSISTENT = 256, /* normalised innovations of a sensor are out of bounds */
     ESTIMATOR_BAD_INPUTS = 512,   /* given to estimator_predict: the last ones are held */
-    ESTIMATOR_BAD_CALL = 1024     /* no such sensor, an age below 0, no inputs ever given */
+    ESTIMATOR_BAD_CALL = 1024     /* no such sensor, or a sample that has been measured */
 };
 
 typedef struct estimator_parameter {
@@ -80,6 +80,8 @@ typedef struct estimator_sensor {
     int every;           /* samples from one measurement to the next; 0: 1 */
     int phase;           /* taken at samples k with k % every == phase */
     int delay;           /* samples until it arrives */
+    int depends;         /* values depend on the first so many states alone, which saves time; 0: on
+                          * all, and on inputs */
 } estimator_sensor;
 
 /* All arrays are borrowed as long as the estimator lives. */
@@ -110,15 +112,14 @@ const char *estimator_refusal(const estimator_settings *settings);
 size_t estimator_size(const estimator_settings *settings);
 estimator *estimator_init(void *memory, const estimator_settings *settings);
 
-/* Sample 0: state [states], inputs [model.inputs], of which the parameters are taken, too.
- * by_parameters (or NULL) [states][parameters]: how the state was brought about by the parameters,
- * as that of equilibrium is: both are uncertain together then. */
-void estimator_start(estimator *x, const double *state, const double *inputs,
-                     const double *by_parameters);
+/* Sample 0: state [states], inputs [model.inputs], of which the parameters are taken, too; those
+ * outside their ranges at the nearer end. */
+void estimator_start(estimator *x, const double *state, const double *inputs);
 
 /* As before, from rest with held inputs: the state to which the model comes from `state` in at most
- * `steps`, for the parameters as given and each of them changed. Returns flags: NO_ANSWER where it
- * does not come to rest; then the last state is taken. */
+ * `steps`, for the parameters as given and each of them changed by its deviation: state and
+ * parameters are uncertain together. Returns 0, or ESTIMATOR_NO_ANSWER: it does not come to rest,
+ * and starts as estimator_start does. */
 int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps);
 
 /* values [look.values] seen `age` samples ago, or the sensor's delay: age < 0. Once for a sensor

@@ -1,7 +1,7 @@
 /* Dense linear algebra of 1 to 100 unknowns for filters and controllers: no allocation, no library,
- * the same bits on any processor. Matrices are row by row; `stride` is the distance of rows, which
- * is small_stride(columns) wherever it is not given. What a row has beyond its columns has to be
- * finite, and is 0 where a function writes it. */
+ * the same bits on any processor. Matrices are row by row, rows
+ * small_stride(columns) apart, at most SMALL_MOST. What a row has beyond its columns has to be
+ * finite, and is 0 for results of sums of products with it. */
 #ifndef CONTROL_SMALL_H
 #define CONTROL_SMALL_H
 
@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-enum { SMALL_LANES = 8 };
+enum { SMALL_LANES = 8, SMALL_MOST = 128 /* columns */ };
 
 /* Loops compiled for the widest vectors of the processor at hand, unless a compiler's options say
  * which; for static functions only. */
@@ -41,10 +41,11 @@ void small_triangle(int rows, int n, double *a);
  * Returns 0, or 1 + i: pivot i is not positive, and a is not defined. */
 int small_cholesky(int n, double *a);
 
-/* With the upper triangle U [n][n], whose diagonal is not 0: x [count][n] U = b and x U^T = b, in
- * place, each row of x a right side: U^T y = c and U y = c of columns. */
-void small_solve(int n, const double *u, int count, double *x);
-void small_solve_transposed(int n, const double *u, int count, double *x);
+/* With the upper triangle U [n][n], whose diagonal is not 0, in place of the right side: U x = b,
+ * U^T x = b of vectors x [n], and U^T U X = B of matrices X [n][columns]. */
+void small_solve(int n, const double *u, double *x);
+void small_solve_transposed(int n, const double *u, double *x);
+void small_solve_factored(int n, const double *u, int columns, double *x);
 
 /* U^T U + x x^T and U^T U - x x^T in place of U^T U, by rotations (LINPACK's dchud, dchdd); x [n]
  * is overwritten. small_downdate: 0, or 1: the rest is not positive definite, and u is as it was;

@@ -1,0 +1,86 @@
+/* What the files of the estimator share; not for others. */
+#ifndef CONTROL_ESTIMATOR_INTERNAL_H
+#define CONTROL_ESTIMATOR_INTERNAL_H
+
+#include "tools/control/estimator.h"
+#include "tools/control/sigma_points.h"
+#include "tools/control/small.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+/* Of a measurement of a sensor at a sample. */
+enum { ESTIMATOR_NONE, ESTIMATOR_UNUSABLE, ESTIMATOR_FRESH, ESTIMATOR_USED, ESTIMATOR_REFUSED };
+
+/* One of the last samples. */
+typedef struct estimator_record {
+    double *z, *u;  /* [n], [n][stride] before its measurements */
+    double *until;  /* [inputs] that acted until it */
+    double *inputs; /* [2][inputs] from it on to the next, at both ends */
+    double *values; /* [values] of all sensors */
+    double grow;    /* of the root of the covariance after the measurements */
+    unsigned char state[ESTIMATOR_SENSORS_MAX];
+} estimator_record;
+
+typedef struct estimator_sensor_record {
+    int width, offset; /* numbers that are compared; values in front of its own */
+    int row;           /* outliers in a row */
+    double gate, low, high, sum;
+    double *window;     /* [settings.window] */
+    double *innovation; /* [width] */
+    int next, count;
+    double last;
+    int64_t used, missing, not_finite, late, outliers;
+} estimator_sensor_record;
+
+struct estimator {
+    estimator_settings settings;
+    sigma_points sigma;
+    int n, states, inputs, stride, slots, values, most; /* most: of values of one sensor */
+    int64_t sample;                                     /* the present one */
+    int64_t at, checked; /* z, u are of this sample; missing measurements were counted */
+    int flags;
+    bool ahead; /* a measurement may arrive at once: predictions are made before it */
+    double outside;
+    double *z, *u;            /* [n], [n][stride] */
+    double *now;              /* [inputs] */
+    double *states_at, *next; /* [2 n + 1][states] */
+    double *inputs_at;        /* [2 n + 1][2][inputs] */
+    double *seen, *mean;      /* [2 n + 1][most], [most] */
+    double *rows;             /* [3 n + 1][stride] */
+    double *d, *b, *room;     /* of sigma_gather, sigma_correct */
+    double *before;           /* [n] */
+    estimator_record *record; /* [slots] */
+    estimator_sensor_record sensor[ESTIMATOR_SENSORS_MAX];
+};
+
+/* Numbers beyond it are as good as none: their squares would not be finite. */
+static inline bool estimator_is_usable(size_t count, const double *x)
+{
+    bool usable = true;
+    for (size_t i = 0; i < count; i++) {
+        usable &= fabs(x[i]) < 1e100;
+    }
+    return usable;
+}
+
+static inline estimator_record *estimator_record_of(const estimator *x, int64_t sample)
+{
+    return &x->record[sample % x->slots];
+}
+
+/* Of a parameter: what is estimated, its standard deviation at the start, which is at most that of
+ * a uniform distribution over the range, and back. */
+double estimator_coordinate(const estimator_parameter *p, double value);
+double estimator_value(const estimator_parameter *p, double z);
+double estimator_uniform(const estimator_parameter *p);
+
+/* Exceeded with the given chance by the sum of squares of n standard normal numbers. */
+double estimator_chi_squared(double n, double chance);
+
+/* Steps of z, u: from a sample to the next by the model, and by the measurements at x->at. */
+void estimator_go_on(estimator *x, const estimator_record *from);
+void estimator_take(estimator *x, estimator_record *at);
+
+#endif

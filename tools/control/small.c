@@ -1,0 +1,240 @@
+#include "tools/control/small.h"
+
+#include <math.h>
+#include <string.h>
+
+typedef double lanes
+    __attribute__((vector_size(SMALL_LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+/* ---- products ------------------------------------------------------------------------------ */
+
+SMALL_FOR_EACH_PROCESSOR static void multiply(int m, int k, int n, const double *a, int row,
+                                              int column, const double *b, double *c)
+{
+    const int stride = small_stride(n);
+    for (int i = 0; i < m; i++) {
+        const double *from = a + i * row;
+        for (int first = 0; first < stride; first += SMALL_LANES) {
+            const double *x = b + first;
+            lanes sum[2] = {{0}, {0}};
+            int j = 0;
+            for (; j + 1 < k; j += 2) {
+                sum[0] += from[j * column] * *(const lanes *)(x + j * stride);
+                sum[1] += from[(j + 1) * column] * *(const lanes *)(x + (j + 1) * stride);
+            }
+            if (j < k) {
+                sum[0] += from[j * column] * *(const lanes *)(x + j * stride);
+            }
+            *(lanes *)(c + i * stride + first) = sum[0] + sum[1];
+        }
+    }
+}
+
+void small_product(int m, int k, int n, const double *a, const double *b, double *c)
+{
+    multiply(m, k, n, a, small_stride(k), 1, b, c);
+}
+
+void small_product_transposed(int m, int k, int n, const double *a, const double *b, double *c)
+{
+    multiply(k, m, n, a, 1, small_stride(k), b, c);
+}
+
+/* ---- triangles ----------------------------------------------------------------------------- */
+
+/* Sum over rows of at[i] block[i], a few of them at a time. */
+static inline __attribute__((always_inline)) void sum_rows(int rows, int stride, const double *at,
+                                                           const double *block, lanes *result)
+{
+    lanes sum[4] = {{0}, {0}, {0}, {0}};
+    int i = 0;
+    for (; i + 3 < rows; i += 4) {
+        for (int k = 0; k < 4; k++) {
+            sum[k] += at[(i + k) * stride] * *(const lanes *)(block + (i + k) * stride);
+        }
+    }
+    for (; i < rows; i++) {
+        sum[0] += at[i * stride] * *(const lanes *)(block + i * stride);
+    }
+    *result = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+}
+
+/* Reflection j: x - v (v^T x) 2/|v|^2 with v = column j from row j on, less what it becomes. */
+SMALL_FOR_EACH_PROCESSOR static void reflect(int rows, int stride, double *a, int j)
+{
+    double *from = a + j * stride, *v = from + j;
+    const int left = rows - j, begin = j / SMALL_LANES * SMALL_LANES;
+    lanes by[SMALL_MOST / SMALL_LANES];
+    const double first = *v;
+    sum_rows(left, stride, v, from + begin, &by[0]);
+    const double square = by[0][j - begin];
+    if (!(square > 0)) { /* a column of zeros, or no numbers at all */
+        return;
+    }
+    const double norm = copysign(sqrt(square), first), head = first + norm;
+    const double scale = 1 / (norm * head); /* 2/|v|^2 */
+    for (int b = begin; b < stride; b += SMALL_LANES) {
+        const int at = (b - begin) / SMALL_LANES;
+        if (at > 0) {
+            sum_rows(left, stride, v, from + b, &by[at]);
+        }
+        by[at] = (by[at] + norm * *(const lanes *)(from + b)) * scale;
+    }
+    *v = head;
+    for (int i = 0; i < left; i++) {
+        const double x = v[i * stride];
+        for (int b = begin; b < stride; b += SMALL_LANES) {
+            *(lanes *)(from + i * stride + b) -= x * by[(b - begin) / SMALL_LANES];
+        }
+        v[i * stride] = 0;
+    }
+    *v = -norm;
+}
+
+void small_triangle(int rows, int n, double *a)
+{
+    const int stride = small_stride(n);
+    for (int j = 0; j < n; j++) {
+        reflect(rows, stride, a, j);
+    }
+    for (int i = 0; i < n; i++) {
+        if (a[i * stride + i] < 0) {
+            for (int k = i; k < n; k++) {
+                a[i * stride + k] = -a[i * stride + k];
+            }
+        }
+    }
+}
+
+SMALL_FOR_EACH_PROCESSOR static int factor(int n, double *a)
+{
+    const int stride = small_stride(n);
+    for (int k = 0; k < n; k++) {
+        double *row = a + k * stride;
+        if (!(row[k] > 0)) {
+            return k + 1;
+        }
+        const double root = sqrt(row[k]);
+        for (int c = 0; c < k; c++) {
+            row[c] = 0;
+        }
+        row[k] = root;
+        for (int c = k + 1; c < n; c++) {
+            row[c] /= root;
+        }
+        for (int i = k + 1; i < n; i++) {
+            const double by = row[i];
+            for (int c = i; c < n; c++) {
+                a[i * stride + c] -= by * row[c];
+            }
+        }
+    }
+    return 0;
+}
+
+int small_cholesky(int n, double *a)
+{
+    return factor(n, a);
+}
+
+/* ---- solutions ----------------------------------------------------------------------------- */
+
+void small_solve(int n, const double *u, double *x)
+{
+    const int stride = small_stride(n);
+    for (int i = n - 1; i >= 0; i--) {
+        double sum = x[i];
+        for (int k = i + 1; k < n; k++) {
+            sum -= u[i * stride + k] * x[k];
+        }
+        x[i] = sum / u[i * stride + i];
+    }
+}
+
+void small_solve_transposed(int n, const double *u, double *x)
+{
+    const int stride = small_stride(n);
+    for (int i = 0; i < n; i++) {
+        x[i] /= u[i * stride + i];
+        for (int k = i + 1; k < n; k++) {
+            x[k] -= u[i * stride + k] * x[i];
+        }
+    }
+}
+
+/* to -= by from, rows of vectors. */
+static inline __attribute__((always_inline)) void subtract(int stride, double by,
+                                                           const double *from, double *to)
+{
+    for (int b = 0; b < stride; b += SMALL_LANES) {
+        *(lanes *)(to + b) -= by * *(const lanes *)(from + b);
+    }
+}
+
+SMALL_FOR_EACH_PROCESSOR static void solve_rows(int n, const double *u, int width, double *x)
+{
+    const int stride = small_stride(n);
+    for (int pass = 0; pass < 2; pass++) { /* U^T, then U */
+        for (int step = 0; step < n; step++) {
+            const int i = pass ? n - 1 - step : step;
+            for (int k = pass ? i + 1 : 0; k < (pass ? n : i); k++) {
+                subtract(width, pass ? u[i * stride + k] : u[k * stride + i], x + k * width,
+                         x + i * width);
+            }
+            for (int b = 0; b < width; b++) {
+                x[i * width + b] /= u[i * stride + i];
+            }
+        }
+    }
+}
+
+void small_solve_factored(int n, const double *u, int columns, double *x)
+{
+    solve_rows(n, u, small_stride(columns), x);
+}
+
+/* ---- changes of a triangle ----------------------------------------------------------------- */
+
+void small_update(int n, double *u, double *x)
+{
+    const int stride = small_stride(n);
+    for (int i = 0; i < n; i++) {
+        double *row = u + i * stride;
+        const double r = hypot(row[i], x[i]);
+        if (!(r > 0)) {
+            continue;
+        }
+        const double c = row[i] / r, s = x[i] / r;
+        for (int k = i; k < n; k++) {
+            const double from = row[k];
+            row[k] = c * from + s * x[k];
+            x[k] = c * x[k] - s * from;
+        }
+    }
+}
+
+int small_downdate(int n, double *u, double *x, double *work)
+{
+    const int stride = small_stride(n);
+    double square = 0;
+    small_solve_transposed(n, u, x);
+    for (int i = 0; i < n; i++) {
+        square += x[i] * x[i];
+    }
+    if (!(square < 1)) {
+        return 1;
+    }
+    double rest = sqrt(1 - square);
+    memset(work, 0, (size_t)n * sizeof *work);
+    for (int i = n - 1; i >= 0; i--) {
+        double *row = u + i * stride;
+        const double r = hypot(rest, x[i]), c = rest / r, s = x[i] / r;
+        for (int k = i; k < n; k++) {
+            const double from = row[k];
+            row[k] = c * from - s * work[k];
+            work[k] = c * work[k] + s * from;
+        }
+        rest = r;
+    }
+    return 0;
+}
