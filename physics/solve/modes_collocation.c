@@ -226,13 +226,24 @@ static void predict(collocation *x, double h)
     }
 }
 
+ad_status collocation_at(collocation *x, int i, double t, double h, const double *inputs,
+                         ad_error *error)
+{
+    const double part = x->by.nodes[i];
+    double between[SCENE_PARAMETERS_MAX];
+    for (int k = 0; x->after && k < x->m->inputs; k++) {
+        between[k] = inputs[k] + part * (x->after[k] - inputs[k]);
+    }
+    return modes_at(x->m, t + part * h, x->after ? between : inputs, error);
+}
+
 /* Mass and derivatives in the middle of the step as it is predicted. */
 ad_status collocation_form(collocation *x, double t, double h, const double *inputs,
                            const double *q, const double *v, ad_error *error)
 {
     modes *m = x->m;
     const int middle = x->by.stages / 2;
-    ad_status status = modes_at(m, t + x->by.nodes[middle] * h, inputs, error);
+    ad_status status = collocation_at(x, middle, t, h, inputs, error);
     if (status == AD_OK) {
         collocation_stage(x, middle, h, q, v);
         modes_shape(m, x->q, x->v, x->a + middle * x->size);
@@ -311,7 +322,7 @@ static ad_status residuals(collocation *x, double t, double h, const double *inp
 {
     ad_status status = AD_OK;
     for (int i = 0; i < x->by.stages && status == AD_OK; i++) {
-        status = modes_at(x->m, t + x->by.nodes[i] * h, inputs, error);
+        status = collocation_at(x, i, t, h, inputs, error);
         if (status == AD_OK) {
             collocation_stage(x, i, h, q, v);
             modes_shape(x->m, x->q, x->v, x->a + i * x->size);

@@ -7,9 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Of Newton's method, in modes and rates: errors of a step are larger. */
-static const double NEWTON = 1e-5;
-
 /* ---- linear systems ------------------------------------------------------------------------ */
 
 /* The rows of stage i: matrix of the accelerations of all stages. Leaves the residual of the stage
@@ -21,7 +18,7 @@ static ad_status stage_rows(collocation *x, int i, double t, double h, const dou
     const collocation_method *by = &x->by;
     modes *m = x->m;
     const int n = x->size, width = m->width;
-    ad_status status = modes_at(m, t + by->nodes[i] * h, inputs, error);
+    ad_status status = collocation_at(x, i, t, h, inputs, error);
     if (status != AD_OK) {
         return status;
     }
@@ -118,31 +115,34 @@ ad_status collocation_exact(collocation *x, double t, double h, const double *in
 
 /* Accelerations of a step that starts from nothing but q and v. */
 static ad_status solve_once(collocation *x, double t, double h, const double *inputs,
-                            const double *q, const double *v, ad_error *error)
+                            double tolerance, const double *q, const double *v, ad_error *error)
 {
     bool slow, failed = true;
     const size_t size = (size_t)(x->by.stages * x->size) * sizeof *x->a;
     memset(x->a, 0, size);
     ad_status status = collocation_form(x, t, h, inputs, q, v, error);
     if (status == AD_OK && collocation_factor(x, h)) {
-        status = collocation_iterate(x, t, h, inputs, NEWTON, q, v, &slow, &failed, error);
+        status = collocation_iterate(x, t, h, inputs, tolerance, q, v, &slow, &failed, error);
     }
     if (status == AD_OK && failed) {
         memset(x->a, 0, size);
-        status = collocation_exact(x, t, h, inputs, NEWTON, q, v, &failed, error);
+        status = collocation_exact(x, t, h, inputs, tolerance, q, v, &failed, error);
     }
     return status == AD_OK && failed
                ? ad_fail(error, AD_NOT_FINITE, "a step of %g from t = %g is too long", h, t)
                : status;
 }
 
-ad_status collocation_once(collocation *x, double t, double h, const double *inputs, double *q,
-                           double *v, ad_error *error)
+ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
+                           const double *after, double tolerance, double *q, double *v,
+                           ad_error *error)
 {
-    ad_status status = solve_once(x, t, h, inputs, q, v, error);
+    x->after = after;
+    ad_status status = solve_once(x, t, h, inputs, tolerance, q, v, error);
     if (status == AD_OK) {
         collocation_finish(x, h, q, v);
     }
+    x->after = NULL;
     return status;
 }
 
@@ -180,18 +180,20 @@ static ad_status derivative_rows(collocation *x, int i, double t, double h, cons
 }
 
 ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
-                                  const double *q, const double *v, double *room, double *by,
-                                  ad_error *error)
+                                  const double *after, const double *q, const double *v,
+                                  double *room, double *by, ad_error *error)
 {
     const collocation_method *rule = &x->by;
     const int n = x->size, all = rule->stages * n, wanted = 2 * n + x->m->inputs;
     const int columns = all + wanted;
     double *by_inputs = room + all * columns;
     ad_status status = AD_OK;
+    x->after = after;
     for (int i = 0; i < rule->stages && status == AD_OK; i++) {
         status = derivative_rows(x, i, t, h, inputs, q, v, columns, room + i * n * columns,
                                  by_inputs, error);
     }
+    x->after = NULL;
     if (status == AD_OK && !eliminate(all, columns, room)) {
         status = ad_fail(error, AD_NOT_FINITE, "the derivative of a step is singular");
     }

@@ -32,16 +32,19 @@ ad_status collocation_go(collocation *x, double t, double end, const double *inp
                          double tolerance, double *q, double *v, solve_energy *energy,
                          ad_error *error);
 
-/* One step of length h by itself: the same whatever came before. AD_NOT_FINITE: Newton's method
- * fails. */
-ad_status collocation_once(collocation *x, double t, double h, const double *inputs, double *q,
-                           double *v, ad_error *error);
+/* One step of length h by itself: the same whatever came before. The inputs go linearly to those
+ * `after` it (NULL: they are held). Newton's method stops at the tolerance, of modes and rates.
+ * AD_NOT_FINITE: it fails. */
+ad_status collocation_once(collocation *x, double t, double h, const double *inputs,
+                           const double *after, double tolerance, double *q, double *v,
+                           ad_error *error);
 
 /* After it, with q, v of its start: derivatives [2 size][2 size + inputs] of q, v at its end by
- * q, v, inputs; exact ones of the method's equations. room [collocation_derivative_room]. */
+ * q, v, inputs (of both ends together); exact ones of the method's equations. room
+ * [collocation_derivative_room]. */
 ad_status collocation_derivatives(collocation *x, double t, double h, const double *inputs,
-                                  const double *q, const double *v, double *room, double *by,
-                                  ad_error *error);
+                                  const double *after, const double *q, const double *v,
+                                  double *room, double *by, ad_error *error);
 size_t collocation_derivative_room(const collocation *x);
 
 /* Forget the last step, as after a jump of what is given. */

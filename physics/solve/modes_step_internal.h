@@ -31,6 +31,7 @@ struct collocation {
     modes *m;
     collocation_method by;
     int size;
+    const double *after; /* inputs at the end of the step, which go there linearly; NULL: held */
     double step, formed_step; /* 0: none */
     bool has_polynomial;      /* accelerations of a last step, to go on from */
     double last_step;
@@ -49,6 +50,10 @@ struct collocation {
 };
 
 void collocation_make_method(int stages, collocation_method *by);
+
+/* The model at the time of stage i, with its inputs. */
+ad_status collocation_at(collocation *x, int i, double t, double h, const double *inputs,
+                         ad_error *error);
 
 /* q, v of stage i in x->q, x->v, by the accelerations as they are. */
 void collocation_stage(collocation *x, int i, double h, const double *q, const double *v);

@@ -27,6 +27,7 @@ struct reduced_rod {
     collocation *step;
     kinematics look; /* of places, all rows but those of curvature */
     int count;
+    double newton;
     double *unit;        /* [states] of the state: SI by the model's */
     double *q, *v, *a;   /* [size] each */
     double *residual;    /* [size] */
@@ -168,6 +169,7 @@ ad_status reduced_create(const scene *rod_scene, const reduced_settings *setting
         return ad_fail(error, AD_NO_MEMORY, "out of memory for a reduced rod");
     }
     x->open = *rod_scene;
+    x->newton = settings->newton > 0 ? settings->newton : 1e-5; /* errors of a step are larger */
     ad_status status = create_model(x, settings, error);
     status = status == AD_OK ? collocation_create(x->m, STAGES, &x->step, error) : status;
     status = status == AD_OK ? place(x, settings, error) : status;
@@ -466,14 +468,22 @@ ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error)
 {
+    return reduced_step_linear(x, t, h, state, inputs, NULL, next, by_state, by_inputs, error);
+}
+
+ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error)
+{
     const int n = x->m->size, count = x->m->inputs, wanted = 2 * n + count;
     const double time = x->rod->scales.time;
     take_state(x, state);
     memcpy(x->start, x->q, (size_t)n * sizeof *x->q);
     memcpy(x->start + n, x->v, (size_t)n * sizeof *x->v);
-    ad_status status = collocation_once(x->step, t / time, h / time, inputs, x->q, x->v, error);
+    ad_status status =
+        collocation_once(x->step, t / time, h / time, inputs, after, x->newton, x->q, x->v, error);
     if (status == AD_OK && (by_state || by_inputs)) {
-        status = collocation_derivatives(x->step, t / time, h / time, inputs, x->start,
+        status = collocation_derivatives(x->step, t / time, h / time, inputs, after, x->start,
                                          x->start + n, x->room, x->by, error);
     }
     if (status != AD_OK) {

@@ -31,6 +31,8 @@ typedef struct reduced_settings {
                       * all 0: 3, 1, 2, 1 */
     int count;       /* of places that are looked at */
     const double *s; /* [count] m */
+    double newton;   /* where Newton's method stops in a step, of modes and rates that have no unit;
+                      * 0: 1e-5, the fastest */
 } reduced_settings;
 
 /* At one place. The order is that of the rows of derivatives. */
@@ -76,6 +78,12 @@ ad_status reduced_rate(reduced_rod *x, double t, const double *state, const doub
 ad_status reduced_step(reduced_rod *x, double t, double h, const double *state,
                        const double *inputs, double *next, double *by_state, double *by_inputs,
                        ad_error *error);
+
+/* The same, but the inputs go linearly to those `after` the step (NULL: they are held); by_inputs
+ * is of both ends moved together. */
+ad_status reduced_step_linear(reduced_rod *x, double t, double h, const double *state,
+                              const double *inputs, const double *after, double *next,
+                              double *by_state, double *by_inputs, ad_error *error);
 
 /* places [count]; by_state (or NULL) [count][12][states]: derivatives of position, turn (the
  * rotation vector in the world by which the place turns), velocity, and angular velocity in the

@@ -10,12 +10,22 @@
 #define CONTROL_LOOK_H
 
 #include "physics/scene.h"
-#include "tools/control/look_step.h"
 #include "tools/control/one_step.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+typedef enum look_what {
+    LOOK_POSITION,         /* 3, m, world */
+    LOOK_ROTATION,         /* 4, unit quaternion, body to world; estimator_sensor.rotations */
+    LOOK_DIRECTION,        /* 3, director d3 of the section, world: what a sensor of 5 coordinates
+                            * sees */
+    LOOK_VELOCITY,         /* 3, m/s, world */
+    LOOK_ANGULAR_VELOCITY, /* 3, 1/s, body: a gyroscope */
+    LOOK_CURVATURE,        /* 3, 1/m, body: bending about d1, d2, twist */
+    LOOK_STRAIN            /* 3: shear along d1, d2, stretch v (1 at rest) */
+} look_what;
 
 typedef struct look_sensor {
     look_what what;

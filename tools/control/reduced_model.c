@@ -13,11 +13,12 @@ static int advance_rod(void *context, int count, double h, const double *states,
     reduced_rod *rod = context;
     const size_t n = (size_t)reduced_states(rod), m = (size_t)reduced_inputs(rod);
     ad_error error;
-    bool good = !after;
+    bool good = true;
     for (size_t i = 0; i < (size_t)count && good; i++) {
-        good = reduced_step(rod, 0, h, states + i * n, inputs + i * m, next + i * n,
-                            by_state ? by_state + i * n * n : NULL,
-                            by_inputs ? by_inputs + i * n * m : NULL, &error) == AD_OK;
+        good = reduced_step_linear(rod, 0, h, states + i * n, inputs + i * m,
+                                   after ? after + i * m : NULL, next + i * n,
+                                   by_state ? by_state + i * n * n : NULL,
+                                   by_inputs ? by_inputs + i * n * m : NULL, &error) == AD_OK;
         for (size_t k = 0; k < n && good; k++) {
             good = isfinite(next[i * n + k]);
         }

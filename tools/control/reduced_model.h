@@ -10,8 +10,8 @@
 extern "C" {
 #endif
 
-/* Steps of length h in (0, step], each one step of Radau's method; inputs are held: with `after`
- * there is no answer. Borrows the rod, one whose loads do not depend on time. */
+/* Steps of length h in (0, step], each one step of Radau's method. Borrows the rod, one whose loads
+ * do not depend on time. */
 one_step reduced_one_step(reduced_rod *rod, double step);
 
 /* x+ = x_e + A (x - x_e) + B (u - u_e) with A, B of one step of length h at a state of rest; other

@@ -32,8 +32,9 @@ enum {
     X(LOOK_POSITION, "position")                                                                   \
     X(LOOK_ROTATION, "rotation")                                                                   \
     X(LOOK_DIRECTION, "direction")                                                                 \
-    X(LOOK_VELOCITY, "velocity") X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                      \
-        X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
+    X(LOOK_VELOCITY, "velocity")                                                                   \
+    X(LOOK_ANGULAR_VELOCITY, "angular_velocity")                                                   \
+    X(LOOK_CURVATURE, "curvature") X(LOOK_STRAIN, "strain")
 #define CONTROL_FAULT_LIST(X)                                                                      \
     X(CONTROL_LOST, "lost")                                                                        \
     X(CONTROL_NOT_A_NUMBER, "nan") X(CONTROL_WILD, "wild") X(CONTROL_LATE, "late")

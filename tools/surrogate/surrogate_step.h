@@ -26,14 +26,13 @@ enum { SURROGATE_LAYERS_MAX = 4, SURROGATE_STATES_MAX = 128, SURROGATE_INPUTS_MA
 /* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
  * (with hold linear: those of its begin, then those of its end). */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
-    X(state_center, n)        /* x0 */                                                             \
-    X(input_center, m)        /* u0 */                                                             \
-    X(linear, n *(n + m))     /* [n][n + m]: A, B */                                               \
-    X(state_scale, n)         /* of coordinates: (x - x0) / scale, with a sign */                  \
-    X(input_map, m *m)        /* [m][m]: coordinates of inputs are map (u - u0) */                 \
-    X(output_scale, n)        /* the network's outputs times these are states, by coordinates */   \
-    X(lead, n + m)            /* by pairs: w = sum of lead_k pair_k */                             \
-    X(state_range, n)         /* largest |x - x0| of training */                                   \
+    X(state_center, n)    /* x0 */                                                                 \
+    X(input_center, m)    /* u0 */                                                                 \
+    X(linear, n *(n + m)) /* [n + m][n]: A^T, then B^T */                                          \
+    X(state_scale, n)     /* of coordinates: (x - x0) / scale, with a sign */                      \
+    X(input_map, m *m)    /* [m][m]: coordinates of inputs are map^T (u - u0) */                   \
+    X(lead, n + m)        /* by pairs: w = sum of lead_k pair_k; 0 behind them */                  \
+    X(state_range, n)     /* largest |x - x0| of training */                                       \
     X(input_low, m) X(input_high, m)
 
 typedef struct surrogate_step {
@@ -45,12 +44,14 @@ typedef struct surrogate_step {
     int turns, mirrors; /* whether the frame turns, whether the network knows a mirror */
     /* Classes: z has `pairs` first components, as many second ones, evens, odds. */
     int pairs, evens, odds;
-    int out_pairs, out_evens, out_odds; /* those of states come first in each class */
+    int out_pairs, out_evens, out_odds; /* of the network, those of states come first in a class */
     int layers;                         /* hidden ones */
     int width[SURROGATE_LAYERS_MAX];    /* units of each; with a mirror an even number */
     int state_slot[SURROGATE_STATES_MAX]; /* place in z of state k */
     int input_slot[SURROGATE_INPUTS_MAX]; /* and of coordinate k of the inputs */
-    const double *numbers; /* SURROGATE_STEP_NUMBERS, then the layers' weights and biases */
+    /* SURROGATE_STEP_NUMBERS, then layer by layer, with i inputs and o outputs of a class: weights
+     * [i][o], of evens followed by biases [o]; evens first. */
+    const double *numbers;
 } surrogate_step;
 
 /* How many numbers, doubles of work for one call, and parameters of the network among the numbers,

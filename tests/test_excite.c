@@ -1,0 +1,198 @@
+/* Excitations stay within ranges and have the kinds they say; rollouts are the same for any number
+ * of threads and rollouts, and what is between instants is what the reduced rod does. */
+#include "near.h"
+
+#include "physics/solve/reduced.h"
+#include "tools/config/config.h"
+#include "tools/surrogate/excite.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char arm[] =
+    "parameters: {p: {range: [-2, 3]}, e: {range: [0.5, 2], scale: log}}\n"
+    "rod:\n"
+    "  length: 1\n"
+    "  stiffness: {shear: [30*e, 40*e], axial: 50*e, bending: [e, 1.5*e], torsion: 0.8*e}\n"
+    "  inertia: {mass_per_length: 1, rotary: [0.01, 0.02, 0.03]}\n"
+    "  damping: {strain: [0.1, 0.1, 0.1], curvature: [0.05, 0.05, 0.05]}\n"
+    "boundary: {start: {type: clamped}, end: {type: loaded}}\n"
+    "loads: {tip: {force: [p, 0.5, 0]}}\n"
+    "time: {duration: 1}\n";
+
+static config *read_scene(void)
+{
+    ad_error error = {.message = ""};
+    config *given = NULL;
+    if (config_read("arm.yaml", arm, 0, NULL, &given, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    return given;
+}
+
+static excite_settings small_settings(void)
+{
+    excite_settings settings = excite_settings_default();
+    const int modes[4] = {1, 1, 1, 1};
+    memcpy(settings.modes, modes, sizeof modes);
+    settings.step = 0.05;
+    settings.steps = 20;
+    settings.count = 10;
+    settings.constant = 2;
+    return settings;
+}
+
+static void test_draws(void **state)
+{
+    (void)state;
+    enum { STEPS = 2000 };
+    static double inputs[(STEPS + 1) * 2];
+    config *given = read_scene();
+    const scene_parameter *ranges = given->scene.parameters;
+    excite_settings settings = small_settings();
+    settings.steps = STEPS;
+    for (int kind = 0; kind < EXCITE_KIND_COUNT; kind++) {
+        double low = INFINITY, high = -INFINITY, jump = 0;
+        int at_ends = 0, moves = 0;
+        settings.only = kind;
+        excite_draw(2, ranges, &settings, 3, inputs);
+        for (int k = 0; k <= STEPS; k++) {
+            const double p = inputs[2 * k], before = inputs[2 * (k > 0 ? k - 1 : 0)];
+            assert_true(p >= ranges[0].low && p <= ranges[0].high);
+            assert_true(inputs[2 * k + 1] == inputs[1]); /* constant */
+            low = fmin(low, p);
+            high = fmax(high, p);
+            jump = fmax(jump, fabs(p - before));
+            at_ends += p == ranges[0].low || p == ranges[0].high;
+            moves += p != before;
+        }
+        assert_true(inputs[1] >= ranges[1].low && inputs[1] <= ranges[1].high);
+        assert_true(low < -1.5 && high > 2.5); /* all of the range is seen */
+        assert_true(jump > 1);
+        assert_true(kind != EXCITE_BANG || at_ends == STEPS + 1);
+        if (kind == EXCITE_STEPS || kind == EXCITE_BANG) {
+            assert_in_range(moves, STEPS / 50, STEPS / 4);
+        } else if (kind != EXCITE_MIXED) {
+            assert_true(moves > STEPS / 2);
+        }
+    }
+    config_free(given);
+}
+
+static excite_rollouts run(const config *given, const excite_settings *settings, int threads)
+{
+    ad_error error = {.message = ""};
+    excite_rollouts result;
+    ad_pool *pool = ad_pool_create(threads);
+    assert_non_null(pool);
+    if (excite_run(&given->scene, settings, pool, &result, &error) != AD_OK) {
+        fail_msg("%s", error.message);
+    }
+    ad_pool_free(pool);
+    return result;
+}
+
+static void test_same(void **state)
+{
+    (void)state;
+    config *given = read_scene();
+    excite_settings settings = small_settings();
+    for (int linear = 0; linear < 2; linear++) {
+        settings.linear = linear;
+        settings.first = 0;
+        settings.count = 10;
+        excite_rollouts one = run(given, &settings, 1), two = run(given, &settings, 2);
+        settings.first = 7;
+        settings.count = 1;
+        excite_rollouts seventh = run(given, &settings, 1);
+        const size_t states = (size_t)(21 * one.states), inputs = 21 * 2;
+        assert_memory_equal(one.state, two.state, 10 * states * sizeof *one.state);
+        assert_memory_equal(one.input, two.input, 10 * inputs * sizeof *one.input);
+        assert_memory_equal(one.state + 7 * states, seventh.state, states * sizeof *one.state);
+        assert_memory_equal(one.input + 7 * inputs, seventh.input, inputs * sizeof *one.input);
+        for (int i = 0; i < 10; i++) {
+            assert_int_equal(one.done[i], 20);
+        }
+        assert_int_equal(one.lost, 0);
+        excite_free(&one);
+        excite_free(&two);
+        excite_free(&seventh);
+    }
+    config_free(given);
+}
+
+/* A step with inputs that move linearly against 512 with inputs that are held. */
+static void test_linear(void **state)
+{
+    (void)state;
+    enum { PARTS = 512 };
+    config *given = read_scene();
+    ad_error error = {.message = ""};
+    excite_settings settings = small_settings();
+    settings.linear = true;
+    settings.only = EXCITE_RAMPS;
+    settings.count = 1;
+    settings.steps = 2;
+    excite_rollouts motion = run(given, &settings, 1);
+    const reduced_settings modes = {.modes = {1, 1, 1, 1}};
+    reduced_rod *rod = NULL;
+    double x[16], held[16], moved = 0, off = 0;
+    assert_int_equal(reduced_create(&given->scene, &modes, &rod, &error), AD_OK);
+    const int n = motion.states;
+    assert_true(n <= 16);
+    memcpy(x, motion.state, (size_t)n * sizeof *x);
+    for (int p = 0; p < PARTS; p++) {
+        const double part = (p + 0.5) / PARTS, h = settings.step / PARTS;
+        const double u[2] = {motion.input[0] + part * (motion.input[2] - motion.input[0]),
+                             motion.input[1]};
+        assert_int_equal(reduced_step(rod, p * h, h, x, u, x, NULL, NULL, &error), AD_OK);
+    }
+    assert_int_equal(
+        reduced_step(rod, 0, settings.step, motion.state, motion.input, held, NULL, NULL, &error),
+        AD_OK);
+    for (int k = 0; k < n; k++) {
+        off = fmax(off, fabs(motion.state[n + k] - x[k]));
+        moved = fmax(moved, fabs(held[k] - x[k]));
+    }
+    print_message("linear: %.1e, held: %.1e\n", off, moved);
+    assert_true(off < 1e-4 * moved); /* 512 steps of held inputs leave 4e-6 */
+    reduced_free(rod);
+    excite_free(&motion);
+    config_free(given);
+}
+
+/* A step that is far too long for the rod is taken in parts and said to be. */
+static void test_parts(void **state)
+{
+    (void)state;
+    config *given = read_scene();
+    excite_settings settings = small_settings();
+    settings.step = 20;
+    settings.steps = 5;
+    settings.count = 6;
+    settings.only = EXCITE_BANG;
+    excite_rollouts x = run(given, &settings, 2);
+    print_message("parts: %ld of 30, lost %ld\n", x.substepped, x.lost);
+    int done = 0;
+    for (int i = 0; i < 6; i++) {
+        done += x.done[i];
+    }
+    assert_true(x.lost > 0 || done == 30);
+    for (int i = 0; i < done && i < x.done[0] * x.states; i++) {
+        assert_true(isfinite(x.state[i]));
+    }
+    excite_free(&x);
+    config_free(given);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_draws),
+        cmocka_unit_test(test_same),
+        cmocka_unit_test(test_linear),
+        cmocka_unit_test(test_parts),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

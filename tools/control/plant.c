@@ -1,0 +1,216 @@
+#include "tools/control/plant.h"
+
+#include "nn/rng.h"
+#include "physics/solve/reduced.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Longest step of time, s: within it the method is far more exact than any model of the rod. */
+static const double STEP = 5e-3;
+
+enum { LOOKS = 1 + CONTROL_MEASUREMENTS_MAX + CONTROL_LIMITS_MAX, HALVINGS = 10 };
+
+struct plant {
+    const control_settings *control;
+    reduced_rod *rod;
+    look *looks[LOOKS]; /* the place, the measurements, the constraints */
+    int count;
+    int from[SCENE_PARAMETERS_MAX];      /* of its inputs: which of the nominal ones; -1: none */
+    double inputs[SCENE_PARAMETERS_MAX]; /* now; those of -1 stay in the middle of their range */
+    double t;
+    double *memory, *state, *next; /* [states] */
+    nn_rng noise[CONTROL_MEASUREMENTS_MAX], losses[CONTROL_MEASUREMENTS_MAX];
+};
+
+static ad_status add_look(plant *x, const scene *of, look_what what, double at, ad_error *error)
+{
+    const look_sensor sensor = {.what = what, .count = 1, .s = &at};
+    return look_create(of, x->control->plant_modes, &sensor, &x->looks[x->count++], error);
+}
+
+static void map_inputs(plant *x, const scene *of, const scene *nominal)
+{
+    scene_middle_values(of, x->inputs);
+    for (int i = 0; i < of->parameter_count; i++) {
+        x->from[i] = -1;
+        for (int k = 0; k < nominal->parameter_count; k++) {
+            if (strcmp(of->parameters[i].name, nominal->parameters[k].name) == 0) {
+                x->from[i] = k;
+            }
+        }
+    }
+}
+
+ad_status plant_create(const scene *of, const scene *nominal, const control_settings *control,
+                       plant **result, ad_error *error)
+{
+    const int *modes = control->plant_modes;
+    const reduced_settings settings = {.modes = {modes[0], modes[1], modes[2], modes[3]}};
+    plant *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
+    }
+    x->control = control;
+    map_inputs(x, of, nominal);
+    ad_status status = reduced_create(of, &settings, &x->rod, error);
+    status = status == AD_OK ? add_look(x, of, LOOK_POSITION, control->track_at, error) : status;
+    for (int i = 0; i < control->measurement_count && status == AD_OK; i++) {
+        status = add_look(x, of, control->measurements[i].what, control->measurements[i].at, error);
+    }
+    for (int i = 0; i < control->limit_count && status == AD_OK; i++) {
+        status = add_look(x, of, control->limits[i].what, control->limits[i].at, error);
+    }
+    if (status == AD_OK) {
+        const size_t n = (size_t)reduced_states(x->rod);
+        x->state = x->memory = calloc(2 * n, sizeof *x->memory);
+        x->next = x->memory ? x->memory + n : NULL;
+        status = x->memory ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a plant");
+    }
+    if (status != AD_OK) {
+        plant_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void plant_free(plant *x)
+{
+    if (x) {
+        for (int i = 0; i < x->count; i++) {
+            look_free(x->looks[i]);
+        }
+        reduced_free(x->rod);
+        free(x->memory);
+        free(x);
+    }
+}
+
+static void take_inputs(plant *x, const double *inputs)
+{
+    for (int i = 0; i < reduced_inputs(x->rod); i++) {
+        x->inputs[i] = x->from[i] < 0 ? x->inputs[i] : inputs[x->from[i]];
+    }
+}
+
+/* ---- motion -------------------------------------------------------------------------------- */
+
+/* In two halves where a step cannot be solved. */
+static ad_status step(plant *x, double h, int halvings, ad_error *error)
+{
+    ad_status status =
+        reduced_step(x->rod, x->t, h, x->state, x->inputs, x->next, NULL, NULL, error);
+    if (status == AD_OK) {
+        double *before = x->state;
+        x->state = x->next;
+        x->next = before;
+        x->t += h;
+    } else if (status == AD_NOT_FINITE && halvings > 0) {
+        status = step(x, h / 2, halvings - 1, error);
+        status = status == AD_OK ? step(x, h / 2, halvings - 1, error) : status;
+    }
+    return status;
+}
+
+ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error)
+{
+    const int parts = (int)fmax(1, ceil(h / STEP - 1e-9));
+    ad_status status = AD_OK;
+    take_inputs(x, inputs);
+    for (int i = 0; i < parts && status == AD_OK; i++) {
+        status = step(x, h / parts, HALVINGS, error);
+    }
+    return status;
+}
+
+ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *error)
+{
+    enum { MOTION = 2000 }; /* steps until it rests, where Newton's method does not get there */
+    take_inputs(x, inputs);
+    for (int i = 0; i < CONTROL_MEASUREMENTS_MAX; i++) {
+        char name[32];
+        snprintf(name, sizeof name, "noise %d", i);
+        x->noise[i] = nn_rng_split(seed, name);
+        snprintf(name, sizeof name, "losses %d", i);
+        x->losses[i] = nn_rng_split(seed, name);
+    }
+    x->t = 0;
+    ad_status status = reduced_initial(x->rod, x->inputs, x->state, error);
+    if (status == AD_OK && reduced_settle(x->rod, 0, x->inputs, x->state, error) == AD_NOT_FINITE) {
+        status = reduced_initial(x->rod, x->inputs, x->state, error);
+        for (int i = 0; i < MOTION && status == AD_OK; i++) {
+            status = step(x, STEP, HALVINGS, error);
+        }
+        x->t = 0;
+        status = status == AD_OK ? reduced_settle(x->rod, 0, x->inputs, x->state, error) : status;
+    }
+    return status;
+}
+
+/* ---- what is seen -------------------------------------------------------------------------- */
+
+static ad_status see(plant *x, int which, double *values, int *count, ad_error *error)
+{
+    const one_look seen = look_of(x->looks[which]);
+    *count = seen.values;
+    return seen.see(seen.context, 1, x->state, x->inputs, values, NULL) == 0
+               ? AD_OK
+               : ad_fail(error, AD_NOT_FINITE, "nothing is seen of the plant at %g s", x->t);
+}
+
+ad_status plant_place(plant *x, double position[3], ad_error *error)
+{
+    int count = 0;
+    return see(x, 0, position, &count, error);
+}
+
+/* By a rotation vector of normal numbers about the axes of what turns. */
+static void turn(nn_rng *rng, double deviation, double q[4])
+{
+    double d[4] = {1, 0, 0, 0}, r[4];
+    for (int k = 1; k < 4; k++) {
+        d[k] = deviation / 2 * nn_rng_normal(rng);
+    }
+    r[0] = q[0] * d[0] - q[1] * d[1] - q[2] * d[2] - q[3] * d[3];
+    r[1] = q[0] * d[1] + q[1] * d[0] + q[2] * d[3] - q[3] * d[2];
+    r[2] = q[0] * d[2] - q[1] * d[3] + q[2] * d[0] + q[3] * d[1];
+    r[3] = q[0] * d[3] + q[1] * d[2] - q[2] * d[1] + q[3] * d[0];
+    const double size = sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2] + r[3] * r[3]);
+    for (int k = 0; k < 4; k++) {
+        q[k] = r[k] / size;
+    }
+}
+
+ad_status plant_measure(plant *x, int i, double values[4], int *count, ad_error *error)
+{
+    const control_measurement *m = &x->control->measurements[i];
+    const ad_status status = see(x, 1 + i, values, count, error);
+    if (m->what == LOOK_ROTATION) {
+        turn(&x->noise[i], m->noise, values);
+        return status;
+    }
+    for (int k = 0; k < *count; k++) {
+        values[k] += m->noise * nn_rng_normal(&x->noise[i]);
+    }
+    return status;
+}
+
+bool plant_loses(plant *x, int i)
+{
+    return nn_rng_uniform(&x->losses[i]) < x->control->measurements[i].dropouts;
+}
+
+ad_status plant_limited(plant *x, double *values, ad_error *error)
+{
+    ad_status status = AD_OK;
+    for (int i = 0; i < x->control->limit_count && status == AD_OK; i++) {
+        double all[4];
+        int count = 0;
+        status = see(x, 1 + x->control->measurement_count + i, all, &count, error);
+        values[i] = all[x->control->limits[i].axis - 1];
+    }
+    return status;
+}

@@ -1,0 +1,43 @@
+/* The simulated robot of a closed loop: a reduced rod of its own modes, stepped by short steps of
+ * Radau's method, its sensors, and what goes wrong with them. */
+#ifndef CONTROL_PLANT_H
+#define CONTROL_PLANT_H
+
+#include "tools/control/settings.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct plant plant;
+
+/* of: the scene with the keys of control->changes; nominal: without, whose parameters are the
+ * inputs in plant_step. Measurements are those of control. */
+ad_status plant_create(const scene *of, const scene *nominal, const control_settings *control,
+                       plant **result, ad_error *error);
+void plant_free(plant *x); /* NULL is allowed */
+
+/* At rest under inputs [nominal parameters] at t = 0, with noise of this seed. AD_NOT_FINITE: no
+ * equilibrium is found. */
+ad_status plant_start(plant *x, const double *inputs, uint64_t seed, ad_error *error);
+
+/* A time h later, under held inputs. AD_NOT_FINITE: there is no motion any more. */
+ad_status plant_step(plant *x, double h, const double *inputs, ad_error *error);
+
+/* m: the place that follows the path. */
+ad_status plant_place(plant *x, double position[3], ad_error *error);
+
+/* What sensor i says now, with noise: numbers [4 at most], how many in *count. */
+ad_status plant_measure(plant *x, int i, double values[4], int *count, ad_error *error);
+
+/* Whether a measurement is lost at random; one draw each call. */
+bool plant_loses(plant *x, int i);
+
+/* The constrained numbers [control->limit_count] now. */
+ad_status plant_limited(plant *x, double *values, ad_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
