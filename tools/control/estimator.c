@@ -32,18 +32,28 @@ static void begin(estimator *x, const double *inputs)
     memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
 }
 
-void estimator_start(estimator *x, const double *state, const double *inputs)
+void estimator_start(estimator *x, const double *state, const double *inputs,
+                     const double *by_parameters)
 {
     const estimator_settings *s = &x->settings;
-    memcpy(x->z, state, (size_t)x->states * sizeof *state);
+    const int states = x->states;
+    memcpy(x->z, state, (size_t)states * sizeof *state);
     memset(x->u, 0, (size_t)(x->n * x->stride) * sizeof *x->u);
-    for (int i = 0; i < x->n; i++) {
-        const estimator_parameter *p = &s->parameter[i - x->states];
-        x->u[i * x->stride + i] = i < x->states ? s->deviation[i] : deviation_of(p);
-        if (i >= x->states) {
-            x->z[i] = estimator_coordinate(p, fmin(p->high, fmax(p->low, inputs[p->input])));
+    for (int i = 0; i < states; i++) {
+        x->u[i * x->stride + i] = s->deviation[i];
+    }
+    for (int k = 0; k < s->parameters; k++) {
+        const estimator_parameter *p = &s->parameter[k];
+        const double value = fmin(p->high, fmax(p->low, inputs[p->input]));
+        double *row = x->u + (states + k) * x->stride;
+        x->z[states + k] = estimator_coordinate(p, value);
+        row[states + k] = deviation_of(p);
+        for (int i = 0; i < states && by_parameters; i++) {
+            row[i] =
+                by_parameters[i * s->parameters + k] * estimator_slope(p, value) * row[states + k];
         }
     }
+    small_triangle(x->n, x->n, x->u);
     begin(x, inputs);
 }
 
@@ -54,8 +64,8 @@ static bool settle(estimator *x, int count, int steps)
     const size_t size = (size_t)count * (size_t)x->states;
     for (int step = 0; step < steps; step++) {
         double moved = 0;
-        if (model->advance(model->context, count, model->step, x->states_at, x->inputs_at, NULL,
-                           x->next, NULL, NULL) != 0 ||
+        if (model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
+                           NULL, x->next, NULL, NULL) != 0 ||
             !estimator_is_usable(size, x->next)) {
             return false;
         }
@@ -73,36 +83,30 @@ static bool settle(estimator *x, int count, int steps)
 
 int estimator_start_resting(estimator *x, const double *state, const double *inputs, int steps)
 {
-    const int count = 1 + 2 * x->settings.parameters, states = x->states;
-    double apart[ESTIMATOR_PARAMETERS_MAX];
-    estimator_start(x, state, inputs);
+    const int parameters = x->settings.parameters, count = 1 + 2 * parameters, states = x->states;
+    double apart[ESTIMATOR_PARAMETERS_MAX], *by = x->rows;
+    estimator_start(x, state, inputs, NULL);
     for (int i = 0; i < count; i++) {
         double *to = x->inputs_at + i * x->inputs;
         memcpy(x->states_at + i * states, state, (size_t)states * sizeof *state);
         memcpy(to, inputs, (size_t)x->inputs * sizeof *inputs);
-        for (int k = 0; k < x->settings.parameters; k++) {
+        for (int k = 0; k < parameters; k++) {
             const estimator_parameter *p = &x->settings.parameter[k];
-            const double by = i == 1 + 2 * k ? 1 : i == 2 + 2 * k ? -1 : 0;
-            to[p->input] = estimator_value(p, x->z[states + k] + by * deviation_of(p));
-            if (by < 0) {
-                apart[k] = (estimator_coordinate(p, to[p->input - x->inputs]) -
-                            estimator_coordinate(p, to[p->input])) /
-                           deviation_of(p);
+            const double side = i == 1 + 2 * k ? 1 : i == 2 + 2 * k ? -1 : 0;
+            to[p->input] = estimator_value(p, x->z[states + k] + side * deviation_of(p));
+            if (side < 0) {
+                apart[k] = to[p->input - x->inputs] - to[p->input];
             }
         }
     }
     if (!settle(x, count, steps)) {
         return ESTIMATOR_NO_ANSWER;
     }
-    memcpy(x->z, x->next, (size_t)states * sizeof *x->z);
-    for (int k = 0; k < x->settings.parameters; k++) {
-        const double *plus = x->next + (1 + 2 * k) * states, *minus = plus + states;
-        for (int i = 0; i < states; i++) {
-            x->u[(states + k) * x->stride + i] = (plus[i] - minus[i]) / apart[k];
-        }
+    for (int i = 0; i < states * parameters; i++) {
+        const double *plus = x->next + (1 + 2 * (i % parameters)) * states, *minus = plus + states;
+        by[i] = (plus[i / parameters] - minus[i / parameters]) / apart[i % parameters];
     }
-    small_triangle(x->n, x->n, x->u);
-    begin(x, inputs);
+    estimator_start(x, x->next, inputs, by);
     return 0;
 }
 

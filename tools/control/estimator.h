@@ -87,6 +87,7 @@ typedef struct estimator_sensor {
 /* All arrays are borrowed as long as the estimator lives. */
 typedef struct estimator_settings {
     one_step model;
+    double period; /* s, from sample to sample; 0: model.step; else model.shorter is needed */
     int parameters, sensors;
     const estimator_parameter *parameter; /* [parameters] */
     const estimator_sensor *sensor;       /* [sensors] */
@@ -113,8 +114,10 @@ size_t estimator_size(const estimator_settings *settings);
 estimator *estimator_init(void *memory, const estimator_settings *settings);
 
 /* Sample 0: state [states], inputs [model.inputs], of which the parameters are taken, too; those
- * outside their ranges at the nearer end. */
-void estimator_start(estimator *x, const double *state, const double *inputs);
+ * outside their ranges at the nearer end. by_parameters (or NULL) [states][parameters]: how the
+ * state depends on the parameters, as an equilibrium does; both are uncertain together then. */
+void estimator_start(estimator *x, const double *state, const double *inputs,
+                     const double *by_parameters);
 
 /* As before, from rest with held inputs: the state to which the model comes from `state` in at most
  * `steps`, for the parameters as given and each of them changed by its deviation: state and

@@ -70,10 +70,11 @@ static inline estimator_record *estimator_record_of(const estimator *x, int64_t 
     return &x->record[sample % x->slots];
 }
 
-/* Of a parameter: what is estimated, its standard deviation at the start, which is at most that of
- * a uniform distribution over the range, and back. */
+/* Of a parameter: what is estimated of it, back, and the standard deviation of a uniform
+ * distribution over the range, which none exceeds. */
 double estimator_coordinate(const estimator_parameter *p, double value);
 double estimator_value(const estimator_parameter *p, double z);
+double estimator_slope(const estimator_parameter *p, double value); /* of the value by it */
 double estimator_uniform(const estimator_parameter *p);
 
 /* Exceeded with the given chance by the sum of squares of n standard normal numbers. */

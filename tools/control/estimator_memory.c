@@ -56,6 +56,11 @@ double estimator_value(const estimator_parameter *p, double z)
     return fmin(p->high, fmax(p->low, value));
 }
 
+double estimator_slope(const estimator_parameter *p, double value)
+{
+    return p->low > 0 ? value : 0.5 * (p->high - p->low);
+}
+
 double estimator_uniform(const estimator_parameter *p)
 {
     return (estimator_coordinate(p, p->high) - estimator_coordinate(p, p->low)) / sqrt(12);
@@ -104,6 +109,10 @@ const char *estimator_refusal(const estimator_settings *s)
         s->window > ESTIMATOR_WINDOW_MAX) {
         return "step, alpha, beta, kappa, gate, patience or window";
     }
+    if (!(s->period >= 0 && s->period <= s->model.step) ||
+        (s->period > 0 && s->period < s->model.step && !s->model.shorter)) {
+        return "period; allowed: the model's step, or less if it has shorter ones";
+    }
     for (int i = 0; i < s->model.states; i++) {
         if (!(s->deviation[i] > 0 && s->deviation[i] < 1e100) ||
             !(s->process[i] >= 0 && s->process[i] < 1e100)) {
@@ -147,6 +156,7 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     s->gate = s->gate > 0 ? s->gate : 1e-6;
     s->patience = s->patience > 0 ? s->patience : 5;
     s->window = s->window > 0 ? s->window : 50;
+    s->period = s->period > 0 ? s->period : s->model.step;
     x->states = s->model.states;
     x->inputs = s->model.inputs;
     x->n = x->states + s->parameters;

@@ -76,8 +76,8 @@ static bool is_known(estimator *x, const double *next, const double *inputs)
 static bool advance(estimator *x, int count, const double *after)
 {
     const one_step *model = &x->settings.model;
-    return model->advance(model->context, count, model->step, x->states_at, x->inputs_at, after,
-                          x->next, NULL, NULL) == 0 &&
+    return model->advance(model->context, count, x->settings.period, x->states_at, x->inputs_at,
+                          after, x->next, NULL, NULL) == 0 &&
            estimator_is_usable((size_t)count * (size_t)x->states, x->next);
 }
 
@@ -97,7 +97,7 @@ void estimator_go_on(estimator *x, const estimator_record *from)
 {
     const estimator_settings *s = &x->settings;
     const int n = x->n, stride = x->stride, states = x->states;
-    const double root = sqrt(s->model.step);
+    const double root = sqrt(s->period);
     double *after = x->inputs_at + (2 * n + 1) * x->inputs;
     const bool moves =
         memcmp(from->inputs, from->inputs + x->inputs, (size_t)x->inputs * sizeof *after) != 0;

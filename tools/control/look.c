@@ -1,0 +1,80 @@
+#include "tools/control/look.h"
+
+#include "physics/solve/reduced.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct look {
+    kinematic_look look;
+    reduced_rod *rod;
+    int *row; /* [count][LOOK_ROWS] */
+};
+
+static ad_status allocate(look *x, const look_sensor *sensor, ad_error *error)
+{
+    const int first = kinematic_look_row(sensor->what);
+    x->look = (kinematic_look){.what = sensor->what, .rod = *reduced_kinematics(x->rod)};
+    x->look.room = calloc(kinematic_look_room(&x->look.rod), sizeof *x->look.room);
+    x->row = calloc((size_t)(LOOK_ROWS * sensor->count) + 1, sizeof *x->row);
+    if (!x->look.room || !x->row) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for what is seen");
+    }
+    for (int i = 0; i < LOOK_ROWS * sensor->count; i++) {
+        x->row[i] = i / LOOK_ROWS * KINEMATICS_ROWS + first + i % LOOK_ROWS;
+    }
+    x->look.rod.row = x->row;
+    x->look.rod.rows = LOOK_ROWS * sensor->count;
+    return AD_OK;
+}
+
+ad_status look_create(const scene *rod_scene, const int modes[4], const look_sensor *sensor,
+                      look **result, ad_error *error)
+{
+    reduced_settings settings = {.count = sensor->count, .s = sensor->s};
+    look *x = calloc(1, sizeof *x);
+    *result = NULL;
+    if (!x) {
+        return ad_fail(error, AD_NO_MEMORY, "out of memory for what is seen");
+    }
+    memcpy(settings.modes, modes, sizeof settings.modes);
+    ad_status status = reduced_create(rod_scene, &settings, &x->rod, error);
+    if (status == AD_OK && !reduced_is_placed(x->rod)) {
+        status = ad_fail(error, AD_BAD_INPUT,
+                         "the start depends on t or on inputs; allowed: one that stays");
+    }
+    status = status == AD_OK ? allocate(x, sensor, error) : status;
+    if (status != AD_OK) {
+        look_free(x);
+        return status;
+    }
+    *result = x;
+    return AD_OK;
+}
+
+void look_free(look *x)
+{
+    if (x) {
+        reduced_free(x->rod);
+        free(x->look.room);
+        free(x->row);
+        free(x);
+    }
+}
+
+one_look look_of(look *x)
+{
+    return kinematic_look_of(&x->look);
+}
+
+const kinematic_look *look_kinematics(const look *x)
+{
+    return &x->look;
+}
+
+int look_depends_on(const look *x)
+{
+    const int modes = x->look.rod.modes;
+    const bool moves = x->look.what == LOOK_VELOCITY || x->look.what == LOOK_ANGULAR_VELOCITY;
+    return moves ? 2 * modes : modes;
+}
