@@ -215,6 +215,12 @@ const scene_parameter *reduced_input(const reduced_rod *x, int i)
     return &x->open.parameters[i];
 }
 
+reduced_mode reduced_mode_of(const reduced_rod *x, int k)
+{
+    const modes_mode *mode = &x->m->mode[k];
+    return (reduced_mode){k < x->m->hinges ? -1 : mode->strain, mode->degree, mode->first_element};
+}
+
 /* ---- states -------------------------------------------------------------------------------- */
 
 static void take_state(reduced_rod *x, const double *state)

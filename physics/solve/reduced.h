@@ -54,6 +54,13 @@ int reduced_inputs(const reduced_rod *x);
 int reduced_places(const reduced_rod *x);
 const scene_parameter *reduced_input(const reduced_rod *x, int i); /* name and range */
 
+/* What mode k of the first half of the state is: Legendre's polynomial of that degree of a strain,
+ * 0 to 2 v along d1, d2, d3 and 3 to 5 u about them, on one piece of the rod; -1: a hinge. */
+typedef struct reduced_mode {
+    int strain, degree, piece;
+} reduced_mode;
+reduced_mode reduced_mode_of(const reduced_rod *x, int k);
+
 /* state [states] with which the scene begins, and an equilibrium for held inputs, by Newton's
  * method from the state that is given. AD_NOT_FINITE: none is found from there. */
 ad_status reduced_initial(reduced_rod *x, const double *inputs, double *state, ad_error *error);

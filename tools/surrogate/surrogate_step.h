@@ -4,6 +4,7 @@
  *
  *   x+ = x0 + A (x - x0) + B (u - u0) + frame^-1 network(frame (x, u))
  *
+ * with A, B polynomials of slow inputs, a stiffness. *
  * Coordinates: numbers of the state and inputs, scaled, in classes by how they take a turn of the
  * robot about its axis (pairs turn as a vector across it; the others stay) and the mirror (even
  * ones stay, odd ones change their sign). The frame turns pairs so that a leading one, the bending,
@@ -21,26 +22,34 @@
 extern "C" {
 #endif
 
-enum { SURROGATE_LAYERS_MAX = 4, SURROGATE_STATES_MAX = 128, SURROGATE_INPUTS_MAX = 64 };
+enum {
+    SURROGATE_LAYERS_MAX = 4,
+    SURROGATE_STATES_MAX = 128,
+    SURROGATE_INPUTS_MAX = 64,
+    SURROGATE_SLOW_MAX = 4
+};
 
 /* Numbers of surrogate_step, in their order in memory: name, count. n states, m inputs of a step
- * (with hold linear: those of its begin, then those of its end). */
+ * (with ramps those of its begin, then those of its end), blocks = 1 + 2 slow_count: the linear map
+ * is a polynomial of each slow input c = (u - u0) / half its range, with blocks for 1, c, c^2. */
 #define SURROGATE_STEP_NUMBERS(X)                                                                  \
-    X(state_center, n)    /* x0 */                                                                 \
-    X(input_center, m)    /* u0 */                                                                 \
-    X(linear, n *(n + m)) /* [n + m][n]: A^T, then B^T */                                          \
-    X(state_scale, n)     /* of coordinates: (x - x0) / scale, with a sign */                      \
-    X(input_map, m *m)    /* [m][m]: coordinates of inputs are map^T (u - u0) */                   \
-    X(lead, n + m)        /* by pairs: w = sum of lead_k pair_k; 0 behind them */                  \
-    X(state_range, n)     /* largest |x - x0| of training */                                       \
-    X(input_low, m) X(input_high, m)
+    X(state_center, n)             /* x0 */                                                        \
+    X(input_center, m)             /* u0 */                                                        \
+    X(linear, blocks *(n + m) * n) /* [blocks][n + m][n]: A^T, then B^T */                         \
+    X(state_scale, n)              /* coordinates are (x - x0) / scale, which may be negative */   \
+    X(input_map, m *m)             /* [m][m]: coordinates of inputs are map^T (u - u0) */          \
+    X(lead, n + m)                 /* by pairs: w = sum of lead_k pair_k; 0 behind them */         \
+    X(state_range, n)              /* largest |x - x0| of training */                              \
+    X(input_low, m)                                                                                \
+    X(input_high, m)
 
 typedef struct surrogate_step {
     int kind;           /* surrogate_kind_id */
     int states, inputs; /* inputs as one_step has them */
     int ramps;          /* 1: the network has inputs of both ends of the step */
-    double step;        /* s */
-    double soft;        /* of the frame */
+    int slow_count, slow[SURROGATE_SLOW_MAX]; /* inputs */
+    double step;                              /* s */
+    double soft;                              /* of the frame */
     int turns, mirrors; /* whether the frame turns, whether the network knows a mirror */
     /* Classes: z has `pairs` first components, as many second ones, evens, odds. */
     int pairs, evens, odds;
