@@ -65,7 +65,7 @@ typedef struct controller_settings {
 
     double offset;  /* 0 to 1, of a sample's error of prediction that is added to `drift` and
                      * `bias` (low pass): with more than 0 no constant mismatch or load leaves a
-                     * constant error; 0: they stay 0 */
+                     * constant error but what `effort` asks for; 0: they stay 0 */
     double outside; /* a state further outside (model.outside) is not used, as if it were missing;
                      * 0: all are used, flagged above 1 */
     int coast;      /* samples without a state for which the model's own prediction is used; after

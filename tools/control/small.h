@@ -27,6 +27,30 @@ static inline int small_stride(int columns)
     return (columns + SMALL_LANES - 1) / SMALL_LANES * SMALL_LANES;
 }
 
+/* Memory in pieces of `count` times `size` bytes, which begin at multiples of 64 from `used` on;
+ * without memory they are only counted. */
+static inline void *small_take(void *memory, size_t *used, size_t count, size_t size)
+{
+    void *result = memory == NULL ? NULL : (unsigned char *)memory + *used;
+
+    *used += (count * size + 63) / 64 * 64;
+    return result;
+}
+
+/* a'b of rows of `count` numbers, a multiple of SMALL_LANES: in lanes, as vectors take it. */
+static inline double small_dot(int count, const double *a, const double *b)
+{
+    double lanes[SMALL_LANES] = {0};
+
+    for (int i = 0; i < count; i += SMALL_LANES) {
+        for (int j = 0; j < SMALL_LANES; j++) {
+            lanes[j] += a[i + j] * b[i + j];
+        }
+    }
+    return ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) +
+           ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]));
+}
+
 /* Rows of vectors side by side: c [m][n] = a [m][k] b [k][n], and c [k][n] = a^T [k][m] b [m][n];
  * c is neither a nor b. */
 void small_product(int m, int k, int n, const double *a, const double *b, double *c);

@@ -1,0 +1,59 @@
+/* What controller.c and the methods that find plans share; for them alone. */
+#ifndef CONTROL_CONTROLLER_METHOD_H
+#define CONTROL_CONTROLLER_METHOD_H
+
+#include "tools/control/controller.h"
+#include "tools/control/small.h"
+
+#include <stdbool.h>
+
+struct controller {
+    controller_settings settings; /* with what NULL and 0 stand for */
+    int n, m, v, horizon, moves, delay;
+    void *work;         /* of the method */
+    double *span;       /* [m] upper - lower */
+    double *rest;       /* [m] */
+    double *others;     /* [model.inputs] */
+    double *reference;  /* [horizon][v]; NaN: no wish */
+    double *plan;       /* [horizon][m] from the next answer on */
+    double *pending;    /* [delay][m] decided, not applied yet at the time of the last state */
+    double *last;       /* [m] last answer, before the plan */
+    double *state;      /* [n] of now, seen or predicted */
+    double *start;      /* [n] where the plan begins */
+    double *expected;   /* [n] state of the next sample by the model alone, without drift */
+    double *drift;      /* [n] */
+    double *bias;       /* [v] */
+    double *row, *next; /* [model.inputs], [max(n, v)] */
+    double cost;
+    int iterations; /* of the last quadratic program */
+    int coasted;    /* samples without a state */
+    int carried;    /* flags of controller_prepare for the next answer */
+    bool known;     /* state and start are defined */
+    bool foreseen;  /* expected is defined */
+    bool prepared;  /* the method is ready for `plan` */
+    bool restart;   /* states along the plan that the method keeps do not belong to it */
+};
+
+/* How a plan is found. `prepare` may use the plan, not the state; `solve` changes the plan for the
+ * state `start`, and says what it costs; both return flags, and the plan stays where it is if these
+ * are CONTROLLER_MODEL or CONTROLLER_QP. */
+struct controller_method {
+    const char *(*refusal)(const controller_settings *settings);
+    size_t (*size)(const controller_settings *settings);
+    void (*init)(controller *c, void *memory);
+    int (*prepare)(controller *c);
+    int (*solve)(controller *c);
+    void (*shift)(controller *c); /* the plan went on by one sample */
+};
+
+/* inputs [model.inputs] with row `move` of the plan [m]. */
+void controller_inputs(const controller *c, const double *move, double *inputs);
+/* Where input j may be in the next sample. */
+void controller_range(const controller *c, int j, double before, double *lower, double *upper);
+/* moves [moves][m] cut to what is allowed after the last answer. */
+void controller_allow(const controller *c, double *moves);
+/* What changes of inputs and their distance from rest cost in a plan [horizon][m]. */
+double controller_cost_of_moves(const controller *c, const double *plan);
+bool controller_finite(const double *x, int count);
+
+#endif
