@@ -20,9 +20,9 @@ typedef struct linear_model {
     int fails; /* advance with more points than this has no answer */
 } linear_model;
 
-static inline int linear_advance(void *context, int count, double h, const double *states,
-                                 const double *inputs, const double *after, double *next,
-                                 double *by_state, double *by_inputs)
+static __attribute__((noinline, unused)) int
+linear_advance(void *context, int count, double h, const double *states, const double *inputs,
+               const double *after, double *next, double *by_state, double *by_inputs)
 {
     const linear_model *x = context;
     (void)h;
@@ -45,8 +45,9 @@ typedef struct linear_look {
     double h[3][FILTER_STATES];
 } linear_look;
 
-static inline int linear_see(void *context, int count, const double *states, const double *inputs,
-                             double *values, double *by_state)
+static __attribute__((noinline, unused)) int linear_see(void *context, int count,
+                                                        const double *states, const double *inputs,
+                                                        double *values, double *by_state)
 {
     const linear_look *x = context;
     (void)inputs;

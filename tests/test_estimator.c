@@ -156,7 +156,7 @@ static void test_consistency(void **state)
     x.settings.window = 30;
     filter_test f = make_filter(&x.settings);
     for (int run = 0; run < RUNS; run++) {
-        double truth[N], zero[N] = {0}, values[2], u = 0, p[N * N];
+        double truth[N] = {0}, zero[N] = {0}, values[2], u = 0, p[N * N];
         for (int i = 0; i < N; i++) {
             truth[i] = at_start[i] * random_normal(&seed);
         }
