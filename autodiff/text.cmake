@@ -2,8 +2,8 @@
 #   cmake -DFOLDER=autodiff -DFILES=lanes.h,tanh.h -DPREFIX=ad_text -DHEADER=autodiff/c_code.h
 #         -DOUTPUT=text.c -P text.cmake
 # With -DWHOLE=name all files are one text, PREFIX_name, with what they include of the project's own
-# in its place, once, to be one source: functions of external linkage are WHOLE_FUNCTION, and static
-# ones of which several files have the name are called by the file, too.
+# in its place, once, to be one source: what has external linkage is WHOLE_FUNCTION, and static
+# functions of which several files have the name are called by the file, too.
 set(text "#include \"${HEADER}\"\n")
 string(REPLACE "," ";" FILES "${FILES}")
 
@@ -80,6 +80,8 @@ function(put_whole)
     put_includes()
     string(REGEX REPLACE "\n((const )?(struct )?[a-z_0-9]+ [*]*[a-z_0-9]+\\()"
         "\nWHOLE_FUNCTION \\1" lines "${lines}")
+    string(REGEX REPLACE "\nextern const [^;]*;" "" lines "${lines}")
+    string(REGEX REPLACE "\n(const [a-z_]+ [a-z_]+ = {)" "\nWHOLE_FUNCTION \\1" lines "${lines}")
     add_text(${WHOLE} "${lines}")
     set(text "${text}" PARENT_SCOPE)
 endfunction()
