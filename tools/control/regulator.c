@@ -8,6 +8,7 @@ struct regulator {
     estimator *filter;
     controller *plan[REGULATOR_TURNS_MAX];
     one_step model;    /* of the filter */
+    double period;     /* s, of a sample */
     const int *inputs; /* [controlled] */
     int controlled, turns, turn, delay;
     int flags; /* of preparations, for the next answer */
@@ -65,6 +66,7 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
     }
     memset(x, 0, sizeof *x);
     x->model = settings->estimator.model;
+    x->period = settings->estimator.period > 0 ? settings->estimator.period : x->model.step;
     x->inputs = c->inputs;
     x->controlled = c->controlled;
     x->turns = settings->turns;
@@ -124,8 +126,7 @@ static const double *state_ahead(regulator *x)
     memcpy(now, estimator_state(x->filter), (size_t)x->model.states * sizeof *now);
     for (int i = 0; i < x->delay && x->turns > 1; i++) {
         const double *inputs = inputs_at(x, i);
-        if (x->model.advance(x->model.context, 1, x->model.step, now, inputs, NULL, next, NULL,
-                             NULL)) {
+        if (x->model.advance(x->model.context, 1, x->period, now, inputs, NULL, next, NULL, NULL)) {
             return NULL;
         }
         memcpy(now, next, (size_t)x->model.states * sizeof *now);
