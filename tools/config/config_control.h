@@ -78,6 +78,9 @@ CONFIG_NAMES(control_fault_names, CONTROL_FAULT_LIST(CONFIG_NAME))
      .help = "Cost of an input that is off the middle of its range by the range."},                \
     {"control.accuracy", CONFIG_NUMBER, CONTROL_AT(accuracy), POSITIVE, .unit = "m",               \
      .help = "An error of the place that costs 1."},                                               \
+    {"control.offset", CONFIG_NUMBER, CONTROL_AT(offset), BETWEEN(0, 1),                           \
+     .help = "Part of the error of each prediction that is added to what the model leaves out: "   \
+             "more than 0 takes constant errors away, by loads and masses that are not known."},   \
     CONTROL_BY_INPUT("control.limits.low", low, "of the input", "the lower ends of their ranges",  \
      "Least values of the inputs, in the order of surrogate.inputs."),                             \
     CONTROL_BY_INPUT("control.limits.high", high, "of the input", "the upper ends of their ranges",\

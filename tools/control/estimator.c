@@ -27,6 +27,7 @@ static void begin(estimator *x, const double *inputs)
     x->sample = x->at = x->flags = 0;
     x->checked = -1;
     x->outside = 0;
+    x->process = 1;
     memcpy(first->until, inputs, (size_t)x->inputs * sizeof *inputs);
     memcpy(first->z, x->z, (size_t)x->n * sizeof *x->z);
     memcpy(first->u, x->u, (size_t)(x->n * x->stride) * sizeof *x->u);
@@ -300,6 +301,11 @@ void estimator_covariance(const estimator *x, double *p)
 double estimator_outside(const estimator *x)
 {
     return x->outside;
+}
+
+double estimator_process(const estimator *x)
+{
+    return x->process;
 }
 
 estimator_consistency estimator_sensor_now(const estimator *x, int sensor)

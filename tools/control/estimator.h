@@ -93,6 +93,8 @@ typedef struct estimator_settings {
     const estimator_sensor *sensor;       /* [sensors] */
     const double *deviation;              /* [states] at the start */
     const double *process;                /* [states] what the model leaves out, by sqrt(s) */
+    double adapt; /* up to so many times `process` as innovations ask for, which become consistent
+                   * then though the model is off; 0: 1 */
     const double *largest; /* [states] deviations never exceed it, as when nothing is seen for long;
                             * NULL: 100 times those at the start */
     int late; /* samples by which a measurement may come later than its delay, and is used */
@@ -145,6 +147,7 @@ double estimator_parameter_deviation(const estimator *x, int i); /* in units of 
 double estimator_deviation(const estimator *x, int i);           /* of state i */
 void estimator_covariance(const estimator *x, double *p); /* [n][n], n = states + parameters */
 double estimator_outside(const estimator *x);             /* one_step.h: at most 1 inside */
+double estimator_process(const estimator *x);             /* times what was given: 1 to `adapt` */
 
 /* Normalised innovations squared, nu^T S^-1 nu, over the number of values: 1 in the mean. */
 typedef struct estimator_consistency {

@@ -43,6 +43,7 @@ struct estimator {
     int flags;
     bool ahead; /* a measurement may arrive at once: predictions are made before it */
     double outside;
+    double process;           /* times settings.process */
     double *z, *u;            /* [n], [n][stride] */
     double *now;              /* [inputs] */
     double *states_at, *next; /* [2 n + 1][states] */

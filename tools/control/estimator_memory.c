@@ -105,9 +105,9 @@ const char *estimator_refusal(const estimator_settings *s)
         return "sensors, late; allowed: at most 16 sensors, late not negative";
     }
     if (!(s->model.step > 0) || !(s->alpha >= 0) || !(s->beta >= 0) || !(s->kappa >= 0) ||
-        !(s->gate >= 0 && s->gate < 1) || s->patience < 0 || s->window < 0 ||
-        s->window > ESTIMATOR_WINDOW_MAX) {
-        return "step, alpha, beta, kappa, gate, patience or window";
+        !(s->adapt >= 0 && s->adapt < 1e6) || !(s->gate >= 0 && s->gate < 1) || s->patience < 0 ||
+        s->window < 0 || s->window > ESTIMATOR_WINDOW_MAX) {
+        return "step, alpha, beta, kappa, adapt, gate, patience or window";
     }
     if (!(s->period >= 0 && s->period <= s->model.step) ||
         (s->period > 0 && s->period < s->model.step && !s->model.shorter)) {
@@ -154,6 +154,7 @@ static void set_sizes(estimator *x, const estimator_settings *settings)
     int delay = 0;
     *s = *settings;
     s->gate = s->gate > 0 ? s->gate : 1e-6;
+    s->adapt = fmax(1, s->adapt);
     s->patience = s->patience > 0 ? s->patience : 5;
     s->window = s->window > 0 ? s->window : 50;
     s->period = s->period > 0 ? s->period : s->model.step;

@@ -119,7 +119,9 @@ void estimator_go_on(estimator *x, const estimator_record *from)
         memset(noise, 0, (size_t)(n * stride) * sizeof *noise);
         for (int i = 0; i < n; i++) {
             const double walk = i < states ? 0 : s->parameter[i - states].walk;
-            noise[i * stride + i] = root * (i < states ? s->process[i] : walk > 0 ? walk : 0.01);
+            noise[i * stride + i] = root * (i < states ? x->process * s->process[i]
+                                            : walk > 0 ? walk
+                                                       : 0.01);
             for (int k = states; k < n; k++) {
                 x->rows[i * stride + k] = x->u[i * stride + k];
             }
@@ -200,6 +202,14 @@ static void remember(estimator_sensor_record *sensor, int window, double square)
     sensor->row = 0;
 }
 
+/* What the model leaves out is as large as makes normalised innovations 1 in the mean: more after
+ * larger ones, less after smaller ones, within about 30 measurements of three numbers. */
+static void adapt(estimator *x, const estimator_sensor_record *sensor)
+{
+    const double rate = 0.01 * sensor->width * (fmin(sensor->last, 5) - 1);
+    x->process = fmin(x->settings.adapt, fmax(1, x->process * exp(rate)));
+}
+
 static void take_sensor(estimator *x, estimator_record *at, int which)
 {
     const estimator_sensor *sensor = &x->settings.sensor[which];
@@ -219,6 +229,7 @@ static void take_sensor(estimator *x, estimator_record *at, int which)
         return;
     }
     record->last = square / record->width;
+    adapt(x, record);
     if (square <= gate) {
         at->state[which] = ESTIMATOR_USED;
         remember(record, x->settings.window, square);

@@ -2,6 +2,7 @@
 
 #include "physics/solve/reduced.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -77,4 +78,17 @@ int look_depends_on(const look *x)
     const int modes = x->look.rod.modes;
     const bool moves = x->look.what == LOOK_VELOCITY || x->look.what == LOOK_ANGULAR_VELOCITY;
     return moves ? 2 * modes : modes;
+}
+
+void look_noise(int modes, const double *size, double *deviation, double *process)
+{
+    double largest[2] = {0, 0};
+    for (int i = 0; i < 2 * modes; i++) {
+        largest[i / modes] = fmax(largest[i / modes], size[i]);
+    }
+    for (int i = 0; i < 2 * modes; i++) { /* what hardly moves is not known exactly, either */
+        const double scale = fmax(size[i], 1e-6 * largest[i / modes]);
+        deviation[i] = 0.02 * scale;
+        process[i] = (i < modes ? 1e-3 : 0.02) * scale;
+    }
 }

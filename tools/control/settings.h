@@ -101,6 +101,7 @@ typedef struct control_settings {
     int samples; /* of the sampling-based method */
     double weight_rate, weight_effort;
     double accuracy; /* m */
+    double offset;   /* 0 to 1: controller_settings.offset */
     int rate_count, low_count, high_count;
     double rate[CONTROL_INPUTS_MAX], low[CONTROL_INPUTS_MAX], high[CONTROL_INPUTS_MAX];
     int limit_count;

@@ -1,0 +1,354 @@
+#include "tools/control/loop_internal.h"
+
+#include "tools/train/clock.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DELAYS = 21 };
+
+/* A measurement on its way. */
+typedef struct taken {
+    double values[4];
+    int count;
+    bool lost;
+} taken;
+
+typedef struct running {
+    control_loop *x;
+    loop_report *report;
+    long k;
+    double t;
+    double reference[3], place[3], estimated[3];
+    double applied[SCENE_PARAMETERS_MAX], next[CONTROL_INPUTS_MAX];
+    taken on_way[CONTROL_MEASUREMENTS_MAX][DELAYS];
+    double seconds[2]; /* of the filter, of the controller */
+    int flags[2];
+    double innovations[CONTROL_MEASUREMENTS_MAX];
+    long used[CONTROL_MEASUREMENTS_MAX];
+    double *rows; /* [horizon][LOOP_SEEN] wanted */
+} running;
+
+/* ---- faults -------------------------------------------------------------------------------- */
+
+static bool happens(const running *r, control_fault_kind kind, int measurement)
+{
+    const control_settings *c = &r->x->control;
+    bool any = false;
+    for (int i = 0; i < c->fault_count; i++) {
+        const control_fault *f = &c->faults[i];
+        const double end = f->from + fmax(f->lasts, r->x->period / 2);
+        any = any || (f->kind == kind && (f->measurement < 0 || f->measurement == measurement) &&
+                      r->t >= f->from - r->x->period / 2 && r->t < end);
+    }
+    return any;
+}
+
+/* ---- a sample ------------------------------------------------------------------------------ */
+
+static ad_status take_measurements(running *r, ad_error *error)
+{
+    const control_settings *c = &r->x->control;
+    ad_status status = AD_OK;
+    for (int i = 0; i < c->measurement_count && status == AD_OK; i++) {
+        taken *now = &r->on_way[i][r->k % DELAYS];
+        now->lost = true;
+        if (r->k % c->measurements[i].every != 0) {
+            continue;
+        }
+        status = plant_measure(r->x->robot, i, now->values, &now->count, error);
+        now->lost = plant_loses(r->x->robot, i) || happens(r, CONTROL_LOST, i);
+        for (int k = 0; k < now->count; k++) {
+            now->values[k] = happens(r, CONTROL_NOT_A_NUMBER, i) ? NAN
+                             : happens(r, CONTROL_WILD, i)
+                                 ? now->values[k] + scene_length(r->x->of.nominal)
+                                 : now->values[k];
+        }
+    }
+    return status;
+}
+
+static void filter(running *r)
+{
+    control_loop *x = r->x;
+    const control_settings *c = &x->control;
+    const double start = train_seconds();
+    r->flags[0] = 0;
+    for (int i = 0; i < c->measurement_count; i++) {
+        const int delay = c->measurements[i].delay;
+        const taken *then = &r->on_way[i][(r->k + DELAYS - delay) % DELAYS];
+        if (r->k >= delay && !then->lost) {
+            r->flags[0] |= estimator_measure(x->filter, i, delay, then->values);
+        }
+    }
+    r->flags[0] |= estimator_update(x->filter);
+    r->seconds[0] = train_seconds() - start;
+}
+
+/* The filter's state, as far ahead as the plan begins where controllers take turns. */
+static const double *state_ahead(running *r)
+{
+    const control_loop *x = r->x;
+    double *ahead = x->numbers + 3 * (size_t)x->states, inputs[SCENE_PARAMETERS_MAX];
+    const double *now = estimator_state(x->filter);
+    if (x->ratio == 1 || x->control.delay == 0) {
+        return now;
+    }
+    memcpy(inputs, estimator_inputs(x->filter), (size_t)x->parameters * sizeof *inputs);
+    for (int i = 0; i < x->input_count; i++) {
+        inputs[x->inputs[i]] = r->applied[x->inputs[i]];
+    }
+    const one_step *m = &x->by_period;
+    return m->advance(m->context, 1, x->period, now, inputs, NULL, ahead, NULL, NULL) == 0 ? ahead
+                                                                                           : now;
+}
+
+static void wish(running *r)
+{
+    const control_loop *x = r->x;
+    const int v = x->view.values;
+    const double from = r->t + x->control.delay * x->period;
+    for (int i = 0; i < x->control.horizon; i++) {
+        double *row = r->rows + (size_t)(i * v);
+        task_path_at(x->path, from + (i + 1) * x->step, row);
+        for (int k = 3; k < v; k++) {
+            row[k] = NAN;
+        }
+    }
+}
+
+/* Inputs by the plan of the controller whose turn it is; a late one goes on by its last plan. */
+static void control(running *r)
+{
+    control_loop *x = r->x;
+    controller *c = x->controllers[r->k % x->ratio];
+    const double start = train_seconds();
+    const size_t bytes = (size_t)x->input_count * sizeof *r->next;
+    r->flags[1] = 0;
+    if (happens(r, CONTROL_LATE, -1)) {
+        memcpy(r->next, controller_plan(c), bytes);
+        controller_skip(c, 1);
+        r->report->late++;
+    } else {
+        wish(r);
+        const controller_sample now = {
+            .state = state_ahead(r), .others = estimator_inputs(x->filter), .reference = r->rows};
+        r->flags[1] = controller_feedback(c, &now, r->next);
+        r->flags[1] |= controller_prepare(c);
+    }
+    for (int i = 0; i < x->input_count; i++) { /* one input is followed by that of another plan */
+        const double most = x->control.rate[i] * x->period, was = r->applied[x->inputs[i]];
+        r->next[i] = fmin(fmax(r->next[i], was - most), was + most);
+    }
+    r->seconds[1] = train_seconds() - start;
+}
+
+static void apply(running *r)
+{
+    for (int i = 0; i < r->x->input_count; i++) {
+        r->applied[r->x->inputs[i]] = r->next[i];
+    }
+}
+
+static void predict(running *r)
+{
+    const double start = train_seconds();
+    r->flags[0] |= estimator_predict(r->x->filter, r->applied, NULL);
+    r->seconds[0] += train_seconds() - start;
+}
+
+/* ---- the record ---------------------------------------------------------------------------- */
+
+static void judge_constraints(running *r, const double *values)
+{
+    const control_settings *c = &r->x->control;
+    for (int i = 0; i < c->limit_count; i++) {
+        const control_limit *l = &c->limits[i];
+        const double under = isnan(l->low) ? 0 : fmax(0, l->low - values[i]);
+        const double over = isnan(l->high) ? 0 : fmax(0, values[i] - l->high);
+        r->report->violation[i] = fmax(r->report->violation[i], fmax(under, over));
+        r->report->violated[i] += under + over > 0;
+    }
+}
+
+static void judge(running *r)
+{
+    const control_loop *x = r->x;
+    const control_settings *c = &x->control;
+    loop_report *report = r->report;
+    double off = 0;
+    bool saturated = false;
+    for (int k = 0; k < 3; k++) {
+        off += pow(r->place[k] - r->reference[k], 2);
+    }
+    off = sqrt(off);
+    if (r->t < c->task.approach - 1e-9 * x->period) {
+        report->approach = fmax(report->approach, off);
+    } else {
+        report->rms += off * off;
+        report->worst = fmax(report->worst, off);
+        report->judged++;
+    }
+    report->diverged = report->diverged || !(off < scene_length(x->of.nominal));
+    for (int i = 0; i < x->input_count; i++) {
+        const double at = r->applied[x->inputs[i]], near = 1e-9 * (c->high[i] - c->low[i]);
+        saturated = saturated || at < c->low[i] + near || at > c->high[i] - near;
+    }
+    report->saturated += saturated;
+    for (int i = 0; i < LOOP_FLAGS; i++) {
+        report->filter_flags[i] += r->flags[0] >> i & 1;
+        report->control_flags[i] += r->flags[1] >> i & 1;
+    }
+}
+
+static void put(const running *r, int *column, int count, const double *values)
+{
+    const control_loop *x = r->x;
+    for (int i = 0; i < count; i++) {
+        x->record[(size_t)(*column)++ * (size_t)x->samples + (size_t)r->k] = values[i];
+    }
+}
+
+static ad_status write_down(running *r, ad_error *error)
+{
+    const control_loop *x = r->x;
+    const control_settings *c = &x->control;
+    const double seconds[4] = {r->seconds[0], r->seconds[1], r->flags[0], r->flags[1]};
+    double limited[CONTROL_LIMITS_MAX];
+    int at = 0;
+    put(r, &at, 1, &r->t);
+    put(r, &at, 3, r->reference);
+    put(r, &at, 3, r->place);
+    put(r, &at, 3, r->estimated);
+    for (int i = 0; i < x->input_count; i++) {
+        put(r, &at, 1, &r->applied[x->inputs[i]]);
+    }
+    for (int i = 0; i < c->estimate_count; i++) {
+        const double known[2] = {estimator_parameter_now(x->filter, i),
+                                 estimator_parameter_deviation(x->filter, i)};
+        put(r, &at, 2, known);
+    }
+    for (int i = 0; i < c->measurement_count; i++) {
+        const taken *now = &r->on_way[i][r->k % DELAYS];
+        const double nothing[4] = {NAN, NAN, NAN, NAN};
+        const int count = c->measurements[i].what == LOOK_ROTATION ? 4 : 3;
+        const estimator_consistency said = estimator_sensor_now(x->filter, i);
+        const double last = said.used > r->used[i] ? said.last : NAN;
+        r->innovations[i] += said.used > r->used[i] ? last : 0;
+        r->used[i] = said.used;
+        put(r, &at, count, now->lost ? nothing : now->values);
+        put(r, &at, 1, &last);
+    }
+    const ad_status status = plant_limited(x->robot, limited, error);
+    judge_constraints(r, limited);
+    put(r, &at, c->limit_count, limited);
+    put(r, &at, 4, seconds);
+    return status;
+}
+
+static ad_status sample(running *r, ad_error *error)
+{
+    control_loop *x = r->x;
+    r->t = r->k * x->period;
+    task_path_at(x->path, r->t, r->reference);
+    ad_status status = plant_place(x->robot, r->place, error);
+    status = status == AD_OK ? take_measurements(r, error) : status;
+    if (status != AD_OK) {
+        return status;
+    }
+    filter(r);
+    const one_look seen = look_of(x->view.looks[0]);
+    if (seen.see(seen.context, 1, estimator_state(x->filter), estimator_inputs(x->filter),
+                 r->estimated, NULL) != 0) {
+        r->estimated[0] = r->estimated[1] = r->estimated[2] = NAN;
+    }
+    control(r);
+    if (x->control.delay == 0) {
+        apply(r);
+    }
+    predict(r);
+    judge(r);
+    status = write_down(r, error);
+    status = status == AD_OK ? plant_step(x->robot, x->period, r->applied, error) : status;
+    apply(r);
+    return status;
+}
+
+/* ---- all samples --------------------------------------------------------------------------- */
+
+static int by_size(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Median and worst of `first`, and of its sum with `second` (or NULL). */
+static void times(const double *first, const double *second, long count, double *room,
+                  double result[2])
+{
+    for (long i = 0; i < count; i++) {
+        room[i] = first[i] + (second ? second[i] : 0);
+    }
+    qsort(room, (size_t)count, sizeof *room, by_size);
+    result[0] = count > 0 ? room[count / 2] : NAN;
+    result[1] = count > 0 ? room[count - 1] : NAN;
+}
+
+static void conclude(running *r, double *room)
+{
+    const control_loop *x = r->x;
+    const control_settings *c = &x->control;
+    loop_report *report = r->report;
+    const double *filtered = loop_column(x, x->columns - 4);
+    const double *controlled = loop_column(x, x->columns - 3);
+    report->rms = sqrt(report->rms / (double)report->judged);
+    report->saturated /= (double)report->done;
+    times(filtered, NULL, report->done, room, report->filter);
+    times(controlled, NULL, report->done, room, report->control);
+    times(filtered, controlled, report->done, room, report->both);
+    for (int i = 0; i < c->limit_count; i++) {
+        report->violated[i] /= (double)report->done;
+    }
+    for (int i = 0; i < c->measurement_count; i++) {
+        report->innovation[i] = r->innovations[i] / (double)r->used[i];
+    }
+    for (int i = 0; i < c->estimate_count; i++) {
+        report->estimate[i] = estimator_parameter_now(x->filter, i);
+        report->deviation[i] = estimator_parameter_deviation(x->filter, i);
+        report->truth[i] = x->of.truth[x->parameter[i].input];
+    }
+}
+
+ad_status loop_run(control_loop *x, loop_report *report, ad_error *error)
+{
+    const size_t rows = (size_t)(x->control.horizon * LOOP_SEEN);
+    running *r = calloc(1, sizeof *r);
+    double *room = calloc(rows + (size_t)x->samples, sizeof *room);
+    ad_status status = r && room ? AD_OK : ad_fail(error, AD_NO_MEMORY, "out of memory for a loop");
+    memset(report, 0, sizeof *report);
+    report->samples = x->samples;
+    report->reach = x->reach;
+    if (status == AD_OK) {
+        *r = (running){.x = x, .report = report, .rows = room};
+        memcpy(r->applied, x->middle, sizeof r->applied);
+        for (int i = 0; i < x->input_count; i++) {
+            r->next[i] = x->middle[x->inputs[i]];
+        }
+    }
+    while (status == AD_OK && r->k < x->samples && !report->diverged) {
+        status = sample(r, error);
+        report->done += status == AD_OK;
+        r->k++;
+    }
+    if (status == AD_NOT_FINITE) {
+        report->diverged = true;
+        status = AD_OK;
+    }
+    if (status == AD_OK) {
+        conclude(r, room + rows);
+    }
+    free(r);
+    free(room);
+    return status;
+}

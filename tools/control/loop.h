@@ -1,0 +1,74 @@
+/* A closed loop in simulation: the plant, sensors with rates, noise, delays and losses of their
+ * own, the filter, the controller, and a record of all of it.
+ *
+ *   loop_create(&setup, &loop, &error);
+ *   loop_run(loop, &report, &error);
+ *   loop_free(loop);
+ *
+ * At sample k what has arrived is filtered and inputs are computed, which act from the sample
+ * control->delay later on. With a period shorter than the step of the model there are as many
+ * controllers as periods in a step, which take turns: each plans in steps of the model and has its
+ * own plan of one step ago to start from. The same setup gives the same bits but for times. */
+#ifndef CONTROL_LOOP_H
+#define CONTROL_LOOP_H
+
+#include "tools/control/one_step.h"
+#include "tools/control/settings.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct control_loop control_loop;
+
+/* Everything is borrowed. */
+typedef struct loop_setup {
+    const control_settings *control; /* resolved */
+    const surrogate_settings *model; /* resolved, or of control_model_of */
+    const scene *nominal;            /* whose parameters with ranges are inputs */
+    const scene *plant;              /* with control->changes */
+    const double *truth;             /* [parameters of nominal] what they are in the plant; NaN: not
+                                      * known */
+    const one_step *surrogate;       /* for CONTROL_SURROGATE */
+} loop_setup;
+
+/* Flags of all samples: of estimator.h, of controller.h, and what the loop did. */
+enum { LOOP_FLAGS = 12 };
+
+typedef struct loop_report {
+    long samples, done, judged; /* asked for; simulated before it ended; after the approach */
+    bool diverged;              /* the place was a rod's length off, or the plant failed */
+    double rms, worst;          /* m, of the true place off the path, after the approach */
+    double approach;            /* m, worst before */
+    double reach;               /* m, rms: what the path is off where the place can be at rest */
+    double filter[2], control[2], both[2]; /* s a period: median, worst */
+    double saturated;                      /* part of the samples with an input at a limit */
+    double violation[CONTROL_LIMITS_MAX];  /* worst, of each constraint, in its unit; 0: none */
+    double violated[CONTROL_LIMITS_MAX];   /* part of the samples */
+    double innovation[CONTROL_MEASUREMENTS_MAX]; /* mean normalised square of each sensor: 1 */
+    double estimate[CONTROL_INPUTS_MAX];         /* at the end, of control->estimate */
+    double deviation[CONTROL_INPUTS_MAX];
+    double truth[CONTROL_INPUTS_MAX];
+    long filter_flags[LOOP_FLAGS], control_flags[LOOP_FLAGS], late; /* samples */
+} loop_report;
+
+/* AD_BAD_INPUT: what the loop cannot do, in a sentence; AD_NOT_FINITE: no equilibrium to start
+ * from; AD_IO, AD_NO_MEMORY. */
+ad_status loop_create(const loop_setup *setup, control_loop **result, ad_error *error);
+void loop_free(control_loop *x); /* NULL is allowed */
+
+ad_status loop_run(control_loop *x, loop_report *report, ad_error *error);
+
+/* The task with centre, normal and heights that were found. */
+const control_task *loop_task(const control_loop *x);
+
+/* The record: columns named, of report.done rows; SI units. */
+int loop_columns(const control_loop *x);
+const char *loop_column_name(const control_loop *x, int i);
+const double *loop_column(const control_loop *x, int i);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
