@@ -11,11 +11,12 @@ struct regulator {
     double period;     /* s, of a sample */
     const int *inputs; /* [controlled] */
     int controlled, turns, turn, delay;
-    int flags; /* of preparations, for the next answer */
-    bool is_prepared;
-    double *acting; /* [delay + 1][controlled] from the present sample on */
-    double *given;  /* [model.inputs] */
-    double *ahead;  /* [2][model.states] */
+    int flags;                 /* of the prediction, for the next answer */
+    bool has_plan, has_inputs; /* to be prepared, to be predicted with */
+    const double *rate;        /* [controlled], NULL: any */
+    double *acting;            /* [delay + 1][controlled] from the present sample on */
+    double *given;             /* [model.inputs] */
+    double *ahead;             /* [2][model.states] */
 };
 
 /* All parts of the memory begin as aligned as it does. */
@@ -82,7 +83,7 @@ regulator *regulator_init(void *memory, const regulator_settings *settings)
         x->plan[i] = controller_init(at, c);
         at += padded(controller_size(c));
     }
-    x->is_prepared = true;
+    x->rate = settings->rate;
     return x;
 }
 
@@ -93,7 +94,7 @@ void regulator_start(regulator *x, const double *state, const double *inputs,
         x->acting[i] = inputs[x->inputs[i % x->controlled]];
     }
     estimator_start(x->filter, state, inputs, by_parameters);
-    x->is_prepared = true;
+    x->has_plan = x->has_inputs = false;
     x->turn = x->flags = 0;
 }
 
@@ -106,7 +107,9 @@ int regulator_measure(regulator *x, int sensor, int age, const double *values)
 int regulator_filter(regulator *x)
 {
     regulator_prepare(x);
-    return estimator_update(x->filter);
+    const int flags = x->flags;
+    x->flags = 0;
+    return flags | estimator_update(x->filter);
 }
 
 /* All inputs of the model with those that act `later` samples on. */
@@ -134,14 +137,26 @@ static const double *state_ahead(regulator *x)
     return now;
 }
 
+/* The answer, which acts after what was answered before. */
+static void answer(regulator *x, double *inputs)
+{
+    const size_t m = (size_t)x->controlled;
+    double *to = x->acting + (size_t)x->delay * m;
+    const double *before = x->delay > 0 ? to - m : to;
+    for (size_t k = 0; k < m && x->rate; k++) { /* one plan is followed by another */
+        inputs[k] = fmin(fmax(inputs[k], before[k] - x->rate[k]), before[k] + x->rate[k]);
+    }
+    memcpy(to, inputs, m * sizeof *to);
+    x->has_plan = x->has_inputs = true;
+}
+
 int regulator_plan(regulator *x, const double *reference, double *inputs)
 {
     const controller_sample now = {
         .state = state_ahead(x), .others = estimator_inputs(x->filter), .reference = reference};
-    const int flags = controller_feedback(x->plan[x->turn], &now, inputs) << REGULATOR_CONTROLLER;
-    memcpy(x->acting + x->delay * x->controlled, inputs, (size_t)x->controlled * sizeof *inputs);
-    x->is_prepared = false;
-    return flags | x->flags;
+    const int flags = controller_feedback(x->plan[x->turn], &now, inputs);
+    answer(x, inputs);
+    return flags << REGULATOR_CONTROLLER;
 }
 
 int regulator_control(regulator *x, const double *reference, double *inputs)
@@ -150,18 +165,32 @@ int regulator_control(regulator *x, const double *reference, double *inputs)
     return flags | regulator_plan(x, reference, inputs);
 }
 
-int regulator_prepare(regulator *x)
+void regulator_late(regulator *x, double *inputs)
+{
+    controller *plan = x->plan[x->turn];
+    memcpy(inputs, controller_plan(plan), (size_t)x->controlled * sizeof *inputs);
+    controller_skip(plan, 1);
+    answer(x, inputs);
+}
+
+void regulator_predict(regulator *x)
 {
     const size_t kept = (size_t)(x->delay * x->controlled);
-    if (x->is_prepared) {
-        return 0;
+    if (x->has_inputs) {
+        x->flags = estimator_predict(x->filter, inputs_at(x, 0), NULL);
+        memmove(x->acting, x->acting + x->controlled, kept * sizeof *x->acting);
+        x->has_inputs = false;
     }
-    x->flags = estimator_predict(x->filter, inputs_at(x, 0), NULL) |
-               controller_prepare(x->plan[x->turn]) << REGULATOR_CONTROLLER;
-    memmove(x->acting, x->acting + x->controlled, kept * sizeof *x->acting);
-    x->turn = (x->turn + 1) % x->turns;
-    x->is_prepared = true;
-    return x->flags;
+}
+
+void regulator_prepare(regulator *x)
+{
+    if (x->has_plan) {
+        controller_prepare(x->plan[x->turn]);
+        x->turn = (x->turn + 1) % x->turns;
+        x->has_plan = false;
+    }
+    regulator_predict(x);
 }
 
 void regulator_applied(regulator *x, const double *inputs)

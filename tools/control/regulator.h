@@ -35,6 +35,8 @@ typedef struct regulator_settings {
     controller_settings controller; /* its delay is `delay` with one controller, else 0 */
     int turns;                      /* controllers, which take turns: 1 and more */
     int delay;                      /* samples from a measurement to the inputs by it */
+    const double *rate; /* [controlled] largest change from one sample to the next, where turns are
+                         * taken; NULL: any */
 } regulator_settings;
 
 typedef struct regulator regulator;
@@ -62,8 +64,13 @@ int regulator_plan(regulator *x, const double *reference, double *inputs);
 /* Both of them. */
 int regulator_control(regulator *x, const double *reference, double *inputs);
 
-/* Returns flags, which the next answer has, too; the next call does it where it was not called. */
-int regulator_prepare(regulator *x);
+/* In place of regulator_plan where there is no time for it: the last plan goes on. */
+void regulator_late(regulator *x, double *inputs);
+
+/* The filter's prediction, and that with what the controller can do beforehand. The next call does
+ * it where it was not called, and the next answer has its flags. */
+void regulator_predict(regulator *x);
+void regulator_prepare(regulator *x);
 
 /* What acts from the present sample on where it was not what was answered [controlled]: before
  * regulator_prepare. Not finite: ignored. */
